@@ -12,9 +12,9 @@ import numpy as np
 from adapters.engine import AccuracyParameter, Setting
 from adapters.trajectory import Observable
 from barchain.conform.checks import Check, Group, State
-from barchain.conform.ladder import PARTICLE, REPEATED, rung, solved
 from barchain.conform.physics import reason_against
 from barchain.conform.runs import results
+from barchain.conform.scenes import PARTICLE, REPEATED, scene_of, solved
 from barchain.judge.error_model import ErrorModel
 from barchain.metrics.quantities import differences
 from barchain.run.job import Role
@@ -77,8 +77,8 @@ def accuracy(engine: Examined) -> Iterator[Check]:
     if name is None:
         yield Check(Group.ACCURACY, "errors at several settings", State.UNSUPPORTED, "supports no scene of this check")
         return
-    settings = tried_settings(engine, rung(name))
-    jobs = [engine.job(rung(name), setting, Role.MAIN) for setting in settings]
+    settings = tried_settings(engine, scene_of(name))
+    jobs = [engine.job(scene_of(name), setting, Role.MAIN) for setting in settings]
     made = results(engine, jobs, [solved(name).trajectory.t_s] * len(jobs), RUN_S)
     failed = [f"{s}: {r.reason}" for s, r in zip(settings, made, strict=True) if r.outcome is not Outcome.PASS]
     if failed:
@@ -120,7 +120,7 @@ def setting_error(engine: Examined, name: str, setting: Setting, result: RunResu
     worst = max(relative, key=lambda q: relative[q])
     bounds = {q: errors.bound[q][:n] + solution.error[q][:n] for q in apart}
     ratio = max(float(np.max(v[:n] / np.where(bounds[q] > 0.0, bounds[q], np.inf))) for q, v in apart.items())
-    step = step_of(setting, rung(name))
+    step = step_of(setting, scene_of(name))
     floor = float(errors.floor[worst].max()) / errors.scale[worst]
     return SettingError(setting, step, relative[worst], floor, n == errors.n, ratio)
 

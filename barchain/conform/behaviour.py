@@ -11,9 +11,9 @@ import numpy as np
 from barchain.boundary.limits import OutsideLimits
 from barchain.boundary.process import GRACE_S, ask
 from barchain.conform.checks import Check, Group, State
-from barchain.conform.ladder import REPEATED, rung
 from barchain.conform.physics import reason_against
 from barchain.conform.runs import START_S
+from barchain.conform.scenes import REPEATED, scene_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -44,7 +44,7 @@ def behaviour(engine: Examined) -> Iterator[Check]:
     if name is None:
         yield Check(Group.BEHAVIOUR, "several runs", State.UNSUPPORTED, "supports no scene of this check")
         return
-    scene, setting = rung(name), engine.load().sweep.setting()
+    scene, setting = scene_of(name), engine.load().sweep.setting()
     asked = (engine.registration, scene, setting)
     first = ask("behaviour", *asked, TIMES, limits=OutsideLimits(2.0 * START_S))
     if first.problem:

@@ -8,8 +8,8 @@ import numpy as np
 
 from adapters.engine import EngineError
 from barchain.conform.checks import Check, Group, State
-from barchain.conform.ladder import FIRST, solved
 from barchain.conform.physics import main_and_finer, reason_against
+from barchain.conform.scenes import FIRST, solved
 from barchain.judge.error_model import ErrorModel
 from barchain.metrics.quantities import differences
 from barchain.run.job import Role

@@ -1,4 +1,4 @@
-"""Physics: the rungs of the ladder against their certified solutions, and a diagnosis of each difference."""
+"""Physics: scenes against their certified solutions, and a diagnosis of each difference."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from adapters.common.equal_steps import finer_setting
 from adapters.engine import EngineError
 from barchain.conform.checks import Check, Group, State
-from barchain.conform.ladder import STAGES, rung, solved
 from barchain.conform.runs import results
+from barchain.conform.scenes import STAGES, scene_of, solved
 from barchain.diagnosis.diagnose import diagnose
 from barchain.diagnosis.search import BRIEF
 from barchain.diagnosis.verdicts import verdict_tolerance
@@ -29,12 +29,12 @@ if TYPE_CHECKING:
     from barchain.run.job import Job, RunResult
 
 RUN_S = 10.0
-"""Longest time of one run: a rung is a fifth of an orbit of at most three bars"""
+"""Longest time of one run: each scene is a fifth of an orbit of at most three bars"""
 PAGE = "docs/engine_conventions.md"
 
 
 def physics(engine: Examined) -> Iterator[Check]:
-    """Checks of all rungs; a stage with a failure ends the ladder."""
+    """Checks of all scenes; no stage follows one with a failure."""
     failed = ""
     for stage in STAGES:
         if failed:
@@ -46,7 +46,7 @@ def physics(engine: Examined) -> Iterator[Check]:
 
 
 def stage_checks(engine: Examined, names: tuple[str, ...]) -> Iterator[Check]:
-    """Checks of the rungs of a stage, whose runs are made in one process."""
+    """Checks of the scenes of a stage, whose runs are made in one process."""
     reasons = {name: reason_against(engine, name) for name in names}
     able = [name for name in names if reasons[name] is None]
     runs = main_and_finer(engine, able)
@@ -56,24 +56,24 @@ def stage_checks(engine: Examined, names: tuple[str, ...]) -> Iterator[Check]:
             state, words = reason
             yield Check(Group.PHYSICS, short(name), state, words, PAGE, scene=name)
         else:
-            yield rung_check(engine, name, runs[name])
+            yield scene_check(engine, name, runs[name])
 
 
 def reason_against(engine: Examined, name: str) -> tuple[State, str] | None:
-    """State and reason if an engine is not run on a rung."""
+    """State and reason if an engine is not run on a scene."""
     loaded = engine.load()
     try:
-        reason = loaded.unsupported(rung(name)) or unsupported(loaded, solved(name))
+        reason = loaded.unsupported(scene_of(name)) or unsupported(loaded, solved(name))
     except EngineError as error:
         return State.FAILED, str(error)
     return None if reason is None else (State.UNSUPPORTED, reason)
 
 
 def main_and_finer(engine: Examined, names: list[str]) -> dict[str, dict[Role, RunResult]]:
-    """Runs of rungs at the default setting and the next finer one."""
+    """Runs of scenes at the default setting and the next finer one."""
     sweep, jobs = engine.load().sweep, []
     for name in names:
-        scene, setting = rung(name), sweep.setting()
+        scene, setting = scene_of(name), sweep.setting()
         jobs.append(engine.job(scene, setting, Role.MAIN))
         jobs.append(engine.job(scene, finer_setting(scene, sweep, setting), Role.FINER))
     return by_role(engine, jobs)
@@ -88,8 +88,8 @@ def by_role(engine: Examined, jobs: list[Job]) -> dict[str, dict[Role, RunResult
     return found
 
 
-def rung_check(engine: Examined, name: str, runs: dict[Role, RunResult]) -> Check:
-    """Check of one rung, with a diagnosis where the engine is wrong."""
+def scene_check(engine: Examined, name: str, runs: dict[Role, RunResult]) -> Check:
+    """Check of one scene, with a diagnosis where the engine is wrong."""
     evidence = gathered(runs)
     assert evidence is not None
     verdict = verdict_of(engine, name, evidence, runs)
@@ -111,13 +111,13 @@ def rung_check(engine: Examined, name: str, runs: dict[Role, RunResult]) -> Chec
 
 
 def verdict_of(engine: Examined, name: str, evidence: Evidence, runs: dict[Role, RunResult]) -> Verdict:
-    """Verdict on a rung, with the further runs that it asks for."""
+    """Verdict on a scene, with the further runs that it asks for."""
     loaded, solution = engine.load(), solved(name)
     setting = loaded.sweep.setting()
     verdict = judge(engine.name, loaded, setting, evidence, solution)
     if not verdict.further_runs:
         return verdict
-    jobs = follow_up_jobs(rung(name), engine.name, engine.registration, loaded, setting, verdict.further_runs)
+    jobs = follow_up_jobs(scene_of(name), engine.name, engine.registration, loaded, setting, verdict.further_runs)
     more = gathered(runs | by_role(engine, jobs)[name])
     assert more is not None
     return judge(engine.name, loaded, setting, more, solution)
@@ -128,7 +128,7 @@ def diagnosis_of(name: str, evidence: Evidence, verdict: Verdict) -> Diagnosis |
     run = evidence.main.trajectory
     if run is None or verdict.series is None:
         return None
-    return diagnose(rung(name), run, solved(name), verdict_tolerance(verdict), BRIEF)
+    return diagnose(scene_of(name), run, solved(name), verdict_tolerance(verdict), BRIEF)
 
 
 def agreement(verdict: Verdict) -> str:
@@ -146,5 +146,5 @@ def reasons_of(verdict: Verdict) -> str:
 
 
 def short(name: str) -> str:
-    """Name of a rung in words: ``two bars free``."""
+    """Name of a scene in words: ``two bars free``."""
     return name.partition("/")[2].replace("_", " ")

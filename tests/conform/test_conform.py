@@ -31,7 +31,7 @@ def examined(name: str) -> ConformanceReport:
     return conform(f"{HERE}:{name}")
 
 
-def test_a_right_engine_of_another_package_conforms_on_every_rung() -> None:
+def test_a_right_engine_of_another_package_conforms_on_every_scene() -> None:
     report = examined("Right")
     assert report.passed, failed(report)
     assert sum(c.group is Group.PHYSICS for c in report.checks) == sum(
@@ -40,7 +40,7 @@ def test_a_right_engine_of_another_package_conforms_on_every_rung() -> None:
     assert [c.name for c in report.checks if c.state is State.WARNING] == ["entry point"]
 
 
-def test_reactions_of_the_opposite_sign_are_named_and_end_the_ladder() -> None:
+def test_reactions_of_the_opposite_sign_are_named_and_no_later_stage_is_run() -> None:
     report = examined("ReactionsReversed")
     found = failed(report)
     assert "Your reactions have the opposite sign (explained to" in found["two bars free"]

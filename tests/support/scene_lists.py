@@ -3,8 +3,8 @@
 from scenarios import scene_names
 
 ALL = scene_names()
-TAME = [name for name in ALL if not name.startswith(("hard/", "rungs/"))]
-"""Those that every engine runs and is judged by; hard ones and rungs have tests of their own"""
+TAME = [name for name in ALL if not name.startswith(("hard/", "conform/"))]
+"""Those that every engine runs and is judged by; hard ones and those of conformance have tests of their own"""
 HARD = [name for name in ALL if name.startswith("hard/")]
 MANY = ("bars_100", "bars_1000", "bars_10000", "whip", "long_1000", "long_10000")
 STIFF = ("springs_stiff", "damping_heavy")
