@@ -58,7 +58,18 @@ class FaceDependentLoad(Protocol):
 
 
 def bars_of(chain: Chain) -> list[BarProperties]:
-    """Mass properties of each bar."""
+    """Mass properties of each bar, in plain floats.
+
+    Parameters
+    ----------
+    chain : Chain
+        `Scene.chain`.
+
+    Returns
+    -------
+    list of BarProperties
+        Mass (kg), moment of inertia about the centre (kg m²), half length (m).
+    """
     return [
         BarProperties(m, J, 0.5 * length)
         for m, J, length in zip(chain.mass_kg, chain.inertia_kg_m2, chain.length_m, strict=True)
