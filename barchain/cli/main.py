@@ -18,6 +18,7 @@ from barchain.cli.effects import effects
 from barchain.cli.ensemble import ensemble
 from barchain.cli.maintain.certified import certified_solutions
 from barchain.cli.maintain.doctor import doctor
+from barchain.cli.maintain.new_engine import new_engine
 from barchain.cli.maintain.schema import schema
 from barchain.cli.maintain.validate import validate
 from barchain.cli.nightly.attribute import attribute_night, bisect_figure
@@ -42,6 +43,7 @@ SECTIONS = {
     "Studies": (cost, scaling, roundoff, stability, effects, selftest, ensemble),
     "Nights": (nightly, history, attribute_night, bisect_figure, releases),
     "Maintain": (doctor, validate, schema, certified_solutions),
+    "Engines of your own": (new_engine,),
 }
 
 
