@@ -17,16 +17,16 @@ import numpy as np
 import pandas as pd
 
 from barchain.record.environment import now, processor
+from barchain.run.timing.bench import pin, quietest_core
+from barchain.run.timing.divided_chain import SCENE, divided
+from barchain.run.timing.evaluation import evaluation_times, loop_of
+from barchain.run.timing.statistics import cost_at, locate
 from barchain.studies.cost.reach import curve_of
 from barchain.studies.cost.study import CostOptions, CostStudy
 from barchain.studies.ensemble.execution import ensemble
 from barchain.studies.scaling.fit import FAST, FAST_BARS, exponent
 from barchain.studies.scaling.limits import BARS
 from barchain.studies.study import Reporter, run_study
-from barchain.timing.bench import pin, quietest_core
-from barchain.timing.divided_chain import SCENE, divided
-from barchain.timing.evaluation import evaluation_times, loop_of
-from barchain.timing.statistics import cost_at, locate
 from reports.tables.cost import FILES, read_cost
 from reports.text.ratios import span_text
 from scenarios import load_scene

@@ -17,7 +17,7 @@ import click
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.compiled_engine import ReferenceFast
-from barchain.timing.divided_chain import divided
+from barchain.run.timing.divided_chain import divided
 from scenarios import load_scene
 
 SCENE = "hard/bars_10000"

@@ -48,6 +48,8 @@ class ChainLoads:
             self.gravity.move_to(frame.x, frame.y)
             load = self.gravity.load
             parts.append([load(x, y, a, half) for (x, y, a), half in zip(positions, self.halves, strict=True)])
+        if not parts:
+            return [(0.0, 0.0, 0.0)] * len(self.halves)
         return [
             (sum(ax for ax, _, _ in loads), sum(ay for _, ay, _ in loads), sum(spin for _, _, spin in loads))
             for loads in zip(*parts, strict=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,11 +12,11 @@ from adapters.engine import EngineError
 from scenarios import Gravity
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
     from adapters.common.initial_state import InitialState
     from adapters.trajectory import Array
-    from scenarios import Scene
+    from scenarios import Scene, ThirdBody
 
 RTOL = 100.0 * np.finfo(float).eps  # SciPy's smallest
 GRAIN = 1e-15  # absolute tolerance relative to radius and speed: rounding dominates below it
@@ -25,11 +26,23 @@ BETWEEN = 2e-13  # error of SciPy's interpolation relative to radius and speed; 
 
 
 def free_fall(scene: Scene, start: InitialState, t_s: Array) -> tuple[Array, Array]:
-    """Origin of the frame and its velocity at `t_s` (n,), each (n, 2), m and m/s.
+    """Origin of the frame and its velocity at the instants `t_s`.
 
     The orbit of a particle with the initial state of the centre of mass: Kepler's orbit, an integrated orbit where
     other fields act, or uniform motion without gravity. Forces on the chain itself (drag, light, thrust) do not act on
     the particle.
+
+    Parameters
+    ----------
+    scene : Scene
+    start : InitialState
+    t_s : ndarray, shape (n,)
+        From 0 on, rising.
+
+    Returns
+    -------
+    origin_m, drift_m_s : ndarray, shape (n, 2)
+        From the centre of the central body.
 
     Raises
     ------
@@ -56,25 +69,64 @@ def integrated_orbit(scene: Scene, start: InitialState, t_s: Array) -> tuple[Arr
     if len(t_s) == 1:  # t = 0
         return y0[None, :2], y0[None, 2:]
     atol = GRAIN * np.repeat([scene.radius0_m, 2.0 * np.pi * scene.radius0_m / scene.step_period_s], 2)
-    found = solve_ivp(particle(scene), (t_s[0], t_s[-1]), y0, method="DOP853", t_eval=t_s, rtol=RTOL, atol=atol)
+    found = solve_ivp(fall_rate(scene), (t_s[0], t_s[-1]), y0, method="DOP853", t_eval=t_s, rtol=RTOL, atol=atol)
     if not found.success:
         raise EngineError(f"the integration of the frame's origin failed: {found.message}")
     return found.y[:2].T, found.y[2:].T
 
 
-def particle(scene: Scene) -> Callable[[float, Array], Sequence[float]]:
-    """Time derivative of a particle's position and velocity."""
-    from adapters.bar_loads.fields import InversePowerField
-    from adapters.bar_loads.particle import perturbing_fields
+def fall_rate(scene: Scene) -> Callable[[float, Array], tuple[float, float, float, float]]:
+    """Rate of the frame's origin, for engines that integrate it with the chain.
 
-    centre, beside = InversePowerField(scene.central_body.mu_m3_s2, 3), perturbing_fields(scene)
+    Parameters
+    ----------
+    scene : Scene
 
-    def rate(t_s: float, state: Array) -> Sequence[float]:
+    Returns
+    -------
+    callable
+        From t (s) and the origin with its velocity, (4,) m and m/s, to their time derivative. All fields act; forces
+        on the chain itself do not.
+    """
+    mu = 0.0 if scene.effects.gravity is Gravity.NONE else scene.central_body.mu_m3_s2
+    beside = perturbing_fields(scene)
+
+    def rate(t_s: float, state: Array) -> tuple[float, float, float, float]:
         x, y, vx, vy = state.tolist()
-        pulls = [centre.pull(x, y), *(field(t_s, x, y) for field in beside)]
-        return vx, vy, sum(ax for ax, _ in pulls), sum(ay for _, ay in pulls)
+        r2 = x * x + y * y
+        pull = -mu / (r2 * sqrt(r2))
+        ax, ay = pull * x, pull * y
+        for field in beside:
+            dx, dy = field(t_s, x, y)
+            ax, ay = ax + dx, ay + dy
+        return vx, vy, ax, ay
 
     return rate
+
+
+def perturbing_fields(scene: Scene) -> tuple[Callable[[float, float, float], tuple[float, float]], ...]:
+    """Fields besides the central body's: acceleration (m/s²) at t (s), x and y (m from its centre)."""
+    found = []
+    if scene.effects.oblateness:
+        from adapters.bar_loads.fields import oblateness_field
+
+        j2 = oblateness_field(scene.central_body.mu_m3_s2, scene.effects.oblateness)
+        found.append(lambda t_s, x, y: j2.pull(x, y))  # noqa: ARG005
+    return (*found, *(tide(body) for body in scene.effects.third_body))
+
+
+def tide(body: ThirdBody) -> Callable[[float, float, float], tuple[float, float]]:
+    """Third body's acceleration of a particle less that of the central body."""
+    from adapters.bar_loads.fields import InversePowerField
+    from adapters.bar_loads.tides import third_body_position
+
+    pull = InversePowerField(body.mu_m3_s2, 3)
+
+    def field(t_s: float, x: float, y: float) -> tuple[float, float]:
+        bx, by = third_body_position(body, t_s)
+        return pull.difference(-bx, -by, x, y)
+
+    return field
 
 
 def orbit_noise(scene: Scene, t_s: Array) -> dict[str, float | Array]:
@@ -82,6 +134,17 @@ def orbit_noise(scene: Scene, t_s: Array) -> dict[str, float | Array]:
 
     Each step rounds the radius. The roundings add up as a random walk and grow along the orbit by 3 n t. Between steps
     the orbit is interpolated.
+
+    Parameters
+    ----------
+    scene : Scene
+    t_s : ndarray, shape (n,)
+
+    Returns
+    -------
+    dict
+        As `Engine.noise` returns it: ``com`` (m) and ``com_velocity`` (m/s), each (n,); empty for Kepler's orbit and
+        for uniform motion, which are exact.
     """
     if not (scene.effects.oblateness or scene.effects.third_body):
         return {}

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol, runtime_checka
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from adapters.trajectory import Array
     from scenarios.scene import Chain
 
 BarPosition = tuple[float, float, float]  # a bar's centre in the frame (m, m), and its angle (rad)
@@ -26,6 +27,12 @@ class FrameState(NamedTuple):
     t_s: float = 0.0
     inside_s: float = 0.0
     """An instant within the current event-free interval: at `t_s` itself an event may occur"""
+
+    @classmethod
+    def of_arrays(cls, origin_m: Array, drift_m_s: Array, t_s: float, inside_s: float) -> FrameState:
+        """State from the frame's origin and its velocity, each of shape (2,), m and m/s."""
+        (x, y), (vx, vy) = origin_m.tolist(), drift_m_s.tolist()
+        return cls(x, y, vx, vy, t_s, inside_s)
 
 
 class BarProperties(NamedTuple):
@@ -58,7 +65,18 @@ class FaceDependentLoad(Protocol):
 
 
 def bars_of(chain: Chain) -> list[BarProperties]:
-    """Mass properties of each bar."""
+    """Mass properties of each bar, in plain floats.
+
+    Parameters
+    ----------
+    chain : Chain
+        `Scene.chain`.
+
+    Returns
+    -------
+    list of BarProperties
+        Mass (kg), moment of inertia about the centre (kg m²), half length (m).
+    """
     return [
         BarProperties(m, J, 0.5 * length)
         for m, J, length in zip(chain.mass_kg, chain.inertia_kg_m2, chain.length_m, strict=True)

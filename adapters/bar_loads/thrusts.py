@@ -44,7 +44,22 @@ def size_N(thrust: Thrust, t_s: float, inside_s: float) -> float:
 
 
 def impulse_jumps(bars: list[BarProperties], impulses: Sequence[Impulse], angles: Sequence[float]) -> list[Load]:
-    """Jumps of each bar's velocities by simultaneous impulses on free bars: m/s, m/s, rad/s."""
+    """Jumps of each bar's velocities by simultaneous impulses on free bars.
+
+    In the joint system they take the place of accelerations by forces, with all rates zero.
+
+    Parameters
+    ----------
+    bars : list of BarProperties
+    impulses : sequence of Impulse
+    angles : sequence of float
+        Absolute angles of all bars, rad.
+
+    Returns
+    -------
+    list of tuple
+        Jumps of the centre's velocity (m/s, m/s) and of the rate (rad/s), for each bar.
+    """
     found = [(0.0, 0.0, 0.0)] * len(bars)
     for impulse in impulses:
         j = impulse.bar - 1

@@ -1,1 +1,1 @@
-"""Shared by engines: initial state, Kepler's orbit, equal steps, step alignment, face reversal, joint coordinates."""
+"""Shared by engines: initial state, joint coordinates and forces, Kepler's orbit, equal steps, events, landing."""

@@ -18,6 +18,17 @@ def steps_between_samples(scene: Scene, steps_per_orbit: float) -> int:
 
     Multipliers held at velocity level oscillate from step to step, by h² and undamped. After an odd number of steps a
     sample would fall on the other side of the oscillation, and two settings could not be compared.
+
+    Parameters
+    ----------
+    scene : Scene
+    steps_per_orbit : float
+        Value of the setting: steps per `Scene.step_period_s`.
+
+    Returns
+    -------
+    int
+        Even, at least two.
     """
     intervals = scene.run.samples - 1
     wanted = steps_per_orbit * scene.run.duration_s / scene.step_period_s / intervals
@@ -25,7 +36,19 @@ def steps_between_samples(scene: Scene, steps_per_orbit: float) -> int:
 
 
 def step_s(scene: Scene, steps_per_orbit: float) -> float:
-    """Size of the steps, s."""
+    """Size of the steps, s.
+
+    Parameters
+    ----------
+    scene : Scene
+    steps_per_orbit : float
+        Value of the setting.
+
+    Returns
+    -------
+    float
+        A whole number of steps fills the time between two samples.
+    """
     return scene.run.duration_s / ((scene.run.samples - 1) * steps_between_samples(scene, steps_per_orbit))
 
 

@@ -50,6 +50,16 @@ def unsupported_motion(scene: Scene, motion: Trajectory) -> str | None:
     """Reason why equal steps do not support a motion given at close samples; None if they do.
 
     Two reversals between two samples are found too, in the cubic through values and slopes at both samples.
+
+    Parameters
+    ----------
+    scene : Scene
+    motion : Trajectory
+        With angles and rates.
+
+    Returns
+    -------
+    str or None
     """
     return first_reversal(scene, motion, between=True)
 

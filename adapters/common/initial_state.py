@@ -57,7 +57,18 @@ class InitialState:
 
 
 def initial_state(scene: Scene) -> InitialState:
-    """Initial state of `scene`, with joints closed in position and velocity."""
+    """Initial state of `scene`, with joints closed in position and velocity.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    InitialState
+        Centre of mass from the centre of the body; places and velocities of the bars' centres relative to it; absolute
+        angles and rates.
+    """
     model = chain_model(scene)
     longitude = scene.orbit.longitude_rad
     radial = np.array([math.cos(longitude), math.sin(longitude)])

@@ -15,6 +15,14 @@ def misalignment(scene: Scene) -> str | None:
 
     The number of steps between two samples is even. A sample and the midpoint between two samples are therefore ends of
     steps at every setting.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    str or None
     """
     half = 0.5 * scene.run.duration_s / (scene.run.samples - 1)
     for t in inner_events_s(scene):
@@ -33,7 +41,19 @@ def inner_events_s(scene: Scene) -> list[float]:
 
 
 def events_by_step(scene: Scene, dt_s: float) -> dict[int, tuple[Impulse, ...]]:
-    """Steps that end at an event, with the impulses applied there; step 0 appears only with impulses."""
+    """Steps that end at an event, with the impulses applied there; step 0 appears only with impulses.
+
+    Parameters
+    ----------
+    scene : Scene
+    dt_s : float
+        Size of the equal steps.
+
+    Returns
+    -------
+    dict
+        From the number of a step to the impulses at its end, of an event without impulses to none.
+    """
     found: dict[int, tuple[Impulse, ...]] = {round(t / dt_s): () for t in inner_events_s(scene)}
     steps = round(scene.run.duration_s / dt_s)
     for impulse in scene.effects.impulse:

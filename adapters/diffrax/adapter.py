@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 
 from adapters.common.initial_state import POINT_PART, initial_state
+from adapters.common.landing import landing_text
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, EngineError
 from adapters.trajectory import ENDED, Observable, Trajectory
 
@@ -66,6 +67,6 @@ class DiffraxDopri8(Engine):
             y[:, 4 : 4 + n],
             y[:, 4 + n :],
             reaction,
-            ended=f"a bar reached the surface at t = {end_s:.6f} s" if landed else "",
+            ended=landing_text(end_s if landed else None),
             info=info | ({ENDED: end_s} if landed else {}),
         )

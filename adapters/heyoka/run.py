@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from adapters.common.landing import landing_text
 from adapters.engine import EngineError
 from adapters.heyoka.compiled import Precision, function, observe, observer, value
 from adapters.heyoka.discrete_modes import Modes
@@ -231,7 +232,7 @@ class HeyokaRun:
             (seen[:, :joints] * units.force).reshape(n, bars - 1, 2),
             torque_N_m=seen[:, joints:] * (units.force * units.length_m),
             impulse_N_s=impulse if self.structure.effects.impulses else None,
-            ended="" if landed_s is None else f"a bar reached the surface at t = {landed_s:.6f} s",
+            ended=landing_text(landed_s),
             info=info,
         )
 

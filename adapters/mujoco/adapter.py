@@ -15,7 +15,8 @@ from adapters.bar_loads.gravity import LandedError, MovingLoads
 from adapters.common import face_reversal
 from adapters.common.equal_steps import step_s, steps_between_samples
 from adapters.common.initial_state import initial_state
-from adapters.common.joint_coordinates import angles, positions, to_joint_coordinates, velocities
+from adapters.common.joint_coordinates import from_joint_coordinates, to_joint_coordinates
+from adapters.common.landing import landing_text
 from adapters.common.step_alignment import events_by_step, misalignment
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, EngineError, Setting
 from adapters.trajectory import Array, Observable, Trajectory
@@ -142,17 +143,16 @@ class Mujoco(Engine):
         reaction = self.reactions()
         n = len(reaction)
         q, q_t = (np.array(rows)[:n] for rows in zip(*self.seen, strict=True))
-        weight = np.array(self.scene.chain.mass_kg) / self.scene.mass_kg
+        bars = from_joint_coordinates(self.length_m, q, q_t)
         origin, drift = (track[:: 2 * self.every][:n] for track in (self.origin_m, self.drift_m_s))
         return Trajectory(
             self.scene.times_s[:n],
-            origin + np.einsum("j,njk->nk", weight, positions(self.length_m, q)),
-            drift + np.einsum("j,njk->nk", weight, velocities(self.length_m, q, q_t)),
-            angles(q),
-            angles(q_t),
+            *bars.track(np.array(self.scene.chain.mass_kg), origin, drift),
+            bars.angle_rad,
+            bars.rate_rad_s,
             reaction,
             impulse_N_s=np.array(self.impulses)[:n] if self.scene.effects.impulse else None,
-            ended="" if self.landed_s is None else f"a bar reached the surface at t = {self.landed_s:.6f} s",
+            ended=landing_text(self.landed_s),
             info={
                 "steps": (len(self.seen) - 1) * self.every,
                 "dt_s": self.dt_s,

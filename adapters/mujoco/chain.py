@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
+from adapters.common.joint_forces import reaction_from_wrench
 from adapters.engine import EngineError
 
 if TYPE_CHECKING:
@@ -116,8 +117,7 @@ def reactions(model: Any, data: Any) -> Array:
 
     mj.mj_forward(model, data)
     mj.mj_rnePostConstraint(model, data)
-    found: Array = -data.cfrc_int[2:, 3:5]
-    return found
+    return reaction_from_wrench(data.cfrc_int[2:, 3:5], on_next_bar=True)  # of the parent on the child
 
 
 @contextmanager

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
 
 from adapters.bar_loads.assemble import SUPPORTED
+from adapters.common.accuracy_scales import accuracy_scales
 from adapters.common.initial_state import initial_state
-from adapters.common.joint_coordinates import angles, positions, to_joint_coordinates, velocities
+from adapters.common.joint_coordinates import from_joint_coordinates, to_joint_coordinates
+from adapters.common.landing import landing_text
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, EngineError, Setting
 from adapters.ode_solvers.driver import Problem, drive
 from adapters.ode_solvers.scipy_solver import RTOL_FLOOR, ScipySolver
@@ -54,14 +55,16 @@ class Pinocchio(Engine):
         from adapters.pinocchio.jumps import Jumps
 
         start, self.times_s = initial_state(scene), scene.times_s
-        self.weight = np.array(scene.chain.mass_kg) / scene.mass_kg
+        self.mass_kg = np.array(scene.chain.mass_kg)
         self.chain = PinocchioChain(scene)
         q, q_t = to_joint_coordinates(self.chain.length_m, start)
         self.jumps, self.breaks_s = Jumps(scene, self.chain), scene.effects.breaks_s
         self.struck = bool(scene.effects.impulse)
         y0 = self.jumps.begin(np.concatenate([start.com_m, start.com_velocity_m_s, q, q_t]))
         self.problem = Problem(self.chain.rate, y0, self.chain.height)
-        self.solver = ScipySolver("DOP853", RTOL_FLOOR, setting.value * scales(scene))
+        unit = accuracy_scales(scene)
+        atol = setting.value * np.concatenate([unit.track, unit.joint_coordinates(scene.bars)])
+        self.solver = ScipySolver("DOP853", RTOL_FLOOR, atol)
 
     def simulate(self) -> None:
         """Integrate."""
@@ -72,18 +75,16 @@ class Pinocchio(Engine):
 
     def read(self) -> Trajectory:
         """Observables at the samples."""
-        y, width, length = self.walk.y, self.chain.width, self.chain.length_m
-        q, q_t = y[:, 4 : 4 + width], y[:, 4 + width :]
-        stopped = self.walk.stopped_s
+        y, width = self.walk.y, self.chain.width
+        bars = from_joint_coordinates(self.chain.length_m, y[:, 4 : 4 + width], y[:, 4 + width :])
         return Trajectory(
             self.walk.t_s,
-            y[:, :2] + np.einsum("j,njk->nk", self.weight, positions(length, q)),
-            y[:, 2:4] + np.einsum("j,njk->nk", self.weight, velocities(length, q, q_t)),
-            angles(q),
-            angles(q_t),
+            *bars.track(self.mass_kg, y[:, :2], y[:, 2:4]),
+            bars.angle_rad,
+            bars.rate_rad_s,
             np.array([self.reaction_N(t, row) for t, row in zip(self.walk.t_s, y, strict=True)]),
             impulse_N_s=self.jumps.impulses(self.walk.t_s) if self.struck else None,
-            ended="" if stopped is None else f"a bar reached the surface at t = {stopped:.6f} s",
+            ended=landing_text(self.walk.stopped_s),
             info={"steps": self.walk.steps, "evaluations": self.walk.evaluations},
         )
 
@@ -91,12 +92,3 @@ class Pinocchio(Engine):
         """Force on each bar from the next, (N-1, 2), at a sample; just before an event."""
         self.chain.inside_s = self.jumps.before(t_s)
         return self.chain.reactions(state, t_s)
-
-
-def scales(scene: Scene) -> Array:
-    """Unit of each component of a state: radius, bar length and radian, and the rate of each."""
-    circular = math.sqrt(scene.central_body.mu_m3_s2 / scene.radius0_m**3)
-    rate = max(circular, *(abs(a) * scene.orbital_rate_rad_s for a in scene.chain.rate_factor))
-    units = np.repeat([scene.radius0_m, scene.radius0_m * rate], 2)
-    joints = np.repeat([max(scene.chain.length_m), 1.0], [2, scene.bars])
-    return np.concatenate([units, joints, rate * joints])

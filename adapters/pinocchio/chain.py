@@ -8,18 +8,19 @@ and on the side of an event, see `inside_s`.
 from __future__ import annotations
 
 from itertools import accumulate
-from math import cos, sin, sqrt
+from math import cos, sin
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from adapters.bar_loads.assemble import chain_loads
+from adapters.bar_loads.falling_frame import fall_rate
 from adapters.bar_loads.gravity import MovingLoads
 from adapters.bar_loads.interface import FrameState, bars_of
-from adapters.bar_loads.particle import perturbing_fields
 from adapters.bar_loads.tree import tree_positions, tree_rates
 from adapters.common.joint_coordinates import angles, positions
-from reference_impl.model.kinematics import directions
+from adapters.common.joint_forces import reaction_from_wrench
+from adapters.common.landing import least_height_m
 from scenarios import Gravity
 
 if TYPE_CHECKING:
@@ -62,11 +63,11 @@ class PinocchioChain:
         self.model = model_of(chain)
         self.data = self.model.createData()
         self.width = scene.bars + 2
-        self.mu = 0.0 if scene.effects.gravity is Gravity.NONE else scene.central_body.mu_m3_s2
+        self.pulls = scene.effects.gravity is not Gravity.NONE
         self.loads = loads or MovingLoads(scene, surface=False)
         self.length_m, self.radius_m = np.array(chain.length_m), scene.central_body.radius_m
         self.effect_loads = chain_loads(scene, self.loads, free_falling=True)
-        self.beside = perturbing_fields(scene)
+        self.fall_rate = fall_rate(scene)
         self.bars = bars_of(chain)
         self.inside_s = 0.0  # an instant within the current segment between events
         self.forces = pin.StdVec_Force()  # one for each joint: Pinocchio reads beyond the end of a shorter list
@@ -76,21 +77,14 @@ class PinocchioChain:
 
     def rate(self, t_s: float, state: Array) -> Array:
         """Time derivative of a state."""
-        x, y, vx, vy = state[:4].tolist()
-        r2 = x * x + y * y
-        pull = -self.mu / (r2 * sqrt(r2))
-        ax, ay = pull * x, pull * y
-        for field in self.beside:
-            dx, dy = field(t_s, x, y)
-            ax, ay = ax + dx, ay + dy
-        return np.concatenate([(vx, vy, ax, ay), state[4 + self.width :], self.accelerations(t_s, state)])
+        return np.concatenate([self.fall_rate(t_s, state[:4]), state[4 + self.width :], self.accelerations(t_s, state)])
 
     def accelerations(self, t_s: float, state: Array) -> Array:
         """Second derivatives of the joint coordinates, (N + 2,)."""
         q, q_t = state[4 : 4 + self.width], state[4 + self.width :]
         if self.effect_loads:
             self.act(t_s, state[:4].tolist(), q.tolist(), q_t.tolist())
-        elif self.mu:
+        elif self.pulls:
             self.apply(float(state[0]), float(state[1]), q.tolist())
         found: Array = self.pin.aba(self.model, self.data, q, q_t, self.no_torques, self.forces)
         return found
@@ -153,13 +147,9 @@ class PinocchioChain:
         self.pin.rnea(self.model, self.data, q, q_t, q_tt, self.forces)
         # force of bar j on bar j + 1, in the axes of bar j + 1
         joint_forces = np.array([self.data.f[FIRST + j].linear[:2] for j in range(1, len(self.bars))]).reshape(-1, 2)
-        along, across = directions(angles(q[None])[0, 1:])
-        found: Array = -(joint_forces[:, :1] * along + joint_forces[:, 1:] * across)
-        return found
+        return reaction_from_wrench(joint_forces, on_next_bar=True, axes_rad=angles(q[None])[0, 1:])
 
     def height(self, state: Array) -> float:
         """Least distance of any point of any bar from the surface, m."""
-        q, half = state[None, 4 : 4 + self.width], 0.5 * self.length_m
-        position, (along, _) = state[:2] + positions(self.length_m, q)[0], directions(angles(q)[0])
-        foot = np.clip(-np.sum(position * along, axis=-1), -half, half)  # nearest point of the bar, from its centre
-        return float(np.linalg.norm(position + foot[:, None] * along, axis=-1).min() - self.radius_m)
+        q = state[None, 4 : 4 + self.width]
+        return least_height_m(self.radius_m, self.length_m, state[:2] + positions(self.length_m, q)[0], angles(q)[0])

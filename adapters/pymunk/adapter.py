@@ -19,6 +19,7 @@ from adapters.bar_loads.gravity import AbsoluteLoads, LandedError, Loads, Moving
 from adapters.bar_loads.interface import FrameState
 from adapters.common.equal_steps import step_s, steps_between_samples
 from adapters.common.initial_state import InitialState, initial_state
+from adapters.common.landing import landing_text
 from adapters.common.step_alignment import events_by_step, misalignment
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, EngineError, Setting
 from adapters.pymunk.iteration_count import MOST_SWEEPS, SETTLED_STEPS, step_sweeps, sweeps
@@ -161,7 +162,7 @@ class PymunkEngine(Engine):
                     self.take_sample(step)
             self.chain.check_joints()
         except LandedError:
-            self.ended = f"a bar reached the surface at t = {t_s[step]:.6f} s"
+            self.ended = landing_text(float(t_s[step]))
         except (ArithmeticError, ValueError) as error:
             raise EngineError(f"pymunk: the run failed at t = {t_s[step]:.6g} s: {error}") from error
 

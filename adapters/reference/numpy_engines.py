@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, Protocol, final
 import numpy as np
 
 from adapters.common.initial_state import chain_model, initial_state
+from adapters.common.landing import landing_text
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, EngineError, Setting
 from adapters.trajectory import ENDED, Observable, Trajectory
 from reference_impl.integrate.roundings import ROUNDINGS
@@ -82,7 +83,6 @@ class ReferenceEngine(Engine):
         info: dict[str, float | str] = {"steps": h.steps, "evaluations": h.evaluations, "method": h.method}
         if h.landed_s is not None:
             info[ENDED] = h.landed_s
-        landed = "" if h.landed_s is None else f"a bar reached the surface at t = {h.landed_s:.6f} s"
         return Trajectory(
             h.t_s,
             h.com_m,
@@ -96,7 +96,7 @@ class ReferenceEngine(Engine):
             position_m=h.position_m,
             impulse_N_s=h.impulse_N_s,
             condition=h.condition,
-            ended=landed,
+            ended=landing_text(h.landed_s),
             info=info,
         )
 

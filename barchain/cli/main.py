@@ -19,6 +19,7 @@ from barchain.cli.effects import effects
 from barchain.cli.ensemble import ensemble
 from barchain.cli.maintain.certified import certified_solutions
 from barchain.cli.maintain.doctor import doctor
+from barchain.cli.maintain.new_engine import new_engine
 from barchain.cli.maintain.schema import schema
 from barchain.cli.maintain.validate import validate
 from barchain.cli.nightly.attribute import attribute_night, bisect_figure
@@ -44,6 +45,7 @@ SECTIONS = {
     "Nights": (nightly, history, attribute_night, bisect_figure, releases),
     "For engine authors": (conform,),
     "Maintain": (doctor, validate, schema, certified_solutions),
+    "Engines of your own": (new_engine,),
 }
 
 

@@ -14,7 +14,7 @@ from barchain.execution.executors import LocalProcesses
 from barchain.run import pool
 from barchain.run.job import Job, Role
 from barchain.run.pool import PoolGroup, pool_group, run_jobs
-from barchain.timing.bench import TimingBench
+from barchain.run.timing.bench import TimingBench
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
 

@@ -51,7 +51,7 @@ def test_barchain_alone_prints_help_without_a_prefix_and_exits_with_0(capsys):
 def test_commands_stand_in_sections(capsys):
     run(["--help"])
     text = capsys.readouterr().out
-    assert list(SECTIONS) == ["Run and compare", "Studies", "Nights", "Maintain"]
+    assert list(SECTIONS) == ["Run and compare", "Studies", "Nights", "Maintain", "Engines of your own"]
     places = [text.index(f"{title}:") for title in SECTIONS]
     assert places == sorted(places)
     assert (

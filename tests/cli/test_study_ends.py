@@ -12,12 +12,12 @@ import pytest
 from adapters.registry import ENGINES, Registration
 from barchain.cli.common.exit_codes import ExitCode, end_study
 from barchain.cli.main import run
+from barchain.run.timing.left_out import failures
 from barchain.studies.ensemble.execution import EnsembleSummary
 from barchain.studies.ensemble.rows import RunTally
 from barchain.studies.roundoff.run import RoundoffResult
 from barchain.studies.selftest.trial import SelftestError
 from barchain.studies.stability.expected import recorded
-from barchain.timing.left_out import failures
 from reports.tables.reading import DamagedResultsError
 
 LONG = "x" * 250  # more than a file system takes, with an ending

@@ -104,6 +104,7 @@ RUNNERS = (
     ("barchain.studies.study", "run_and_render"),
     ("barchain.crossval.run", "run_comparison"),
     ("barchain.api", "run_jobs"),
+    ("barchain.engine.new_package", "render_into"),
     ("barchain.solutions.certified_commit", "commit"),
     ("barchain.solutions.certified_commit", "check"),
     ("barchain.nightly.running.night", "run_night"),
@@ -156,7 +157,7 @@ def wild_lines() -> Iterator[list[str]]:
         takes_scene = any(
             isinstance(p, click.Argument) and p.name in {"scene", "scenes", "files"} for p in command.params
         )
-        scene = [SCENE] if takes_scene else []
+        scene = [SCENE] if takes_scene else ["trial"] if name == "new-engine" else []
         for param in command.params:
             if isinstance(param, click.Argument):
                 yield from ([*plain_line(name), "--", value] for value in values(param))

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from adapters.registry import Registration
 from scenarios import scene_names
 from tests.structure.commands import fault
 from tests.structure.documents import command_lines, docstring_paths, documents, exists, links, paths, scenes
@@ -13,6 +14,9 @@ from tests.structure.product import ROOT, relative
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+TUTORIAL_ENGINE = "spring"
+"""Engine that the tutorial's reader installs"""
 
 every_document = pytest.mark.parametrize("document", documents(), ids=relative)
 
@@ -37,7 +41,8 @@ def test_scenes_exist(document: Path) -> None:
 
 
 @every_document
-def test_command_lines_parse(document: Path) -> None:
+def test_command_lines_parse(document: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("adapters.registry.third_party", lambda _: {TUTORIAL_ENGINE: Registration("a_module:AClass")})
     faults = [(mention, fault(mention.text, whole=whole)) for mention, whole in command_lines(document)]
     assert not any(reason for _, reason in faults), "\n".join(f"{m}: {reason}" for m, reason in faults if reason)
 

@@ -11,6 +11,7 @@ from adapters.engine import AccuracyParameter, AccuracySweep, Setting
 from adapters.registry import ENGINES, Registration
 from barchain.record.study_store import StudyStore
 from barchain.run.job import RunResult
+from barchain.run.timing.orders import fit_order
 from barchain.solutions.certified import certified
 from barchain.studies.cost.findings import orders_table
 from barchain.studies.cost.fixed_steps import errors_at_equal_steps
@@ -20,7 +21,6 @@ from barchain.studies.cost.points import errors_of, under_floor
 from barchain.studies.cost.run import CostRun, columns_of, too_fine, too_long
 from barchain.studies.cost.study import CostOptions, CostStudy
 from barchain.studies.study import Reporter, run_study
-from barchain.timing.orders import fit_order
 from reports.render import render_study
 from reports.tables.cost import FILES, INDEPENDENT, POINT_COLUMNS, read_cost
 from reports.tables.outcome import Outcome

@@ -17,6 +17,8 @@ from adapters.registry import ENGINES, Registration
 from barchain.boundary.memory import Peak, mark
 from barchain.record.study_store import StudyStore
 from barchain.run.job import Job, Role
+from barchain.run.timing.divided_chain import divided
+from barchain.run.timing.evaluation import DIRECT, calibrated, evaluation_times, loop_of
 from barchain.studies.scaling.fit import FAST, LEAST_MEMORY_B, exponent, fits_table, targets
 from barchain.studies.scaling.limits import BARS
 from barchain.studies.scaling.plan import SHARES, ScalingPlan, affordable, predicted
@@ -24,8 +26,6 @@ from barchain.studies.scaling.point import ScalingTask, measure_point
 from barchain.studies.scaling.run import ScalingRun
 from barchain.studies.scaling.study import ScalingOptions, ScalingStudy
 from barchain.studies.study import Reporter, run_study
-from barchain.timing.divided_chain import divided
-from barchain.timing.evaluation import DIRECT, calibrated, evaluation_times, loop_of
 from reports.chapters.scaling.view import memory_text
 from reports.render import render, render_study
 from reports.tables.outcome import Outcome
@@ -277,7 +277,7 @@ def test_evaluations_are_timed_by_themselves(engine: str) -> None:
 def test_the_timed_loop_evaluates_the_chain_at_its_start() -> None:
     """Same operations in the same order as one call, contracted or not: some roundings of the terms that enter."""
     from adapters.common.initial_state import chain_model
-    from barchain.timing.compiled_loop import repeat  # llvmlite is an extra
+    from barchain.run.timing.compiled_loop import repeat  # llvmlite is an extra
     from reference_impl.fast import layout
     from reference_impl.model.kinematics import consistent_state
     from tests.support.fast_evaluation import fast_accelerations

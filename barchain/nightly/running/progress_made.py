@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from barchain.run.timing.bench import LONG_S
 from barchain.studies.cost.run import FEWEST_LONG_TURNS, FEWEST_TURNS
-from barchain.timing.bench import LONG_S
 from reports.tables import cost, crossval, stability
 from reports.tables.outcome import Outcome
 from reports.tables.reading import DamagedResultsError

@@ -10,10 +10,10 @@ import pandas as pd
 
 from adapters.engine import AccuracyParameter
 from barchain.boundary.declared import engine_class
+from barchain.run.timing.orders import SCATTERED, STRAIGHT, OrderFit, fit_order, price_of_a_digit
+from barchain.run.timing.statistics import Interval, on_front
 from barchain.studies.cost.points import TELLS
 from barchain.studies.cost.reach import MEASURES, QUANTITIES, curves_of, least_error, reach_rows
-from barchain.timing.orders import SCATTERED, STRAIGHT, OrderFit, fit_order, price_of_a_digit
-from barchain.timing.statistics import Interval, on_front
 from reports.tables.cost import OWN_EQUATIONS
 from reports.tables.outcome import Outcome
 

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from barchain.boundary.declared import engine_class
+from barchain.run.timing.statistics import interval
 from barchain.studies.cost.plan import kind_of
-from barchain.timing.statistics import interval
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from adapters.trajectory import Array
     from barchain.run.job import Job
-    from barchain.timing.bench import TimingBench
+    from barchain.run.timing.bench import TimingBench
 
 OPTION = "repeated_load"
 TURNS = 7

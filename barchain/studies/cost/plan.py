@@ -10,8 +10,8 @@ from adapters.common.equal_steps import step_s
 from adapters.engine import AccuracyParameter
 from barchain.boundary.declared import engine_class
 from barchain.run.job import Job, Role
+from barchain.run.timing.left_out import LeftOut, cannot
 from barchain.studies.cost.limits import MINUTES, REPEATS, TIME_LIMIT_S
-from barchain.timing.left_out import LeftOut, cannot
 from reports.tables.cost import INDEPENDENT, OWN_EQUATIONS
 
 if TYPE_CHECKING:

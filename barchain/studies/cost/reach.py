@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.studies.cost.points import TELLS
-from barchain.timing.statistics import (
+from barchain.run.timing.statistics import (
     CurvePosition,
     Interval,
     WorkPrecisionCurve,
@@ -19,6 +18,7 @@ from barchain.timing.statistics import (
     lower_envelope,
     parts,
 )
+from barchain.studies.cost.points import TELLS
 from reports.tables.cost import BASELINE
 from reports.tables.outcome import Outcome
 

@@ -12,16 +12,16 @@ import numpy as np
 
 from adapters.common.equal_steps import step_s
 from adapters.engine import AccuracyParameter
+from barchain.run.timing.bench import LONG_S, TimingBench
+from barchain.run.timing.left_out import failures
+from barchain.run.timing.load import OtherLoad
+from barchain.run.timing.statistics import median_time
 from barchain.studies.cost.findings import equal_steps_row, front_of, orders_table, price_table, reach_table
 from barchain.studies.cost.fixed_steps import ORDER, errors_at_equal_steps
 from barchain.studies.cost.load_share import load_jobs, load_times
 from barchain.studies.cost.measured_points import MeasuredPoints
 from barchain.studies.cost.plan import sweeps
 from barchain.studies.cost.points import UNITS, errors_of, under_floor
-from barchain.timing.bench import LONG_S, TimingBench
-from barchain.timing.left_out import failures
-from barchain.timing.load import OtherLoad
-from barchain.timing.statistics import median_time
 from reports.tables.cost import NOT_RUN
 from reports.tables.outcome import Outcome
 
@@ -32,10 +32,10 @@ if TYPE_CHECKING:
 
     from barchain.record.study_store import StudyStore
     from barchain.run.job import Job, RunResult
+    from barchain.run.timing.left_out import LeftOut
     from barchain.studies.cost.plan import CostPlan
     from barchain.studies.cost.points import BoundedSolution
     from barchain.studies.study import Reporter
-    from barchain.timing.left_out import LeftOut
     from scenarios import Scene
 
 FEWEST_TURNS = 3  # even where time is short: a median with its range
@@ -53,7 +53,7 @@ class CostResult:
     idle: dict[str, str]
     """Engines that ran on none of the scenes, with the reason"""
     failures: tuple[str, ...] = ()
-    """One line each; see :func:`barchain.timing.left_out.failures`"""
+    """One line each; see :func:`barchain.run.timing.left_out.failures`"""
 
     @property
     def passed(self) -> bool:

@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 
     from barchain.record.study_store import StudyStore
     from barchain.run.job import Job, RunResult
+    from barchain.run.timing.statistics import Interval
     from barchain.studies.effects.effect_toggles import Switch
     from barchain.studies.effects.plan import EffectsPlan
     from barchain.studies.study import Reporter
-    from barchain.timing.statistics import Interval
 
 
 @dataclass(frozen=True)

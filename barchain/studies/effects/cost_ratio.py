@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.timing.bench import TimingBench
-from barchain.timing.evaluation import DIRECT, batch_s, calibrated, loop_of
-from barchain.timing.statistics import Interval, median_time
+from barchain.run.timing.bench import TimingBench
+from barchain.run.timing.evaluation import DIRECT, batch_s, calibrated, loop_of
+from barchain.run.timing.statistics import Interval, median_time
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from barchain.timing.orders import FEWEST, slope
-from barchain.timing.statistics import Interval
+from barchain.run.timing.orders import FEWEST, slope
+from barchain.run.timing.statistics import Interval
 from reports.tables.scaling import FIT_COLUMNS
 
 if TYPE_CHECKING:

@@ -10,8 +10,8 @@ import numpy as np
 
 from barchain.boundary.declared import engine_class
 from barchain.run.job import Job, Role
+from barchain.run.timing.divided_chain import divided
 from barchain.studies.scaling.limits import BARS, MINUTES, REPEATS, TIME_LIMIT_S
-from barchain.timing.divided_chain import divided
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

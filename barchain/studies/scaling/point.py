@@ -11,10 +11,10 @@ from barchain.boundary.limits import QUESTION_S
 from barchain.boundary.memory import Peak
 from barchain.run.job import Job, RunResult
 from barchain.run.outside_runs import one_first_run, one_run, one_turn
+from barchain.run.timing.bench import LEAST_S, LONG_S, MOST_RUNS, turn, warmed
+from barchain.run.timing.evaluation import DIRECT, evaluation_times, loop_of
+from barchain.run.timing.statistics import median_time
 from barchain.run.worker import run_quietly
-from barchain.timing.bench import LEAST_S, LONG_S, MOST_RUNS, turn, warmed
-from barchain.timing.evaluation import DIRECT, evaluation_times, loop_of
-from barchain.timing.statistics import median_time
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:

@@ -23,6 +23,11 @@ from barchain.boundary.memory import installed
 from barchain.boundary.threads import one_thread_each, temporary_root
 from barchain.run.messages import collect
 from barchain.run.pool import PoolGroup, pool_group
+from barchain.run.timing.bench import STARTUP_S, pin, quietest_core
+from barchain.run.timing.divided_chain import divided
+from barchain.run.timing.evaluation import DIRECT
+from barchain.run.timing.left_out import LeftOut, cannot, failures
+from barchain.run.timing.load import OtherLoad
 from barchain.studies.scaling.measured_points import ScalingPoints
 from barchain.studies.scaling.plan import MEMORY_SHARE, SHARES, affordable, predicted
 from barchain.studies.scaling.point import (
@@ -33,11 +38,6 @@ from barchain.studies.scaling.point import (
     measure_outside_point,
     measure_point,
 )
-from barchain.timing.bench import STARTUP_S, pin, quietest_core
-from barchain.timing.divided_chain import divided
-from barchain.timing.evaluation import DIRECT
-from barchain.timing.left_out import LeftOut, cannot, failures
-from barchain.timing.load import OtherLoad
 from reports.tables.cost import NOT_RUN
 from reports.tables.outcome import Outcome
 
@@ -66,7 +66,7 @@ class ScalingResult:
     idle: dict[str, str]
     """Engines that could not be run at all, with the reason"""
     failures: tuple[str, ...] = ()
-    """One line each; see :func:`barchain.timing.left_out.failures`"""
+    """One line each; see :func:`barchain.run.timing.left_out.failures`"""
 
     @property
     def passed(self) -> bool:

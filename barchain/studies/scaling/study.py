@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from adapters.registry import engines
 from barchain.record.facts import engine_facts, external_versions, scene_words
 from barchain.run.selection import chosen_engines
+from barchain.run.timing.divided_chain import SCENE
 from barchain.studies.scaling.limits import BARS, MINUTES, REPEATS, TIME_LIMIT_S
 from barchain.studies.scaling.plan import ScalingPlan
 from barchain.studies.scaling.run import ScalingResult, ScalingRun
 from barchain.studies.study import limits_of
-from barchain.timing.divided_chain import SCENE
 from reports.tables.scaling import FILES
 from scenarios import load_scene
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from barchain.judge.error_units import NORM_SLACK
 from barchain.metrics.quantities import differences
+from barchain.run.timing.orders import slope
 from barchain.solutions.reference import PERTURBATION_RAD
-from barchain.timing.orders import slope
 from reports.tables.crossval import PARTED_RAD
 
 if TYPE_CHECKING:

@@ -13,8 +13,8 @@ from adapters.registry import COMPILED, ENGINES, engines, find_engine
 from barchain.boundary.declared import engine_class
 from barchain.execution.executors import ALL_CORES
 from barchain.run.job import SOLUTION_ROLES, Job, Role
+from barchain.run.timing.left_out import cannot
 from barchain.studies.stability.limits import TIME_LIMIT_S
-from barchain.timing.left_out import cannot
 from scenarios import load_scene, scene_names
 
 if TYPE_CHECKING:

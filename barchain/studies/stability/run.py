@@ -12,6 +12,7 @@ from barchain.run.job import SOLUTION_ROLES, Job, Role, RunResult, failure
 from barchain.run.order import longest_first
 from barchain.run.pool import RunQueue
 from barchain.run.time_limits import TimeLimit
+from barchain.run.timing.left_out import cannot
 from barchain.solutions.reference import SOLUTION_RTOL, ReferenceSolution
 from barchain.solutions.reference_runs import SolutionFailedError, solution_engine, solution_jobs, solution_of
 from barchain.studies.stability import expected
@@ -21,7 +22,6 @@ from barchain.studies.stability.growth import linear_rate
 from barchain.studies.stability.plan import LEVELS, LONG, SOLUTION_LIMIT_S, exact_jobs, settings
 from barchain.studies.stability.rules import ILL_POSED, Finding, finding
 from barchain.studies.stability.store import StabilityStore
-from barchain.timing.left_out import cannot
 from reports.tables.outcome import Outcome
 from reports.tables.stability import Stability
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 PYTHON, BLAS, HARNESS, REFERENCE, JUDGE, SHARED = "python", "blas", "harness", "reference", "judge", "adapter:shared"
 SOURCES = {
-    HARNESS: ("barchain.boundary", "barchain.execution", "barchain.run", "barchain.timing", "scenarios"),
+    HARNESS: ("barchain.boundary", "barchain.execution", "barchain.run", "scenarios"),
     REFERENCE: ("reference_impl",),
     JUDGE: ("barchain.judge", "barchain.metrics", "barchain.solutions", "barchain.studies", "barchain.crossval"),
     SHARED: ("adapters.common", "adapters.bar_loads", "adapters.engine", "adapters.trajectory", "adapters.registry"),

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
+from barchain.run.timing.orders import FEWEST, slope
 from barchain.studies.roundoff.formulations.definitions import LONGEST_STEP
 from barchain.studies.roundoff.formulations.states import StateKind
 from barchain.studies.roundoff.formulations.third_parties import FALLS, THIRD_PARTIES
 from barchain.studies.roundoff.parts.evaluation import BOTH, FORMULA, INPUT, REACTION
 from barchain.studies.roundoff.parts.trajectories import GROWS_FROM
-from barchain.timing.orders import FEWEST, slope
 from reference_impl.precision.arithmetic import ARITHMETICS
 from reports.tables.roundoff import BEST_LAW_COLUMNS, GROWTH_LAW_COLUMNS, LAW_COLUMNS, RUN
 

@@ -49,7 +49,7 @@ def numpy_loop(scene: Scene, coordinates: CoordinateSet) -> Callable[[int], None
 
 def compiled_loop(scene: Scene) -> Callable[[int], None]:
     """Loop over the compiled right-hand side."""
-    from barchain.timing.compiled_loop import repeat  # noqa: PLC0415  # llvmlite is an extra
+    from barchain.run.timing.compiled_loop import repeat  # noqa: PLC0415  # llvmlite is an extra
     from reference_impl.fast import layout  # noqa: PLC0415
     from reference_impl.fast.simulate import modes_at, set_modes  # noqa: PLC0415
 

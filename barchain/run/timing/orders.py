@@ -15,7 +15,7 @@ import numpy as np
 from scipy.stats import linregress
 from scipy.stats import t as student
 
-from barchain.timing.statistics import CONFIDENCE, Interval
+from barchain.run.timing.statistics import CONFIDENCE, Interval
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array

@@ -1,0 +1,118 @@
+"""Public interface for authors of engines: the contract, and helpers that most engines need.
+
+An engine is a class derived from :class:`Engine` in a package of its own, registered by an entry point in the group
+``barchain.engines``. ``barchain new-engine NAME`` writes such a package, docs/tutorials/your_own_engine.md builds one
+step by step, and docs/engine_conventions.md states the conventions of results.
+
+All quantities are in SI units and radians. N is the number of bars, n the number of samples. Vectors have inertial
+components along z1 and z2, and angles count from z1, counter-clockwise, unless a docstring says otherwise.
+
+======================  ============================================================================================
+part of an engine       names
+======================  ============================================================================================
+contract                `Engine`, `EngineError`, `UnsupportedMotionError`, `Setting`, `AccuracyParameter`,
+                        `AccuracySweep`, `Coordinates`
+results                 `Trajectory`, `Observable`, `Array`, `ENDED`
+scene                   `Scene`, `Gravity`, `load_scene`
+start                   `initial_state`, `InitialState`
+joint coordinates       `to_joint_coordinates`, `from_joint_coordinates`, `bar_accelerations`, `bar_angles`,
+                        `BarsInFrame`
+frame                   `free_fall`, `fall_rate`, `orbit_noise`, `kepler_orbit`, `FrameState`
+loads                   `ChainForces`, `FORCE_EFFECTS`, `impulse_jumps`, `bars_of`
+reactions               `reaction_from_wrench`, `reactions_from_motion`
+accuracy                `accuracy_scales`, `AccuracyScales`, `steps_between_samples`, `step_s`
+events                  `misalignment`, `events_by_step`, `face_reversal`
+landing                 `LandedError`, `landing_text`, `least_height_m`
+======================  ============================================================================================
+"""
+
+from adapters.bar_loads.assemble import SUPPORTED as _SUPPORTED
+from adapters.bar_loads.chain_forces import ChainForces as ChainForces
+from adapters.bar_loads.falling_frame import fall_rate as fall_rate
+from adapters.bar_loads.falling_frame import free_fall as free_fall
+from adapters.bar_loads.falling_frame import orbit_noise as orbit_noise
+from adapters.bar_loads.gravity import LandedError as LandedError
+from adapters.bar_loads.interface import FrameState as FrameState
+from adapters.bar_loads.interface import bars_of as bars_of
+from adapters.bar_loads.thrusts import impulse_jumps as impulse_jumps
+from adapters.common.accuracy_scales import AccuracyScales as AccuracyScales
+from adapters.common.accuracy_scales import accuracy_scales as accuracy_scales
+from adapters.common.equal_steps import step_s as step_s
+from adapters.common.equal_steps import steps_between_samples as steps_between_samples
+from adapters.common.face_reversal import unsupported_motion as face_reversal
+from adapters.common.initial_state import InitialState as InitialState
+from adapters.common.initial_state import initial_state as initial_state
+from adapters.common.joint_coordinates import BarsInFrame as BarsInFrame
+from adapters.common.joint_coordinates import accelerations as bar_accelerations
+from adapters.common.joint_coordinates import angles as bar_angles
+from adapters.common.joint_coordinates import from_joint_coordinates as from_joint_coordinates
+from adapters.common.joint_coordinates import to_joint_coordinates as to_joint_coordinates
+from adapters.common.joint_forces import reaction_from_wrench as reaction_from_wrench
+from adapters.common.joint_forces import reactions_from_motion as reactions_from_motion
+from adapters.common.kepler import propagate as kepler_orbit
+from adapters.common.landing import landing_text as landing_text
+from adapters.common.landing import least_height_m as least_height_m
+from adapters.common.step_alignment import events_by_step as events_by_step
+from adapters.common.step_alignment import misalignment as misalignment
+from adapters.engine import AccuracyParameter as AccuracyParameter
+from adapters.engine import AccuracySweep as AccuracySweep
+from adapters.engine import Coordinates as Coordinates
+from adapters.engine import Engine as Engine
+from adapters.engine import EngineError as EngineError
+from adapters.engine import Setting as Setting
+from adapters.engine import UnsupportedMotionError as UnsupportedMotionError
+from adapters.trajectory import ENDED as ENDED
+from adapters.trajectory import Array as Array
+from adapters.trajectory import Observable as Observable
+from adapters.trajectory import Trajectory as Trajectory
+from scenarios import Gravity as Gravity
+from scenarios import Scene as Scene
+from scenarios import load_scene as load_scene
+
+FORCE_EFFECTS = _SUPPORTED - {"impulse"}
+"""Names of the effects that `ChainForces` supports; impulses, which are no forces, have `impulse_jumps`"""
+
+__all__ = [
+    "ENDED",
+    "FORCE_EFFECTS",
+    "AccuracyParameter",
+    "AccuracyScales",
+    "AccuracySweep",
+    "Array",
+    "BarsInFrame",
+    "ChainForces",
+    "Coordinates",
+    "Engine",
+    "EngineError",
+    "FrameState",
+    "Gravity",
+    "InitialState",
+    "LandedError",
+    "Observable",
+    "Scene",
+    "Setting",
+    "Trajectory",
+    "UnsupportedMotionError",
+    "accuracy_scales",
+    "bar_accelerations",
+    "bar_angles",
+    "bars_of",
+    "events_by_step",
+    "face_reversal",
+    "fall_rate",
+    "free_fall",
+    "from_joint_coordinates",
+    "impulse_jumps",
+    "initial_state",
+    "kepler_orbit",
+    "landing_text",
+    "least_height_m",
+    "load_scene",
+    "misalignment",
+    "orbit_noise",
+    "reaction_from_wrench",
+    "reactions_from_motion",
+    "step_s",
+    "steps_between_samples",
+    "to_joint_coordinates",
+]

@@ -1,0 +1,1 @@
+"""Tests of what authors of engines get: the public interface, new packages, the pages."""
