@@ -125,6 +125,12 @@ def _more(module: str, name: str, requires: str, imported: str = "") -> Registra
     return Registration(f"adapters.{module}:{name}", requires, imported, install, in_default_set=False, optional=True)
 
 
+def _robotics(name: str, requires: str, imported: str) -> Registration:
+    """Registration of a robotics library with an extra and an adapter of its own name."""
+    target, install = f"adapters.{name.lower()}.adapter:{name}", f"pip install '.[{name.lower()}]'"
+    return Registration(target, requires, imported, install, in_default_set=False, optional=True)
+
+
 def _solver(module: str, name: str, requires: str, imported: str = "", *, compiled: bool = False) -> Registration:
     """Registration of a library's integrator on barchain's equations; `compiled` if these are the compiled ones."""
     install = "pip install '.[fast,more-engines]'" if compiled else "pip install '.[more-engines]'"
@@ -144,7 +150,7 @@ def _solver(module: str, name: str, requires: str, imported: str = "", *, compil
 def _diffrax(name: str) -> Registration:
     """Registration of an integrator in JAX on barchain's equations in JAX."""
     return Registration(
-        f"adapters.diffrax.adapter:{name}",
+        f"adapters.ode_solvers.diffrax.adapter:{name}",
         "diffrax",
         install="pip install '.[jax]'",
         ours=True,
@@ -207,6 +213,8 @@ ENGINES: dict[str, Registration] = {
     "diffrax-dopri8": _diffrax("DiffraxDopri8"),
     "mujoco": _more("mujoco.adapter", "Mujoco", "mujoco"),
     "pinocchio": _more("pinocchio.adapter", "Pinocchio", "pin", "pinocchio"),
+    "drake": _robotics("Drake", "drake", "pydrake"),
+    "dart": _robotics("Dart", "dartpy", "dartpy"),
 }
 
 

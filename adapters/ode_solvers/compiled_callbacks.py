@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.ode_solvers.driver import CFunctions
+from adapters.common.solver_driver import CFunctions
 from reference_impl.machine_code.functions import compiled, through_address
 from reference_impl.machine_code.library import Library
 from reference_impl.machine_code.structs import Struct, Vector

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, final
 
+from adapters.common.solver_driver import SolvedSegment
 from adapters.engine import AccuracyParameter, AccuracySweep, EngineError
-from adapters.ode_solvers.driver import SolvedSegment
 from adapters.ode_solvers.engine import CompiledSolverEngine, SolverEngine
 from adapters.ode_solvers.python_callbacks import PythonFunctions
 
 if TYPE_CHECKING:
-    from adapters.ode_solvers.driver import Problem
+    from adapters.common.solver_driver import Problem
     from adapters.trajectory import Array
 
 MOST_STEPS = 10_000_000  # between two samples; CVODE's default of 500 is too small for long intervals

@@ -9,8 +9,8 @@ import dataclasses
 from abc import abstractmethod
 from typing import TYPE_CHECKING, ClassVar
 
+from adapters.common.solver_driver import Problem, Solver, drive
 from adapters.engine import Coordinates
-from adapters.ode_solvers.driver import Problem, Solver, drive
 from adapters.reference.numpy_engines import EVERYTHING, ReferenceEngine
 from reference_impl.integrate.discrete_modes import DiscreteModes
 from reference_impl.integrate.simulate import Simulation

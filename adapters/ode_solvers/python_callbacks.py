@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.ode_solvers.driver import CFunctions
+from adapters.common.solver_driver import CFunctions
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from adapters.ode_solvers.driver import Problem
+    from adapters.common.solver_driver import Problem
     from adapters.trajectory import Array
 
 FUNCTION = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)

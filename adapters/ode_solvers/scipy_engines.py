@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import ClassVar, final
 
+from adapters.common.scipy_solver import Method, ScipySolver
 from adapters.engine import AccuracyParameter, AccuracySweep
 from adapters.ode_solvers.engine import CompiledSolverEngine, SolverEngine
-from adapters.ode_solvers.scipy_solver import Method, ScipySolver
 
 
 class ScipyEngine(SolverEngine):

@@ -21,7 +21,7 @@ from adapters.engine import EngineError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from adapters.ode_solvers.driver import CFunctions
+    from adapters.common.solver_driver import CFunctions
     from adapters.trajectory import Array
 
 DISTRIBUTION, LIBRARY = "scikit-sundae", "libsundials_cvode"

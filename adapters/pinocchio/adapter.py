@@ -2,93 +2,27 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, final
+from typing import TYPE_CHECKING, final
 
-import numpy as np
-
-from adapters.bar_loads.assemble import SUPPORTED
-from adapters.common.accuracy_scales import accuracy_scales
-from adapters.common.initial_state import initial_state
-from adapters.common.joint_coordinates import from_joint_coordinates, to_joint_coordinates
-from adapters.common.landing import landing_text
-from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, EngineError, Setting
-from adapters.ode_solvers.driver import Problem, drive
-from adapters.ode_solvers.scipy_solver import RTOL_FLOOR, ScipySolver
-from adapters.trajectory import Observable, Trajectory
+from adapters.bar_loads.joint_tree.engine import JointTreeEngine, reasons
 
 if TYPE_CHECKING:
-    from adapters.trajectory import Array
+    from adapters.pinocchio.chain import PinocchioChain
     from scenarios import Scene
-
-NO_PRESCRIBED_ROTATION = (
-    "prescribed rotation is not supported: Pinocchio's forward dynamics takes torques and does not find the torque "
-    "that holds a bar to its law"
-)
-NO_SHADOW = (
-    "solar_pressure.shadow is not supported: the solver restarts at instants known beforehand, "
-    "and the shadow's edges depend on the motion"
-)
 
 
 @final
-class Pinocchio(Engine):
+class Pinocchio(JointTreeEngine):
     """Joint coordinates, articulated-body algorithm."""
 
     title = "Pinocchio, joint coordinates in a freely falling frame, ABA stepped by SciPy's DOP853"
-    coordinates = Coordinates.JOINT
-    order = None
-    sweep = AccuracySweep(
-        AccuracyParameter.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13), default=1e-10
+    unsupported_reasons = reasons(
+        "prescribed rotation is not supported: Pinocchio's forward dynamics takes torques and does not find the torque "
+        "that holds a bar to its law"
     )
-    effects = SUPPORTED
-    observables = frozenset(
-        {Observable.COM, Observable.ATTITUDE, Observable.RATE, Observable.REACTION, Observable.IMPULSE}
-    )
-    unsupported_reasons: ClassVar[dict[str, str]] = {
-        f"prescribed_rotation.{what}": NO_PRESCRIBED_ROTATION
-        for what in ("inertial", "local_horizontal", "external", "joint")
-    } | {"solar_pressure.shadow": NO_SHADOW}
 
-    def build(self, scene: Scene, setting: Setting) -> None:
-        """Make the model and the initial value problem."""
+    def tree(self, scene: Scene) -> PinocchioChain:
+        """Pinocchio's model."""
         from adapters.pinocchio.chain import PinocchioChain
-        from adapters.pinocchio.jumps import Jumps
 
-        start, self.times_s = initial_state(scene), scene.times_s
-        self.mass_kg = np.array(scene.chain.mass_kg)
-        self.chain = PinocchioChain(scene)
-        q, q_t = to_joint_coordinates(self.chain.length_m, start)
-        self.jumps, self.breaks_s = Jumps(scene, self.chain), scene.effects.breaks_s
-        self.struck = bool(scene.effects.impulse)
-        y0 = self.jumps.begin(np.concatenate([start.com_m, start.com_velocity_m_s, q, q_t]))
-        self.problem = Problem(self.chain.rate, y0, self.chain.height)
-        unit = accuracy_scales(scene)
-        atol = setting.value * np.concatenate([unit.track, unit.joint_coordinates(scene.bars)])
-        self.solver = ScipySolver("DOP853", RTOL_FLOOR, atol)
-
-    def simulate(self) -> None:
-        """Integrate."""
-        try:
-            self.walk = drive(self.solver, self.problem, self.times_s, self.breaks_s, self.jumps).walk
-        except ArithmeticError as error:
-            raise EngineError(str(error)) from error
-
-    def read(self) -> Trajectory:
-        """Observables at the samples."""
-        y, width = self.walk.y, self.chain.width
-        bars = from_joint_coordinates(self.chain.length_m, y[:, 4 : 4 + width], y[:, 4 + width :])
-        return Trajectory(
-            self.walk.t_s,
-            *bars.track(self.mass_kg, y[:, :2], y[:, 2:4]),
-            bars.angle_rad,
-            bars.rate_rad_s,
-            np.array([self.reaction_N(t, row) for t, row in zip(self.walk.t_s, y, strict=True)]),
-            impulse_N_s=self.jumps.impulses(self.walk.t_s) if self.struck else None,
-            ended=landing_text(self.walk.stopped_s),
-            info={"steps": self.walk.steps, "evaluations": self.walk.evaluations},
-        )
-
-    def reaction_N(self, t_s: float, state: Array) -> Array:
-        """Force on each bar from the next, (N-1, 2), at a sample; just before an event."""
-        self.chain.inside_s = self.jumps.before(t_s)
-        return self.chain.reactions(state, t_s)
+        return PinocchioChain(scene)

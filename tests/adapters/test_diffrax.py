@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from adapters.common.initial_state import chain_model, initial_state
-from adapters.diffrax.adapter import DiffraxDopri8
 from adapters.engine import AccuracyParameter, EngineError, Setting
+from adapters.ode_solvers.diffrax.adapter import DiffraxDopri8
 from adapters.registry import ENGINES
 from reference_impl.model import relative
 from reference_impl.model.state import State
@@ -28,7 +28,7 @@ def run(scene, rtol):
 @pytest.mark.parametrize("bars", slow_but([1, 2, 5, 40], [1, 5]))
 def test_accelerations_and_reactions_are_those_of_the_formulation_in_numpy(gravity, bars):
     """40 bars are eliminated in a loop, fewer without one."""
-    from adapters.diffrax import compiled, equations
+    from adapters.ode_solvers.diffrax import compiled, equations
 
     scene = generic(1, bars, gravity=gravity)
     s = initial_state(scene)
@@ -62,7 +62,7 @@ def test_fall_ends_at_the_surface():
 
 @pytest.mark.slow
 def test_code_is_compiled_for_a_shape_and_serves_all_accuracies_orbits_and_masses(monkeypatch):
-    from adapters.diffrax import compiled
+    from adapters.ode_solvers.diffrax import compiled
 
     compiled.compiled_run.cache_clear()
     scene = of_bars(steep(orbits=0.1), 3)
@@ -74,7 +74,7 @@ def test_code_is_compiled_for_a_shape_and_serves_all_accuracies_orbits_and_masse
 
 @pytest.mark.slow
 def test_a_run_that_diffrax_gives_up_is_an_error(monkeypatch):
-    from adapters.diffrax import compiled
+    from adapters.ode_solvers.diffrax import compiled
 
     monkeypatch.setattr(compiled, "MOST_STEPS", 3)
     compiled.compiled_run.cache_clear()

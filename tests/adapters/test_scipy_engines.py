@@ -6,11 +6,12 @@ import functools
 import numpy as np
 import pytest
 
-import adapters.ode_solvers.scipy_solver as scipy_module
+import adapters.common.scipy_solver as scipy_module
 from adapters.common.initial_state import chain_model, initial_state
+from adapters.common.scipy_solver import RTOL_FLOOR, ScipySolver
+from adapters.common.solver_driver import Problem, drive
 from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.ode_solvers.cvode_engines import CvodeAdams, CvodeAdamsNumPy, CvodeBdf
-from adapters.ode_solvers.driver import Problem, drive
 from adapters.ode_solvers.engine import ATOL_SHARE, CompiledSolverEngine, compiled_order
 from adapters.ode_solvers.scipy_engines import (
     ScipyDop853,
@@ -22,7 +23,6 @@ from adapters.ode_solvers.scipy_engines import (
     ScipyRK45,
     ScipyRK45NumPy,
 )
-from adapters.ode_solvers.scipy_solver import RTOL_FLOOR, ScipySolver
 from adapters.registry import ENGINES
 from reference_impl.integrate.simulate import Simulation
 from scenarios import load_scene

@@ -23,7 +23,7 @@ SCENES = ("paper/fig05", "paper/fig13", "basics/two_bars_free", "basics/kepler_c
 MOST_SCENES = 3
 ANCHOR = "reference-fast"
 LIMIT_S = 180.0
-MODULES = {"pin": "pinocchio", "scikit-sundae": "sksundae"}
+MODULES = {"drake": "pydrake", "pin": "pinocchio", "scikit-sundae": "sksundae"}
 """Modules of distributions that are imported under another name"""
 
 

@@ -34,7 +34,6 @@ LIBRARIES = ("numpy", "scipy")
 COMPILER = "llvmlite"
 IMPORTED = {
     "adapter:ode_solvers": ("adapter:reference",),
-    "adapter:pinocchio": ("adapter:ode_solvers", "adapter:reference"),
 }
 """Adapters that import others"""
 JUDGED = {FigureKind.ERROR, FigureKind.VERDICT, FigureKind.VALUE}

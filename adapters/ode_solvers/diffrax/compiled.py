@@ -11,12 +11,12 @@ import jax.numpy as jnp
 import numpy as np
 import optimistix
 
-from adapters.diffrax import equations
+from adapters.ode_solvers.diffrax import equations
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from adapters.diffrax.equations import JaxChain, Numbers
+    from adapters.ode_solvers.diffrax.equations import JaxChain, Numbers
 
 jax.config.update("jax_enable_x64", True)
 

@@ -31,8 +31,8 @@ class DiffraxDopri8(Engine):
 
     def build(self, scene: Scene, setting: Setting) -> None:
         """Compile the run, unless one of this shape is compiled already."""
-        from adapters.diffrax.compiled import Shape, compiled_run, double
-        from adapters.diffrax.equations import jax_chain
+        from adapters.ode_solvers.diffrax.compiled import Shape, compiled_run, double
+        from adapters.ode_solvers.diffrax.equations import jax_chain
 
         start = initial_state(scene)
         gravity = POINT_PART[scene.effects.gravity]
@@ -49,7 +49,7 @@ class DiffraxDopri8(Engine):
 
     def read(self) -> Trajectory:
         """Observables at the samples."""
-        from adapters.diffrax.compiled import STAGES, compiled_reactions
+        from adapters.ode_solvers.diffrax.compiled import STAGES, compiled_reactions
 
         found, n = self.solved, self.shape.bars
         end_s, steps = float(found.end_s[0]), int(found.steps)

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from adapters.common.solver_driver import SolvedSegment
 from adapters.engine import EngineError
-from adapters.ode_solvers.driver import SolvedSegment
 
 if TYPE_CHECKING:
-    from adapters.ode_solvers.driver import Problem
+    from adapters.common.solver_driver import Problem
     from adapters.trajectory import Array
 
 Method = Literal["RK45", "DOP853", "Radau", "LSODA"]

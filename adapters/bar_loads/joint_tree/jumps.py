@@ -1,4 +1,4 @@
-"""Events in a run of Pinocchio's chain: starts and ends of thrusts, and impulses."""
+"""Events in a run of a chain: starts and ends of thrusts, and impulses."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from reference_impl.integrate.stepper import TIME_EVENT_TOLERANCE, smooth_segments
 
 if TYPE_CHECKING:
-    from adapters.pinocchio.chain import PinocchioChain
+    from adapters.bar_loads.joint_tree.chain import JointTree
     from adapters.trajectory import Array
     from scenarios import Impulse, Scene
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 class Jumps:
     """State changes at the events of a run."""
 
-    def __init__(self, scene: Scene, chain: PinocchioChain) -> None:
+    def __init__(self, scene: Scene, chain: JointTree) -> None:
         """Events of `scene`."""
         self.chain, self.scheduled = chain, scene.effects.impulse
         self.slack_s = TIME_EVENT_TOLERANCE * scene.run.duration_s
