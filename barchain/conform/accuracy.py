@@ -11,7 +11,7 @@ import numpy as np
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.trajectory import Observable
-from barchain.conform.checks import Check, Group, State
+from barchain.conform.checks import Check, CheckState, Group
 from barchain.conform.physics import reason_against
 from barchain.conform.runs import results
 from barchain.conform.scenes import PARTICLE, REPEATED, scene_of, solved
@@ -45,7 +45,7 @@ ASYMPTOTIC = 1e-2
 
 
 @dataclass(frozen=True)
-class SettingError:
+class ErrorAtSetting:
     """Errors of one setting, relative to the scales of the quantities."""
 
     setting: Setting
@@ -75,14 +75,16 @@ def accuracy(engine: Examined) -> Iterator[Check]:
     scenes = REPEATED if Observable.ATTITUDE in engine.load().observables else PARTICLE
     name = next((n for n in scenes if reason_against(engine, n) is None), None)
     if name is None:
-        yield Check(Group.ACCURACY, "errors at several settings", State.UNSUPPORTED, "supports no scene of this check")
+        yield Check(
+            Group.ACCURACY, "errors at several settings", CheckState.UNSUPPORTED, "supports no scene of this check"
+        )
         return
     settings = tried_settings(engine, scene_of(name))
     jobs = [engine.job(scene_of(name), setting, Role.MAIN) for setting in settings]
     made = results(engine, jobs, [solved(name).trajectory.t_s] * len(jobs), RUN_S)
     failed = [f"{s}: {r.reason}" for s, r in zip(settings, made, strict=True) if r.outcome is not Outcome.PASS]
     if failed:
-        yield Check(Group.ACCURACY, "runs at several settings", State.FAILED, "; ".join(failed), PAGE, scene=name)
+        yield Check(Group.ACCURACY, "runs at several settings", CheckState.FAILED, "; ".join(failed), PAGE, scene=name)
     found = [
         setting_error(engine, name, s, r) for s, r in zip(settings, made, strict=True) if r.outcome is Outcome.PASS
     ]
@@ -109,7 +111,7 @@ def step_of(setting: Setting, scene: Scene) -> float:
     return 0.5 / math.ceil(0.5 * setting.value * between / scene.step_period_s - 1e-9)
 
 
-def setting_error(engine: Examined, name: str, setting: Setting, result: RunResult) -> SettingError:
+def setting_error(engine: Examined, name: str, setting: Setting, result: RunResult) -> ErrorAtSetting:
     """Errors of one run."""
     assert result.trajectory is not None
     solution = solved(name)
@@ -122,40 +124,44 @@ def setting_error(engine: Examined, name: str, setting: Setting, result: RunResu
     ratio = max(float(np.max(v[:n] / np.where(bounds[q] > 0.0, bounds[q], np.inf))) for q, v in apart.items())
     step = step_of(setting, scene_of(name))
     floor = float(errors.floor[worst].max()) / errors.scale[worst]
-    return SettingError(setting, step, relative[worst], floor, n == errors.n, ratio)
+    return ErrorAtSetting(setting, step, relative[worst], floor, n == errors.n, ratio)
 
 
-def bound_check(found: list[SettingError], name: str) -> Check:
+def bound_check(found: list[ErrorAtSetting], name: str) -> Check:
     """Check that every error is inside the bound that the setting and the declarations promise."""
     beyond = [e for e in found if not e.bound_ratio <= 1.0]
     if beyond:
         said = "; ".join(f"{e.bound_ratio:.3g} times the bound at {e.setting}" for e in beyond)
-        return Check(Group.ACCURACY, "errors inside the bound", State.FAILED, said, PAGE, scene=name)
+        return Check(Group.ACCURACY, "errors inside the bound", CheckState.FAILED, said, PAGE, scene=name)
     most = max((e.bound_ratio for e in found), default=0.0)
-    return Check(Group.ACCURACY, "errors inside the bound", State.PASSED, f"at most {most:.2g} of it", PAGE, scene=name)
+    return Check(
+        Group.ACCURACY, "errors inside the bound", CheckState.PASSED, f"at most {most:.2g} of it", PAGE, scene=name
+    )
 
 
-def falling_check(found: list[SettingError], order: float | None, name: str) -> Check:
+def falling_check(found: list[ErrorAtSetting], order: float | None, name: str) -> Check:
     """Check that a finer setting gives a smaller error, down to rounding."""
     shown = ", ".join(map(str, found))
     for coarse, fine in pairwise(e for e in found if e.whole and e.error < ASYMPTOTIC):
         finer = math.log(coarse.step / fine.step) * (1.0 if order is None else order)
         if fine.tells and fine.error > FALL_SLACK * coarse.error * math.exp(-LEAST_FALL * finer):
             said = f"the error does not follow the setting: {shown}"
-            return Check(Group.ACCURACY, "errors fall with the setting", State.FAILED, said, PAGE, scene=name)
-    return Check(Group.ACCURACY, "errors fall with the setting", State.PASSED, shown, PAGE, scene=name)
+            return Check(Group.ACCURACY, "errors fall with the setting", CheckState.FAILED, said, PAGE, scene=name)
+    return Check(Group.ACCURACY, "errors fall with the setting", CheckState.PASSED, shown, PAGE, scene=name)
 
 
-def request_check(found: list[SettingError], name: str) -> Check:
+def request_check(found: list[ErrorAtSetting], name: str) -> Check:
     """Tell the ratio of the error to the requested one, and whether it keeps its order of magnitude."""
     ratios = [e.error / e.setting.value for e in found if e.tells]
     if not ratios:
-        return Check(Group.ACCURACY, "error over request", State.PASSED, "rounding at all settings", PAGE, scene=name)
+        return Check(
+            Group.ACCURACY, "error over request", CheckState.PASSED, "rounding at all settings", PAGE, scene=name
+        )
     said = f"{min(ratios):.2g} to {max(ratios):.2g} times the request"
-    return Check(Group.ACCURACY, "error over request", State.PASSED, said, PAGE, scene=name)
+    return Check(Group.ACCURACY, "error over request", CheckState.PASSED, said, PAGE, scene=name)
 
 
-def order_check(found: list[SettingError], order: float, name: str) -> Check:
+def order_check(found: list[ErrorAtSetting], order: float, name: str) -> Check:
     """Check the declared order of a method of equal steps."""
     slopes = []
     for coarse, fine in pairwise(e for e in found if e.whole):
@@ -163,10 +169,12 @@ def order_check(found: list[SettingError], order: float, name: str) -> Check:
             slopes.append(math.log(coarse.error / fine.error) / math.log(coarse.step / fine.step))
     if not slopes:
         return Check(
-            Group.ACCURACY, "order", State.WARNING, "no two settings whose errors show the order", PAGE, scene=name
+            Group.ACCURACY, "order", CheckState.WARNING, "no two settings whose errors show the order", PAGE, scene=name
         )
     measured = ", ".join(f"{s:.2f}" for s in slopes)
     if max(slopes) < order - ORDER_SLACK:
         said = f"measured {measured}, declared {order:g}"
-        return Check(Group.ACCURACY, "order", State.FAILED, said, PAGE, scene=name)
-    return Check(Group.ACCURACY, "order", State.PASSED, f"measured {measured}; declared {order:g}", PAGE, scene=name)
+        return Check(Group.ACCURACY, "order", CheckState.FAILED, said, PAGE, scene=name)
+    return Check(
+        Group.ACCURACY, "order", CheckState.PASSED, f"measured {measured}; declared {order:g}", PAGE, scene=name
+    )

@@ -10,7 +10,7 @@ import numpy as np
 
 from barchain.boundary.limits import OutsideLimits
 from barchain.boundary.process import GRACE_S, ask
-from barchain.conform.checks import Check, Group, State
+from barchain.conform.checks import Check, CheckState, Group
 from barchain.conform.physics import reason_against
 from barchain.conform.runs import START_S
 from barchain.conform.scenes import REPEATED, scene_of
@@ -42,13 +42,13 @@ def behaviour(engine: Examined) -> Iterator[Check]:
     """Checks of several runs in one process, of two processes, and of a run that is ended."""
     name = next((n for n in REPEATED if reason_against(engine, n) is None), None)
     if name is None:
-        yield Check(Group.BEHAVIOUR, "several runs", State.UNSUPPORTED, "supports no scene of this check")
+        yield Check(Group.BEHAVIOUR, "several runs", CheckState.UNSUPPORTED, "supports no scene of this check")
         return
     scene, setting = scene_of(name), engine.load().sweep.setting()
     asked = (engine.registration, scene, setting)
     first = ask("behaviour", *asked, TIMES, limits=OutsideLimits(2.0 * START_S))
     if first.problem:
-        yield Check(Group.BEHAVIOUR, "several runs", State.FAILED, first.problem, PAGE, scene=name)
+        yield Check(Group.BEHAVIOUR, "several runs", CheckState.FAILED, first.problem, PAGE, scene=name)
         return
     yield from left_behind(first.header)
     again = ask("behaviour", *asked, 1, limits=OutsideLimits(START_S))
@@ -63,34 +63,34 @@ def left_behind(header: dict[str, Any]) -> Iterator[Check]:
     before, after_first, after = header["before"], header["after_first"], header["after"]
     further = max(int(header["times"]) - 1, 1)
     printed = (after["printed_B"] - after_first["printed_B"]) / further
-    yield told("output", f"prints {printed:.0f} bytes in a run" if printed > 0 else "", State.WARNING)
+    yield told("output", f"prints {printed:.0f} bytes in a run" if printed > 0 else "", CheckState.WARNING)
     changed = [words for key, words in STATE.items() if before[key] != after[key]]
     variables = sorted(k for k in after["variables"] if before["variables"].get(k) != after["variables"][k])
     changed += [f"sets {', '.join(variables[:4])}"] if after["variables"] != after_first["variables"] else []
-    yield told("state of the process", "; ".join(changed), State.FAILED)
+    yield told("state of the process", "; ".join(changed), CheckState.FAILED)
     threads, children = after["threads"] - after_first["threads"], after["children"] - before["children"]
     said = [f"{threads} more threads after {further} runs"] if threads >= further else []
     said += [f"{children} processes left"] if children > 0 else []
-    yield told("threads and processes", "; ".join(said), State.FAILED)
+    yield told("threads and processes", "; ".join(said), CheckState.FAILED)
     files = [name for name in after["files"] if name not in before["files"]]
-    yield told("files", f"leaves {', '.join(files[:4])} in the working folder" if files else "", State.FAILED)
+    yield told("files", f"leaves {', '.join(files[:4])} in the working folder" if files else "", CheckState.FAILED)
     grown = (after["memory_B"] - after_first["memory_B"]) / further
     said_memory = f"{grown / 2**20:.1f} MB more after each run" if grown > MEMORY_B else ""
-    yield told("memory", said_memory, State.WARNING)
+    yield told("memory", said_memory, CheckState.WARNING)
 
 
-def told(name: str, fault: str, state: State) -> Check:
+def told(name: str, fault: str, state: CheckState) -> Check:
     """Check that passes without a fault."""
-    return Check(Group.BEHAVIOUR, name, state if fault else State.PASSED, fault, PAGE)
+    return Check(Group.BEHAVIOUR, name, state if fault else CheckState.PASSED, fault, PAGE)
 
 
 def same_check(in_process: bool, between: bool, name: str) -> Check:
     """Check that a run gives the same bits again."""
     said = [words for same, words in ((in_process, "in one process"), (between, "in two processes")) if not same]
     if not said:
-        return Check(Group.BEHAVIOUR, "same bits again", State.PASSED, page=PAGE)
+        return Check(Group.BEHAVIOUR, "same bits again", CheckState.PASSED, page=PAGE)
     return Check(
-        Group.BEHAVIOUR, "same bits again", State.FAILED, f"two runs {' and '.join(said)} differ", PAGE, scene=name
+        Group.BEHAVIOUR, "same bits again", CheckState.FAILED, f"two runs {' and '.join(said)} differ", PAGE, scene=name
     )
 
 
@@ -104,7 +104,9 @@ def end_check(engine: Examined, scene: Scene, setting: Setting) -> Check:
     seconds = time.monotonic() - start
     if reply.kind != "timed_out":
         said = f"the run ended by itself ({reply.problem or 'complete'})"
-        return Check(Group.BEHAVIOUR, "end at a time limit", State.PASSED, said, PAGE)
+        return Check(Group.BEHAVIOUR, "end at a time limit", CheckState.PASSED, said, PAGE)
     if seconds > KILL_S + GRACE_S:
-        return Check(Group.BEHAVIOUR, "end at a time limit", State.FAILED, f"ended {seconds - KILL_S:.1f} s late", PAGE)
-    return Check(Group.BEHAVIOUR, "end at a time limit", State.PASSED, f"within {seconds - KILL_S:.1f} s", PAGE)
+        return Check(
+            Group.BEHAVIOUR, "end at a time limit", CheckState.FAILED, f"ended {seconds - KILL_S:.1f} s late", PAGE
+        )
+    return Check(Group.BEHAVIOUR, "end at a time limit", CheckState.PASSED, f"within {seconds - KILL_S:.1f} s", PAGE)

@@ -7,7 +7,7 @@ from enum import StrEnum
 from typing import Any
 
 
-class State(StrEnum):
+class CheckState(StrEnum):
     """Result of a check."""
 
     PASSED = "passed"
@@ -36,7 +36,7 @@ class Check:
 
     group: Group
     name: str
-    state: State
+    state: CheckState
     words: str = ""
     """What was found, in one line"""
     page: str = ""
@@ -60,13 +60,13 @@ class ConformanceReport:
     def passed(self) -> bool:
         """Whether no check failed, and at least one scene of the physics was passed."""
         states = [c.state for c in self.checks]
-        agreed = any(c.group is Group.PHYSICS and c.state is State.PASSED for c in self.checks)
-        return State.FAILED not in states and agreed
+        agreed = any(c.group is Group.PHYSICS and c.state is CheckState.PASSED for c in self.checks)
+        return CheckState.FAILED not in states and agreed
 
     @property
     def failures(self) -> tuple[Check, ...]:
         """Checks that failed."""
-        return tuple(c for c in self.checks if c.state is State.FAILED)
+        return tuple(c for c in self.checks if c.state is CheckState.FAILED)
 
     def as_dict(self) -> dict[str, Any]:
         """Content as JSON values."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.engine import EngineError
-from barchain.conform.checks import Check, Group, State
+from barchain.conform.checks import Check, CheckState, Group
 from barchain.conform.physics import main_and_finer, reason_against
 from barchain.conform.scenes import FIRST, solved
 from barchain.judge.error_model import ErrorModel
@@ -42,15 +42,15 @@ def conventions(engine: Examined) -> Iterator[Check]:
     if name is None:
         reasons = dict.fromkeys(str((reason_against(engine, n) or ("", ""))[1]) for n in FIRST)
         said = f"supports none of {', '.join(FIRST)}: {'; '.join(reasons)}"
-        yield Check(Group.CONVENTIONS, "a first run", State.FAILED, said, PAGE)
+        yield Check(Group.CONVENTIONS, "a first run", CheckState.FAILED, said, PAGE)
         return
     run = main_and_finer(engine, [name])[name][Role.MAIN]
     if run.outcome is not Outcome.PASS or run.trajectory is None:
-        yield Check(Group.CONVENTIONS, "types and shapes", State.FAILED, run.reason, f"{PAGE}#samples", scene=name)
+        yield Check(Group.CONVENTIONS, "types and shapes", CheckState.FAILED, run.reason, f"{PAGE}#samples", scene=name)
         return
     n = len(run.trajectory.t_s)
     said = f"{len(run.trajectory.observables)} quantities of {n} samples, float64"
-    yield Check(Group.CONVENTIONS, "types and shapes", State.PASSED, said, f"{PAGE}#samples", scene=name)
+    yield Check(Group.CONVENTIONS, "types and shapes", CheckState.PASSED, said, f"{PAGE}#samples", scene=name)
     yield from start_checks(engine, name, run.trajectory)
 
 
@@ -61,7 +61,7 @@ def start_checks(engine: Examined, name: str, run: Trajectory) -> Iterator[Check
         errors = ErrorModel(loaded, loaded.sweep.setting(), solution, run)
         bound, scale = errors.bound, errors.scale
     except EngineError as error:
-        yield Check(Group.CONVENTIONS, "declared noise", State.FAILED, str(error), f"{PAGE}#declarations")
+        yield Check(Group.CONVENTIONS, "declared noise", CheckState.FAILED, str(error), f"{PAGE}#declarations")
         return
     apart = differences(run, solution.trajectory)
     for quantity, (field, words, section) in FIELDS.items():
@@ -70,10 +70,10 @@ def start_checks(engine: Examined, name: str, run: Trajectory) -> Iterator[Check
         allowed = float(bound[quantity][0]) + START_SLACK * scale[quantity]
         page = f"{PAGE}#{section}"
         if float(apart[quantity][0]) <= allowed:
-            yield Check(Group.CONVENTIONS, f"{words} at t = 0", State.PASSED, page=page)
+            yield Check(Group.CONVENTIONS, f"{words} at t = 0", CheckState.PASSED, page=page)
         else:
             said = given_and_expected(getattr(run, field)[0], getattr(solution.trajectory, field)[0])
-            yield Check(Group.CONVENTIONS, f"{words} at t = 0", State.FAILED, f"{said} {QUANTITY_UNITS[quantity]}",
+            yield Check(Group.CONVENTIONS, f"{words} at t = 0", CheckState.FAILED, f"{said} {QUANTITY_UNITS[quantity]}",
                         page, scene=name)  # fmt: skip
 
 

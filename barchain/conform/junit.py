@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 from junitparser import Failure, JUnitXml, Skipped, TestCase, TestSuite
 
-from barchain.conform.checks import State
+from barchain.conform.checks import CheckState
 from reports.tables.writing import write_atomically
 
 if TYPE_CHECKING:
@@ -41,9 +41,9 @@ def write_junit(path: Path, reports: Iterable[ConformanceReport]) -> None:
 def case(engine: str, check: Check) -> TestCase:
     """Case of one check: a failure, skipped if it was not run or is not supported."""
     made = TestCase(check.name, f"{engine}.{check.group}", 0.0)
-    if check.state is State.FAILED:
+    if check.state is CheckState.FAILED:
         made.result = [Failure(printable(f"{check.words} ({check.page})"), "failed")]
-    elif check.state in {State.UNSUPPORTED, State.NOT_RUN}:
+    elif check.state in {CheckState.UNSUPPORTED, CheckState.NOT_RUN}:
         made.result = [Skipped(printable(check.words))]
     return made
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from barchain.boundary.limits import OutsideLimits
 from barchain.boundary.process import ask
-from barchain.conform.checks import Check, Group, State
+from barchain.conform.checks import Check, CheckState, Group
 from scenarios import nearest
 from scenarios.effect_types import all_effect_names
 
@@ -28,16 +28,16 @@ def loading(engine: Examined) -> Iterator[Check]:
     yield name_check(engine)
     reply = ask("examined_class", engine.registration, limits=OutsideLimits())
     if reply.problem:
-        yield Check(Group.LOADING, "import", State.FAILED, reply.problem, PAGE)
+        yield Check(Group.LOADING, "import", CheckState.FAILED, reply.problem, PAGE)
         return
     steps = reply.header["steps"]
     for name, fault in steps:
         if fault:
-            yield Check(Group.LOADING, str(name), State.FAILED, str(fault), PAGE)
+            yield Check(Group.LOADING, str(name), CheckState.FAILED, str(fault), PAGE)
     if any(fault for _, fault in steps):
         return
-    yield Check(Group.LOADING, "class", State.PASSED, engine.registration.target, PAGE)
-    yield Check(Group.LOADING, "declarations", State.PASSED, f"{len(steps) - len(CLASS)} of the right types", PAGE)
+    yield Check(Group.LOADING, "class", CheckState.PASSED, engine.registration.target, PAGE)
+    yield Check(Group.LOADING, "declarations", CheckState.PASSED, f"{len(steps) - len(CLASS)} of the right types", PAGE)
     yield effects_check(reply)
     yield order_check(engine)
     yield import_check(reply)
@@ -47,15 +47,15 @@ def name_check(engine: Examined) -> Check:
     """Check that the name is safe and free, and that a distribution provides the engine."""
     r = engine.registration
     if r.missing:
-        return Check(Group.LOADING, "entry point", State.FAILED, r.missing, PAGE)
+        return Check(Group.LOADING, "entry point", CheckState.FAILED, r.missing, PAGE)
     if not engine.registered:
         said = f'none; `{engine.name} = "{r.target}"` under [project.entry-points."barchain.engines"] registers it'
-        return Check(Group.LOADING, "entry point", State.WARNING, said, PAGE)
+        return Check(Group.LOADING, "entry point", CheckState.WARNING, said, PAGE)
     if not engine.own and r.version == "none":
         said = "no distribution provides it, so that results can't be told apart by its version"
-        return Check(Group.LOADING, "entry point", State.FAILED, said, PAGE)
+        return Check(Group.LOADING, "entry point", CheckState.FAILED, said, PAGE)
     provided = f"{r.distribution} {r.version}" if r.distribution else r.version
-    return Check(Group.LOADING, "entry point", State.PASSED, f"{engine.name} of {provided}", PAGE)
+    return Check(Group.LOADING, "entry point", CheckState.PASSED, f"{engine.name} of {provided}", PAGE)
 
 
 def effects_check(reply: Reply) -> Check:
@@ -64,8 +64,8 @@ def effects_check(reply: Reply) -> Check:
     unknown = [name for name in said if name not in known]
     if unknown:
         words = "; ".join(f"{name!r} is no effect{nearest(name, known)}" for name in unknown)
-        return Check(Group.LOADING, "effect names", State.FAILED, words, PAGE)
-    return Check(Group.LOADING, "effect names", State.PASSED, f"{len(said)} of {len(known)} effects", PAGE)
+        return Check(Group.LOADING, "effect names", CheckState.FAILED, words, PAGE)
+    return Check(Group.LOADING, "effect names", CheckState.PASSED, f"{len(said)} of {len(known)} effects", PAGE)
 
 
 def order_check(engine: Examined) -> Check:
@@ -76,12 +76,12 @@ def order_check(engine: Examined) -> Check:
     chooses = loaded.sweep.parameter is AccuracyParameter.RTOL
     if chooses and loaded.order is not None:
         said = f"order is {loaded.order:g}, though the method chooses its steps; expected None"
-        return Check(Group.LOADING, "order and setting", State.FAILED, said, PAGE)
+        return Check(Group.LOADING, "order and setting", CheckState.FAILED, said, PAGE)
     if not chooses and loaded.order is None:
         said = "order is None, though the method takes equal steps; expected its order"
-        return Check(Group.LOADING, "order and setting", State.FAILED, said, PAGE)
+        return Check(Group.LOADING, "order and setting", CheckState.FAILED, said, PAGE)
     said = "chooses its steps" if chooses else f"equal steps of order {loaded.order:g}"
-    return Check(Group.LOADING, "order and setting", State.PASSED, said, PAGE)
+    return Check(Group.LOADING, "order and setting", CheckState.PASSED, said, PAGE)
 
 
 def import_check(reply: Reply) -> Check:
@@ -89,6 +89,6 @@ def import_check(reply: Reply) -> Check:
     seconds, libraries = float(reply.header["import_s"]), reply.header["libraries"]
     if libraries:
         said = f"imports {', '.join(libraries)} at its top ({seconds:.2f} s); import inside methods"
-        return Check(Group.LOADING, "time of import", State.WARNING, said, PAGE)
-    state = State.WARNING if seconds > SLOW_IMPORT_S else State.PASSED
+        return Check(Group.LOADING, "time of import", CheckState.WARNING, said, PAGE)
+    state = CheckState.WARNING if seconds > SLOW_IMPORT_S else CheckState.PASSED
     return Check(Group.LOADING, "time of import", state, f"{seconds:.2f} s", PAGE)

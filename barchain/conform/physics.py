@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 from adapters.common.equal_steps import finer_setting
 from adapters.engine import EngineError
-from barchain.conform.checks import Check, Group, State
+from barchain.conform.checks import Check, CheckState, Group
 from barchain.conform.runs import results
 from barchain.conform.scenes import STAGES, scene_of, solved
-from barchain.diagnosis.diagnose import diagnose
-from barchain.diagnosis.search import BRIEF
-from barchain.diagnosis.verdicts import verdict_tolerance
-from barchain.diagnosis.words import QUANTITY_WORDS
 from barchain.judge.comparison.compare import judge
+from barchain.judge.diagnosis.diagnose import diagnose
+from barchain.judge.diagnosis.search import BRIEF
+from barchain.judge.diagnosis.verdicts import verdict_tolerance
+from barchain.judge.diagnosis.words import QUANTITY_WORDS
 from barchain.judge.evidence import Evidence, follow_up_jobs, gathered
 from barchain.judge.support import unsupported
 from barchain.run.job import Role
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from barchain.conform.target import Examined
-    from barchain.diagnosis.diagnose import Diagnosis
     from barchain.judge.comparison.verdict import Verdict
+    from barchain.judge.diagnosis.diagnose import Diagnosis
     from barchain.run.job import Job, RunResult
 
 RUN_S = 10.0
@@ -38,10 +38,10 @@ def physics(engine: Examined) -> Iterator[Check]:
     failed = ""
     for stage in STAGES:
         if failed:
-            yield Check(Group.PHYSICS, stage.name, State.NOT_RUN, f"{failed} fails")
+            yield Check(Group.PHYSICS, stage.name, CheckState.NOT_RUN, f"{failed} fails")
             continue
         for check in stage_checks(engine, stage.scenes):
-            failed = failed or (check.name if check.state is State.FAILED else "")
+            failed = failed or (check.name if check.state is CheckState.FAILED else "")
             yield check
 
 
@@ -59,14 +59,14 @@ def stage_checks(engine: Examined, names: tuple[str, ...]) -> Iterator[Check]:
             yield scene_check(engine, name, runs[name])
 
 
-def reason_against(engine: Examined, name: str) -> tuple[State, str] | None:
-    """State and reason if an engine is not run on a scene."""
+def reason_against(engine: Examined, name: str) -> tuple[CheckState, str] | None:
+    """CheckState and reason if an engine is not run on a scene."""
     loaded = engine.load()
     try:
         reason = loaded.unsupported(scene_of(name)) or unsupported(loaded, solved(name))
     except EngineError as error:
-        return State.FAILED, str(error)
-    return None if reason is None else (State.UNSUPPORTED, reason)
+        return CheckState.FAILED, str(error)
+    return None if reason is None else (CheckState.UNSUPPORTED, reason)
 
 
 def main_and_finer(engine: Examined, names: list[str]) -> dict[str, dict[Role, RunResult]]:
@@ -94,19 +94,19 @@ def scene_check(engine: Examined, name: str, runs: dict[Role, RunResult]) -> Che
     assert evidence is not None
     verdict = verdict_of(engine, name, evidence, runs)
     if verdict.outcome is Outcome.PASS:
-        return Check(Group.PHYSICS, short(name), State.PASSED, agreement(verdict), scene=name)
+        return Check(Group.PHYSICS, short(name), CheckState.PASSED, agreement(verdict), scene=name)
     if verdict.outcome is Outcome.UNSUPPORTED:
-        return Check(Group.PHYSICS, short(name), State.UNSUPPORTED, reasons_of(verdict), scene=name)
+        return Check(Group.PHYSICS, short(name), CheckState.UNSUPPORTED, reasons_of(verdict), scene=name)
     if verdict.outcome is Outcome.ROUNDOFF_LIMITED:
-        return Check(Group.PHYSICS, short(name), State.WARNING, f"round-off limits the run: {reasons_of(verdict)}",
+        return Check(Group.PHYSICS, short(name), CheckState.WARNING, f"round-off limits the run: {reasons_of(verdict)}",
                      scene=name)  # fmt: skip
     found = diagnosis_of(name, evidence, verdict)
     if found is None or found.inside_tolerances:
-        return Check(Group.PHYSICS, short(name), State.FAILED, reasons_of(verdict), PAGE, scene=name)
+        return Check(Group.PHYSICS, short(name), CheckState.FAILED, reasons_of(verdict), PAGE, scene=name)
     sizes = "; ".join(f"{QUANTITY_WORDS[w.quantity]} {w.words}" for w in found.wrong)
     page = found.explanations[0].mistakes[0].anchor if found.explanations else PAGE
     return Check(
-        Group.PHYSICS, short(name), State.FAILED, f"{found} Off: {sizes}", page, bool(found.explanations), name
+        Group.PHYSICS, short(name), CheckState.FAILED, f"{found} Off: {sizes}", page, bool(found.explanations), name
     )
 
 

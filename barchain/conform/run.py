@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from barchain.conform.accuracy import accuracy
 from barchain.conform.behaviour import behaviour
-from barchain.conform.checks import Check, ConformanceReport, Group, State
+from barchain.conform.checks import Check, CheckState, ConformanceReport, Group
 from barchain.conform.conventions import conventions
 from barchain.conform.loading import loading
 from barchain.conform.physics import physics
@@ -78,10 +78,10 @@ def checks(engine: Examined) -> Iterator[Check]:
     ):
         reason = next((failed[g] for g in needs if g in failed), failed.get(SHAPES, ""))
         if reason:
-            yield Check(group, str(group), State.NOT_RUN, f"{reason} fails")
+            yield Check(group, str(group), CheckState.NOT_RUN, f"{reason} fails")
             continue
         for check in make(engine):
-            if check.state is State.FAILED:
+            if check.state is CheckState.FAILED:
                 failed.setdefault(group, check.name)
                 if check.name in {SHAPES, "a first run"}:
                     failed[SHAPES] = check.name

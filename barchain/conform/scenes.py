@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Stage:
+class SceneStage:
     """Scenes that presuppose those of the stages before."""
 
     name: str
@@ -24,8 +24,8 @@ class Stage:
 
 
 STAGES = (
-    Stage("without forces", ("conform/one_bar_free", "conform/two_bars_free", "conform/three_bars_free")),
-    Stage(
+    SceneStage("without forces", ("conform/one_bar_free", "conform/two_bars_free", "conform/three_bars_free")),
+    SceneStage(
         "in gravity",
         (
             "conform/one_bar_point",
@@ -36,7 +36,7 @@ STAGES = (
             "conform/bar_angles",
         ),
     ),
-    Stage(
+    SceneStage(
         "with one effect",
         (
             "conform/slender_alone",

@@ -15,11 +15,11 @@ from adapters.registry import ENGINES
 from barchain.boundary.declared import OutsideEngine, engine_class, engine_fault
 from barchain.boundary.message import plain_text
 from barchain.crossval.default_settings import comparison_setting
-from barchain.diagnosis.verdicts import diagnosed_verdict, needs_diagnosis
 from barchain.execution.executors import ALL_CORES
 from barchain.judge.comparison.compare import judge
 from barchain.judge.comparison.verdict import Verdict, no_verdict
 from barchain.judge.comparison.verdict_message import VERDICTS
+from barchain.judge.diagnosis.verdicts import diagnosed_verdict, needs_diagnosis
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.evidence import follow_up_jobs, gathered
 from barchain.judge.support import unsupported

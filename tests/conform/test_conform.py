@@ -11,7 +11,7 @@ import pytest
 from adapters.registry import engines
 from barchain.cli.main import run
 from barchain.conform import assert_conforms, conform
-from barchain.conform.checks import Group, State
+from barchain.conform.checks import CheckState, Group
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -35,9 +35,9 @@ def test_a_right_engine_of_another_package_conforms_on_every_scene() -> None:
     report = examined("Right")
     assert report.passed, failed(report)
     assert sum(c.group is Group.PHYSICS for c in report.checks) == sum(
-        c.group is Group.PHYSICS and c.state is State.PASSED for c in report.checks
+        c.group is Group.PHYSICS and c.state is CheckState.PASSED for c in report.checks
     )
-    assert [c.name for c in report.checks if c.state is State.WARNING] == ["entry point"]
+    assert [c.name for c in report.checks if c.state is CheckState.WARNING] == ["entry point"]
 
 
 def test_reactions_of_the_opposite_sign_are_named_and_no_later_stage_is_run() -> None:
@@ -46,7 +46,7 @@ def test_reactions_of_the_opposite_sign_are_named_and_no_later_stage_is_run() ->
     assert "Your reactions have the opposite sign (explained to" in found["two bars free"]
     assert "expected" in found["reactions at t = 0"]
     assert next(c.page for c in report.failures if c.name == "two bars free").endswith("#reactions")
-    later = [c for c in report.checks if c.state is State.NOT_RUN]
+    later = [c for c in report.checks if c.state is CheckState.NOT_RUN]
     assert {c.group for c in later} >= {Group.PHYSICS, Group.ACCURACY}
 
 
@@ -57,7 +57,7 @@ def test_angles_in_degrees_are_named() -> None:
 def test_single_precision_is_a_fault_of_types_and_ends_the_examination() -> None:
     report = examined("SinglePrecision")
     assert failed(report) == {"types and shapes": "angle_rad holds float32, expected float64"}
-    assert {c.group for c in report.checks if c.state is State.NOT_RUN} == {
+    assert {c.group for c in report.checks if c.state is CheckState.NOT_RUN} == {
         Group.PHYSICS, Group.ACCURACY, Group.BEHAVIOUR,
     }  # fmt: skip
 
@@ -82,7 +82,7 @@ def test_an_error_that_does_not_follow_the_setting_is_a_finding_by_itself() -> N
 def test_a_wrong_declaration_is_named_and_nothing_is_run(name: str, check: str, words: str) -> None:
     report = examined(name)
     assert words in failed(report)[check]
-    assert all(c.state is State.NOT_RUN for c in report.checks if c.group is not Group.LOADING)
+    assert all(c.state is CheckState.NOT_RUN for c in report.checks if c.group is not Group.LOADING)
 
 
 def test_what_runs_leave_behind_is_told() -> None:

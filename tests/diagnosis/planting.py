@@ -13,9 +13,9 @@ from adapters.common.initial_state import chain_model, initial_state
 from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES
-from barchain.diagnosis.mistake import ReadingMistake, SceneMistake, TimingMistake
-from barchain.diagnosis.readings.timing import delayed
 from barchain.judge.comparison.compare import judge
+from barchain.judge.diagnosis.mistake import ReadingMistake, SceneMistake, TimingMistake
+from barchain.judge.diagnosis.readings.timing import delayed
 from barchain.judge.evidence import Evidence
 from barchain.run.job import RunResult
 from barchain.solutions.reference import densely_sampled, establish, with_perturbed_start
@@ -26,8 +26,8 @@ from scenarios import load_scene
 if TYPE_CHECKING:
     from adapters.engine import Engine
     from adapters.trajectory import Trajectory
-    from barchain.diagnosis.mistake import Mistake
     from barchain.judge.comparison.verdict import Verdict
+    from barchain.judge.diagnosis.mistake import Mistake
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 

@@ -6,16 +6,16 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from barchain.diagnosis.altered_scenes.catalogue import SCENES
-from barchain.diagnosis.diagnose import Diagnosis, diagnose
-from barchain.diagnosis.readings.catalogue import READINGS, TIMINGS
-from barchain.diagnosis.search import BRIEF, FULL
-from barchain.diagnosis.verdicts import verdict_tolerance
+from barchain.judge.diagnosis.altered_scenes.catalogue import SCENES
+from barchain.judge.diagnosis.diagnose import Diagnosis, diagnose
+from barchain.judge.diagnosis.readings.catalogue import READINGS, TIMINGS
+from barchain.judge.diagnosis.search import BRIEF, FULL
+from barchain.judge.diagnosis.verdicts import verdict_tolerance
 from scenarios import Scene, load_scene
 from tests.diagnosis.planting import RTOL, planted, solution, unequal_chain, verdict_on
 
 if TYPE_CHECKING:
-    from barchain.diagnosis.mistake import Mistake, SceneMistake
+    from barchain.judge.diagnosis.mistake import Mistake, SceneMistake
 
 SCENE = unequal_chain()
 WITHOUT_TRACE = {"torque-sign", "torques-in-kn-m", "impulses-in-kn-s", "torques-twice", "torques-half",

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from barchain.diagnosis.altered_scenes.catalogue import SCENES
-from barchain.diagnosis.mistake import PAGE, Mistake
-from barchain.diagnosis.readings.catalogue import READINGS, TIMINGS
+from barchain.judge.diagnosis.altered_scenes.catalogue import SCENES
+from barchain.judge.diagnosis.mistake import PAGE, Mistake
+from barchain.judge.diagnosis.readings.catalogue import READINGS, TIMINGS
 
 MISTAKES: tuple[Mistake, ...] = (*READINGS, *TIMINGS, *SCENES)
 ROOT = Path(__file__).parents[2]

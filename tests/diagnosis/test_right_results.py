@@ -9,11 +9,11 @@ import pytest
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
-from barchain.diagnosis.channels import channels_of
-from barchain.diagnosis.diagnose import diagnose
-from barchain.diagnosis.fit import QUANTITY_OF
-from barchain.diagnosis.search import BRIEF
-from barchain.diagnosis.verdicts import diagnosed_verdict, needs_diagnosis, verdict_tolerance
+from barchain.judge.diagnosis.channels import channels_of
+from barchain.judge.diagnosis.diagnose import diagnose
+from barchain.judge.diagnosis.fit import QUANTITY_OF
+from barchain.judge.diagnosis.search import BRIEF
+from barchain.judge.diagnosis.verdicts import diagnosed_verdict, needs_diagnosis, verdict_tolerance
 from barchain.solutions.reference_runs import solution_engine
 from barchain.solutions.shipped import shipped_solution
 from scenarios import load_scene

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from barchain.diagnosis.altered_scenes.catalogue import SCENES
-from barchain.diagnosis.diagnose import Diagnosis, diagnose
-from barchain.diagnosis.mistake import ReadingMistake, SceneMistake
-from barchain.diagnosis.readings.catalogue import READINGS
-from barchain.diagnosis.search import BRIEF, FULL
-from barchain.diagnosis.verdicts import verdict_tolerance
+from barchain.judge.diagnosis.altered_scenes.catalogue import SCENES
+from barchain.judge.diagnosis.diagnose import Diagnosis, diagnose
+from barchain.judge.diagnosis.mistake import ReadingMistake, SceneMistake
+from barchain.judge.diagnosis.readings.catalogue import READINGS
+from barchain.judge.diagnosis.search import BRIEF, FULL
+from barchain.judge.diagnosis.verdicts import verdict_tolerance
 from tests.diagnosis.planting import RTOL, planted, run, solution, unequal_chain, verdict_on
 
 SCENE = unequal_chain()

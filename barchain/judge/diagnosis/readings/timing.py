@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.diagnosis.channels import CHANNELS, RATE, REACTION, VELOCITY, channels_of
-from barchain.diagnosis.mistake import TimingMistake
+from barchain.judge.diagnosis.channels import CHANNELS, RATE, REACTION, VELOCITY, channels_of
+from barchain.judge.diagnosis.mistake import TimingMistake
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from barchain.diagnosis.altered_scenes.changes import part, per_bar, reversed_tuple, times
-from barchain.diagnosis.mistake import SceneMistake
+from barchain.judge.diagnosis.altered_scenes.changes import part, per_bar, reversed_tuple, times
+from barchain.judge.diagnosis.mistake import SceneMistake
 
 if TYPE_CHECKING:
     from scenarios import Scene

@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.diagnosis.diagnose import Diagnosis, diagnose
-from barchain.diagnosis.fit import QUANTITY_OF
-from barchain.diagnosis.search import BRIEF
-from barchain.diagnosis.words import inconsistent_reason
+from barchain.judge.diagnosis.diagnose import Diagnosis, diagnose
+from barchain.judge.diagnosis.fit import QUANTITY_OF
+from barchain.judge.diagnosis.search import BRIEF
+from barchain.judge.diagnosis.words import inconsistent_reason
 from barchain.solutions.reference import TRACK
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
-    from barchain.diagnosis.fit import Tolerance
-    from barchain.diagnosis.search import Effort
     from barchain.judge.comparison.verdict import Row, Verdict
+    from barchain.judge.diagnosis.fit import Tolerance
+    from barchain.judge.diagnosis.search import Effort
     from barchain.solutions.reference import ReferenceSolution
 
 NORMALISED = "normalised_error"

@@ -5,12 +5,22 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from barchain.diagnosis.channels import ANGLE, COM, IMPULSE, JOINT_FORCES, RATE, REACTION, TORQUE, VELOCITY, changed
-from barchain.diagnosis.mistake import ReadingMistake
+from barchain.judge.diagnosis.channels import (
+    ANGLE,
+    COM,
+    IMPULSE,
+    JOINT_FORCES,
+    RATE,
+    REACTION,
+    TORQUE,
+    VELOCITY,
+    changed,
+)
+from barchain.judge.diagnosis.mistake import ReadingMistake
 
 if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
-    from barchain.diagnosis.mistake import ReadingChange
+    from barchain.judge.diagnosis.mistake import ReadingChange
     from scenarios import Scene
 
 DEGREES = math.degrees(1.0)

@@ -6,8 +6,8 @@ import itertools
 import math
 from typing import TYPE_CHECKING
 
-from barchain.diagnosis.altered_scenes.changes import part, per_bar, reversed_tuple
-from barchain.diagnosis.mistake import SceneMistake
+from barchain.judge.diagnosis.altered_scenes.changes import part, per_bar, reversed_tuple
+from barchain.judge.diagnosis.mistake import SceneMistake
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.diagnosis.channels import sizes_of
-from barchain.diagnosis.explanation import Explanation, indistinguishable
-from barchain.diagnosis.fit import QUANTITY_OF, given_result
-from barchain.diagnosis.search import FULL, MistakeSearch
-from barchain.diagnosis.words import WrongQuantity, diagnosis_words
+from barchain.judge.diagnosis.channels import sizes_of
+from barchain.judge.diagnosis.explanation import Explanation, indistinguishable
+from barchain.judge.diagnosis.fit import QUANTITY_OF, given_result
+from barchain.judge.diagnosis.search import FULL, MistakeSearch
+from barchain.judge.diagnosis.words import WrongQuantity, diagnosis_words
 from barchain.metrics.quantities import differences
 
 if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
-    from barchain.diagnosis.fit import GivenResult, Tolerance
-    from barchain.diagnosis.search import Effort
+    from barchain.judge.diagnosis.fit import GivenResult, Tolerance
+    from barchain.judge.diagnosis.search import Effort
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from barchain.diagnosis.readings import angles, joints, signs_and_axes, timing, track, units
+from barchain.judge.diagnosis.readings import angles, joints, signs_and_axes, timing, track, units
 
 READINGS = (*signs_and_axes.MISTAKES, *units.MISTAKES, *angles.MISTAKES, *joints.MISTAKES, *track.MISTAKES)
 TIMINGS = timing.MISTAKES

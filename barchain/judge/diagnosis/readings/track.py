@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.common.initial_state import chain_model, initial_state
-from barchain.diagnosis.mistake import ReadingMistake
-from barchain.diagnosis.readings.angles import bar_places, longitude_rate_rad_s
+from barchain.judge.diagnosis.mistake import ReadingMistake
+from barchain.judge.diagnosis.readings.angles import bar_places, longitude_rate_rad_s
 from reference_impl.model.kinematics import directions
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from adapters.trajectory import Array, Trajectory
-    from barchain.diagnosis.mistake import ReadingChange
+    from barchain.judge.diagnosis.mistake import ReadingChange
     from scenarios import Scene
 
     Point = Callable[[Scene, Trajectory], tuple[Array, Array]]

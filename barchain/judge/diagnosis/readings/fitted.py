@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.diagnosis.channels import ANGLE, COM, RATE, REACTION, TORQUE, VELOCITY, changed, channels_of
-from barchain.diagnosis.mistake import ReadingMistake
-from barchain.diagnosis.readings.units import times
+from barchain.judge.diagnosis.channels import ANGLE, COM, RATE, REACTION, TORQUE, VELOCITY, changed, channels_of
+from barchain.judge.diagnosis.mistake import ReadingMistake
+from barchain.judge.diagnosis.readings.units import times
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from adapters.trajectory import Array, Trajectory
-    from barchain.diagnosis.mistake import ReadingChange
+    from barchain.judge.diagnosis.mistake import ReadingChange
     from scenarios import Scene
 
 SCALED = (

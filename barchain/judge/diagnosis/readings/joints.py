@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.diagnosis.channels import ANGLE, JOINT_FORCES, RATE, TORQUE, changed
-from barchain.diagnosis.mistake import ReadingMistake
+from barchain.judge.diagnosis.channels import ANGLE, JOINT_FORCES, RATE, TORQUE, changed
+from barchain.judge.diagnosis.mistake import ReadingMistake
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from adapters.trajectory import Array, Trajectory
-    from barchain.diagnosis.mistake import ReadingChange
+    from barchain.judge.diagnosis.mistake import ReadingChange
     from scenarios import Scene
 
 

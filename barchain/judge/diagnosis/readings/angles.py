@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.common.initial_state import chain_model
-from barchain.diagnosis.channels import ANGLE, RATE, changed
-from barchain.diagnosis.mistake import ReadingMistake
+from barchain.judge.diagnosis.channels import ANGLE, RATE, changed
+from barchain.judge.diagnosis.mistake import ReadingMistake
 from reference_impl.model.kinematics import cross, relative_positions, relative_velocities
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from adapters.trajectory import Array, Trajectory
-    from barchain.diagnosis.mistake import ReadingChange
+    from barchain.judge.diagnosis.mistake import ReadingChange
     from scenarios import Scene
 
     Relative = Callable[[Array], Array]

@@ -10,22 +10,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.diagnosis.altered_scenes.catalogue import SCENES
-from barchain.diagnosis.altered_scenes.runs import AlteredRuns, run_errors
-from barchain.diagnosis.explanation import Explanation, ranked
-from barchain.diagnosis.fit import merged
-from barchain.diagnosis.mistake import ReadingMistake, SceneMistake
-from barchain.diagnosis.readings.catalogue import READINGS, TIMINGS
-from barchain.diagnosis.readings.fitted import fitted
-from barchain.diagnosis.readings.timing import delayed
+from barchain.judge.diagnosis.altered_scenes.catalogue import SCENES
+from barchain.judge.diagnosis.altered_scenes.runs import AlteredRuns, run_errors
+from barchain.judge.diagnosis.explanation import Explanation, ranked
+from barchain.judge.diagnosis.fit import merged
+from barchain.judge.diagnosis.mistake import ReadingMistake, SceneMistake
+from barchain.judge.diagnosis.readings.catalogue import READINGS, TIMINGS
+from barchain.judge.diagnosis.readings.fitted import fitted
+from barchain.judge.diagnosis.readings.timing import delayed
 from barchain.metrics.quantities import differences
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from adapters.trajectory import Trajectory
-    from barchain.diagnosis.fit import Fit, GivenResult
-    from barchain.diagnosis.mistake import Mistake
+    from barchain.judge.diagnosis.fit import Fit, GivenResult
+    from barchain.judge.diagnosis.mistake import Mistake
     from barchain.solutions.reference import ReferenceSolution
 
 SCREENED = 48

@@ -7,12 +7,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.diagnosis.channels import ANGLE, COM, JOINT_FORCES, RATE, REACTION, TORQUE, VECTORS, VELOCITY, changed
-from barchain.diagnosis.mistake import ReadingMistake
+from barchain.judge.diagnosis.channels import (
+    ANGLE,
+    COM,
+    JOINT_FORCES,
+    RATE,
+    REACTION,
+    TORQUE,
+    VECTORS,
+    VELOCITY,
+    changed,
+)
+from barchain.judge.diagnosis.mistake import ReadingMistake
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
-    from barchain.diagnosis.mistake import ReadingChange
+    from barchain.judge.diagnosis.mistake import ReadingChange
     from scenarios import Scene
 
 TURNS = (1, 2, 3)

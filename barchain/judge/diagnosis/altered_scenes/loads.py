@@ -6,7 +6,7 @@ import dataclasses
 import math
 from typing import TYPE_CHECKING
 
-from barchain.diagnosis.mistake import SceneMistake
+from barchain.judge.diagnosis.mistake import SceneMistake
 from scenarios import Actuator, Axes, End, Frame
 
 if TYPE_CHECKING:

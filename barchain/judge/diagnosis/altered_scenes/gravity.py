@@ -7,8 +7,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
 
-from barchain.diagnosis.altered_scenes.changes import constant, part
-from barchain.diagnosis.mistake import SceneMistake
+from barchain.judge.diagnosis.altered_scenes.changes import constant, part
+from barchain.judge.diagnosis.mistake import SceneMistake
 from reference_impl.model.effect import ChainEffect, EffectAccelerations
 from reference_impl.model.gravity import gradient_angular_accelerations
 from scenarios import Gravity

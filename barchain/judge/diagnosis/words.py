@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from reports.tables.crossval import QUANTITY_UNITS
 
 if TYPE_CHECKING:
-    from barchain.diagnosis.explanation import Explanation
+    from barchain.judge.diagnosis.explanation import Explanation
 
 QUANTITY_WORDS = {
     "com": "centre of mass",

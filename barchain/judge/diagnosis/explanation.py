@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from barchain.diagnosis.fit import Fit
-    from barchain.diagnosis.mistake import Mistake
+    from barchain.judge.diagnosis.fit import Fit
+    from barchain.judge.diagnosis.mistake import Mistake
 
 MIN_GAIN = 4.0
 """Least ratio of the residuals without and with a mistake: noise at the tolerance does not fall by it"""

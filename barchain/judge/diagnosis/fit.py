@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.diagnosis.channels import VECTORS, channels_of
+from barchain.judge.diagnosis.channels import VECTORS, channels_of
 from barchain.judge.residuals import worst
 from barchain.judge.scales import scales
 from barchain.metrics.quantities import differences
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from adapters.trajectory import Array, Trajectory
-    from barchain.diagnosis.mistake import ReadingMistake
+    from barchain.judge.diagnosis.mistake import ReadingMistake
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from barchain.diagnosis.altered_scenes import bodies, gravity, loads, start
+from barchain.judge.diagnosis.altered_scenes import bodies, gravity, loads, start
 
 SCENES = (*bodies.MISTAKES, *start.MISTAKES, *gravity.MISTAKES, *loads.MISTAKES)

@@ -18,7 +18,7 @@ from barchain.solutions.reference_runs import NUMPY, solution_engine
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
-    from barchain.diagnosis.mistake import ModelChange, SceneMistake
+    from barchain.judge.diagnosis.mistake import ModelChange, SceneMistake
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 
