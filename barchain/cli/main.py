@@ -43,9 +43,8 @@ SECTIONS = {
     "Run and compare": (scenes, engines, simulate, compare, crossval, report),
     "Studies": (cost, scaling, roundoff, stability, effects, selftest, ensemble),
     "Nights": (nightly, history, attribute_night, bisect_figure, releases),
-    "For engine authors": (conform,),
     "Maintain": (doctor, validate, schema, certified_solutions),
-    "Engines of your own": (new_engine,),
+    "Engines of your own": (new_engine, conform),
 }
 
 

@@ -14,7 +14,7 @@ Two questions are asked of a difference from the judging solution, at every samp
 *Is the difference small enough?* It is inside the expected-error bound of the engine's method and setting, ``bound``.
 
 Both use the error amplification G(t), measured with a perturbed run: an error made at s is G(t)/G(s) times as large
-at t. `barchain.judge.tolerances` lists all tolerances with their derivations.
+at t. `barchain.judge.register.tolerances` lists all tolerances with their derivations.
 """
 
 from __future__ import annotations

@@ -238,7 +238,7 @@ def test_a_disk_that_fails_midway_leaves_nothing(
 
 @pytest.mark.parametrize(
     ("name", "class_name"),
-    [("drake", "DrakeEngine"), ("my-engine_2", "MyEngine2Engine"), ("3d", "N3dEngine"), ("error", "ErrorEngine")],
+    [("odin", "OdinEngine"), ("my-engine_2", "MyEngine2Engine"), ("3d", "N3dEngine"), ("error", "ErrorEngine")],
 )
 def test_names_are_identifiers_that_hide_no_library(name: str, class_name: str) -> None:
     names = package_names(name)

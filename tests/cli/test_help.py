@@ -29,6 +29,7 @@ HEAVY = (
 COMMANDS = sorted(cli.commands)
 OWN_MEANING = {
     "--baseline",
+    "--junit",
     "--list",
     "--part",
     "--out",

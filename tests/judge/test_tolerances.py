@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from barchain.crossval.methodology import tolerance_rows
-from barchain.judge.tolerance_tables import markdown, with_tables
-from barchain.judge.tolerances import SAFEGUARDS, TOLERANCES, plain
+from barchain.judge.register.tolerance_tables import markdown, with_tables
+from barchain.judge.register.tolerances import SAFEGUARDS, TOLERANCES, plain
 from reports.tables.outcome import Outcome
 
 ROOT = Path(__file__).parents[2]
@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[2]
 def test_the_tables_in_the_docs_are_those_of_the_register(path: str) -> None:
     text = (ROOT / path).read_text(encoding="utf-8")
     assert ": generated -->" in text
-    assert with_tables(text) == text, f"rewrite it: python -m barchain.judge.tolerance_tables {path}"
+    assert with_tables(text) == text, f"rewrite it: python -m barchain.judge.register.tolerance_tables {path}"
 
 
 @pytest.mark.parametrize("name", sorted({entry.tested_by for entry in (*TOLERANCES, *SAFEGUARDS)}))

@@ -1,7 +1,7 @@
 """Register of all tolerances of a verdict: value, derivation, and the test of each.
 
 The report's methodology and the tables in `docs/verdicts.md` and `design/comparison.md` are generated from here
-(`barchain.judge.tolerance_tables`).
+(`barchain.judge.register.tolerance_tables`).
 """
 
 from __future__ import annotations

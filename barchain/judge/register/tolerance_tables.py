@@ -1,6 +1,6 @@
 """Markdown tables of the register of tolerances, of the outcomes, and of the judging solutions that come with barchain.
 
-``python -m barchain.judge.tolerance_tables FILE...`` rewrites the tables in Markdown files.
+``python -m barchain.judge.register.tolerance_tables FILE...`` rewrites the tables in Markdown files.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from barchain.judge.tolerances import SAFEGUARDS, TOLERANCES
+from barchain.judge.register.tolerances import SAFEGUARDS, TOLERANCES
 from barchain.solutions.sampling import closely_sampled
 from barchain.solutions.shipped import read_solution, shipped_path
 from reports.tables.outcome import SEVERITY

@@ -1,0 +1,1 @@
+"""The register of tolerances, and the tables of the documents that are made of it."""
