@@ -12,7 +12,7 @@ Not supported: prescribed rotations, because DART prescribes angles between bars
 depends on the motion.
 
 Traps: `addExtForce` turns a force in world axes into the body's by the pose at that moment. A force added before
-the new positions are set acts in an old direction, and accelerations are wrong by half. The forces are therefore given
-in the bars' own axes. `setExtTorque` overwrites the moment of `setExtForce`. A thin rod's inertia of 0 is a warning on
-the standard error.
+the new positions are set acts in an old direction, and accelerations are wrong by 30 to 60 %. The forces are therefore
+given in the bars' own axes. `setExtTorque` overwrites the moment of `setExtForce`. A thin rod's inertia of 0 is a
+warning on the standard error.
 """

@@ -74,7 +74,10 @@ class DrakeChain(JointTree):
 
     def forward(self, q: Array, q_t: Array) -> Array:
         """Second derivatives of the joint coordinates, (N + 2,), by Drake's articulated-body algorithm."""
-        self.plant.SetPositionsAndVelocities(self.context, np.concatenate([q, q_t]))
+        state = np.concatenate([q, q_t])
+        if not np.isfinite(state).all():  # Drake would raise SystemExit, and end the process
+            return np.full(self.width, np.nan)
+        self.plant.SetPositionsAndVelocities(self.context, state)
         found: Array = self.accelerations_port.Eval(self.context)
         return found
 

@@ -43,11 +43,14 @@ class DrakeIntegrator:
         EngineError
             If Drake reports a failure.
         """
+        from pydrake.systems.analysis import SimulatorStatus
+
         simulator = self.simulator(problem, start_s, float(instants_s[-1]), y)
-        context, rows = simulator.get_mutable_context(), []
+        context, rows = simulator.get_context(), []
         try:
             for instant in instants_s.tolist():
-                landed = bool(simulator.AdvanceTo(instant).reason() == simulator_status().kReachedTerminationCondition)
+                reason = simulator.AdvanceTo(instant).reason()
+                landed = reason != SimulatorStatus.ReturnReason.kReachedBoundaryTime
                 if landed:
                     break
                 rows.append(self.units * context.get_continuous_state_vector().CopyToVector())
@@ -64,6 +67,7 @@ class DrakeIntegrator:
         simulator = Simulator(chain_system(problem, self.units))
         context = simulator.get_mutable_context()
         context.DisableCaching()
+        context.SetAccuracy(self.accuracy)  # of the instant at the surface; Drake fails there without it
         context.SetTime(start_s)
         context.SetContinuousState(y / self.units)
         ResetIntegratorFromFlags(simulator, self.scheme, end_s - start_s)
@@ -72,13 +76,6 @@ class DrakeIntegrator:
         integrator.request_initial_step_size_target(FIRST_STEP * (end_s - start_s))
         simulator.Initialize()
         return simulator
-
-
-def simulator_status() -> Any:
-    """Reasons for which Drake's simulator returns."""
-    from pydrake.systems.analysis import SimulatorStatus
-
-    return SimulatorStatus.ReturnReason
 
 
 def chain_system(problem: Problem, units: Array) -> Any:

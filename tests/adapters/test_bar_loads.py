@@ -308,7 +308,7 @@ from adapters.registry import ENGINES
 from scenarios import load_scene
 scene = load_scene("paper/fig15")
 scene = dataclasses.replace(scene, run=dataclasses.replace(scene.run, duration_s=50.0, samples=3))
-for name in ("pymunk", "mujoco", "pinocchio"):
+for name in ("pymunk", "mujoco", "pinocchio", "drake", "dart"):
     if ENGINES[name].missing is None:
         engine = ENGINES[name].load()
         engine().run(scene, engine.sweep.setting())

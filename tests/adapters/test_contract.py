@@ -114,7 +114,8 @@ def test_no_engine_is_left_out_everywhere():
 
 @pytest.mark.skipif("BARCHAIN_ALL_ENGINES" not in os.environ, reason="extras are optional; CI has all of them")
 def test_no_engine_is_missing():
-    assert {name: r.missing for name, r in ENGINES.items() if r.missing} == {}
+    missing = {name: r.missing for name, r in ENGINES.items() if r.missing}
+    assert missing.keys() <= {"drake"}, missing  # the extra `all` leaves Drake out: it requires a proprietary wheel
 
 
 @pytest.mark.parametrize("name", TAME)

@@ -61,7 +61,9 @@ def test_the_example_of_a_page_is_a_scene_in_few_lines(name: str) -> None:
     assert any(found.startswith(name) for found in scene.effects.names)
 
 
-@pytest.mark.skipif(any(r.missing for r in ENGINES.values()), reason="the table speaks of all engines")
+@pytest.mark.skipif(
+    any(r.missing for name, r in ENGINES.items() if name != "drake"), reason="the table speaks of all engines"
+)
 def test_the_matrix_of_engines_and_effects_is_that_of_the_registry() -> None:
     expected = engine_table()
     assert expected in text("README"), f"docs/effects/README.md should hold:\n{expected}"
