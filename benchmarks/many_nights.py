@@ -22,9 +22,9 @@ from barchain.cli.nightly.documents import write_documents
 from barchain.nightly.history.judged import judge
 from barchain.nightly.history.model.figures import Figure, FigureKind, Night, NightPart
 from barchain.nightly.history.night_file import read_night_file
-from barchain.nightly.history.series import all_series, figure_series
+from barchain.nightly.history.series import figure_series, positive_values
 from barchain.nightly.history.store import open_store
-from barchain.nightly.telling.trends import SHOWN
+from barchain.nightly.telling.trends import SHOWN, drawn_nights
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -101,7 +101,7 @@ def main() -> None:
         timed("list of nights", store.nights)
         timed("one figure over all nights", lambda: figure_series(store, name))
         timed("one whole night", lambda: store.night("latest"))
-        timed("all charted figures over all nights", lambda: all_series(store, kinds=SHOWN))
+        timed("charted figures", lambda: positive_values(store, drawn_nights(store.nights()), SHOWN))
         timed("judgement of the last night", lambda: judge(store))
         timed("judgement and all documents", lambda: write_documents(store, "latest", asked.out))
         print(f"page: {(asked.out / 'nightly.html').stat().st_size / 1e6:.2f} MB")

@@ -79,10 +79,10 @@ def write_documents(
     from barchain.nightly.history.judged import accepted, judge  # noqa: PLC0415
     from barchain.nightly.history.pair import judge_pair  # noqa: PLC0415
     from barchain.nightly.history.runs import keep_judgement, kept_judgements, run_of_night  # noqa: PLC0415
-    from barchain.nightly.history.series import all_series  # noqa: PLC0415
+    from barchain.nightly.history.series import positive_values  # noqa: PLC0415
     from barchain.nightly.telling.facts import night_facts  # noqa: PLC0415
     from barchain.nightly.telling.junit import write_junit  # noqa: PLC0415
-    from barchain.nightly.telling.trends import SHOWN, calendar, trend_charts  # noqa: PLC0415
+    from barchain.nightly.telling.trends import SHOWN, calendar, drawn_nights, trend_charts  # noqa: PLC0415
     from reports.nightly.page import write_page  # noqa: PLC0415
     from reports.nightly.summary import write_summary  # noqa: PLC0415
     from reports.tables.nights.facts import FILE  # noqa: PLC0415
@@ -98,7 +98,7 @@ def write_documents(
     confirmed = {change: one.words for change, one in kept_attributions(store).items()}
     facts = night_facts(judged, accepted(store), night.figures, run, baseline=baseline or "", confirmed=confirmed)
     nights = [each for each in store.nights() if each.started <= summary.started]
-    charts = trend_charts(all_series(store, kinds=SHOWN), nights, judged.changes)
+    charts = trend_charts(positive_values(store, drawn_nights(nights), SHOWN), nights, judged.changes)
     out.mkdir(parents=True, exist_ok=True)
     write_atomically(out / FILE, facts.model_dump_json(indent=1) + "\n")
     write_summary(out, facts)

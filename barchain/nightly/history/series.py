@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import fnmatch
+import itertools
+import operator
 from collections import defaultdict
 from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
 from barchain.nightly.history.faults import UnknownFigureError
-from barchain.nightly.history.model.series_model import FigureSeries
+from barchain.nightly.history.model.series_model import FigureSeries, ValueSeries
 from barchain.nightly.history.storage.connection import told
 from barchain.nightly.history.storage.rows import read_figures
 from barchain.nightly.history.storage.tables import environments, figures, nights, series, texts
@@ -77,6 +79,30 @@ def load(
         FigureSeries(identity, tuple(known[k] for k, _ in own), tuple(figure for _, figure in own))
         for identity, own in ((i, sorted(pairs, key=lambda pair: pair[0])) for i, pairs in found.items())
     )
+
+
+def positive_values(
+    store: NightStore, drawn: Collection[NightSummary], kinds: Collection[FigureKind]
+) -> tuple[ValueSeries, ...]:
+    """Positive values of the figures of some kinds over some nights, in the order of the nights' numbers.
+
+    Only what a curve needs is read: a history of a thousand nights has millions of figures.
+    """
+    numbers = [night.number for night in drawn]
+    query = (
+        sa.select(figures.c.series_id, figures.c.night_id, figures.c.value)
+        .join(series)
+        .where(figures.c.night_id.in_(numbers), figures.c.value > 0.0, series.c.kind.in_([str(k) for k in kinds]))
+        .order_by(figures.c.series_id, figures.c.night_id)
+    )
+    with told(store.given), store.engine.connect() as connection:
+        identities = {row.id: identity_of(row) for row in connection.execute(sa.select(series))}
+        rows = connection.execute(query).all()
+    found = []
+    for number, own in itertools.groupby(rows, key=operator.itemgetter(0)):
+        _, at, values = zip(*own, strict=True)
+        found.append(ValueSeries(identities[number], at, values))
+    return tuple(found)
 
 
 def whole() -> Select[Any]:

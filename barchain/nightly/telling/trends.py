@@ -17,22 +17,35 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from barchain.nightly.history.changes.model import Change
-    from barchain.nightly.history.model.series_model import FigureSeries, NightSummary
+    from barchain.nightly.history.model.series_model import NightSummary, ValueSeries
 
 MOST_POINTS = 60
-"""Points of a curve: of more nights, each point is the median of some nights one after the other"""
+"""Points of a curve: of more nights, each earlier point is the median of some nights of a group"""
+OF_GROUP = 3
+"""Nights that are read of a group: a history of years would take minutes to read"""
 SHOWN = (FigureKind.ERROR, FigureKind.RATIO, FigureKind.MEMORY, FigureKind.COUNT)
 """Kinds that are drawn as factors relative to the median over the nights"""
 
 
+def drawn_nights(nights: Sequence[NightSummary]) -> list[NightSummary]:
+    """Nights whose figures are drawn: the last ones, and some of each of the groups that make one earlier point."""
+    if len(nights) <= MOST_POINTS:
+        return list(nights)
+    kept = MOST_POINTS // 2
+    groups = np.array_split(np.arange(len(nights) - kept), MOST_POINTS - kept)
+    chosen = [k for g in groups for k in np.unique(np.linspace(g[0], g[-1], OF_GROUP).round().astype(int))]
+    return [nights[k] for k in chosen] + list(nights[-kept:])
+
+
 def trend_charts(
-    series: Sequence[FigureSeries], nights: Sequence[NightSummary], changes: Sequence[Change]
+    series: Sequence[ValueSeries], nights: Sequence[NightSummary], changes: Sequence[Change]
 ) -> tuple[TrendChart, ...]:
     """Charts of all engines and scenes.
 
     Parameters
     ----------
-    series : sequence of FigureSeries
+    series : sequence of ValueSeries
+        Of the nights of :func:`drawn_nights`.
     nights : sequence of NightSummary
         All nights in their order.
     changes : sequence of Change
@@ -40,7 +53,7 @@ def trend_charts(
     """
     place = {night.number: k for k, night in enumerate(nights)}
     named = {night.name: k for k, night in enumerate(nights)}
-    grouped: dict[tuple[str, str, str], list[FigureSeries]] = defaultdict(list)
+    grouped: dict[tuple[str, str, str], list[ValueSeries]] = defaultdict(list)
     for one in series:
         i = one.identity
         if i.kind in SHOWN and i.engine:
@@ -54,20 +67,16 @@ def trend_charts(
 
 
 def chart(
-    key: tuple[str, str, str], series: Sequence[FigureSeries], place: Mapping[int, int], steps: set[int]
+    key: tuple[str, str, str], series: Sequence[ValueSeries], place: Mapping[int, int], steps: set[int]
 ) -> TrendChart:
     """Chart of one kind, of one engine in one scene."""
     found = [c for c in (curve(one, place) for one in series) if c is not None]
     return TrendChart(*key, tuple(found), len(series) - len(found), tuple(sorted(steps)))
 
 
-def curve(series: FigureSeries, place: Mapping[int, int]) -> TrendCurve | None:
+def curve(series: ValueSeries, place: Mapping[int, int]) -> TrendCurve | None:
     """Curve of one figure; None if it has the same value on all nights, or no positive one."""
-    pairs = [
-        (place[night.number], figure.value)
-        for night, figure in zip(series.nights, series.figures, strict=True)
-        if figure.value is not None and figure.value > 0.0 and night.number in place
-    ]
+    pairs = sorted((place[n], value) for n, value in zip(series.nights, series.values, strict=True) if n in place)
     if not pairs or len({value for _, value in pairs}) == 1:
         return None
     night, value = (np.array(column, float) for column in zip(*pairs, strict=True))

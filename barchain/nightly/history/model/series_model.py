@@ -48,6 +48,16 @@ class NightSummary:
 
 
 @dataclass(frozen=True)
+class ValueSeries:
+    """Positive values of one figure, for drawing."""
+
+    identity: FigureIdentity
+    nights: tuple[int, ...]
+    """Numbers of the nights in this store"""
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True)
 class FigureSeries:
     """One figure over the nights that have it, in their order."""
 
