@@ -10,9 +10,7 @@ from barchain.conform.checks import Check, CheckState, Group
 from barchain.conform.runs import results
 from barchain.conform.scenes import STAGES, scene_of, solved
 from barchain.judge.comparison.compare import judge
-from barchain.judge.diagnosis.diagnose import diagnose
-from barchain.judge.diagnosis.search import BRIEF
-from barchain.judge.diagnosis.verdicts import verdict_tolerance
+from barchain.judge.diagnosis.verdicts import diagnosis_of_verdict
 from barchain.judge.diagnosis.words import QUANTITY_WORDS
 from barchain.judge.evidence import Evidence, follow_up_jobs, gathered
 from barchain.judge.support import unsupported
@@ -128,7 +126,7 @@ def diagnosis_of(name: str, evidence: Evidence, verdict: Verdict) -> Diagnosis |
     run = evidence.main.trajectory
     if run is None or verdict.series is None:
         return None
-    return diagnose(scene_of(name), run, solved(name), verdict_tolerance(verdict), BRIEF)
+    return diagnosis_of_verdict(verdict, run, solved(name))
 
 
 def agreement(verdict: Verdict) -> str:

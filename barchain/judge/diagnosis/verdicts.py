@@ -51,18 +51,32 @@ def diagnosed_verdict(
     """
     if verdict.series is None or not needs_diagnosis(verdict):
         return verdict
-    found = diagnose(solution.scene, trajectory, solution, verdict_tolerance(verdict), effort)
+    found = diagnosis_of_verdict(verdict, trajectory, solution, effort)
     return dataclasses.replace(verdict, rows=diagnosed_rows(verdict.rows, found))
 
 
-def verdict_tolerance(verdict: Verdict) -> Tolerance:
-    """Tolerances of a verdict: explained error or expected-error bound, the larger one; infinite beyond the limit."""
+def diagnosis_of_verdict(
+    verdict: Verdict, trajectory: Trajectory, solution: ReferenceSolution, effort: Effort = BRIEF
+) -> Diagnosis:
+    """Diagnosis of a result that a verdict rejects; one inside its bounds is looked at by its explained error alone."""
+    found = diagnose(solution.scene, trajectory, solution, verdict_tolerance(verdict), effort)
+    if not found.inside_tolerances:
+        return found
+    return diagnose(solution.scene, trajectory, solution, verdict_tolerance(verdict, bounds=False), effort)
+
+
+def verdict_tolerance(verdict: Verdict, *, bounds: bool = True) -> Tolerance:
+    """Tolerances of a verdict: explained error or expected-error bound, the larger one; infinite beyond the limit.
+
+    Without `bounds` the explained error alone: a small wrong effect may stay inside the bound of a coarse setting.
+    """
     assert verdict.series is not None
     series = verdict.series
     limits = {row["quantity"]: row["limit_s"] for row in verdict.rows if row["metric"] == NORMALISED}
     found: dict[str, Array] = {}
     for name in (q for q in QUANTITY_OF.values() if f"{q}_tolerance" in series):
-        larger = np.fmax(series[f"{name}_tolerance"].to_numpy(float), series[f"{name}_bound"].to_numpy(float))
+        explained = series[f"{name}_tolerance"].to_numpy(float)
+        larger = np.fmax(explained, series[f"{name}_bound"].to_numpy(float)) if bounds else explained
         beyond = np.isnan(larger)
         if name not in TRACK and limits.get(name) is not None:
             beyond |= series["t_s"].to_numpy(float) > limits[name]

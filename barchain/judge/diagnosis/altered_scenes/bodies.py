@@ -81,10 +81,10 @@ MISTAKES = (
     ),
     *(
         SceneMistake(
-            f"inertia-{word}", f"the moments of inertia are {word} the right values", SECTION,
+            f"inertia-{name}", f"the moments of inertia are {word} the right values", SECTION,
             part("chain", inertia_kg_m2=times("inertia_kg_m2", factor)),
         )
-        for factor, word in ((0.5, "half"), (2.0, "twice"))
+        for factor, name, word in ((0.25, "quarter", "a quarter of"), (0.5, "half", "half"), (2.0, "twice", "twice"))
     ),
     *(
         SceneMistake(

@@ -106,9 +106,62 @@ def other_actuator(entry: Any) -> Actuator:
     return Actuator.EXTERNAL if entry.actuator is Actuator.JOINT else Actuator.JOINT
 
 
+def next_bar(shift: int) -> Callable[[str], SceneChange]:
+    """Changes that put thrusts or impulses on another bar, `shift` places on, round the chain."""
+
+    def of(name: str) -> SceneChange:
+        def change(scene: Scene) -> Scene:
+            altered = tuple(
+                dataclasses.replace(entry, bar=(entry.bar - 1 + shift) % scene.bars + 1)
+                for entry in getattr(scene.effects, name)
+            )
+            return with_effects(scene, **{name: altered})
+
+        return change
+
+    return of
+
+
+def a_sample_late(scene: Scene) -> Scene:
+    """Impulses a sample after their instants."""
+    interval_s = scene.run.duration_s / (scene.run.samples - 1)
+    late = tuple(dataclasses.replace(entry, at_s=entry.at_s + interval_s) for entry in scene.effects.impulse)
+    return with_effects(scene, impulse=late)
+
+
+def without_body(name: str) -> SceneChange:
+    """Scene without one of its third bodies."""
+
+    def change(scene: Scene) -> Scene:
+        return with_effects(scene, third_body=tuple(b for b in scene.effects.third_body if b.name != name))
+
+    return change
+
+
 PUSHES = (("thrust", "force_N", lambda f: tuple(0.5 * v for v in f)), ("impulse", "impulse_N_s", lambda p: 0.5 * p))
 CHANGES: tuple[tuple[str, str, SceneChange], ...] = (
     ("oblateness-opposite", "the oblateness has the opposite sign", single("oblateness", j2=lambda e: -e.j2)),
+    ("oblateness-without-3-2", "the oblateness lacks its factor 3/2", single("oblateness", j2=lambda e: e.j2 / 1.5)),
+    ("oblateness-polar", "the oblateness is that above the pole", single("oblateness", j2=lambda e: -2.0 * e.j2)),
+    (
+        "drag-coefficients-exchanged",
+        "the drag's normal and tangential coefficients are exchanged",
+        single(
+            "drag",
+            normal_coefficient=lambda e: e.tangential_coefficient,
+            tangential_coefficient=lambda e: e.normal_coefficient,
+        ),
+    ),
+    *(
+        (f"third-body-{name}-missing", f"the {words} is missing", without_body(name))
+        for name, words in (("moon", "Moon"), ("sun", "Sun"))
+    ),
+    *(
+        (f"{name}-on-{where}-bar", f"the {name} acts on the {where} bar", next_bar(shift)(name))
+        for name in ("thrust", "impulse")
+        for shift, where in ((1, "next"), (-1, "previous"))
+    ),
+    ("impulse-a-sample-late", "the impulse comes a whole sample late", a_sample_late),
     ("drag-atmosphere-at-rest", "the atmosphere is at rest", single("drag", rotation_rad_s=lambda _: 0.0)),
     (
         "drag-halved",

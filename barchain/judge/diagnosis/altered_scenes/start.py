@@ -123,6 +123,12 @@ MISTAKES = (
         ORBIT,
         part("orbit", longitude_rad=lambda s: -s.orbit.longitude_rad),
     ),
+    SceneMistake(
+        "longitude-in-degrees",
+        "the initial longitude is taken in degrees where radians are meant",
+        ORBIT,
+        part("orbit", longitude_rad=lambda s: math.degrees(s.orbit.longitude_rad)),
+    ),
     SceneMistake("speed-circular", "the speed factor is missing", ORBIT, part("orbit", speed_factor=lambda _: 1.0)),
     SceneMistake(
         "speed-factor-squared",

@@ -79,6 +79,17 @@ def unweighted_centre(scene: Scene, right: Trajectory) -> tuple[Array, Array]:
     return place.mean(axis=1), velocity.mean(axis=1)
 
 
+def position_of_point(point: Point) -> ReadingChange:
+    """Positions of another point than the centre of mass; velocities of the centre of mass."""
+
+    def read(scene: Scene, right: Trajectory) -> Trajectory:
+        if right.angle_rad is None or right.rate_rad_s is None:
+            return right
+        return right.replace(com_m=point(scene, right)[0])
+
+    return read
+
+
 def of_point(point: Point) -> ReadingChange:
     """Track of another point than the centre of mass."""
 
@@ -127,4 +138,11 @@ MISTAKES = (
         ReadingMistake(f"track-of-{name}", f"the track is that of {what}", "centre-of-mass", of_point(point))
         for name, what, point in POINTS
     ),
-)
+    *(
+        ReadingMistake(
+            f"position-of-{name}", f"the positions alone are those of {what}", "centre-of-mass",
+            position_of_point(point),
+        )
+        for name, what, point in POINTS
+    ),
+)  # fmt: skip
