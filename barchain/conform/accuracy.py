@@ -16,6 +16,7 @@ from barchain.conform.physics import reason_against
 from barchain.conform.runs import results
 from barchain.conform.scenes import PARTICLE, REPEATED, scene_of, solved
 from barchain.judge.error_model import ErrorModel
+from barchain.judge.error_units import NORM_SLACK
 from barchain.metrics.quantities import differences
 from barchain.run.job import Role
 from reports.tables.outcome import Outcome
@@ -120,10 +121,11 @@ def setting_error(engine: Examined, name: str, setting: Setting, result: RunResu
     n = int(np.count_nonzero(errors.t_s <= errors.limit_s))  # two right runs part later
     relative = {q: float(v[:n].max()) / errors.scale[q] for q, v in apart.items()}
     worst = max(relative, key=lambda q: relative[q])
-    bounds = {q: errors.bound[q][:n] + solution.error[q][:n] for q in apart}
+    noise = {q: NORM_SLACK * errors.unbounded_floor[q][:n] for q in apart}
+    bounds = {q: errors.bound[q][:n] + solution.error[q][:n] + noise[q] for q in apart}
     ratio = max(float(np.max(v[:n] / np.where(bounds[q] > 0.0, bounds[q], np.inf))) for q, v in apart.items())
     step = step_of(setting, scene_of(name))
-    floor = float(errors.floor[worst].max()) / errors.scale[worst]
+    floor = float(errors.unbounded_floor[worst].max()) / errors.scale[worst]
     return ErrorAtSetting(setting, step, relative[worst], floor, n == errors.n, ratio)
 
 
