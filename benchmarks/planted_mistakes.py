@@ -62,7 +62,7 @@ from mistake_parts import (
 
 from adapters.registry import ENGINES, engines
 from barchain.conform import conform
-from barchain.conform.checks import Group, State
+from barchain.conform.checks import Group, CheckState
 from scenarios import Gravity
 from scenarios.effect_types import Actuator, Axes, End, Frame
 
@@ -329,8 +329,8 @@ def wrong_engine(name: str) -> type[Any]:
 
 def statements(report: ConformanceReport) -> list[Check]:
     """Checks that tell of something."""
-    return [c for c in report.checks if c.state is State.FAILED or
-            (c.state is State.WARNING and c.name not in TOLD_OF_EVERY_CLASS)]  # fmt: skip
+    return [c for c in report.checks if c.state is CheckState.FAILED or
+            (c.state is CheckState.WARNING and c.name not in TOLD_OF_EVERY_CLASS)]  # fmt: skip
 
 
 def named_by(check: Check) -> str:
@@ -379,7 +379,7 @@ def sound(only: str) -> None:
             continue
         report = conform(name)
         told = "; ".join(f"{c.state}: {c.group}, {c.name}: {c.words}" for c in report.checks
-                         if c.state in {State.FAILED, State.WARNING})  # fmt: skip
+                         if c.state in {CheckState.FAILED, CheckState.WARNING})  # fmt: skip
         print(f"| {name} | {report.seconds:.1f} | {told} |", flush=True)
 
 

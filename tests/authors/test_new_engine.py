@@ -79,7 +79,7 @@ def test_the_packages_own_test_is_one_line_that_calls_conform_and_skips_nothing(
     text = (package / "tests/test_conformity.py").read_text(encoding="utf-8")
     (test,) = [node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef)]
     assert len(test.body) == 1
-    assert f'"barchain", "conform", "{NAME}"' in text
+    assert f'assert_conforms("{NAME}")' in text
     assert "skip" not in text
 
 
