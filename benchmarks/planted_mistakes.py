@@ -62,7 +62,7 @@ from mistake_parts import (
 
 from adapters.registry import ENGINES, engines
 from barchain.conform import conform
-from barchain.conform.checks import Group, CheckState
+from barchain.conform.checks import CheckState, Group
 from scenarios import Gravity
 from scenarios.effect_types import Actuator, Axes, End, Frame
 

@@ -34,8 +34,8 @@ STATE = {
     "folder": "changes the working folder",
     "handlers": "changes signal handlers",
     "float_errors": "changes NumPy's treatment of floating-point errors",
-    "random": "draws from NumPy's global random numbers",
 }
+DRAWS = "draws from NumPy's global random numbers"
 
 
 def behaviour(engine: Examined) -> Iterator[Check]:
@@ -65,6 +65,7 @@ def left_behind(header: dict[str, Any]) -> Iterator[Check]:
     printed = (after["printed_B"] - after_first["printed_B"]) / further
     yield told("output", f"prints {printed:.0f} bytes in a run" if printed > 0 else "", CheckState.WARNING)
     changed = [words for key, words in STATE.items() if before[key] != after[key]]
+    changed += [DRAWS] if after_first["random"] != after["random"] else []  # an import may draw once
     variables = sorted(k for k in after["variables"] if before["variables"].get(k) != after["variables"][k])
     changed += [f"sets {', '.join(variables[:4])}"] if after["variables"] != after_first["variables"] else []
     yield told("state of the process", "; ".join(changed), CheckState.FAILED)

@@ -20,6 +20,8 @@ QUANTITY_WORDS = {
     "torque": "torques",
     "impulse": "impulses",
 }
+NEAR = 1e-2
+"""Share of the difference below which the nearest explanation is a hint"""
 MOST_LISTED = 3
 """Indistinguishable explanations that a sentence lists"""
 
@@ -57,8 +59,17 @@ def diagnosis_words(
         return "The result is inside the tolerances."
     if explanations:
         return f"{addressed(explained_words(explanations, next_best))}."
-    left = "" if next_best is None else f" The nearest leaves {remainder(next_best)}."
+    left = "" if next_best is None else nearest_words(wrong, next_best)
     return f"No known mistake explains the result.{left}{''.join(f' {part_words(p)}.' for p in parts)}"
+
+
+def nearest_words(wrong: tuple[WrongQuantity, ...], nearest: Explanation) -> str:
+    """What the nearest explanation leaves, and its name if it makes the difference far smaller."""
+    left = remainder(nearest)
+    without = max((w.difference / w.size for w in wrong if w.size > 0.0), default=0.0)
+    if nearest.fit.relative_error > NEAR * without:
+        return f" The nearest leaves {left}."
+    return f" Near it, but not inside the tolerances: {nearest.words} (leaves {left})."
 
 
 def addressed(words: str) -> str:
