@@ -249,7 +249,14 @@ def no_velocity_terms(engine: Any, _: Scene) -> None:
 def loads_on_joints(engine: Any, _: Scene) -> None:
     """Loads on the bars' left ends instead of their centres."""
     right = engine.chain.put
-    engine.chain.put = lambda j, c, s, bar, load: right(j, c, s, bar._replace(half=0.0), load)
+
+    def put(angle: Any, loads: Any) -> None:
+        bars = engine.chain.bars
+        engine.chain.bars = [bar._replace(half=0.0) for bar in bars]
+        right(angle, loads)
+        engine.chain.bars = bars
+
+    engine.chain.put = put
 
 
 def middle_joints(engine: Any, s: Scene) -> None:

@@ -54,7 +54,7 @@ def name_check(engine: Examined) -> Check:
     if not engine.own and r.version == "none":
         said = "no distribution provides it, so that results can't be told apart by its version"
         return Check(Group.LOADING, "entry point", CheckState.FAILED, said, PAGE)
-    provided = f"{r.distribution} {r.version}" if r.distribution else r.version
+    provided = f"{r.distribution or r.requires or 'barchain'} {r.version}"
     return Check(Group.LOADING, "entry point", CheckState.PASSED, f"{engine.name} of {provided}", PAGE)
 
 

@@ -28,6 +28,12 @@ def slender_inertia_about_end(scene: Scene, bar: int) -> float:
     return 4.0 * slender_inertia(scene, bar)
 
 
+def inertia_of_opposite_mass(scene: Scene, bar: int) -> float:
+    """Moment of inertia that the bar has with the mass of the bar at the same place from the other end, kg m²."""
+    mass = scene.chain.mass_kg
+    return scene.chain.inertia_kg_m2[bar] * mass[scene.bars - 1 - bar] / mass[bar]
+
+
 def mean_mass(scene: Scene, _: int) -> float:
     """Mean mass of the bars, kg."""
     return scene.mass_kg / scene.bars
@@ -58,6 +64,10 @@ MISTAKES = (
     SceneMistake(
         "masses-and-inertias-in-reversed-order", "the masses and moments of inertia are in reversed order", SECTION,
         part("chain", mass_kg=reversed_tuple("mass_kg"), inertia_kg_m2=reversed_tuple("inertia_kg_m2")),
+    ),
+    SceneMistake(
+        "masses-reversed-with-inertias", "the masses are in reversed order, in the moments of inertia too", SECTION,
+        part("chain", mass_kg=reversed_tuple("mass_kg"), inertia_kg_m2=per_bar(inertia_of_opposite_mass)),
     ),
     SceneMistake(
         "properties-in-reversed-order", "the masses, lengths and moments of inertia are in reversed order", SECTION,
