@@ -43,6 +43,7 @@ def test_scenes_exist(document: Path) -> None:
 @every_document
 def test_command_lines_parse(document: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("adapters.registry.third_party", lambda _: {TUTORIAL_ENGINE: Registration("a_module:AClass")})
+    monkeypatch.setattr(Registration, "missing", None)  # a page may name an engine that is not installed here
     faults = [(mention, fault(mention.text, whole=whole)) for mention, whole in command_lines(document)]
     assert not any(reason for _, reason in faults), "\n".join(f"{m}: {reason}" for m, reason in faults if reason)
 
