@@ -12,6 +12,7 @@ from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engin
 from adapters.trajectory import Observable, Trajectory
 from barchain.boundary.memory import Peak
 from barchain.boundary.message import MessageError, plain_info, plain_number, plain_text
+from barchain.boundary.raised import exception_words, place_words
 from barchain.boundary.stopwatch import timed
 
 if TYPE_CHECKING:
@@ -36,9 +37,9 @@ def failed(error: BaseException) -> dict[str, Any]:
     if isinstance(error, (EngineError, DeclarationError, MessageError)):
         words = plain_text(error) or type(error).__name__
     elif isinstance(error, Exception):
-        words = f"{type(error).__name__}: {plain_text(error)}"
+        words = exception_words(error)
     else:
-        words = f"it ended its process by {type(error).__name__}({plain_text(error)})"
+        words = f"it ended its process by {type(error).__name__}({plain_text(error)}){place_words(error)}"
     rejects = isinstance(error, (EngineError, ValueError)) and not isinstance(error, np.linalg.LinAlgError)
     return {"failed": "failed", "words": words, "phase": plain_text(phase, 20), "rejected": rejects}
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.engine import EngineError
+from barchain.boundary.raised import exception_words, place_words
 from barchain.boundary.stopwatch import timed
 from barchain.boundary.threads import temporary_root
 from barchain.execution.processes import quietly
@@ -49,9 +50,11 @@ def run_job(job: Job, simulate_s: float | None = None) -> RunResult:
         except EngineError as error:
             return failure(Outcome.FAILED, str(error), rejected=rejection(error))
         except Exception as error:
-            return failure(Outcome.FAILED, f"{type(error).__name__}: {error}", rejected=rejection(error))
+            return failure(Outcome.FAILED, exception_words(error), rejected=rejection(error))
         except BaseException as error:  # an engine's library calls sys.exit: that ends its run and no more
-            return failure(Outcome.FAILED, f"it ended its process by {type(error).__name__}({error})")
+            return failure(
+                Outcome.FAILED, f"it ended its process by {type(error).__name__}({error}){place_words(error)}"
+            )
 
 
 def temporary_folder() -> tempfile.TemporaryDirectory[str]:

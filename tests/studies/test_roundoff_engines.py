@@ -105,14 +105,16 @@ def use(monkeypatch, registration):
 
 @pytest.mark.parametrize(
     ("engine", "why"),
-    [("GivesUp", ("failed", "step size became zero")), ("Raises", ("failed", "ZeroDivisionError: inside")),
+    [("GivesUp", ("failed", "step size became zero")), ("Raises", ("failed", "ZeroDivisionError: inside the engine")),
      ("ReturnsNan", ("not_finite", "angle_rad is not finite"))],
 )  # fmt: skip
 def test_an_engine_that_fails_costs_its_own_row_and_says_why(solution, monkeypatch, engine, why):
     use(monkeypatch, Registration(f"tests.support.faulty_engines:{engine}"))
     rows = engine_rows(solution, "it", 0, 1e-6)
     assert [row["quantity"] for row in rows] == ["attitude", "reaction", "gap"]
-    assert {(row["outcome"], row["reason"].partition(" from")[0], row["members"]) for row in rows} == {(*why, 0)}
+    assert {
+        (row["outcome"], row["reason"].partition(" from")[0].partition(" (")[0], row["members"]) for row in rows
+    } == {(*why, 0)}
     assert np.isnan([row["median"] for row in rows]).all()
 
 
@@ -127,7 +129,10 @@ def test_members_that_fail_count_as_lost(solution, monkeypatch):
 
     monkeypatch.setattr(Reference, "simulate", sometimes)
     row = engine_rows(solution, "reference", 0, 1e-6)[0]
-    assert (row["outcome"], row["reason"]) == ("failed", f"1 of {MEMBERS} runs: ZeroDivisionError: once")
+    assert row["outcome"] == "failed"
+    assert row["reason"].startswith(
+        f"1 of {MEMBERS} runs: ZeroDivisionError: once (tests.studies.test_roundoff_engines:"
+    )
     assert np.isinf(row["largest"])
     assert row["median"] < 1e-14
     assert row["members"] == MEMBERS

@@ -17,6 +17,7 @@ from adapters.engine import AccuracyParameter, Coordinates, EngineError, Setting
 from adapters.registry import find_engine
 from adapters.trajectory import Observable
 from barchain.boundary.declared import engine_class
+from barchain.boundary.raised import exception_words
 from barchain.run.trajectory_checks import fault
 from barchain.studies.roundoff.formulations.states import EQUATOR_M
 from barchain.studies.roundoff.parts.evaluation import SHARES, quantiles
@@ -129,7 +130,7 @@ def attempt(engine: type[Engine], scene: Scene, setting: Setting) -> Trajectory 
     except EngineError as error:
         return RunFault(Outcome.FAILED, str(error))
     except Exception as error:
-        return RunFault(Outcome.FAILED, f"{type(error).__name__}: {error}".splitlines()[0])
+        return RunFault(Outcome.FAILED, exception_words(error))
     if found.ended:
         return RunFault(Outcome.INCOMPLETE, found.ended)
     wrong = fault(scene, engine, found)
