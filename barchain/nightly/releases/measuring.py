@@ -7,6 +7,7 @@ import re
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from barchain.nightly.environments.dated import dependencies_at
 from barchain.nightly.environments.faults import PinnedEnvironmentError
 from barchain.nightly.environments.making import pinned_environment
 from barchain.nightly.environments.running import run_in
@@ -81,23 +82,53 @@ def measure(plan: ReleasesPlan, release: Release, tree: Path, scratch: Path) -> 
         place | {"released": release.date, "wheel_B": release.wheel_B, "state": str(ReleaseState.RUNS)}
     )
     try:
-        environment = pinned_environment([f"{plan.distribution}=={release.version}"], also=plan.also)
+        environment, facts, note = working_environment(plan, release, tree, scratch)
     except PinnedEnvironmentError as error:
         found.release |= {"state": str(ReleaseState.NOT_INSTALLED), "reason": str(error)}
         return found
-    others = [each for each in environment.moved if not each.startswith(f"{plan.distribution} ")]
-    found.release["moved"] = ", ".join(others)
-    probed = probe(plan, environment, tree, scratch)
-    fault = probed.pop("fault", "")
-    found.release |= probed
-    if not fault:
-        fault = compare(plan, environment, tree, scratch, found)
+    fault = str(facts.pop("fault", ""))
+    found.release |= facts
+    fault = fault or compare(plan, environment, tree, scratch, found)
     if fault:
         found.release |= {"state": str(ReleaseState.FAILS), "reason": ADDRESS.sub("", fault)}
-    elif plan.timed:
-        reason = time(plan, environment, tree, scratch, found)
-        found.release |= {"reason": f"not timed: {reason}"} if reason else {}
+        return found
+    untimed = time(plan, environment, tree, scratch, found) if plan.timed else ""
+    found.release["reason"] = "; ".join(filter(None, (note, untimed and f"not timed: {untimed}")))
     return found
+
+
+def working_environment(
+    plan: ReleasesPlan, release: Release, tree: Path, scratch: Path
+) -> tuple[PinnedEnvironment, dict[str, Any], str]:
+    """Environment in which a release imports, the facts of it, and a note on its dependencies.
+
+    Dependencies of today come first. A release that does not import with them is tried with those of its own time.
+    The facts have the entry ``fault`` if it imports with neither.
+
+    Raises
+    ------
+    PinnedEnvironmentError
+        If the release can't be installed.
+    """
+    pin = f"{plan.distribution}=={release.version}"
+    today = pinned_environment([pin], also=plan.also)
+    facts = described(plan, today, tree, scratch)
+    if "fault" not in facts:
+        return today, facts, ""
+    try:
+        dated = pinned_environment([*dependencies_at(pin, release.date), pin], also=plan.also)
+    except PinnedEnvironmentError:
+        return today, facts, ""
+    dated_facts = described(plan, dated, tree, scratch)
+    if "fault" in dated_facts:
+        return today, facts, ""
+    return dated, dated_facts, f"with the dependencies of its own time; with today's: {facts['fault']}"
+
+
+def described(plan: ReleasesPlan, environment: PinnedEnvironment, tree: Path, scratch: Path) -> dict[str, Any]:
+    """Distributions that moved with a release, its size and its import time, or the entry ``fault``."""
+    others = [each for each in environment.moved if not each.startswith(f"{plan.distribution} ")]
+    return probe(plan, environment, tree, scratch) | {"moved": ", ".join(others)}
 
 
 def probe(plan: ReleasesPlan, environment: PinnedEnvironment, tree: Path, scratch: Path) -> dict[str, Any]:

@@ -1,0 +1,84 @@
+"""A release that no longer imports with today's dependencies is measured with those of its own time, and says so."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from barchain.nightly.environments import dated
+from barchain.nightly.environments.dated import dependencies_at
+from barchain.nightly.environments.faults import PinnedEnvironmentError
+from barchain.nightly.environments.making import PinnedEnvironment
+from barchain.nightly.releases import measuring
+
+PLAN: Any = SimpleNamespace(distribution="pin", also=(), module="pinocchio")
+RELEASE: Any = SimpleNamespace(version="3.4.0", date="2025-02-13")
+MISSING = "ImportError: liburdfdom_sensor.so.4.0: cannot open shared object file"
+
+
+@pytest.fixture
+def made(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, ...]]:
+    """Pins of each environment that was made."""
+    found: list[tuple[str, ...]] = []
+
+    def make(pins: list[str], **_: Any) -> PinnedEnvironment:
+        found.append(tuple(pins))
+        return PinnedEnvironment(Path("nowhere"), tuple(pins), ("cmeel-urdfdom 4.0.1 (here 6.0.0)",) * (len(pins) > 1))
+
+    monkeypatch.setattr(measuring, "pinned_environment", make)
+    monkeypatch.setattr(measuring, "dependencies_at", lambda *_: ["cmeel-urdfdom==4.0.1"])
+    return found
+
+
+def imports_with(monkeypatch: pytest.MonkeyPatch, *pins: str) -> None:
+    """Let a release import only where some versions are pinned."""
+
+    def probe(_: Any, environment: PinnedEnvironment, *__: Any) -> dict[str, Any]:
+        return {"import_s": 0.2} if set(pins) <= set(environment.pins) else {"fault": MISSING}
+
+    monkeypatch.setattr(measuring, "probe", probe)
+
+
+def test_a_release_that_imports_today_keeps_the_dependencies_of_today(made, monkeypatch, tmp_path) -> None:
+    imports_with(monkeypatch)
+    _, facts, note = measuring.working_environment(PLAN, RELEASE, tmp_path, tmp_path)
+    assert made == [("pin==3.4.0",)]
+    assert (facts, note) == ({"import_s": 0.2, "moved": ""}, "")
+
+
+def test_a_release_that_needs_earlier_dependencies_gets_them_and_says_so(made, monkeypatch, tmp_path) -> None:
+    imports_with(monkeypatch, "cmeel-urdfdom==4.0.1")
+    environment, facts, note = measuring.working_environment(PLAN, RELEASE, tmp_path, tmp_path)
+    assert made[1] == environment.pins == ("cmeel-urdfdom==4.0.1", "pin==3.4.0")
+    assert facts["moved"] == "cmeel-urdfdom 4.0.1 (here 6.0.0)"
+    assert note == f"with the dependencies of its own time; with today's: {MISSING}"
+
+
+def test_a_release_that_imports_with_neither_has_the_fault_of_today(made, monkeypatch, tmp_path) -> None:
+    imports_with(monkeypatch, "no such pin")
+    environment, facts, note = measuring.working_environment(PLAN, RELEASE, tmp_path, tmp_path)
+    assert environment.pins == made[0]
+    assert (facts["fault"], note) == (MISSING, "")
+
+
+def test_the_index_is_asked_for_versions_up_to_a_month_after_the_release(monkeypatch) -> None:
+    asked: list[list[str]] = []
+
+    def run(line: list[str], **_: Any) -> SimpleNamespace:
+        asked.append(line)
+        return SimpleNamespace(returncode=0, stdout="numpy==2.2.3\npin==3.4.0\n", stderr="")
+
+    monkeypatch.setattr(dated.subprocess, "run", run)
+    assert dependencies_at("pin==3.4.0", "2025-02-13") == ["numpy==2.2.3"]
+    assert asked[0][asked[0].index("--exclude-newer") + 1] == "2025-03-15"
+
+
+@pytest.mark.parametrize(("day", "said"), [("", "gives no day for pin==3.4.0"), ("2025-02-13", "no versions")])
+def test_no_day_and_no_versions_are_told(monkeypatch, day: str, said: str) -> None:
+    ended = SimpleNamespace(returncode=1, stdout="", stderr="no versions")
+    monkeypatch.setattr(dated.subprocess, "run", lambda *_, **__: ended)
+    with pytest.raises(PinnedEnvironmentError, match=said):
+        dependencies_at("pin==3.4.0", day)
