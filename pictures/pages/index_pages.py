@@ -1,0 +1,56 @@
+"""Index of the gallery, and index of the engines."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from pictures.pages.engine_page import page_file
+from pictures.pages.libraries import LIBRARIES
+from pictures.pages.scene_page import link
+from pictures.pages.words import table
+from pictures.paths import DOCS, ENGINE_PAGES
+from pictures.templating import render
+
+if TYPE_CHECKING:
+    from scenarios import Scene
+
+ENGINES_INDEX = ENGINE_PAGES / "index.md"
+
+
+@dataclass(frozen=True)
+class Family:
+    """Folder of scenes."""
+
+    folder: str
+    title: str
+    sentence: str
+
+
+FAMILIES = (
+    Family("paper", "The paper's figures", "Initial states and manoeuvres of the paper, with its parameters."),
+    Family("basics", "Closed forms", "Motions whose solution is known on paper, in whole or in part."),
+    Family("effects", "Effects", "One effect each, or all of them at once."),
+    Family("hard", "Hard scenes", "Scenes at which integrators fail: sizes, spins, mass ratios, chaos, long runs."),
+)
+"""Families in the order of the index"""
+
+
+def gallery_index(scenes: list[Scene]) -> str:
+    """Markdown of the gallery's index."""
+    groups = [(family, [s for s in scenes if s.name.startswith(f"{family.folder}/")]) for family in FAMILIES]
+    return render("gallery.md.j2", groups=groups, count=len(scenes))
+
+
+def engines_index() -> str:
+    """Markdown of the index of engines."""
+    head = ("library", "engines", "physics", "formulation and integrator", "licence", "installation")
+    lines = []
+    for library in LIBRARIES:
+        for name, registration in library.engines.items():
+            physics = "independent" if registration.external else "barchain's equations"
+            install = f"`{registration.install}`" if registration.install else "comes with barchain"
+            page = f"[{library.title}]({page_file(library).name})"
+            lines.append([page, f"`{name}`", physics, registration.load().title, library.licence, install])
+    effects = link(ENGINES_INDEX, DOCS / "effects" / "README.md")
+    return render("engines.md.j2", rows=table(head, lines), libraries=LIBRARIES, count=len(lines), effects=effects)

@@ -1,0 +1,71 @@
+"""Libraries behind the engines: one page each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from adapters.registry import ENGINES
+
+if TYPE_CHECKING:
+    from adapters.registry import Registration
+
+
+@dataclass(frozen=True)
+class Library:
+    """Library with one or more engines."""
+
+    page: str
+    title: str
+    package: str
+    """Adapter package whose docstring describes the engines"""
+    distributions: tuple[str, ...]
+    """Distributions that the registrations require; empty for barchain itself"""
+    home: str
+    licence: str
+
+    @property
+    def engines(self) -> dict[str, Registration]:
+        """Registered engines of the library, by name."""
+        return {name: r for name, r in ENGINES.items() if self.has(r)}
+
+    def has(self, registration: Registration) -> bool:
+        """Whether a registration is one of this library's."""
+        inside = registration.target.startswith(f"{self.package}.")
+        return inside and (not self.distributions or registration.requires in self.distributions)
+
+
+LIBRARIES = (
+    Library("reference", "barchain's own engines", "adapters.reference", (), "", "MIT"),
+    Library("exudyn", "Exudyn", "adapters.exudyn", ("exudyn",), "https://github.com/jgerstmayr/EXUDYN",
+            "EXUDYN General License"),
+    Library("rebound", "REBOUND", "adapters.rebound", ("rebound",), "https://github.com/hannorein/rebound", "GPL-3.0"),
+    Library("pymunk", "pymunk", "adapters.pymunk", ("pymunk",), "https://www.pymunk.org", "MIT"),
+    Library("heyoka", "heyoka", "adapters.heyoka", ("heyoka",), "https://bluescarni.github.io/heyoka.py", "MPL-2.0"),
+    Library("mujoco", "MuJoCo", "adapters.mujoco", ("mujoco",), "https://mujoco.org", "Apache-2.0"),
+    Library("pinocchio", "Pinocchio", "adapters.pinocchio", ("pin",), "https://github.com/stack-of-tasks/pinocchio",
+            "BSD-3-Clause"),
+    Library("drake", "Drake", "adapters.drake", ("drake",), "https://drake.mit.edu",
+            "BSD-3-Clause; its wheel requires Mosek's, which is proprietary"),
+    Library("dart", "DART", "adapters.dart", ("dartpy",), "https://dartsim.github.io", "BSD-2-Clause"),
+    Library("scipy", "SciPy's solvers", "adapters.ode_solvers", ("scipy",), "https://scipy.org", "BSD-3-Clause"),
+    Library("cvode", "CVODE (SUNDIALS)", "adapters.ode_solvers", ("scikit-sundae",),
+            "https://github.com/NREL/scikit-sundae", "BSD-3-Clause"),
+    Library("diffrax", "diffrax", "adapters.ode_solvers.diffrax", ("diffrax",), "https://docs.kidger.site/diffrax",
+            "Apache-2.0"),
+)  # fmt: skip
+"""Libraries in the order of their pages; licences as their distributions declare them"""
+
+
+def library_of(engine: str) -> Library:
+    """Library of a registered engine.
+
+    Raises
+    ------
+    LookupError
+        If the engine has no page; add its library to :data:`LIBRARIES`.
+    """
+    found = next((library for library in LIBRARIES if engine in library.engines), None)
+    if found is None:
+        raise LookupError(f"{engine}: no library in pictures/pages/libraries.py has this engine; add one")
+    return found

@@ -1,0 +1,216 @@
+"""Page of one scene: picture, reason, physics, certified solution, and what each engine makes of it."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any
+
+from pictures.pages.libraries import LIBRARIES
+from pictures.pages.words import cell, errors, outcome_text, short, stability_text, table
+from pictures.paths import DOCS, ENGINE_PAGES, GALLERY
+from pictures.record.certified import SHIPPED, TABLE
+from pictures.templating import render
+from reports.text.numerals import each
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from pictures.pages.record import Measured
+    from scenarios import Scene
+
+EFFECT_PAGES = {"gravity": "gravity", "impulse": "thrust", "thrust": "thrust"}
+"""Pages of effects that are not named like the effect"""
+KINDS = ((True, "Independent physics"), (False, "Integrators on barchain's equations"))
+HARD = "hard/"
+LEAST_ORBITS = 0.01  # below, seconds say more
+
+
+def scene_page(scene: Scene, alt: str, measured: Measured) -> str:
+    """Markdown of a scene's page."""
+    page = page_of(scene.name)
+    return render(
+        "scene.md.j2",
+        scene=scene,
+        folder=scene.name.partition("/")[0],
+        file=page.with_suffix(".svg").name,
+        alt=alt,
+        facts=table(("physics", "value"), facts(scene, page)),
+        certified=certified_sentences(scene, measured),
+        certified_page=link(page, document("certified_solutions.md")),
+        hard=scene.name.startswith(HARD),
+        tables=engine_tables(scene, measured),
+        runs=measured.runs,
+        stability_page=link(page, DOCS / "studies" / "stability.md"),
+        verdicts_page=link(page, document("verdicts.md")),
+    )
+
+
+def page_of(scene: str) -> Path:
+    """File of a scene's page."""
+    return GALLERY / f"{scene}.md"
+
+
+def document(name: str) -> Path:
+    """Document of this name, wherever it lies in the documentation.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is none.
+    """
+    found = sorted(DOCS.rglob(name))
+    if not found:
+        raise FileNotFoundError(f"{name}: no such document below {DOCS.name}/")
+    return found[0]
+
+
+def link(page: Path, target: Path) -> str:
+    """Link from a page to another file."""
+    return os.path.relpath(target, page.parent).replace(os.sep, "/")
+
+
+def facts(scene: Scene, page: Path) -> list[tuple[str, str]]:
+    """Physics of the scene in two columns."""
+    return [
+        ("bars", str(scene.bars)),
+        ("masses", each(scene.chain.mass_kg, "kg")),
+        ("lengths", each(scene.chain.length_m, "m")),
+        ("orbit", orbit_text(scene)),
+        ("duration", f"{duration_text(scene)}, {scene.run.samples} samples"),
+        ("gravity and effects", ", ".join(effect_links(scene, page))),
+        ("tags", ", ".join(scene.tags)),
+    ]
+
+
+def orbit_text(scene: Scene) -> str:
+    """Injection in words."""
+    if scene.effects.gravity.value == "none":
+        return "none: free space"
+    start = f"from {scene.orbit.altitude_m / 1e3:,.10g} km altitude".replace(",", " ")
+    factor = scene.orbit.speed_factor
+    return f"{start}, at {'' if factor == 1.0 else f'{factor:.6g} times '}the local circular speed"
+
+
+def duration_text(scene: Scene) -> str:
+    """Duration in orbits and seconds."""
+    seconds = f"{short(scene.run.duration_s)} s"
+    orbits = scene.run.duration_s / scene.period_s
+    return (
+        f"{short(orbits)} orbit{'s'[: orbits != 1.0]} ({seconds})" if scene.bound and orbits > LEAST_ORBITS else seconds
+    )
+
+
+def effect_links(scene: Scene, page: Path) -> list[str]:
+    """Effects, each linked to its page."""
+    names = sorted(scene.effects.names, key=lambda name: (not name.startswith("gravity"), name))
+    return [
+        f"[{name.replace('.', ': ').replace('_', ' ')}]({link(page, DOCS / 'effects' / effect_file(name))})"
+        for name in names
+    ]
+
+
+def effect_file(name: str) -> str:
+    """File of an effect's page."""
+    first = name.partition(".")[0]
+    return f"{EFFECT_PAGES.get(first, first)}.md"
+
+
+def certified_sentences(scene: Scene, measured: Measured) -> list[str]:
+    """What is known about the scene's certified solution."""
+    row = measured.certified.get(scene.name, {})
+    source = row.get("source", "")
+    if source not in (SHIPPED, TABLE):
+        return [
+            "No certified solution comes with barchain; the reference solution judges.",
+            *hard_sentences(scene, measured),
+        ]
+    where = "at all samples" if source == SHIPPED else "at 21 instants of the whole run and 21 of its first orbit"
+    bars = ", ".join(error_bars(row))
+    found = [f"A certified solution comes with barchain, {where}. Its largest error bars are {bars}."]
+    if row["amplification"] is not None:
+        found.append(f"A small perturbation of the attitude grows up to {short(row['amplification'])} times.")
+    return found + hard_sentences(scene, measured)
+
+
+def error_bars(row: dict[str, Any]) -> list[str]:
+    """Error bars of a certified solution, each with its quantity."""
+    known = (("attitude_error_rad", "rad"), ("reaction_error_N", "N"), ("com_error_m", "m"))
+    words = {"rad": "of the attitude", "N": "of the reactions", "m": "of the centre of mass"}
+    return [f"{short(row[name], unit)} {words[unit]}" for name, unit in known if row[name] is not None]
+
+
+def hard_sentences(scene: Scene, measured: Measured) -> list[str]:
+    """Predictability limit, growth and condition of a hard scene, as the stability study measured them."""
+    row = measured.hard.get(scene.name)
+    if row is None or row["limit_s"] is None:
+        return []
+    whole = row["limit_s"] >= scene.run.duration_s * (1.0 - 1e-9)
+    limit = "not before the end of the run" if whole else f"after {short(row['limit_s'], 's')}"
+    found = [f"The reference solution reaches its predictability limit {limit}."]
+    if row["amplification"] is not None:
+        found.append(f"A small perturbation grows {short(row['amplification'])} times to the end.")
+    if row["condition_high"] is not None:
+        found.append(f"The condition number of the joint system is at most {short(row['condition_high'])}.")
+    return found
+
+
+def engine_tables(scene: Scene, measured: Measured) -> list[tuple[str, str]]:
+    """Heading and table of each kind of engines; kinds without a result are left out."""
+    found = []
+    for external, heading in KINDS:
+        names = [(lib.page, e) for lib in LIBRARIES for e, r in lib.engines.items() if r.external is external]
+        made = stability_rows if scene.name.startswith(HARD) else comparison_rows
+        head, lines = made(scene, names, measured)
+        if lines:
+            found.append((heading, table(head, lines)))
+    return found
+
+
+def engine_link(scene: Scene, page: str, engine: str) -> str:
+    """Engine linked to the page of its library."""
+    return f"[{engine}]({link(page_of(scene.name), ENGINE_PAGES / f'{page}.md')})"
+
+
+def comparison_rows(
+    scene: Scene, names: list[tuple[str, str]], measured: Measured
+) -> tuple[tuple[str, ...], list[list[str]]]:
+    """Head and rows of a compared scene."""
+    head = (
+        "engine",
+        "setting",
+        "outcome",
+        "largest error:",
+        "reactions:",
+        "detection limit:",
+        "compared to:",
+        "reason",
+    )
+    lines = []
+    for page, engine in names:
+        row = measured.comparison.get((scene.name, engine))
+        if row is not None:
+            name = engine_link(scene, page, engine)
+            limit = "" if row["limit_s"] is None else compared_to(scene, row["limit_s"])
+            numbers = [errors(row), short(row["reaction_N"], "N"), short(row["detection_limit"]), limit]
+            lines.append([name, row["setting"], outcome_text(row["outcome"]), *numbers, cell(row["reason"])])
+    return head, lines
+
+
+def compared_to(scene: Scene, limit_s: float) -> str:
+    """Predictability limit of a comparison."""
+    if limit_s >= scene.run.duration_s * (1.0 - 1e-2):
+        return "end"
+    return f"{short(limit_s / scene.period_s)} orbits" if scene.bound else short(limit_s, "s")
+
+
+def stability_rows(
+    scene: Scene, names: list[tuple[str, str]], measured: Measured
+) -> tuple[tuple[str, ...], list[list[str]]]:
+    """Head and rows of a hard scene."""
+    pairs = [(page, e, measured.stability.get((scene.name, e), "")) for page, e in names]
+    lines = [
+        [engine_link(scene, page, e), stability_text(word), measured.reasons.get((scene.name, e), "")]
+        for page, e, word in pairs
+        if word
+    ]
+    return ("engine", "outcome", "reason"), lines

@@ -1,0 +1,117 @@
+"""Stages of the command, in order: each writes pictures, a part of the record, or pages."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from adapters.registry import ENGINES
+from pictures.record.certified import certified_rows
+from pictures.record.comparison import comparison_rows, version_rows
+from pictures.record.cost import cost_rows
+from pictures.record.files import note_run, write_table
+from pictures.record.stability import stability_rows
+from pictures.report import report_pictures
+from pictures.runs import engine_options, run_barchain
+from pictures.write import gallery_scenes, pages, pictures_of, write_all
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+COMPARED = ("paper/", "basics/", "effects/")
+REPORT = "report"
+"""Result folder whose pages the README shows"""
+
+
+@dataclass(frozen=True)
+class Options:
+    """Where a stage works, and how it tells what it does."""
+
+    work: Path
+    """Folder of the runs' results; a stage goes on from results that are there"""
+    tell: Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One stage."""
+
+    name: str
+    task: str
+    run: Callable[[Options], None]
+
+
+def draw_gallery(options: Options) -> None:
+    """Draw all scenes."""
+    scenes, changed = gallery_scenes(), 0
+    for k, scene in enumerate(scenes):
+        options.tell(f"{k + 1}/{len(scenes)} {scene.name}")
+        changed += write_all(dict(pictures_of(scene)))
+    options.tell(f"{changed} pictures changed")
+
+
+def record_certified(options: Options) -> None:
+    """Record the certified solutions that come with barchain."""
+    write_table("certified", certified_rows(gallery_scenes()))
+    options.tell("docs/record/certified.csv")
+
+
+def run_comparison(options: Options) -> None:
+    """Compare all installed engines in all scenes that have a certified solution that judges."""
+    scenes = [s.name for s in gallery_scenes() if s.name.startswith(COMPARED)]
+    installed = [name for name, r in ENGINES.items() if not r.missing]
+    run_barchain(options.work, "compare", *scenes, *engine_options(installed), "--out", "comparison")
+    rows, record = comparison_rows(options.work / "comparison")
+    write_table("comparison", rows)
+    write_table("versions", version_rows(record))
+    note_run("comparison", record)
+
+
+def run_stability(options: Options) -> None:
+    """Run the stability study, Drake and DART included."""
+    named = engine_options([name for name, r in ENGINES.items() if stability_engine(name) and not r.missing])
+    run_barchain(options.work, "stability", *named, "--out", "stability")
+    rows, scenes, record = stability_rows(options.work / "stability")
+    write_table("stability", rows)
+    write_table("hard", scenes)
+    note_run("stability", record)
+
+
+def stability_engine(name: str) -> bool:
+    """Whether an engine takes part in the stability study: default engines, SciPy's solvers, Drake and DART."""
+    return ENGINES[name].in_default_set or name in ("drake", "dart") or name.startswith("scipy-")
+
+
+def run_cost(options: Options) -> None:
+    """Measure cost and accuracy; a quiet machine is needed."""
+    run_barchain(options.work, "cost", "--out", REPORT)
+    tables, record = cost_rows(options.work / REPORT)
+    for name, rows in tables.items():
+        write_table(name, rows)
+    note_run("cost", record)
+
+
+def draw_report(options: Options) -> None:
+    """Run the studies that the README shows, and take pictures of their pages."""
+    run_barchain(options.work, "crossval", "--out", REPORT)
+    run_barchain(options.work, "effects", "paper/fig13", "--out", REPORT)
+    run_barchain(options.work, "roundoff", "--out", REPORT)
+    for path in report_pictures(options.work):
+        options.tell(path.name)
+
+
+def write_pages(options: Options) -> None:
+    """Render all pages from the record."""
+    options.tell(f"{write_all(pages())} pages changed")
+
+
+STAGES = (
+    Stage("gallery", "pictures of all scenes", draw_gallery),
+    Stage("certified", "record of the certified solutions", record_certified),
+    Stage("comparison", "record of all engines in all scenes with a certified solution that judges", run_comparison),
+    Stage("stability", "record of the stability study", run_stability),
+    Stage("cost", "record of accuracy and cost; needs a quiet machine", run_cost),
+    Stage("report", "pictures of the report for the README", draw_report),
+    Stage("pages", "pages of the gallery and of the engines", write_pages),
+)

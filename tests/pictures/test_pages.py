@@ -1,0 +1,132 @@
+"""The pages of the gallery and of the engines are those of today's scenes, engines and record."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from typing import TYPE_CHECKING
+
+import pandas as pd
+import pytest
+from click.testing import CliRunner
+
+from adapters.registry import ENGINES
+from pictures.__main__ import main
+from pictures.pages.docstrings import paragraphs
+from pictures.pages.engine_page import page_file
+from pictures.pages.libraries import LIBRARIES, library_of
+from pictures.pages.words import cell, short
+from pictures.paths import GALLERY, RECORD
+from pictures.record.certified import certified_rows
+from pictures.record.comparison import row_of
+from pictures.record.files import COLUMNS, DIGITS, read_runs, read_table
+from pictures.stages import STAGES
+from pictures.write import gallery_scenes, pages
+from reports.tables.crossval import METRIC_COLUMNS
+from scenarios import load_scene
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+IMAGE = re.compile(r"!\[(?P<alt>[^\]]*)\]\((?P<file>[^)]+)\)")
+rendered = cache(pages)
+
+
+@pytest.mark.parametrize("path", sorted(rendered()), ids=lambda path: path.stem)
+def test_a_committed_page_is_the_one_that_the_record_gives(path: Path) -> None:
+    assert path.exists(), "run: python -m pictures --only pages"
+    assert path.read_text(encoding="utf-8") == rendered()[path], "run: python -m pictures --only pages"
+
+
+@pytest.mark.parametrize("path", sorted(rendered()), ids=lambda path: path.stem)
+def test_every_image_of_a_page_is_there_and_has_a_text(path: Path) -> None:
+    for image in IMAGE.finditer(rendered()[path]):
+        assert len(image["alt"]) > 8
+        assert (path.parent / image["file"]).is_file()
+
+
+def test_every_scene_of_the_gallery_is_shown_and_linked_by_the_index() -> None:
+    index = rendered()[GALLERY / "index.md"]
+    assert not [s.name for s in gallery_scenes() if f"]({s.name}.md)" not in index or f"\n{s.name}\n" not in index]
+    assert not [p for p in GALLERY.rglob("*.md") if p not in rendered()]
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_every_engine_has_a_page_that_names_it(engine: str) -> None:
+    page = rendered()[page_file(library_of(engine))]
+    assert f"`{engine}`" in page
+
+
+def test_no_two_libraries_share_an_engine() -> None:
+    named = [name for library in LIBRARIES for name in library.engines]
+    assert sorted(named) == sorted(ENGINES)
+
+
+def test_an_engine_without_a_library_is_told_where_to_go() -> None:
+    with pytest.raises(LookupError, match="add one"):
+        library_of("no-such-engine")
+
+
+@pytest.mark.parametrize("library", LIBRARIES, ids=lambda library: library.page)
+def test_every_library_tells_formulation_integrator_and_traps(library: object) -> None:
+    labels = {p.label for p in paragraphs(library.package)}  # type: ignore[attr-defined]
+    assert any(label.startswith("Integrator") for label in labels)
+    assert labels & {"Trap", "Traps"}
+    assert any(label.startswith("Formulation") for label in labels)
+
+
+def test_the_record_of_certified_solutions_is_that_of_the_files_that_come_with_barchain() -> None:
+    names = ["paper/fig09", "effects/slews", "hard/tip_mass", "hard/whip"]
+    there = read_table("certified").set_index("scene")
+    for row in certified_rows(load_scene(name) for name in names):
+        for column in COLUMNS["certified"][2:]:
+            value = row.get(column, float("nan"))
+            assert there.loc[row["scene"], column] == pytest.approx(float(DIGITS % value), nan_ok=True)
+
+
+@pytest.mark.parametrize("name", COLUMNS)
+def test_a_table_of_the_record_names_known_engines_and_scenes_once(name: str) -> None:
+    table = read_table(name)
+    if "engine" in table:
+        assert set(table.engine) <= set(ENGINES)
+    if "scene" in table:
+        assert {load_scene(scene).name for scene in table.scene.unique()} == set(table.scene)
+    if name in ("comparison", "stability"):
+        assert not table.duplicated(["scene", "engine"]).any()
+
+
+def test_the_record_tells_where_each_table_is_from() -> None:
+    for facts in read_runs().values():
+        assert re.fullmatch(r"\d{4}-\d\d-\d\d", facts["created"])
+        assert facts["barchain"]
+        assert facts["command"].startswith("barchain")
+    assert not [p.name for p in RECORD.iterdir() if "/tmp" in p.read_text(encoding="utf-8")]
+
+
+def test_a_pair_is_recorded_with_its_most_severe_outcome_and_the_largest_difference() -> None:
+    lines = [
+        ("paper/fig05", "drake", "rtol=1e-10", "attitude", "max", 2e-7, "rad", 1e-3, "pass", "", 5000.0),
+        ("paper/fig05", "drake", "rtol=1e-10", "attitude", "detection_limit", 3e-6, "1", None, "reported", "", None),
+        ("paper/fig05", "drake", "rtol=1e-10", "reaction", "max", 4e-3, "N", 1e-3, "inconsistent", "wrong", 5000.0),
+    ]
+    row = row_of("paper/fig05", "drake", pd.DataFrame(lines, columns=list(METRIC_COLUMNS)))
+    assert (row["outcome"], row["reason"]) == ("inconsistent", "wrong")
+    assert (row["attitude_rad"], row["reaction_N"], row["limit_s"]) == (2e-7, 4e-3, 5000.0)
+    assert row["detection_limit"] == 3e-6
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(1.29e-7, "1.29e-7"), (27500.0, "27500"), (5.46e8, "5.46e8"), (0.5, "0.5"), (None, "")]
+)
+def test_a_number_is_shown_with_the_digits_of_the_record(value: float | None, text: str) -> None:
+    assert short(value) == text
+
+
+def test_a_bar_in_a_reason_does_not_end_a_cell() -> None:
+    assert cell("|r| is large\nhere") == "\\|r\\| is large here"
+
+
+def test_the_command_names_its_stages() -> None:
+    said = CliRunner().invoke(main, ["--help"]).output
+    assert all(stage.name in said for stage in STAGES)
+    assert CliRunner().invoke(main, ["--only", "no-such"]).exit_code == 2
