@@ -1,0 +1,70 @@
+"""The README's table of engines agrees with the registry, and the citation with the package."""
+
+import re
+import tomllib
+from dataclasses import dataclass
+
+import pytest
+from ruamel.yaml import YAML
+
+from adapters.registry import ENGINES
+from pictures.pages.libraries import library_of
+from tests.structure.documents import ROOT
+
+SAME_WITH_NUMPY = "and the same with `-numpy`"
+NO_EXTRA = "–"
+README = (ROOT / "README.md").read_text("utf-8")
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of the table of engines."""
+
+    engines: tuple[str, ...]
+    physics: str
+    extra: str
+    licence: str
+
+
+def rows() -> list[Row]:
+    table = README[README.index("## Engines") :].split("\n\n")[1].splitlines()[2:]
+    return [row_of([cell.strip() for cell in line.strip("|").split("|")]) for line in table]
+
+
+def row_of(cells: list[str]) -> Row:
+    names = re.findall(r"`([a-z0-9-]+)`", cells[0].removesuffix(SAME_WITH_NUMPY))
+    if cells[0].endswith(SAME_WITH_NUMPY):
+        names = [name for name in names if name != "-numpy"]
+        names += [f"{name}-numpy" for name in names]
+    return Row(tuple(names), cells[3], cells[4].strip("`"), cells[5])
+
+
+def extras(install: str) -> set[str]:
+    """Extras in a command that installs an engine; a dash for none."""
+    found = re.search(r"\[([a-z,-]+)\]", install)
+    return set(found.group(1).split(",")) if found else {NO_EXTRA}
+
+
+def test_every_engine_stands_in_the_table_once() -> None:
+    assert sorted(name for row in rows() for name in row.engines) == sorted(ENGINES)
+
+
+@pytest.mark.parametrize("row", rows(), ids=lambda row: row.engines[0])
+def test_a_row_tells_the_physics_the_extra_and_the_licence(row: Row) -> None:
+    for name in row.engines:
+        engine = ENGINES[name]
+        assert row.physics == ("independent" if engine.external else "barchain's equations")
+        if not name.endswith("-numpy"):
+            assert set(row.extra.split("`, `")) == extras(engine.install)
+        assert library_of(name).licence.startswith(row.licence)
+
+
+def test_the_readme_can_be_read_in_a_minute_or_two() -> None:
+    assert len(README.splitlines()) <= 150
+
+
+def test_the_citation_has_the_version_of_the_package() -> None:
+    citation = YAML(typ="safe").load((ROOT / "CITATION.cff").read_text("utf-8"))
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    assert citation["version"] == project["version"]
+    assert citation["license"] == project["license"]
