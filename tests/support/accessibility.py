@@ -29,6 +29,9 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stab
 TOO_WIDE = "page-wider-than-window"
 """Own rule: the page scrolls sideways as a whole (WCAG 1.4.10); wide tables scroll in boxes of their own"""
 
+OUTSIDE = "loads-from-outside"
+"""Own rule: the page asks for something that is not in its file"""
+
 OPENED = "for (const d of document.querySelectorAll('details')) d.open = true"
 RUN = "tags => axe.run(document, {runOnly: tags, resultTypes: ['violations']})"
 OVERFLOW = "() => document.documentElement.scrollWidth - document.documentElement.clientWidth"
@@ -84,7 +87,8 @@ def on_page(browser: Browser, page: Path, scheme: Any, width: int) -> Iterator[V
     with browser.new_context(
         color_scheme=scheme, viewport={"width": width, "height": HEIGHT}, bypass_csp=True, offline=True
     ) as context:
-        tab = context.new_page()
+        tab, asked = context.new_page(), []
+        tab.on("request", lambda request: asked.append(request.url))
         tab.goto(page.resolve().as_uri())
         tab.evaluate(OPENED)
         for found in checked(tab):
@@ -95,6 +99,8 @@ def on_page(browser: Browser, page: Path, scheme: Any, width: int) -> Iterator[V
         wide = tab.evaluate(OVERFLOW)
         if wide > 0:
             yield Violation(page.name, scheme, width, TOO_WIDE, "serious", "html", f"{wide} px too wide")
+        outside = [url for url in asked if not url.startswith(("file:", "data:", "blob:"))]
+        yield from (Violation(page.name, scheme, width, OUTSIDE, "serious", "html", url) for url in outside)
 
 
 def checked(tab: Tab) -> list[dict[str, Any]]:
