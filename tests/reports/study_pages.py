@@ -61,7 +61,8 @@ def releases_page(folder: Path) -> Path:
     for table, columns in releases.FILES.tables.items():
         pd.DataFrame(rows[table]).reindex(columns=list(columns)).to_csv(inside / f"{table}.csv", index=False)
     record = {KEY: SCHEMA_VERSION, "engine": "box", "distribution": "box", "scenes": {"s": {}}, "anchor": "other"}
-    record |= {"versions": ["1.0", "1.1"], "finished": True, "seconds": 1.0, "created": "2026-03-05T10:20:30+00:00"}
+    record |= {"created": "2026-03-05T10:20:30+00:00", "versions": ["1.0", "1.1"]}
+    record |= {"finished": True, "seconds": 1.0, "command": "barchain releases box"}
     (inside / "record.json").write_text(json.dumps(record))
     return render_study("releases", folder).page
 
