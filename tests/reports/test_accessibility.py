@@ -10,15 +10,12 @@ import pytest
 
 from reports import render as reports
 from tests.reports.study_pages import PAGES
-from tests.support.accessibility import OUTSIDE, TOO_WIDE, browser_path, html_files, main, violations
+from tests.support.accessibility import OUTSIDE, TOO_WIDE, html_files, main, violations
+from tests.support.browser import in_browser
 from tests.support.report_fixture import build
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-in_browser = pytest.mark.skipif(
-    browser_path() is None, reason="no Chromium is installed: pages are not checked with axe-core"
-)
 
 FAULTY = """<!doctype html><html lang="en"><head><title>Page</title></head><body><main><h1>Page</h1>
 {}</main></body></html>"""

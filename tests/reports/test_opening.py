@@ -17,11 +17,15 @@ from reports.chapters.crossval.summary import RunCell, Summary, summarise
 from reports.tables.crossval import read_results
 from reports.tables.outcome import Outcome
 from reports.text.words import anchor, engine_anchor, run_anchor
+from tests.support.browser import chromium, in_browser
 from tests.support.page_policy import check_policy
 from tests.support.report_fixture import ENGINES, build
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
+
+    from playwright.sync_api import Page as Tab
 
 SCENES = ["paper/fig13", "basics/two_bars_free"]
 
@@ -136,3 +140,60 @@ def test_a_moving_picture_waits_for_its_control_or_ends_within_five_seconds(page
     assert alone
     assert float(alone[1]) < 5.0  # WCAG 2.2.2 asks for a control of motion that lasts longer
     assert style.count("animation-play-state:running") == 2
+
+
+MOVING = """() => [...document.querySelectorAll('.scene .moving, .shown .moving')].map(
+    g => [getComputedStyle(g).visibility, getComputedStyle(g.firstElementChild).animationPlayState])"""
+
+
+@pytest.fixture
+def tab(folder: Path) -> Iterator[Tab]:
+    """The page in a browser of somebody who prefers little motion; the page's policy is in force."""
+    with chromium() as browser:
+        made = browser.new_context(reduced_motion="reduce", viewport={"width": 1200, "height": 800}).new_page()
+        made.goto((folder / "index.html").as_uri())
+        yield made
+
+
+@pytest.mark.slow
+@in_browser
+def test_nothing_moves_for_those_who_prefer_it_until_the_control_is_operated_from_the_keyboard(tab: Tab) -> None:
+    assert tab.evaluate(MOVING) == [["hidden", "paused"]] * (1 + len(SCENES))
+    tab.locator(".play").nth(1).focus()
+    tab.keyboard.press("Space")
+    assert tab.evaluate(MOVING).count(["visible", "running"]) == 1
+    place = "() => getComputedStyle(document.querySelectorAll('.moving > g')[1]).transform"
+    before = tab.evaluate(place)
+    tab.wait_for_function(f"before => ({place})() !== before", arg=before, timeout=5000)
+    tab.keyboard.press("Space")
+    assert tab.evaluate(MOVING) == [["hidden", "paused"]] * (1 + len(SCENES))
+
+
+@pytest.mark.slow
+@in_browser
+def test_columns_of_a_kind_fold_and_unfold_by_a_checkbox(tab: Tab) -> None:
+    own = tab.locator(".runs td.own")
+    assert own.first.is_visible()
+    tab.locator("#show-own").uncheck()
+    assert not own.first.is_visible()
+    assert tab.locator(".runs td.independent").first.is_visible()
+    tab.locator("#show-own").check()
+    assert own.first.is_visible()
+
+
+@pytest.mark.slow
+@in_browser
+def test_the_link_of_a_cell_unfolds_the_metrics_of_its_run(tab: Tab) -> None:
+    row = tab.locator(f"[id='{run_anchor(SCENES[0], 'exudyn')}']")
+    assert not row.is_visible()
+    tab.locator(f".runs a[href='#{run_anchor(SCENES[0], 'exudyn')}']").click()
+    assert row.is_visible()
+
+
+@pytest.mark.slow
+@in_browser
+def test_a_phone_shows_every_cell_without_scrolling_sideways(tab: Tab) -> None:
+    tab.set_viewport_size({"width": 390, "height": 800})
+    edges = tab.eval_on_selector_all(".runs tbody td", "cells => cells.map(c => c.getBoundingClientRect().right)")
+    assert len(edges) == len(SCENES) * len(ENGINES)
+    assert max(edges) <= 390

@@ -6,12 +6,13 @@
 from __future__ import annotations
 
 import argparse
-import shutil
 import sys
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from tests.support.browser import chromium
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -25,7 +26,6 @@ WIDTHS = (390, 1200, 1600)
 HEIGHT = 900
 RULES = ("wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice")
 """Tags of axe-core's rules that a page has to obey"""
-BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 TOO_WIDE = "page-wider-than-window"
 """Own rule: the page scrolls sideways as a whole (WCAG 1.4.10); wide tables scroll in boxes of their own"""
 
@@ -56,11 +56,6 @@ class Violation:
         return f"{view}: {self.rule} ({self.impact}): {self.target}: {self.remedy}"
 
 
-def browser_path() -> str | None:
-    """Path of an installed Chromium; None without one."""
-    return next((found for name in BROWSERS if (found := shutil.which(name))), None)
-
-
 def violations(
     pages: Iterable[Path], schemes: Sequence[str] = SCHEMES, widths: Sequence[int] = WIDTHS
 ) -> list[Violation]:
@@ -71,13 +66,7 @@ def violations(
     RuntimeError
         If no Chromium is installed.
     """
-    from playwright.sync_api import sync_playwright
-
-    path = browser_path()
-    if path is None:
-        raise RuntimeError(f"no Chromium is installed; looked for: {', '.join(BROWSERS)}")
-    with sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=path, args=["--no-sandbox"])
+    with chromium() as browser:
         views = [(s, w) for s in schemes for w in widths]
         return [v for page in pages for s, w in views for v in on_page(browser, page, s, w)]
 
