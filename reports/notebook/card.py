@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from markupsafe import Markup
 
 from reports.plotting.palette import COLOURS, PAPER
+from reports.text.visible import LAYOUT, visible
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -28,7 +29,8 @@ def card(title: str, about: str, pictures: Iterable[Markup], *parts: Markup) -> 
     head = Markup('<p style="margin:0;font-size:1.15em"><strong>{}</strong></p>').format(title)
     line = Markup('<p style="margin:.1em 0;color:{}">{}</p>').format(MUTED, about) if about else Markup("")
     body = Markup("").join([head, line, row if drawn else Markup(""), *parts])
-    return Markup('<div style="{}">{}</div>').format(FRAME, body)
+    whole = Markup('<div style="{}">{}</div>').format(FRAME, body)
+    return Markup(visible(whole, but=LAYOUT))
 
 
 def picture(svg: Markup, width_px: float) -> Markup:
