@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
 ENDED = "ended_s"
@@ -89,6 +90,35 @@ class Trajectory:
     def to_frame(self) -> pd.DataFrame:
         """Table with one row per sample and one named column per quantity (`angle_1_rad`, ...)."""
         return to_frame(self)
+
+    def plot(self) -> tuple[Figure, NDArray[np.object_]]:
+        """Draw attitude, reactions, change of the centre of mass's radius, and residual over time, in Matplotlib.
+
+        Returns
+        -------
+        tuple of Figure and ndarray of Axes
+            One axes for each quantity that the engine provides: rad, N, m, m; time in s.
+
+        Raises
+        ------
+        RuntimeError
+            Before any public name of barchain is used.
+        """
+        from scenarios.display import renderer
+
+        draw = renderer("plot")
+        if draw is None:
+            raise RuntimeError(
+                "no renderer of plots is registered: use a public name of barchain first, e.g. barchain.Trajectory"
+            )
+        drawn: tuple[Figure, NDArray[np.object_]] = draw(self.to_frame())
+        return drawn
+
+    def _repr_html_(self) -> str | None:
+        """Charts and size for a notebook; None, so the text alone, before any public name of barchain is used."""
+        from scenarios.display import html
+
+        return html("trajectory", self.to_frame(), self.ended, self.info)
 
     def replace(self, **changes: Array | None) -> Trajectory:
         """Copy with some arrays replaced."""

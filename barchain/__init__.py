@@ -48,6 +48,14 @@ MODULES = {
 }
 """Module that each public name is imported from"""
 
+RENDERERS = {
+    "scene": "reports.notebook.scene:html",
+    "trajectory": "reports.notebook.trajectory:html",
+    "plot": "reports.notebook.trajectory:plot",
+    "comparison": "reports.notebook.comparison:html",
+}
+"""Functions that draw scenes, trajectories and comparisons in notebooks"""
+
 __all__ = [
     "ComparisonResult",
     "Engine",
@@ -76,6 +84,7 @@ def __getattr__(name: str) -> object:
         found: object = import_module("importlib.metadata").version("barchain")
     elif name in MODULES:
         found = getattr(import_module(MODULES[name]), name)
+        import_module("scenarios.display").register(RENDERERS)
     else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     globals()[name] = found

@@ -17,7 +17,7 @@ from reports.text.numerals import as_given, given_markup, number, powers_in, sig
 from reports.text.ratios import decade, ratio_text, span_text
 from reports.text.record import mapping
 from reports.text.visible import written
-from reports.text.words import anchor, breakable
+from reports.text.words import anchor, breakable, engine_anchor
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -49,6 +49,7 @@ def templates() -> Environment:
         "number_words": powers_in,
         "span": span,
         "anchor": anchor,
+        "engine_anchor": engine_anchor,
         "breakable": breakable,
         "span_text": span_text,
         "ratio_text": ratio_text,

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from scenarios.display import html
 from scenarios.effect_types import Effects, Gravity
 from scenarios.text import check_scene_name
 
@@ -114,6 +115,10 @@ class Scene:
     def __post_init__(self) -> None:
         """Check the name, which becomes the name of folders and files."""
         check_scene_name(self.name)
+
+    def _repr_html_(self) -> str | None:
+        """Picture and physics for a notebook; None, so the text alone, before any public name of barchain is used."""
+        return html("scene", self)
 
     @property
     def bars(self) -> int:

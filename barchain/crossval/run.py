@@ -7,6 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import pandas as pd
+
+from adapters.registry import engines as registered_engines
 from barchain.crossval.record import new_record
 from barchain.crossval.suite import ANY_INDEPENDENT, ComparisonPlan, Suite
 from barchain.execution.executors import ALL_CORES
@@ -18,14 +21,13 @@ from barchain.run.selection import chosen_engines, unique_names
 from barchain.run.settings import choose_setting
 from barchain.run.store import RunStore
 from barchain.run.time_limits import TIME_LIMIT_S
-from reports.tables.crossval import FILES, JUDGING_SOLUTION
+from reports.tables.crossval import ALL_SCENES, FILES, JUDGING_SOLUTION, is_engine
 from reports.tables.outcome import Outcome
 from scenarios import Scene, load_scene
+from scenarios.display import html
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
-
-    import pandas as pd
 
     from adapters.registry import Registration
     from barchain.execution.executors import Executor
@@ -51,6 +53,18 @@ class ComparisonResult:
         """
         found = self.outcomes.values()
         return all(o.ok for o in found) and Outcome.PASS in found
+
+    def to_frame(self) -> pd.DataFrame:
+        """Table of outcomes: a row for each scene, a column for each engine; empty cells were not compared."""
+        pairs = {pair: str(outcome) for pair, outcome in self.outcomes.items() if is_engine(pair[1])}
+        scenes, engines = (list(dict.fromkeys(pair[k] for pair in pairs if pair[0] != ALL_SCENES)) for k in (0, 1))
+        cells = [[pairs.get((scene, engine), "") for engine in engines] for scene in scenes]
+        return pd.DataFrame(cells, pd.Index(scenes, name="scene"), pd.Index(engines, name="engine"))
+
+    def _repr_html_(self) -> str | None:
+        """Verdict, picture and matrix for a notebook; None before any public name of barchain is used."""
+        external = {name: registration.external for name, registration in registered_engines().items()}
+        return html("comparison", self.metrics, external, self.report)
 
 
 def run_comparison(

@@ -62,6 +62,8 @@ class Panel:
     note: str = ""
     legend: tuple[Legend, ...] = ()
     """Of this chart alone"""
+    moving: str = ""
+    """Id of the control that sets the drawing in motion; empty for a still one"""
 
 
 @dataclass

@@ -11,9 +11,24 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 
+def identifier(name: str) -> str:
+    """Name of letters, digits, points, underscores and hyphens, different for each name, for use in an id."""
+    return re.sub(r"[^A-Za-z0-9_.]", lambda m: "-" if m[0] == "/" else f"-{ord(m[0]):x}-", name)
+
+
 def anchor(name: str) -> str:
     """Anchor of a scene, valid as an id."""
-    return "scene-" + re.sub(r"[^A-Za-z0-9_.]", lambda m: "-" if m[0] == "/" else f"-{ord(m[0]):x}-", name)
+    return f"scene-{identifier(name)}"
+
+
+def engine_anchor(name: str) -> str:
+    """Anchor of an engine, valid as an id."""
+    return f"engine-{identifier(name)}"
+
+
+def run_anchor(scene: str, engine: str) -> str:
+    """Anchor of an engine's run of a scene, valid as an id."""
+    return f"{anchor(scene)}:{identifier(engine)}"
 
 
 def joined(parts: Sequence[str]) -> str:

@@ -2,82 +2,24 @@
 
 from __future__ import annotations
 
-import json
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 import pytest
 from markupsafe import escape
 
-from adapters.registry import Registration
-from barchain.studies.cost.findings import front_of, orders_table, price_table, reach_table
 from reports.chapters.cost.charts import SOLID_AND_DASHED, ChartData, CostCurve, by_family, overview
 from reports.chapters.cost.view import view_cost
 from reports.plotting.families import families, family_pens
 from reports.render import render, render_study
-from reports.tables.cost import INDEPENDENT, KINDS, LOAD_COLUMNS
-from reports.tables.schema import KEY, SCHEMA_VERSION
+from reports.tables.cost import KINDS
 from reports.text.ratios import decade, ratio_text, span_text
-from tests.studies.cost_points import engine_points, point, table, times_of
+from tests.reports.cost_tables import study, write
 from tests.support.page_policy import check_policy
 from tests.support.report_fixture import build
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-REFERENCE = Registration("adapters.reference.numpy_engines:Reference", ours=True)
-
-
-def load_row(engine: str, share: float, low: float, high: float) -> dict[str, object]:
-    """Share of the loads in an engine's time."""
-    named = {"scene": "s", "engine": engine, "setting": "steps_per_orbit=640", "kind": INDEPENDENT}
-    times = {"seconds": 0.01, "seconds_twice": 0.01 * (1.0 + share)}
-    return named | times | {"share": share, "share_low": low, "share_high": high}
-
-
-def write(folder: Path, points: pd.DataFrame, *, finished: bool = True) -> Path:
-    """Write the tables of a study."""
-    inside = folder / "cost"
-    inside.mkdir(parents=True)
-    times = times_of(points)
-    points = points.assign(on_front=front_of(points))
-    engines = dict.fromkeys(points.engine, REFERENCE)
-    made = {"points": points, "orders": orders_table(points, engines, []), "price": price_table(points)}
-    loads = pd.DataFrame([load_row("slow", 0.4, 0.38, 0.43)], columns=list(LOAD_COLUMNS))
-    for name, found in (made | {"reach": reach_table(points, times), "loads": loads}).items():
-        found.to_csv(inside / f"{name}.csv", index=False)
-    record = {
-        "finished": finished,
-        "command": "barchain cost",
-        "created": "2026-01-05T10:20:30+00:00",
-        "seconds": 12.0,
-        "environment": {"cpu": "Example CPU", "cores": 2},
-        "packages": {"numpy": "2"},
-        "engines": {e: {"version": "1", "title": e} for e in engines},
-        "scenes": {s: {"title": f"Scene <{s}>", "orbits": 1.0} for s in dict.fromkeys(points.scene)},
-        "certified_solutions": {
-            s: {"source": "committed", "precision": "real128", "error": {"attitude": 1e-14}} for s in points.scene
-        },
-        "left_out": [{"scene": "s", "engine": "gone", "outcome": "missing", "reason": "it is <not> installed"}],
-    }
-    (inside / "record.json").write_text(json.dumps({KEY: SCHEMA_VERSION} | record))
-    return folder
-
-
-def study() -> pd.DataFrame:
-    """A fast, a slow and a failing engine, and the one that ratios are given over."""
-    steps = [20, 40, 80, 160, 320, 640]
-    failed = [
-        point("bad", 10, math.nan, math.nan) | {"outcome": "failed", "reason": "gave up", "com_error_m": math.nan}
-    ]
-    return table(
-        engine_points("reference-fast", 8.0, 1e-6, [14, 20, 30, 40, 60, 80]),
-        engine_points("slow", 2.0, 1e-3, steps),
-        engine_points("slow-er", 2.0, 2e-3, steps),
-        failed,
-    )
 
 
 def test_the_chapter_stands_alone_and_says_what_was_left_out(tmp_path: Path) -> None:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import ctypes
 import dataclasses
-import json
 import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from adapters.common.initial_state import initial_state
@@ -20,7 +18,6 @@ from barchain.run.job import Job, Role
 from barchain.run.timing.divided_chain import divided
 from barchain.run.timing.evaluation import DIRECT, calibrated, evaluation_times, loop_of
 from barchain.studies.scaling.fit import FAST, LEAST_MEMORY_B, exponent, fits_table, targets
-from barchain.studies.scaling.limits import BARS
 from barchain.studies.scaling.plan import SHARES, ScalingPlan, affordable, predicted
 from barchain.studies.scaling.point import ScalingTask, measure_point
 from barchain.studies.scaling.run import ScalingRun
@@ -30,8 +27,8 @@ from reports.chapters.scaling.view import memory_text
 from reports.render import render, render_study
 from reports.tables.outcome import Outcome
 from reports.tables.scaling import FILES, FIT_COLUMNS, POINT_COLUMNS, read_scaling
-from reports.tables.schema import KEY, SCHEMA_VERSION
 from scenarios import load_scene
+from tests.studies.scaling_tables import MEGABYTE, SCENE, synthetic, write
 from tests.support.faulty_engines import Faulty
 from tests.support.page_policy import check_policy
 from tests.support.report_fixture import build
@@ -39,8 +36,6 @@ from tests.support.report_fixture import build
 if TYPE_CHECKING:
     from pathlib import Path
 
-SCENE = "paper/fig13"
-MEGABYTE = 2.0**20
 STUDY = ScalingStudy()
 
 
@@ -148,27 +143,6 @@ def test_a_model_that_would_fill_the_memory_is_not_built(tmp_path: Path) -> None
     assert study.share("new", 5) == (1.0, "")
 
 
-def row(engine: str, bars: int, **columns: Any) -> dict[str, Any]:
-    """Row of points.csv."""
-    return {"engine": engine, "bars": bars, "outcome": "pass", "reason": "", "per": "right-hand side"} | columns
-
-
-def synthetic() -> pd.DataFrame:
-    """A linear engine, and one that counts steps and stops."""
-    rows = [
-        row(FAST, n, evaluation_s=20e-9 * n, orbit_s=1e-9 * n**2, evaluations=30.0 * n, memory_B=200.0 * n, share=1.0)
-        for n in BARS
-    ]
-    rows += [
-        row("stepper", n, evaluation_s=1e-6 * n**1.5, orbit_s=1e-2 * n**1.5, per="steps", steps=1e4,
-            share=1.0 if n < 50 else 0.2, memory_B=3 * MEGABYTE * n)
-        for n in (2, 5, 10, 20, 50, 100)
-    ]  # fmt: skip
-    stop = {"outcome": "nothing_compared", "reason": "not run: would take about <300> s", "per": ""}
-    table = pd.DataFrame([*rows, row("stepper", 200) | stop])
-    return table.reindex(columns=list(POINT_COLUMNS))
-
-
 def test_each_fit_keeps_to_its_range() -> None:
     fits = fits_table(synthetic()).set_index(["engine", "quantity"])
     fast, slow = fits.loc[FAST, "evaluation"], fits.loc["stepper", "evaluation"]
@@ -196,28 +170,6 @@ def test_aims_are_judged_where_they_were_measured() -> None:
     ][:2]
     others = points[points.engine == "stepper"]
     assert targets(others, fits_table(others)) == []
-
-
-def write(folder: Path, *, finished: bool = True) -> Path:
-    """Tables of a study."""
-    inside, points = folder / "scaling", synthetic()
-    inside.mkdir(parents=True)
-    fits = fits_table(points)
-    points.to_csv(inside / "points.csv", index=False)
-    fits.to_csv(inside / "fits.csv", index=False)
-    record = {
-        "finished": finished,
-        "command": "barchain scaling",
-        "created": "2026-01-05T10:20:30+00:00",
-        "seconds": 12.0,
-        "environment": {"cpu": "Example CPU", "cores": 2},
-        "packages": {"numpy": "2"},
-        "scene": {"name": SCENE, "size_m": 500.0},
-        "targets": targets(points, fits),
-        "limits": {"time_limit_s": 10.0},
-    }
-    (inside / "record.json").write_text(json.dumps({KEY: SCHEMA_VERSION} | record))
-    return folder
 
 
 def test_the_chapter_stands_alone(tmp_path: Path) -> None:

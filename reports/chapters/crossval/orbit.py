@@ -6,15 +6,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from markupsafe import Markup
 from matplotlib.collections import LineCollection
 from matplotlib.patches import Circle
 
+from reports.chapters.crossval.motion import DrawnChain, frame_count, moving_chain
 from reports.plotting.palette import COLOURS
 from reports.plotting.panels import Panel
 from reports.plotting.svg import TEXT_SIZE, figure, inline
 
 if TYPE_CHECKING:
-    from markupsafe import Markup
     from matplotlib.axes import Axes
 
     from reports.plotting.series import Array
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 SIZE = 400.0
 INSTANTS = 16  # a multiple of 4, so that quarters of the orbit are among them
 LEAST_SHOWN = 0.25  # of a revolution: a second panel for less would be empty
+TRACK_POINTS = 181
 SHARE = 0.88  # of the distance between two instants that the straight chain covers
 
 
@@ -81,35 +83,41 @@ def joints(geometry: Geometry, angle_rad: Array) -> Array:
 
 
 def orbit_panels(name: str, geometry: Geometry, motion: DrawnMotion) -> list[Panel]:
-    """One panel for each of the first two revolutions; one for the whole run of an open orbit."""
+    """One panel for each of the first two revolutions, or one for the whole run of an open orbit; the last moves."""
     if not motion.drawable:
         return []
     end = float(motion.t_s[-1])
     if not geometry.closed:
         return [orbit_panel(f"{name}-way", "Chain along its path", geometry, motion, (float(motion.t_s[0]), end))]
-    panels = []
-    for k, word in enumerate(("first", "second")):
-        start = k * geometry.period_s
-        if k == 0 or end > start + LEAST_SHOWN * geometry.period_s:
-            window = (start, min(start + geometry.period_s, end))
-            panels.append(
-                orbit_panel(f"{name}-orbit{k + 1}", f"Chain along the {word} orbit", geometry, motion, window)
-            )
-    return panels
+    windows = [(0.0, min(geometry.period_s, end))]
+    if end > (1.0 + LEAST_SHOWN) * geometry.period_s:
+        windows.append((geometry.period_s, min(2.0 * geometry.period_s, end)))
+    titles = ("Chain along the first orbit", "Chain along the second orbit")
+    return [
+        orbit_panel(f"{name}-orbit{k + 1}", titles[k], geometry, motion, window, moves=window is windows[-1])
+        for k, window in enumerate(windows)
+    ]
 
 
-def orbit_panel(name: str, title: str, geometry: Geometry, motion: DrawnMotion, window_s: tuple[float, float]) -> Panel:
-    """Draw one window of time."""
+def orbit_panel(
+    name: str,
+    title: str,
+    geometry: Geometry,
+    motion: DrawnMotion,
+    window_s: tuple[float, float],
+    *,
+    moves: bool = True,
+) -> Panel:
+    """Draw one window of time, with an animation if it `moves`."""
     start, end = window_s
     instants = np.linspace(start, end, INSTANTS + 1)
     if geometry.closed and end - start > 0.99 * geometry.period_s:
         instants = instants[:-1]  # the last lies on the first
     place, track = (
         along(instants, motion.t_s, motion.com_m),
-        along(np.linspace(start, end, 181), motion.t_s, motion.com_m),
+        along(np.linspace(start, end, TRACK_POINTS), motion.t_s, motion.com_m),
     )
-    path = float(np.linalg.norm(np.diff(track, axis=0), axis=1).sum())
-    factor = SHARE * path / INSTANTS / float(geometry.length_m.sum())
+    factor = enlargement(geometry, track)
     chain = place[:, None, :] + factor * joints(geometry, along(instants, motion.t_s, motion.angle_rad))
     reach = 0.75 * factor * float(geometry.length_m.sum())
     ax = square_axes(track, reach, geometry)
@@ -118,7 +126,35 @@ def orbit_panel(name: str, title: str, geometry: Geometry, motion: DrawnMotion, 
     label_instants(ax, geometry, instants, place, chain)
     size = f"{float(f'{factor:.2g}'):,.0f}".replace(",", "\N{NARROW NO-BREAK SPACE}")
     note = f"Chain enlarged {size} times; bar 1 in colour.{beyond(geometry, motion, end)}"
-    return Panel(title, finish(ax, name, title), note)
+    moving = motion_in(ax, name, geometry, motion, window_s) if moves else Markup("")
+    return Panel(title, overlaid(finish(ax, name, title), moving), note, moving=f"{name}-moves" if moving else "")
+
+
+def motion_in(ax: Axes, name: str, geometry: Geometry, motion: DrawnMotion, window_s: tuple[float, float]) -> Markup:
+    """Animation of a window of time over a drawing, whose chains have the same size; empty for a motion too fast."""
+    within = (motion.t_s >= window_s[0]) & (motion.t_s <= window_s[1])
+    frames = frame_count(motion.angle_rad[within])
+    if not frames:
+        return Markup("")
+    instants = np.linspace(*window_s, frames + 1)
+    track = along(instants, motion.t_s, motion.com_m)
+    angle = along(instants, motion.t_s, motion.angle_rad)
+    factor = enlargement(geometry, along(np.linspace(*window_s, TRACK_POINTS), motion.t_s, motion.com_m))
+    left, low, per_m = ax.get_xlim()[0], ax.get_ylim()[0], SIZE / float(np.ptp(ax.get_xlim()))
+    end = track + factor * joints(geometry, angle)[:, 0]
+    end_px = np.stack([per_m * (end[:, 0] - left), SIZE - per_m * (end[:, 1] - low)], axis=-1)
+    return moving_chain(name, DrawnChain(end_px, -angle, per_m * factor * geometry.length_m))
+
+
+def overlaid(drawing: Markup, elements: Markup) -> Markup:
+    """SVG element with further elements on top."""
+    return Markup(f"{drawing.rpartition('</svg>')[0]}{elements}</svg>")
+
+
+def enlargement(geometry: Geometry, track: Array) -> float:
+    """Factor of the chain's size that keeps chains at all drawn instants of the `track` (k, 2) apart."""
+    path = float(np.linalg.norm(np.diff(track, axis=0), axis=1).sum())
+    return SHARE * path / INSTANTS / float(geometry.length_m.sum())
 
 
 def beyond(geometry: Geometry, motion: DrawnMotion, end_s: float) -> str:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 from reports.chapter import fitting
 from reports.chapters.crossval.external_coverage import coverage_words
 from reports.chapters.crossval.facts import facts
-from reports.chapters.crossval.matrix_cell import cell_text
+from reports.chapters.crossval.matrix import cell_text, engine_groups
+from reports.chapters.crossval.opening import opening
 from reports.chapters.crossval.scene_view import view_scene
 from reports.chapters.crossval.summary import SHORT_OF_THE_RUN, WORDS, RunCell, Summary, summarise
 from reports.chapters.crossval.verdict import failure_words, summary_verdict
@@ -21,6 +22,7 @@ from reports.text.glossary import Glossary
 from reports.text.mathematics import written, written_row
 from reports.text.numerals import number
 from reports.text.record import mapping, rows
+from reports.text.words import run_anchor
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -84,10 +86,15 @@ def rendered(results: Results, chapters: Mapping[Chapter, ChapterView]) -> tuple
         | {"chapters": list(chapters), "parted_rad": PARTED_RAD}
         | {c.name: v for c, v in chapters.items()}
     )
-    views = [view_scene(results, summary, s) for s in summary.scenes]
+    groups = engine_groups(summary)
+    pictures = {
+        "views": [view_scene(results, summary, s) for s in summary.scenes],
+        "groups": groups,
+        "opening": opening(results, summary, groups),
+    }
     environment = report_templates()
     html, markdown = (environment.get_template(f"crossval/report.{kind}.j2") for kind in ("html", "md"))
-    return html.render(shared, views=views, glossary=Glossary()), markdown.render(shared, glossary=Glossary())
+    return html.render(shared | pictures, glossary=Glossary()), markdown.render(shared, glossary=Glossary())
 
 
 def report_templates() -> Environment:
@@ -118,6 +125,7 @@ def context(results: Results, summary: Summary) -> dict[str, Any]:
         "mapping": mapping,
         "engine_pen": engine_pen,
         "orbits": orbits,
+        "run_anchor": run_anchor,
         "coverage_words": coverage_words,
     }
 

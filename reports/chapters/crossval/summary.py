@@ -153,6 +153,10 @@ class Summary:
         """Cells that concern several engines of a scene together."""
         return [c for (name, engine), c in self.cells.items() if name == scene and not is_engine(engine)]
 
+    def shows_first_orbit(self, scene: str) -> bool:
+        """Whether cells of a scene show the errors of the first orbit."""
+        return any(c.shows_first_orbit for c in self.of_scene(scene))
+
     @property
     def unsolved(self) -> list[RunCell]:
         """Cells of scenes without a judging solution, with the reason."""

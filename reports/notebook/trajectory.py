@@ -1,0 +1,133 @@
+"""A trajectory in a notebook: charts of its table, and its size."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from reports.notebook.card import card, facts_table, picture
+from reports.plotting.palette import SERIES
+from reports.plotting.series import numbered
+from reports.plotting.svg import figure, inline
+from reports.text.numerals import significant
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    import pandas as pd
+    from markupsafe import Markup
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from reports.plotting.series import Array
+
+INCHES = (6.4, 2.2)
+"""Width, and height of each chart"""
+WIDTH_PX, HEIGHT_PX = 520.0, 150.0
+MOST_LABELS = 8
+MOST_POINTS = 600
+
+
+@dataclass(frozen=True)
+class TimeChart:
+    """One quantity over time."""
+
+    label: str
+    """Name and unit"""
+    values: Array
+    """(n, k)"""
+    each: str = ""
+    """Word for one column, e.g. ``bar``; empty for a single one"""
+
+
+def plot(table: pd.DataFrame) -> tuple[Figure, NDArray[np.object_]]:
+    """Draw attitude, reactions, drift of the centre of mass and residual over time, in Matplotlib's own style.
+
+    Parameters
+    ----------
+    table : DataFrame
+        Of :meth:`adapters.trajectory.Trajectory.to_frame`.
+
+    Returns
+    -------
+    tuple of Figure and ndarray of Axes
+        One axes for each quantity that the table holds.
+    """
+    import matplotlib.pyplot as plt  # noqa: PLC0415  # chooses a backend, which reports have no need of
+
+    found = charts(table)
+    made = plt.figure(figsize=(INCHES[0], INCHES[1] * len(found)))
+    return made, drawn(made, table["t_s"].to_numpy(float), found)
+
+
+def html(table: pd.DataFrame, ended: str, info: Mapping[str, object]) -> Markup:
+    """HTML of a trajectory from its table.
+
+    Parameters
+    ----------
+    table : DataFrame
+    ended : str
+        Reason why the run ended early; empty if it did not.
+    info : mapping
+        The engine's counters.
+    """
+    t_s, found = table["t_s"].to_numpy(float), charts(table)
+    made = figure(WIDTH_PX, HEIGHT_PX * len(found))
+    every = max(1, len(t_s) // MOST_POINTS)
+    kept = [TimeChart(c.label, c.values[::every], c.each) for c in found]
+    drawn(made, t_s[::every], kept, [c.light for c in SERIES[2:]])
+    label = f"Over time in s: {'; '.join(c.label for c in found)}"
+    facts = [
+        ("Samples", f"{len(t_s)}, from {t_s[0]:g} to {t_s[-1]:g} s" if len(t_s) else "none"),
+        *([("Ended", ended)] if ended else []),
+        *((c.label, f"at most {significant(float(np.nanmax(np.abs(c.values))))}") for c in found if c.values.size),
+        *((name.replace("_", " "), value) for name, value in info.items()),
+        ("Table", f"to_frame(): {len(table)} rows, {len(table.columns)} columns"),
+    ]
+    return card("Trajectory", "", [picture(inline(made, "notebook-trajectory", label), WIDTH_PX), facts_table(facts)])
+
+
+def charts(table: pd.DataFrame) -> list[TimeChart]:
+    """Quantities that a table holds, each with its unit."""
+    com = table[["com_x_m", "com_y_m"]].to_numpy(float)
+    radius = np.linalg.norm(com, axis=1)
+    angle, reaction = numbered(table, r"angle_(\d+)_rad"), reaction_sizes(table)
+    found = [
+        None if angle is None else TimeChart("attitude, rad", angle, "bar"),
+        None if reaction is None else TimeChart("reactions, N", reaction, "joint"),
+        TimeChart("change of the CM's radius, m", (radius - radius[:1])[:, None]),
+    ]
+    if "com_residual_m" in table:
+        found.append(TimeChart("centre-of-mass residual, m", table[["com_residual_m"]].to_numpy(float)))
+    return [c for c in found if c is not None]
+
+
+def reaction_sizes(table: pd.DataFrame) -> Array | None:
+    """Size of each joint's reaction, (n, N-1) N; None without any."""
+    x, y = (numbered(table, rf"reaction_(\d+)_{axis}_N") for axis in "xy")
+    if x is None or y is None:
+        return None
+    sizes: Array = np.hypot(x, y)
+    return sizes
+
+
+def drawn(made: Figure, t_s: Array, found: Sequence[TimeChart], colours: Sequence[str] = ()) -> NDArray[np.object_]:
+    """Draw quantities below each other with one axis of time, and return the axes."""
+    count = len(found)
+    room: dict[str, Any] = {"left": 0.13, "right": 0.97, "top": 1.0 - 0.17 / count, "bottom": 0.25 / count}
+    axes: NDArray[np.object_] = made.subplots(
+        count, 1, sharex=True, squeeze=False, gridspec_kw=room | {"hspace": 0.45}
+    )[:, 0]
+    for ax, chart in zip(axes, found, strict=True):
+        if colours:
+            ax.set_prop_cycle(color=list(colours))
+        ax.plot(t_s, chart.values, linewidth=1.2)
+        ax.set_title(chart.label, loc="left", fontsize="medium")
+        if chart.each and chart.values.shape[1] <= MOST_LABELS:
+            names = [f"{chart.each} {j + 1}" for j in range(chart.values.shape[1])]
+            place = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.98), "borderaxespad": 0.0}
+            ax.legend(names, ncols=len(names), fontsize="small", frameon=False, handlelength=1.2, **place)
+    axes[-1].set_xlabel("time, s")
+    return axes

@@ -1,0 +1,29 @@
+"""Renderers of objects in notebooks: registered by a higher package by name, and imported on first use."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+RENDERERS: dict[str, str] = {}
+"""``module:function`` of each kind of object"""
+
+
+def register(renderers: Mapping[str, str]) -> None:
+    """Register renderers, as ``module:function`` by the kind of object; nothing is imported."""
+    RENDERERS.update(renderers)
+
+
+def renderer(kind: str) -> Callable[..., Any] | None:
+    """Renderer of a kind of object; None where none is registered."""
+    module, _, name = RENDERERS.get(kind, "").partition(":")
+    return getattr(import_module(module), name) if module else None
+
+
+def html(kind: str, *shown: object) -> str | None:
+    """HTML of an object; None where no renderer is registered: a notebook then shows the object's text."""
+    found = renderer(kind)
+    return None if found is None else str(found(*shown))

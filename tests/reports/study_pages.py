@@ -1,0 +1,98 @@
+"""Every kind of page that barchain writes, from small studies and synthetic tables."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+from click.testing import CliRunner
+
+from barchain.cli.main import cli, run
+from barchain.nightly.history.store import open_store
+from reports.render import render, render_study
+from reports.tables.nights import releases
+from reports.tables.schema import KEY, SCHEMA_VERSION
+from tests.nightly.history.synthetic import bits, count, error, night, ratio, verdict
+from tests.reports import cost_tables, effects_tables, roundoff_tables
+from tests.studies import scaling_tables
+from tests.support.report_fixture import build
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+
+def report(folder: Path) -> Path:
+    """Report of a comparison with passed, failed and skipped pairs, a short run and an open path, and all chapters."""
+    build(folder, ["paper/fig13", "basics/kepler_hyperbolic"], samples=31)
+    cost_tables.write(folder, cost_tables.study())
+    effects_tables.write(folder, effects_tables.ROWS)
+    roundoff_tables.write(folder)
+    scaling_tables.write(folder)
+    return render(folder)[0]
+
+
+def studied(name: str, *arguments: str) -> Callable[[Path], Path]:
+    """Page of a study that a command runs."""
+
+    def made(folder: Path) -> Path:
+        assert run([*arguments, "--workers", "1", "--out", str(folder)]) == 0
+        return folder / f"{name}.html"
+
+    return made
+
+
+def releases_page(folder: Path) -> Path:
+    """Page of two releases of an engine, of which one does not run."""
+    inside = folder / "releases"
+    inside.mkdir()
+    named: dict[str, Any] = {"engine": "box", "version": "1.0", "scene": "s"}
+    size = {"wheel_B": 1e6, "installed_B": 3e6, "import_s": 0.1, "import_low": 0.09, "import_high": 0.12}
+    rows = {
+        "releases": [
+            named | size | {"released": "2026-01-05", "state": "runs"},
+            named | {"version": "1.1", "released": "2026-02-05", "state": "does not run", "reason": "no name"},
+        ],
+        "errors": [named | {"quantity": "attitude", "unit": "rad", "value": 1e-6, "verdict": "pass"}],
+        "runs": [named | {"trajectory": "aa", "steps": 100}],
+        "times": [named | {"target": "attitude<=1e-06", "anchor": "other", "ratio": 3.0, "low": 2.5, "high": 3.5}],
+    }
+    for table, columns in releases.FILES.tables.items():
+        pd.DataFrame(rows[table]).reindex(columns=list(columns)).to_csv(inside / f"{table}.csv", index=False)
+    record = {KEY: SCHEMA_VERSION, "engine": "box", "distribution": "box", "scenes": {"s": {}}, "anchor": "other"}
+    record |= {"created": "2026-03-05T10:20:30+00:00", "versions": ["1.0", "1.1"]}
+    record |= {"finished": True, "seconds": 1.0, "command": "barchain releases box"}
+    (inside / "record.json").write_text(json.dumps(record))
+    return render_study("releases", folder).page
+
+
+def nightly_page(folder: Path) -> Path:
+    """Page of a night on which an error grew, after nights of which one was worse."""
+    history = str(folder / "history.sqlite")
+    with open_store(history, create=True) as store:
+        for k, factor in enumerate((1.0, 1.0, 1.0, 2.0, 3.0)):
+            digits = bits("00" if factor == 1.0 else "11")
+            store.add(night(error(1e-5 * factor), count(), verdict(), digits, ratio(factor), number=k))
+    CliRunner().invoke(cli, ["history", "report", "--history", history, "--out", str(folder)])
+    return folder / "nightly.html"
+
+
+PAGES: dict[str, Callable[[Path], Path]] = {
+    "report": report,
+    "ensemble": studied(
+        "ensemble", "ensemble", "paper/fig05", "--vary", "angle_deg=normal(0, 1)", "--runs", "20", "--orbits", "0.1",
+        "--samples", "3",
+    ),
+    "stability": studied("stability", "stability", "hard/vertical_fall", "--engine", "reference"),
+    "selftest": studied(
+        "selftest", "selftest", "basics/libration", "--fault", "nan-com", "--fault", "scale-rate", "--smallest"
+    ),
+    "campaign": studied(
+        "campaign", "selftest", "--random", "1", "--seed", "1", "--engine", "reference", "--host", "reference",
+        "--fault", "sign-reaction", "--shrink-seconds", "0",
+    ),
+    "releases": releases_page,
+    "nightly": nightly_page,
+}  # fmt: skip
+"""Function that makes each page in an empty folder"""

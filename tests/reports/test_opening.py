@@ -1,0 +1,199 @@
+"""The report opens with pictures, its matrix folds and leads to the runs, and its chains move without a script."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from reports import render as reports
+from reports.chapters.crossval.agreement import laid_out
+from reports.chapters.crossval.matrix import FEW_COLUMNS, engine_groups
+from reports.chapters.crossval.motion import MOST_BYTES, MOST_FRAMES, DrawnChain, frame_count, moving_chain
+from reports.chapters.crossval.summary import RunCell, Summary, summarise
+from reports.tables.crossval import read_results
+from reports.tables.outcome import Outcome
+from reports.text.words import anchor, engine_anchor, run_anchor
+from tests.support.browser import chromium, in_browser
+from tests.support.page_policy import check_policy
+from tests.support.report_fixture import ENGINES, build
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from playwright.sync_api import Page as Tab
+
+SCENES = ["paper/fig13", "basics/two_bars_free"]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = build(tmp_path_factory.mktemp("results"), SCENES, samples=61)
+    reports.render(made)
+    return made
+
+
+@pytest.fixture(scope="module")
+def page(folder: Path) -> str:
+    return (folder / "index.html").read_text()
+
+
+@pytest.fixture(scope="module")
+def summary(folder: Path) -> Summary:
+    return summarise(read_results(folder))
+
+
+def test_the_report_opens_with_the_chain_and_the_errors_of_all_runs(page: str, folder: Path) -> None:
+    check_policy(folder / "index.html")
+    top = page[: page.index("</header>")]
+    assert top.count("<svg role") == 2
+    assert f'<a href="#{anchor(SCENES[0])}">' in top
+    assert "Normalised error of every comparison" in top
+
+
+def test_every_cell_leads_to_its_run_and_every_column_to_its_engine(page: str, summary: Summary) -> None:
+    for cell in summary.all:
+        place = run_anchor(cell.scene, cell.engine)
+        assert page.count(f'href="#{place}"') == 1
+        assert page.count(f'id="{place}"') == 1
+    for engine in ENGINES:
+        assert page.count(f'href="#{engine_anchor(engine)}"') == 1
+        assert page.count(f'id="{engine_anchor(engine)}"') == 1
+
+
+def test_columns_stand_by_kind_and_each_kind_can_be_folded(page: str, summary: Summary) -> None:
+    kinds = engine_groups(summary)
+    assert [g.key for g in kinds] == ["independent", "own"]
+    assert all(summary.external(e) for e in kinds[0].engines)
+    assert not any(summary.external(e) for e in kinds[1].engines)
+    for group in kinds:
+        assert re.search(rf'<input class="fold" type="checkbox" id="show-{group.key}" checked>', page)
+        assert f'<label for="show-{group.key}">{group.heading}'.replace("'", "&#39;") in page
+
+
+def many(summary: Summary, outcome: Outcome) -> Summary:
+    """The summary with more engines on barchain's equations than a window has room for, all with one outcome."""
+    scene = summary.scenes[0].name
+    more = tuple(f"own-{k}" for k in range(FEW_COLUMNS))
+    cells = {(scene, e): RunCell(scene, e, "", outcome, "", (), None) for e in more}
+    return dataclasses.replace(summary, engines=(*summary.engines, *more), cells=summary.cells | cells)
+
+
+def test_of_many_engines_those_on_barchains_equations_are_folded_unless_one_of_them_failed(summary: Summary) -> None:
+    assert [g.unfolded for g in engine_groups(many(summary, Outcome.PASS))] == [True, False]
+    assert [g.unfolded for g in engine_groups(many(summary, Outcome.INCONSISTENT))] == [True, True]
+
+
+def test_engines_of_unknown_kind_stand_in_one_group(summary: Summary) -> None:
+    [group] = engine_groups(dataclasses.replace(summary, outside=frozenset(), outside_known=False))
+    assert group.engines == summary.engines
+    assert group.unfolded
+
+
+def test_the_overview_has_one_line_for_each_engine_and_one_mark_for_each_normalised_error(summary: Summary) -> None:
+    marks, headings, _ = laid_out(summary, engine_groups(summary))
+    assert sorted(m.engine for m in marks) == sorted(ENGINES)
+    assert len(headings) == 2
+    errors = [c.worst_ratio for c in summary.all if c.worst_ratio]
+    assert sum(len(m.passed) + len(m.failed) for m in marks) == len(errors)
+    exact = next(m for m in marks if m.engine == "pymunk-absolute")
+    assert exact.count == "0 of 2"
+
+
+def drawn(angle_rad: np.ndarray) -> DrawnChain:
+    bars = angle_rad.shape[1]
+    return DrawnChain(np.full((len(angle_rad), 2), 50.0), angle_rad, np.full(bars, 10.0))
+
+
+def test_a_chain_moves_through_the_angles_of_its_bars_each_relative_to_the_bar_before() -> None:
+    angle = np.linspace([0.0, 0.5], [1.0, -0.5], 5)
+    made = moving_chain("some", drawn(angle))
+    turns = re.findall(r"rotate\((-?[\d.]+)deg\)}", made)
+    first, second = (np.array([float(t) for t in turns[k : k + 5]]) for k in (0, 5))
+    np.testing.assert_allclose(first, np.degrees(angle[:, 0]), atol=0.05)
+    np.testing.assert_allclose(first + second, np.degrees(angle[:, 1]), atol=0.1)
+
+
+def test_faster_bars_have_more_frames_and_bars_too_fast_to_be_seen_have_none() -> None:
+    def turning(turns: float) -> int:
+        return frame_count(np.linspace([0.0], [2.0 * np.pi * turns], 2001))
+
+    assert turning(0.1) < turning(3.0) <= turning(20.0) == MOST_FRAMES
+    assert turning(1000.0) == 0
+
+
+def test_a_chain_of_too_many_bars_stands_still() -> None:
+    few, many_bars = (moving_chain("some", drawn(np.zeros((33, bars)))) for bars in (5, 200))
+    assert 0 < len(few) <= MOST_BYTES
+    assert not many_bars
+
+
+def test_a_moving_picture_waits_for_its_control_or_ends_within_five_seconds(page: str) -> None:
+    assert page.count('class="play" type="checkbox"') == page.count('<g class="moving">') == 1 + len(SCENES)
+    style = page[page.index("<style>") : page.index("</style>")]
+    assert "animation-play-state:paused" in style
+    alone = re.search(r"@media \(prefers-reduced-motion:no-preference\)\{.*?animation-duration:([\d.]+)s", style)
+    assert alone
+    assert float(alone[1]) < 5.0  # WCAG 2.2.2 asks for a control of motion that lasts longer
+    assert style.count("animation-play-state:running") == 2
+
+
+MOVING = """() => [...document.querySelectorAll('.scene .moving, .shown .moving')].map(
+    g => [getComputedStyle(g).visibility, getComputedStyle(g.firstElementChild).animationPlayState])"""
+
+
+@pytest.fixture
+def tab(folder: Path) -> Iterator[Tab]:
+    """The page in a browser of somebody who prefers little motion; the page's policy is in force."""
+    with chromium() as browser:
+        made = browser.new_context(reduced_motion="reduce", viewport={"width": 1200, "height": 800}).new_page()
+        made.goto((folder / "index.html").as_uri())
+        yield made
+
+
+@pytest.mark.slow
+@in_browser
+def test_nothing_moves_for_those_who_prefer_it_until_the_control_is_operated_from_the_keyboard(tab: Tab) -> None:
+    assert tab.evaluate(MOVING) == [["hidden", "paused"]] * (1 + len(SCENES))
+    tab.locator(".play").nth(1).focus()
+    tab.keyboard.press("Space")
+    assert tab.evaluate(MOVING).count(["visible", "running"]) == 1
+    place = "() => getComputedStyle(document.querySelectorAll('.moving > g')[1]).transform"
+    before = tab.evaluate(place)
+    tab.wait_for_function(f"before => ({place})() !== before", arg=before, timeout=5000)
+    tab.keyboard.press("Space")
+    assert tab.evaluate(MOVING) == [["hidden", "paused"]] * (1 + len(SCENES))
+
+
+@pytest.mark.slow
+@in_browser
+def test_columns_of_a_kind_fold_and_unfold_by_a_checkbox(tab: Tab) -> None:
+    own = tab.locator(".runs td.own")
+    assert own.first.is_visible()
+    tab.locator("#show-own").uncheck()
+    assert not own.first.is_visible()
+    assert tab.locator(".runs td.independent").first.is_visible()
+    tab.locator("#show-own").check()
+    assert own.first.is_visible()
+
+
+@pytest.mark.slow
+@in_browser
+def test_the_link_of_a_cell_unfolds_the_metrics_of_its_run(tab: Tab) -> None:
+    row = tab.locator(f"[id='{run_anchor(SCENES[0], 'exudyn')}']")
+    assert not row.is_visible()
+    tab.locator(f".runs a[href='#{run_anchor(SCENES[0], 'exudyn')}']").click()
+    assert row.is_visible()
+
+
+@pytest.mark.slow
+@in_browser
+def test_a_phone_shows_every_cell_without_scrolling_sideways(tab: Tab) -> None:
+    tab.set_viewport_size({"width": 390, "height": 800})
+    edges = tab.eval_on_selector_all(".runs tbody td", "cells => cells.map(c => c.getBoundingClientRect().right)")
+    assert len(edges) == len(SCENES) * len(ENGINES)
+    assert max(edges) <= 390

@@ -1,0 +1,62 @@
+"""Synthetic tables of a scaling study."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+from barchain.studies.scaling.fit import FAST, fits_table, targets
+from barchain.studies.scaling.limits import BARS
+from reports.tables.scaling import POINT_COLUMNS
+from reports.tables.schema import KEY, SCHEMA_VERSION
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+SCENE = "paper/fig13"
+MEGABYTE = 2.0**20
+
+
+def row(engine: str, bars: int, **columns: Any) -> dict[str, Any]:
+    """Row of points.csv."""
+    return {"engine": engine, "bars": bars, "outcome": "pass", "reason": "", "per": "right-hand side"} | columns
+
+
+def synthetic() -> pd.DataFrame:
+    """A linear engine, and one that counts steps and stops."""
+    rows = [
+        row(FAST, n, evaluation_s=20e-9 * n, orbit_s=1e-9 * n**2, evaluations=30.0 * n, memory_B=200.0 * n, share=1.0)
+        for n in BARS
+    ]
+    rows += [
+        row("stepper", n, evaluation_s=1e-6 * n**1.5, orbit_s=1e-2 * n**1.5, per="steps", steps=1e4,
+            share=1.0 if n < 50 else 0.2, memory_B=3 * MEGABYTE * n)
+        for n in (2, 5, 10, 20, 50, 100)
+    ]  # fmt: skip
+    stop = {"outcome": "nothing_compared", "reason": "not run: would take about <300> s", "per": ""}
+    table = pd.DataFrame([*rows, row("stepper", 200) | stop])
+    return table.reindex(columns=list(POINT_COLUMNS))
+
+
+def write(folder: Path, *, finished: bool = True) -> Path:
+    """Tables of a study."""
+    inside, points = folder / "scaling", synthetic()
+    inside.mkdir(parents=True)
+    fits = fits_table(points)
+    points.to_csv(inside / "points.csv", index=False)
+    fits.to_csv(inside / "fits.csv", index=False)
+    record = {
+        "finished": finished,
+        "command": "barchain scaling",
+        "created": "2026-01-05T10:20:30+00:00",
+        "seconds": 12.0,
+        "environment": {"cpu": "Example CPU", "cores": 2},
+        "packages": {"numpy": "2"},
+        "scene": {"name": SCENE, "size_m": 500.0},
+        "targets": targets(points, fits),
+        "limits": {"time_limit_s": 10.0},
+    }
+    (inside / "record.json").write_text(json.dumps({KEY: SCHEMA_VERSION} | record))
+    return folder
