@@ -95,10 +95,6 @@ def simulate(
         If the engine does not support the scene or has no condition number; the message gives the reason.
     EngineError
         If the engine is not installed, or its run fails, times out, or returns a malformed trajectory.
-
-    Notes
-    -----
-    In a script, call it below ``if __name__ == "__main__":``: workers import the script.
     """
     loaded = scene if isinstance(scene, Scene) else load_scene(scene)
     registration = find_engine(engine)
@@ -180,10 +176,6 @@ def compare(
         If another process writes into `out`.
     ClusterError
         If the Dask cluster can't be used, or fails.
-
-    Notes
-    -----
-    In a script, call it below ``if __name__ == "__main__":``: workers import the script.
     """
     from barchain.crossval.run import run_comparison  # noqa: PLC0415  # a single run needs no judge
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import multiprocessing
 import os
 import signal
 import tempfile
@@ -17,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import psutil
 
+from barchain.boundary.contexts import FORK_SERVER
 from barchain.boundary.limits import OutsideLimits
 from barchain.boundary.message import MessageError, plain_text, read_message
 from barchain.boundary.supervisor import ANSWER, END, QUESTION, last_words, supervise
@@ -147,9 +147,8 @@ def end_strays(folder: str) -> None:
 
 def server() -> ForkServerContext:
     """Server that forks supervisors; it has loaded barchain and no engine."""
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(PRELOADED)
-    return context
+    FORK_SERVER.set_forkserver_preload(PRELOADED)
+    return FORK_SERVER
 
 
 def wait(process: Process, time_s: float) -> bool:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import itertools
-import multiprocessing
 import os
 import signal
 import sys
@@ -22,6 +21,7 @@ from typing import TYPE_CHECKING, TypeVar
 from pebble import ProcessExpired, ProcessPool
 
 from adapters.engine import EngineError
+from barchain.boundary.contexts import SPAWN
 from barchain.boundary.message import plain_text
 from barchain.execution.call import Answer, Call, CallEnd, WrongWorkerError
 
@@ -94,8 +94,7 @@ class ProcessSlot:
         if key not in self.pools:
             while len(self.pools) >= self.most:
                 end(self.pools.pop(next(iter(self.pools))))
-            context = multiprocessing.get_context("spawn")  # loaded engines are not safe to fork
-            self.pools[key] = ProcessPool(1, max_tasks=call.calls_per_process, context=context)
+            self.pools[key] = ProcessPool(1, max_tasks=call.calls_per_process, context=SPAWN)
         return self.pools[key]
 
     def close(self) -> None:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import contextlib
 import gc
-import multiprocessing
 import os
 import tempfile
 from pathlib import Path
@@ -19,6 +18,7 @@ from typing import TYPE_CHECKING
 from pebble import ProcessPool
 
 from adapters.registry import ENGINES
+from barchain.boundary.contexts import SPAWN
 from barchain.boundary.limits import QUESTION_S
 from barchain.boundary.threads import one_thread_each, temporary_root
 from barchain.run.job import Job, RunResult
@@ -154,6 +154,5 @@ class TimingBench:
     def pool(self, engine: str) -> ProcessPool:
         """Process of an engine."""
         if engine not in self.pools:
-            context = multiprocessing.get_context("spawn")  # engines are not safe to fork once loaded
-            self.pools[engine] = ProcessPool(1, initializer=pin, initargs=(self.core,), context=context)
+            self.pools[engine] = ProcessPool(1, initializer=pin, initargs=(self.core,), context=SPAWN)
         return self.pools[engine]

@@ -8,7 +8,6 @@ those that get expensive wait, so that a budget that runs out has been spent on 
 from __future__ import annotations
 
 import math
-import multiprocessing
 import tempfile
 import time
 from dataclasses import dataclass
@@ -18,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from pebble import ProcessPool
 
 from adapters.trajectory import Observable
+from barchain.boundary.contexts import SPAWN
 from barchain.boundary.declared import engine_class
 from barchain.boundary.memory import installed
 from barchain.boundary.threads import one_thread_each, temporary_root
@@ -176,10 +176,9 @@ class ScalingRun:
         if pool_group(job) is PoolGroup.THIRD_PARTY:
             return measure_outside_point(task)
         allowed = STARTUP_S + (LONG_TURNS + BUILDS) * self.plan.time_limit_s
-        context = multiprocessing.get_context("spawn")
         with one_thread_each(), tempfile.TemporaryDirectory(dir=temporary_root()) as folder:
             log = Path(folder) / "log"
-            pool = ProcessPool(1, max_tasks=1, initializer=pin, initargs=(quietest_core(),), context=context)
+            pool = ProcessPool(1, max_tasks=1, initializer=pin, initargs=(quietest_core(),), context=SPAWN)
             try:
                 return collect(pool.schedule(measure_point, (task, log), timeout=allowed), log, allowed)
             finally:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import multiprocessing
 from concurrent.futures import TimeoutError as FutureTimeoutError
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from pebble import ProcessExpired, ProcessPool
 
+from barchain.boundary.contexts import SPAWN
 from barchain.studies.selftest.campaign.scenes.draw import draw
 from barchain.studies.selftest.campaign.scenes.scene_file import scene_toml
 from barchain.studies.selftest.campaign.scenes.shrink import alike, cell_of, simplest
@@ -73,7 +73,7 @@ def write_scene(scene: Scene, cell: CampaignCell, path: Path) -> None:
 
 def shrink(scene: Scene, cell: CampaignCell, path: Path, seconds: float) -> None:
     """Look for a simpler scene in a process of its own: an engine that dies or hangs there ends the search alone."""
-    pool = ProcessPool(1, context=multiprocessing.get_context("spawn"))
+    pool = ProcessPool(1, context=SPAWN)
     try:
         task = pool.schedule(search, (scene, cell, path, seconds), timeout=PATIENCE * seconds + START_S)
         task.result()
