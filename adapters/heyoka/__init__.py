@@ -2,7 +2,7 @@
 
 Formulation: equations derived independently of the reference's, by recursion from the last bar to the first and back;
 reactions from the bars' accelerations. In quadruple precision heyoka computes the certified solutions; see
-docs/certified_solutions.md.
+docs/explanation/certified_solutions.md.
 Coordinates: centre of mass and inertial angles, so that joints have no gap.
 Integrator: Taylor series of adaptive order and step, with events for bars that turn their other face to the wind or the
 Sun, for the shadow's edge and for the surface.

@@ -1,4 +1,7 @@
-"""heyoka adapter: Taylor integration of independently derived equations; see docs/certified_solutions.md."""
+"""heyoka adapter: Taylor integration of equations derived independently.
+
+See docs/explanation/certified_solutions.md.
+"""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ def conform(targets: tuple[str, ...], junit: Path | None, as_json: bool) -> None
     """Examine an engine: declarations, conventions, physics, accuracy and behaviour, and name its mistakes.
 
     ENGINE is a name of `barchain engines`; MODULE:CLASS is a class that no package registers yet. Exits with 1 if a
-    check fails. docs/conform.md describes the checks.
+    check fails. docs/howto/conform.md describes the checks.
     """
     from barchain.cli.common.result_folder import need_writable  # noqa: PLC0415
     from barchain.conform.run import conform as examine  # noqa: PLC0415

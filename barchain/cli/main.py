@@ -135,7 +135,7 @@ def cli(ctx: click.Context, quiet: bool, verbose: bool) -> None:
 
     `compare` takes the scenes and engines that you name. `crossval` takes a fixed set of scenes and all default
     engines, and asks for an independent engine that passes each scene. `barchain COMMAND --help` explains a command;
-    docs/command_line.md lists the exit codes.
+    docs/reference/command_line.md lists the exit codes.
     """
     verbosity.choose(quiet=quiet, verbose=verbose)
     if ctx.invoked_subcommand is None:

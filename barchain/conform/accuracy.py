@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from barchain.run.job import RunResult
     from scenarios import Scene
 
-PAGE = "docs/conform.md#accuracy"
+PAGE = "docs/howto/conform.md#accuracy"
 QUANTITIES = ("attitude", "rate", "reaction", "com", "com_velocity")
 SETTINGS = 5
 """Settings that are tried, from the coarsest to the finest"""

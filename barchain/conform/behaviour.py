@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from barchain.conform.target import Examined
     from scenarios import Scene
 
-PAGE = "docs/conform.md#behaviour"
+PAGE = "docs/howto/conform.md#behaviour"
 TIMES = 6
 """Runs in one process"""
 MEMORY_B = 2**20

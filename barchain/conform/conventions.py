@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
     from barchain.conform.target import Examined
 
-PAGE = "docs/engine_conventions.md"
+PAGE = "docs/explanation/engine_conventions.md"
 FIELDS = {
     "com": ("com_m", "centre of mass", "centre-of-mass"),
     "com_velocity": ("com_velocity_m_s", "velocity of the centre of mass", "centre-of-mass"),

@@ -20,7 +20,7 @@ SLOW_IMPORT_S = 1.0
 """Import of an adapter from which on users wait at every command that lists engines"""
 CLASS = ("import", "class")
 """Steps before the declarations"""
-PAGE = "docs/engine_conventions.md#declarations"
+PAGE = "docs/explanation/engine_conventions.md#declarations"
 
 
 def loading(engine: Examined) -> Iterator[Check]:

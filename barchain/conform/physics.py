@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 RUN_S = 10.0
 """Longest time of one run: each scene is a fifth of an orbit of at most three bars"""
-PAGE = "docs/engine_conventions.md"
+PAGE = "docs/explanation/engine_conventions.md"
 
 
 def physics(engine: Examined) -> Iterator[Check]:

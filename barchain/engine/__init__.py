@@ -2,7 +2,7 @@
 
 An engine is a class derived from :class:`Engine` in a package of its own, registered by an entry point in the group
 ``barchain.engines``. ``barchain new-engine NAME`` writes such a package, docs/tutorials/your_own_engine.md builds one
-step by step, and docs/engine_conventions.md states the conventions of results.
+step by step, and docs/explanation/engine_conventions.md states the conventions of results.
 
 All quantities are in SI units and radians. N is the number of bars, n the number of samples. Vectors have inertial
 components along z1 and z2, and angles count from z1, counter-clockwise, unless a docstring says otherwise.

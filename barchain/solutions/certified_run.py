@@ -1,6 +1,6 @@
 """Certified solution from two runs in quadruple precision, whose difference bounds the error.
 
-The runs differ in tolerance and not in precision; docs/certified_solutions.md gives the reasons.
+The runs differ in tolerance and not in precision; docs/explanation/certified_solutions.md gives the reasons.
 """
 
 from __future__ import annotations

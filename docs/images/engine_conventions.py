@@ -1,4 +1,4 @@
-"""Picture of docs/engine_conventions.md: two bars, their ends and angles, the horizontal, the joint and its reaction.
+"""Picture of docs/explanation/engine_conventions.md: two bars, ends, angles, the horizontal, a reaction.
 
 ``python docs/images/engine_conventions.py`` writes the picture beside this script. A test compares both.
 """

@@ -1,4 +1,4 @@
-"""Integrator's state vectors in any arithmetic: the coordinate sets of design/coordinates.md, for many runs.
+"""Integrator's state vectors in any arithmetic, for many runs; see docs/explanation/design/coordinates.md.
 
 A vector is an array (rows, B): positions, then velocities, one column per run.
 """

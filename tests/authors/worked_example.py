@@ -1,4 +1,4 @@
-"""Numbers of the worked example in docs/engine_conventions.md, from the scenes in that page."""
+"""Numbers of the worked example in docs/explanation/engine_conventions.md, from the scenes in that page."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
 
-PAGE = ROOT / "docs/engine_conventions.md"
+PAGE = ROOT / "docs/explanation/engine_conventions.md"
 ZERO = 1e-9
 """Magnitude up to which a number of the example is round-off, shown as 0: its channels begin at 1e-5"""
 FREE_HEAD, HELD_HEAD = "| channel | shape | bar or joint 1 | bar 2 |", "| channel | bar or joint 1 | bar 2 |"

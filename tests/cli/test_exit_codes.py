@@ -17,7 +17,7 @@ from barchain.cli.common.exit_codes import MEANINGS, ExitCode
 from barchain.cli.main import cli, main, run
 
 QUICK = "basics/libration"
-PAGE = Path(__file__).parents[2] / "docs" / "command_line.md"
+PAGE = Path(__file__).parents[2] / "docs" / "reference" / "command_line.md"
 MISSING = Registration("nowhere:Nothing", "nowhere", install="pip install nowhere")
 
 

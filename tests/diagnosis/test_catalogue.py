@@ -32,7 +32,7 @@ def test_a_mistake_has_a_plain_sentence_and_a_section(mistake: Mistake) -> None:
     assert mistake.sentence.startswith("the ")
     assert not mistake.sentence.endswith(".")
     assert mistake.section in anchors()
-    assert mistake.anchor == f"docs/engine_conventions.md#{mistake.section}"
+    assert mistake.anchor == f"docs/explanation/engine_conventions.md#{mistake.section}"
 
 
 def test_a_mistake_in_the_scene_alters_the_scene_or_the_equations() -> None:

@@ -14,7 +14,14 @@ from reports.tables.outcome import Outcome
 ROOT = Path(__file__).parents[2]
 
 
-@pytest.mark.parametrize("path", ["docs/verdicts.md", "design/comparison.md", "docs/certified_solutions.md"])
+@pytest.mark.parametrize(
+    "path",
+    [
+        "docs/explanation/verdicts.md",
+        "docs/explanation/design/comparison.md",
+        "docs/explanation/certified_solutions.md",
+    ],
+)
 def test_the_tables_in_the_docs_are_those_of_the_register(path: str) -> None:
     text = (ROOT / path).read_text(encoding="utf-8")
     assert ": generated -->" in text
@@ -28,7 +35,7 @@ def test_every_test_that_the_register_names_exists(name: str) -> None:
 
 
 def test_the_page_on_verdicts_explains_every_outcome() -> None:
-    rows = (ROOT / "docs/verdicts.md").read_text(encoding="utf-8").splitlines()
+    rows = (ROOT / "docs/explanation/verdicts.md").read_text(encoding="utf-8").splitlines()
     for outcome in Outcome:
         assert f"| `{outcome}` | {0 if outcome.ok else 1} | {outcome.advice} |" in rows
 

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-FOLDERS = (*PACKAGES, "tests", "docs", "design", "benchmarks", ".ci")
+FOLDERS = (*PACKAGES, "tests", "docs", "benchmarks", ".ci")
 SCENE_FOLDERS = tuple(p.name for p in sorted((ROOT / "scenarios").iterdir()) if any(p.glob("*.toml")))
 FENCE = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
 SPAN = re.compile(r"`([^`\n]+)`")
@@ -38,7 +38,7 @@ class Mention:
 
 def documents() -> list[Path]:
     """All Markdown documents of the project but the changelog, which tells what was."""
-    below = (path for folder in ("docs", "design", "benchmarks") for path in (ROOT / folder).rglob("*.md"))
+    below = (path for folder in ("docs", "benchmarks") for path in (ROOT / folder).rglob("*.md"))
     return [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(below)]
 
 

@@ -51,7 +51,7 @@ def comments(path: Path) -> Iterator[tuple[int, str]]:
 def rooms() -> dict[str, list[Path]]:
     """Files with text for people by the folder that they are counted under; the changelog tells what was."""
     found: dict[str, list[Path]] = {"README.md": [ROOT / "README.md"], "CONTRIBUTING.md": [ROOT / "CONTRIBUTING.md"]}
-    for top in (*PACKAGES, "benchmarks", "design", "docs", "tests"):
+    for top in (*PACKAGES, "benchmarks", "docs", "tests"):
         for path in sorted((ROOT / top).rglob("*")):
             if path.suffix in SUFFIXES and path.name not in QUOTING:
                 found.setdefault(room(path), []).append(path)

@@ -32,7 +32,7 @@ FIGURE_HEADINGS = ("figure", "kind", "result", "unit", "interval", "rounding", "
 def history(ctx: click.Context) -> None:
     """Keep what nights measured: add result folders, show nights and their changes, follow a figure, export, prune.
 
-    Nights are those of `barchain history add`. docs/history.md describes the figures and the rules of change.
+    Nights are those of `barchain history add`. docs/howto/history.md describes the figures and the rules of change.
     """
     if ctx.invoked_subcommand is None:
         say(ctx.get_help())

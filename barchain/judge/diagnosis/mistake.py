@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     SceneChange = Callable[[Scene], Scene]
     ModelChange = Callable[[ChainModel], ChainModel]
 
-PAGE = "docs/engine_conventions.md"
+PAGE = "docs/explanation/engine_conventions.md"
 
 
 @dataclass(frozen=True)

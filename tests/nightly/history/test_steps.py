@@ -131,7 +131,7 @@ def test_false_alarms_stay_rare_where_all_series_share_the_nights_noise() -> Non
 
 @pytest.mark.slow
 def test_nights_until_a_step_is_found() -> None:
-    """Table of docs/history.md: median nights of twelve histories, 300 series, noise of 2 %."""
+    """Table of docs/howto/history.md: median nights of twelve histories, 300 series, noise of 2 %."""
     table = {}
     for size in (0.03, 0.05, 0.10, 0.20):
         found = [nights_until_found(seed, size, 0.02, 60, 300) for seed in range(12)]
