@@ -57,7 +57,7 @@ class Trajectory:
     gap_m: Array | None = None
     """(n, N-1) distance between the two bar ends at joint j, m"""
     com_residual_m: Array | None = None
-    """(n,) centre-of-mass residual |sum mu_j d_j| of eq. (6): distance of the bars' weighted centre from the centre
+    """(n,) centre-of-mass residual ``|sum mu_j d_j|`` of eq. (6): distance of the bars' weighted centre from the centre
     of mass, m"""
     position_m: Array | None = field(default=None, kw_only=True)
     """(n, N, 2) centre of each bar relative to the chain's centre of mass, inertial axes, m; None where the

@@ -1,6 +1,6 @@
 """Register of all tolerances of a verdict: value, derivation, and the test of each.
 
-The report's methodology and the tables in `docs/explanation/` (verdicts, design of the comparison) are generated from here
+The report's methodology and the tables in `docs/explanation/` (verdicts, comparison) are generated here
 (`barchain.judge.register.tolerance_tables`).
 """
 

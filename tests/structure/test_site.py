@@ -1,0 +1,55 @@
+"""The documentation's site builds without a warning, loads nothing from elsewhere, and has no dead link."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.structure.product import PACKAGES, ROOT
+from tests.structure.site import dead_links, loads_from_elsewhere, read_site
+
+DOCS = ROOT / "docs"
+VARIABLE = re.compile(r"\bBARCHAIN_[A-Z_]+\b")
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    pytest.importorskip("sphinx", reason="the site needs the extra docs")
+    folder = tmp_path_factory.mktemp("site")
+    line = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", str(DOCS), str(folder)]
+    done = subprocess.run(line, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+@pytest.mark.slow
+def test_the_site_builds_without_a_warning_and_has_every_page(site: Path) -> None:
+    pages = {path.relative_to(DOCS).with_suffix("") for path in DOCS.rglob("*.md")}
+    built = {path.relative_to(site).with_suffix("") for path in site.rglob("*.html")}
+    assert pages <= built
+
+
+@pytest.mark.slow
+def test_no_link_of_the_site_is_dead(site: Path) -> None:
+    assert not [*dead_links(read_site(site))]
+
+
+@pytest.mark.slow
+def test_the_site_loads_nothing_from_elsewhere(site: Path) -> None:
+    assert not [*loads_from_elsewhere(read_site(site))]
+
+
+def test_a_dead_link_an_anchor_and_a_script_from_elsewhere_are_found(tmp_path: Path) -> None:
+    (tmp_path / "a.html").write_text('<a href="b.html"></a><a href="#c"></a><script src="https://x.org/s.js"></script>')
+    found = read_site(tmp_path)
+    assert [*dead_links(found)] == ["a.html: b.html", "a.html: #c (no such anchor)"]
+    assert [*loads_from_elsewhere(found)] == ["a.html: https://x.org/s.js"]
+
+
+def test_every_environment_variable_that_the_code_reads_is_documented() -> None:
+    files = [path for package in PACKAGES for path in (ROOT / package).rglob("*.py")]
+    read = {name for path in files for name in VARIABLE.findall(path.read_text("utf-8"))}
+    page = (DOCS / "reference" / "environment_variables.md").read_text("utf-8")
+    assert read == set(VARIABLE.findall(page))
