@@ -21,7 +21,7 @@ frame                   `free_fall`, `fall_rate`, `orbit_noise`, `kepler_orbit`,
 loads                   `ChainForces`, `FORCE_EFFECTS`, `impulse_jumps`, `bars_of`
 reactions               `reaction_from_wrench`, `reactions_from_motion`
 accuracy                `accuracy_scales`, `AccuracyScales`, `steps_between_samples`, `step_s`
-events                  `misalignment`, `events_by_step`, `face_reversal`
+events                  ``scene.effects.breaks_s``, `misalignment`, `events_by_step`, `face_reversal`
 landing                 `LandedError`, `landing_text`, `least_height_m`
 ======================  ============================================================================================
 """

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from barchain.judge.diagnosis.mistake import Mistake, SceneMistake
 
 SCENE = unequal_chain()
-WITHOUT_TRACE = {"torque-sign", "torques-in-kn-m", "impulses-in-kn-s", "torques-twice", "torques-half",
+WITHOUT_TRACE = {"torque-sign", "torques-in-kn-m", "impulses-in-kn-s", "impulses-of-each-interval", "torques-twice", "torques-half",
                  "torques-in-reversed-order", "angles-with-other-turns", "mu-egm"}  # fmt: skip
 """Mistakes that alter nothing in this scene: it has no torques and no impulses, and takes its mu from EGM2008"""
 OF_EQUATIONS = [m for m in SCENES if m.model is not None]
@@ -50,6 +50,11 @@ def check_named(scene: Scene, mistake: Mistake, effort: object = BRIEF) -> None:
     found = diagnosis_of(scene, mistake, effort)
     assert found is not None
     assert (mistake.name,) in found.names, str(found)
+
+
+@pytest.mark.parametrize("mistake", [m for m in READINGS if m.name.startswith("impulses")], ids=lambda m: m.name)
+def test_a_mistake_of_reading_impulses_is_named_where_there_are_some(mistake: Mistake) -> None:
+    check_named(load_scene("effects/impulse"), mistake)
 
 
 @pytest.mark.parametrize("mistake", [m for m in READINGS if m.name not in WITHOUT_TRACE], ids=lambda m: m.name)

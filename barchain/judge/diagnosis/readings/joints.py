@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.judge.diagnosis.channels import ANGLE, JOINT_FORCES, RATE, TORQUE, changed
+from barchain.judge.diagnosis.channels import ANGLE, IMPULSE, JOINT_FORCES, RATE, TORQUE, changed
 from barchain.judge.diagnosis.mistake import ReadingMistake
 
 if TYPE_CHECKING:
@@ -64,6 +64,11 @@ def of_next_joint(values: Array) -> Array:
 def of_previous_joint(values: Array) -> Array:
     """Values (n, J, 2) of joint j-1 at joint j; zero at the first joint."""
     return np.concatenate([np.zeros_like(values[:, :1]), values[:, :-1]], axis=1)
+
+
+def of_each_interval(_: Scene, right: Trajectory) -> Trajectory:
+    """Impulses (n, J, 2) since the sample before, where the convention is their sum since t = 0."""
+    return changed(right, lambda v: np.diff(v, axis=0, prepend=v[:1]), IMPULSE)
 
 
 def reversed_order(values: Array) -> Array:
@@ -132,6 +137,12 @@ MISTAKES = (
         bars_reversed(ANGLE, RATE, *JOINT_FORCES),
     ),
     ReadingMistake("chain-from-other-end", "the chain is described from its other end", "angles", chain_reversed, True),
+    ReadingMistake(
+        "impulses-of-each-interval",
+        "the impulses are those since the sample before, not their sum since t = 0",
+        "impulses",
+        of_each_interval,
+    ),
     ReadingMistake("torques-in-reversed-order", "the torques are in reversed order", "torques", bars_reversed(TORQUE)),
     ReadingMistake(
         "reactions-in-reversed-order-and-sign",
