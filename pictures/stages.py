@@ -13,7 +13,7 @@ from pictures.record.files import note_run, write_table
 from pictures.record.stability import stability_rows
 from pictures.report import report_pictures
 from pictures.runs import engine_options, run_barchain
-from pictures.write import gallery_scenes, pages, pictures_of, write_all
+from pictures.write import charts, gallery_scenes, pages, pictures_of, write_all
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -103,7 +103,7 @@ def draw_report(options: Options) -> None:
 
 def write_pages(options: Options) -> None:
     """Render all pages from the record."""
-    options.tell(f"{write_all(pages())} pages changed")
+    options.tell(f"{write_all(charts())} charts and {write_all(pages())} pages changed")
 
 
 STAGES = (
@@ -113,5 +113,5 @@ STAGES = (
     Stage("stability", "record of the stability study", run_stability),
     Stage("cost", "record of accuracy and cost; needs a quiet machine", run_cost),
     Stage("report", "pictures of the report for the README", draw_report),
-    Stage("pages", "pages of the gallery and of the engines", write_pages),
+    Stage("pages", "pages of the gallery and of the engines, and their charts", write_pages),
 )

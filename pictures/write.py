@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 from typing import TYPE_CHECKING
 
+from pictures.chart import chart_file, cost_chart
 from pictures.motion.picture import scene_picture, thumbnail
 from pictures.motion.samples import motion_of
 from pictures.pages.engine_page import engine_page, page_file
@@ -60,6 +61,12 @@ def pages() -> dict[Path, str]:
     found = {page_of(s.name): scene_page(s, alt_of(picture_file(s.name)), measured) for s in scenes}
     found |= {page_file(library): engine_page(library, measured) for library in LIBRARIES}
     return found | {GALLERY / "index.md": gallery_index(scenes), ENGINES_INDEX: engines_index()}
+
+
+def charts() -> dict[Path, str]:
+    """Charts of the pages of the engines, from the record."""
+    measured = Measured()
+    return {chart_file(lib): chart for lib in LIBRARIES if (chart := cost_chart(lib, measured))}
 
 
 def write_all(files: Mapping[Path, str]) -> int:

@@ -11,7 +11,7 @@ from pictures.motion.geometry import SIZE, ChainPanel, OrbitPanel, chain_panel, 
 from pictures.motion.samples import is_free
 from pictures.motion.wording import alt_text, duration, enlargement, length
 from pictures.templating import render
-from reports.plotting.palette import COLOURS, PAPER
+from pictures.themes import theme_css
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 LOOP_S = 9.0
 """Time that a picture in motion takes, s"""
-THEMES = {"light": 0, "dark": 1}
 
 
 @dataclass(frozen=True)
@@ -52,7 +51,7 @@ class PanelView:
 
 
 def scene_picture(motion: Motion, theme: str = "") -> str:
-    """SVG of a scene, in both themes by the reader's preference, or in one of :data:`THEMES`."""
+    """SVG of a scene, in both themes by the reader's preference, or in one of :data:`pictures.themes.THEMES`."""
     orbit, chain = orbit_panel(motion, body=not is_free(motion.scene)), chain_panel(motion)
     return render(
         "scene.svg.j2",
@@ -82,18 +81,8 @@ def thumbnail(motion: Motion) -> str:
         letter_px=min(27, int(580 / len(label))),
         size=SIZE,
         chain=view(chain_panel(motion), motion, track=False),
-        themes=theme_css(""),
+        themes=theme_css(),
     )
-
-
-def theme_css(theme: str) -> dict[str, str]:
-    """Declarations of colours, light and dark; both the same if a theme is named."""
-    used = ("ink", "muted", "grid", "rule", "body", "accent")
-    by_theme = {
-        name: ";".join([f"--paper:{PAPER[k]}", *(f"--{c}:{(COLOURS[c].light, COLOURS[c].dark)[k]}" for c in used)])
-        for name, k in THEMES.items()
-    }
-    return by_theme if not theme else dict.fromkeys(THEMES, by_theme[theme])
 
 
 def view(panel: OrbitPanel | ChainPanel, motion: Motion, *, track: bool) -> PanelView:

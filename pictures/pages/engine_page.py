@@ -44,6 +44,7 @@ def engine_page(library: Library, measured: Measured) -> str:
         sweep=sweep(library, measured),
         orders=orders(library, measured),
         reach=reach(library, measured),
+        chart=f"{library.page}-cost.svg" if charted(library, measured) else "",
         stability=stability(library, measured),
         runs=measured.runs,
         cost_scene=COST_SCENE,
@@ -150,7 +151,6 @@ def of_library(frame: pd.DataFrame, library: Library) -> list[Row]:
 
 def sweep(library: Library, measured: Measured) -> str:
     """Table of all settings on :data:`COST_SCENE`; empty without a record."""
-    points = [row for row in of_library(measured.points, library) if row["scene"] == COST_SCENE]
     lines = [
         [
             row["engine"],
@@ -160,11 +160,21 @@ def sweep(library: Library, measured: Measured) -> str:
             milliseconds(row["seconds"]),
             short(row["steps"]),
         ]
-        for row in points
+        for row in points_of(library, measured)
         if row["outcome"] == "pass"
     ]
     head = ("engine", "setting", "attitude, rad:", "reactions, N:", "time, ms:", "steps:")
     return table(head, lines) if lines else ""
+
+
+def charted(library: Library, measured: Measured) -> bool:
+    """Whether there are points for a chart."""
+    return any(row["seconds"] is not None and row["outcome"] == "pass" for row in points_of(library, measured))
+
+
+def points_of(library: Library, measured: Measured) -> list[Row]:
+    """Runs of the cost study on :data:`COST_SCENE`."""
+    return [row for row in of_library(measured.points, library) if row["scene"] == COST_SCENE]
 
 
 def milliseconds(seconds: float | None) -> str:

@@ -25,7 +25,10 @@ COLUMNS = {
     "versions": ("engine", "version"),
     "stability": ("scene", "engine", "stability", "reason"),
     "hard": ("scene", "limit_s", "amplification", "condition_high"),
-    "cost": ("scene", "engine", "setting", "outcome", "attitude_error_rad", "reaction_error_N", "seconds", "steps"),
+    "cost": (
+        "scene", "engine", "setting", "outcome", "attitude_error_rad", "reaction_error_N", "com_error_m", "seconds",
+        "steps",
+    ),
     "orders": ("scene", "engine", "against", "order", "order_low", "order_high", "theory", "points"),
     "reach": (
         "scene", "engine", "target", "status", "cost", "over_baseline", "over_baseline_low", "over_baseline_high",

@@ -1,0 +1,86 @@
+"""Charts of cost against error on the pages of the engines."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from markupsafe import Markup
+
+from adapters.registry import COMPILED
+from pictures.pages.engine_page import COST_SCENE, page_file
+from pictures.templating import render
+from pictures.themes import theme_css
+from reports.chapters.cost.charts import ChartData, CostCurve, overview
+from reports.plotting.palette import COLOURS
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pandas as pd
+
+    from pictures.pages.libraries import Library
+    from pictures.pages.record import Measured
+    from reports.plotting.panels import Legend, Panel
+
+ROW_PX, COLUMN_PX = 18, 130
+LEGEND_COLUMNS = 3
+WORDS = {"attitude_error_rad": ("attitude", "rad"), "com_error_m": ("centre of mass", "m")}
+
+
+@dataclass(frozen=True)
+class Entry:
+    """Entry of the legend with its place."""
+
+    legend: Legend
+    x: int
+    y: int
+
+
+def chart_file(library: Library) -> Path:
+    """File of a library's chart."""
+    return page_file(library).with_name(f"{library.page}-cost.svg")
+
+
+def cost_chart(library: Library, measured: Measured) -> str:
+    """SVG of time against error for the engines of a library and the compiled reference; empty without points."""
+    points = measured.points[(measured.points.scene == COST_SCENE) & (measured.points.outcome == "pass")]
+    own = points[points.engine.isin(list(library.engines))]
+    column = next((c for c in WORDS if own[c].notna().any()), None)
+    if column is None or not own.seconds.notna().any():
+        return ""
+    names = list(dict.fromkeys([*own.engine, COMPILED]))
+    words, unit = WORDS[column]
+    curves = tuple(curve(points[points.engine == n], n, column, library) for n in names)
+    data = ChartData(library.page, f"largest error of the {words}, {unit}", "s", 0.0, curves)
+    panel = overview(data, f"{library.title}: time against error in {COST_SCENE}, first orbit")
+    return "" if panel is None else standalone(panel)
+
+
+def curve(points: pd.DataFrame, engine: str, column: str, library: Library) -> CostCurve:
+    """Points of one engine."""
+    error, none = points[column].to_numpy(float), np.zeros(len(points), bool)
+    external = engine in library.engines and library.engines[engine].external
+    return CostCurve(engine, error, points.seconds.to_numpy(float), none, none, external)
+
+
+def standalone(panel: Panel) -> str:
+    """Chart of a page as a file of its own: with its colours and its legend."""
+    size = re.search(r'viewBox="0 0 ([\d.]+) ([\d.]+)"', panel.svg)
+    assert size is not None
+    width, height = float(size[1]), float(size[2])
+    entries = [
+        Entry(e, 24 + COLUMN_PX * (k % LEGEND_COLUMNS), int(height) + 14 + ROW_PX * (k // LEGEND_COLUMNS))
+        for k, e in enumerate(panel.legend)
+    ]
+    return render(
+        "chart.svg.j2",
+        alt=panel.title,
+        width=int(width),
+        height=entries[-1].y + 14,
+        drawing=Markup(str(panel.svg).strip().partition(">")[2].removesuffix("</svg>")),
+        entries=entries,
+        themes=theme_css("", tuple(COLOURS)),
+    )
