@@ -71,7 +71,7 @@ def run_comparison(options: Options) -> None:
 
 
 def run_stability(options: Options) -> None:
-    """Run the stability study as it is by default, and once more for Drake and DART, which it takes if they are named."""
+    """Run the stability study by default, and again for engines that it takes only if they are named."""
     run_barchain(options.work, "stability", "--out", "stability")
     rows, scenes, record = stability_rows(options.work / "stability")
     named = [name for name in NAMED_IN_STABILITY if not ENGINES[name].missing]

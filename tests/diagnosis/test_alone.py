@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from barchain.judge.diagnosis.mistake import Mistake, SceneMistake
 
 SCENE = unequal_chain()
-WITHOUT_TRACE = {"torque-sign", "torques-in-kn-m", "impulses-in-kn-s", "impulses-of-each-interval", "torques-twice", "torques-half",
-                 "torques-in-reversed-order", "angles-with-other-turns", "mu-egm"}  # fmt: skip
+WITHOUT_TRACE = {"torque-sign", "torques-in-kn-m", "impulses-in-kn-s", "impulses-of-each-interval", "torques-twice",
+                 "torques-half", "torques-in-reversed-order", "angles-with-other-turns", "mu-egm"}  # fmt: skip
 """Mistakes that alter nothing in this scene: it has no torques and no impulses, and takes its mu from EGM2008"""
 OF_EQUATIONS = [m for m in SCENES if m.model is not None]
 LOADED = {
