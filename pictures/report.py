@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from pictures.paths import IMAGES
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
     from pathlib import Path
     from typing import Literal
 
@@ -19,7 +19,20 @@ if TYPE_CHECKING:
 
 WIDTH_PX = 1200
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+INDEX = "report/index.html"
+SCENE = "section.scene >> nth=3"
 THEMES: tuple[Theme, ...] = ("light", "dark")
+
+
+BADGE = """(element, number) => {
+  const box = element.getBoundingClientRect(), badge = document.createElement("span");
+  badge.textContent = number;
+  badge.style.cssText = `position:absolute;left:${Math.max(box.left + scrollX - 26, 4)}px;top:${box.top + scrollY}px;` +
+    "width:22px;height:22px;border-radius:11px;background:#a3195b;color:#fff;font:bold 14px/22px sans-serif;" +
+    "text-align:center;z-index:9;box-shadow:0 0 0 2px #fff";
+  document.body.append(badge);
+}"""
+"""Script that puts a numbered disc beside an element"""
 
 
 @dataclass(frozen=True)
@@ -34,14 +47,51 @@ class Shot:
     """First element that matches"""
     height_px: int = 700
     """Most that is shown of it"""
+    marks: tuple[str, ...] = ()
+    """Elements that get the numbers 1, 2, ..., which the text below the picture explains"""
 
 
 SHOTS = (
-    Shot("matrix", "report/index.html", "#matrix ~ .matrix", 900),
-    Shot("scene", "report/index.html", "section.scene >> nth=8", 1100),
+    Shot(
+        "reading-opening",
+        INDEX,
+        "header.opening",
+        1000,
+        ("#verdict", ".lede", ".shown figure >> nth=0", ".shown figure >> nth=1", ".terms", "header nav"),
+    ),
+    Shot(
+        "reading-matrix",
+        INDEX,
+        ".folds",
+        760,
+        (
+            ".folds > label >> nth=0",
+            ".matrix tbody tr >> nth=0 >> th .h",
+            ".matrix tbody tr >> nth=3 >> td.pass >> nth=0",
+            ".matrix tbody td:has-text('CM') >> nth=3",
+            ".matrix tbody td .part >> nth=0",
+            ".matrix tbody td.aside >> nth=0",
+        ),
+    ),
+    Shot(
+        "reading-scene",
+        INDEX,
+        SCENE,
+        1500,
+        (
+            f"{SCENE} >> h3",
+            f"{SCENE} >> .facts",
+            f"{SCENE} >> .grid >> nth=0 >> figure >> nth=0",
+            f"{SCENE} >> h4 >> nth=0",
+            f"{SCENE} >> h4 >> nth=1",
+            f"{SCENE} >> summary >> nth=0",
+        ),
+    ),
+    Shot("matrix", INDEX, ".folds", 900),
+    Shot("scene", INDEX, SCENE, 1400),
     Shot("cost", "report/cost.html", "section.scene .grid", 700),
-    Shot("effects", "report/effects.html", "section.scene, .grid", 700),
-    Shot("roundoff", "report/roundoff.html", ".grid", 700),
+    Shot("effects", INDEX, "#effects ~ .scene .grid, #effects ~ .grid", 700),
+    Shot("roundoff", INDEX, "#roundoff ~ .grid", 700),
     Shot("stability", "stability/stability.html", ".matrix", 900),
 )
 
@@ -56,11 +106,23 @@ def report_pictures(work: Path) -> Iterator[Path]:
         for shot in SHOTS:
             if (work / shot.page).is_file():
                 for theme in THEMES:
-                    page = browser.new_page(viewport={"width": WIDTH_PX, "height": 900}, color_scheme=theme)
+                    page = browser.new_page(
+                        viewport={"width": WIDTH_PX, "height": 900},
+                        color_scheme=theme,
+                        reduced_motion="reduce",
+                        bypass_csp=bool(shot.marks),
+                    )
                     page.goto((work / shot.page).as_uri())
+                    number(page, shot.marks)
                     yield take(page, shot, theme)
                     page.close()
         browser.close()
+
+
+def number(page: Page, marks: Sequence[str]) -> None:
+    """Put numbers at the upper left corners of elements."""
+    for k, selector in enumerate(marks, start=1):
+        page.locator(selector).first.evaluate(BADGE, k)
 
 
 def take(page: Page, shot: Shot, theme: Theme) -> Path:
@@ -70,7 +132,8 @@ def take(page: Page, shot: Shot, theme: Theme) -> Path:
     box = element.bounding_box()
     if box is None:
         raise ValueError(f"{shot.page}: {shot.selector} is not shown")
+    top = box["y"] + float(page.evaluate("scrollY"))
     path = IMAGES / f"report-{shot.name}{'-dark' if theme == 'dark' else ''}.png"
-    clip: FloatRect = {"x": 0, "y": box["y"], "width": WIDTH_PX, "height": min(box["height"], shot.height_px)}
+    clip: FloatRect = {"x": 0, "y": top, "width": WIDTH_PX, "height": min(box["height"], shot.height_px)}
     page.screenshot(path=path, clip=clip, full_page=True)
     return path

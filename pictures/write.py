@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from pictures.chart import chart_file, cost_chart
 from pictures.motion.picture import scene_picture, thumbnail
 from pictures.motion.samples import motion_of
+from pictures.pages.cost_page import COST_PAGE, cost_page
 from pictures.pages.engine_page import engine_page, page_file
 from pictures.pages.index_pages import ENGINES_INDEX, FAMILIES, engines_index, gallery_index
 from pictures.pages.libraries import LIBRARIES
@@ -60,7 +61,8 @@ def pages() -> dict[Path, str]:
     measured, scenes = Measured(), gallery_scenes()
     found = {page_of(s.name): scene_page(s, alt_of(picture_file(s.name)), measured) for s in scenes}
     found |= {page_file(library): engine_page(library, measured) for library in LIBRARIES}
-    return found | {GALLERY / "index.md": gallery_index(scenes), ENGINES_INDEX: engines_index()}
+    found |= {GALLERY / "index.md": gallery_index(scenes), ENGINES_INDEX: engines_index()}
+    return found | {COST_PAGE: cost_page(COST_PAGE.read_text(encoding="utf-8"), measured)}
 
 
 def charts() -> dict[Path, str]:

@@ -277,7 +277,8 @@ class Suite:
     def establish(self, progress: SceneProgress, solution: ReferenceSolution) -> None:
         """Take the solution that judges a scene, and store it with its error amplification."""
         name, progress.solution = progress.scene.name, solution
-        self.store.record["scenes"][name] |= solution_facts(solution)
+        shared = [e for e, r in self.plan.engines.items() if shares_equations(r, solution.source)]
+        self.store.record["scenes"][name] |= solution_facts(solution) | {"same_equations": shared}
         t = solution.trajectory.t_s[: len(solution.amplification)]
         self.store.keep_amplification(name, pd.DataFrame({"t_s": t, "amplification": solution.amplification}))
         if solution.source.certified:  # no run of its own has these samples

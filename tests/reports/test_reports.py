@@ -314,6 +314,9 @@ def test_a_scene_without_an_independent_engine_spoils_the_verdict(tmp_path: Path
     assert verdict.headline == "All 3 comparisons passed, but scene t passed in no independent engine."
     assert "3 passed (1 of them with independent engines)" in verdict.sentences[0]
     assert "No independent engine passed on t." in verdict.sentences
+    record["scenes"] = {"s": {"same_equations": ["theirs"]}, "t": {}}
+    said = summary_verdict(summarise(read_results(write_tables(tmp_path, rows, record)))).sentences[0]
+    assert "(1 of them with independent engines, 1 of these on the judging solution's equations)" in said
     alone = {"engines": {"reference": {"external": False}, "theirs": {"external": False}}}
     verdict = summary_verdict(summarise(read_results(write_tables(tmp_path, rows, alone))))
     assert "No independent engine passed on any scene." in verdict.sentences

@@ -141,6 +141,12 @@ class Summary:
         """Whether an engine's equations of motion are not barchain's own."""
         return engine in self.outside
 
+    def shares_equations(self, cell: RunCell) -> bool:
+        """Whether an engine steps the equations of the solution that judges it: agreement shows its arithmetic."""
+        scene = next((s for s in self.scenes if s.name == cell.scene), None)
+        shared = None if scene is None else scene.data.get("same_equations")
+        return isinstance(shared, list) and cell.engine in shared
+
     def cell(self, scene: str, engine: str) -> RunCell | None:
         """Cell of a run; None if there was none."""
         return self.cells.get((scene, engine))

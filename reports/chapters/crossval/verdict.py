@@ -95,10 +95,8 @@ def counts(summary: Summary, failures: tuple[RunCell, ...]) -> str:
     passed, left_out = summary.with_outcome(Outcome.PASS), summary.with_outcome(Outcome.UNSUPPORTED)
     reported = summary.with_outcome(Outcome.REPORTED)
     cells = len(summary.scenes) * len(summary.engines)
-    outside = sum(summary.external(c.engine) for c in passed)
     parts = [
-        f"{len(passed)} passed"
-        + (f" ({outside} of them with independent engines)" if summary.outside_known and passed else ""),
+        f"{len(passed)} passed" + (independent_words(summary, passed) if summary.outside_known and passed else ""),
         f"{len(failures)} failed",
         f"{len(left_out)} {be(left_out)} unsupported",
     ]
@@ -107,6 +105,14 @@ def counts(summary: Summary, failures: tuple[RunCell, ...]) -> str:
     parts += [f"{not_run} {'was' if not_run == 1 else 'were'} not run"] if not_run else []
     scenes, engines = count(len(summary.scenes), "scene"), count(len(summary.engines), "engine")
     return f"Of {scenes} times {engines} ({count(cells, 'run')}), {', '.join(parts[:-1])} and {parts[-1]}."
+
+
+def independent_words(summary: Summary, passed: list[RunCell]) -> str:
+    """Share of independent engines in the passes; those that share the judging solution's equations are told apart."""
+    outside = [c for c in passed if summary.external(c.engine)]
+    shared = sum(summary.shares_equations(c) for c in outside)
+    also = f", {shared} of these on the judging solution's equations" if shared else ""
+    return f" ({len(outside)} of them with independent engines{also})"
 
 
 def worst(summary: Summary) -> str:

@@ -1,0 +1,63 @@
+"""Tables of the page of the cost study, from the record."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from adapters.registry import COMPILED, ENGINES
+from pictures.pages.engine_page import COST_SCENE
+from pictures.pages.record import rows
+from pictures.pages.words import table
+from pictures.paths import DOCS
+from reports.text.ratios import decade, ratio_text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from pictures.pages.record import Measured, Row
+
+COST_PAGE = DOCS / "studies" / "cost.md"
+NAME = "times"
+KINDS = ((True, "Engines with independent physics:"), (False, "Integrators on barchain's equations:"))
+
+
+def cost_page(text: str, measured: Measured) -> str:
+    """Text of the page with its times at equal error rewritten; unchanged without a record."""
+    found = rows(measured.reach[measured.reach.scene == COST_SCENE])
+    if not found:
+        return text
+    start, end = f"<!-- {NAME}: generated -->", f"<!-- end of {NAME} -->"
+    new = "\n\n".join([start, introduction(found, measured), *tables(found), end])
+    return re.sub(f"{re.escape(start)}.*{re.escape(end)}", lambda _: new, text, flags=re.DOTALL)
+
+
+def introduction(found: Iterable[Row], measured: Measured) -> str:
+    """Sentences on the measurement."""
+    run = measured.runs["cost"]
+    costs = {r["target"]: r["cost"] for r in found if r["engine"] == COMPILED and r["cost"] is not None}
+    times = ", ".join(f"{costs[t] * 1e6:.3g}" for t in sorted(costs, reverse=True))
+    return (
+        f"Measured on {run['created']} with barchain {run['barchain']} on {run['environment']['cpu']}.\n"
+        f"`{COMPILED}` itself takes {times} µs."
+    )
+
+
+def tables(found: Iterable[Row]) -> Iterable[str]:
+    """A heading and a table for each kind of engine that has a point."""
+    cells = {(r["engine"], r["target"]): ratio(r) for r in found}
+    targets = sorted({t for _, t in cells}, reverse=True)
+    for independent, heading in KINDS:
+        names = [e for e, r in ENGINES.items() if r.external is independent and (e, targets[0]) in cells]
+        yield heading
+        yield table(
+            ("engine", f"{decade(targets[0])} rad:", *(f"{decade(t)}:" for t in targets[1:])),
+            ([name, *(cells.get((name, t), "–") for t in targets)] for name in names),
+        )
+
+
+def ratio(row: Row) -> str:
+    """Time relative to the compiled reference, with its interval."""
+    sign = "≤ ×" if row["status"] == "at most" else "×"
+    spread = (row["over_baseline"], row["over_baseline_low"], row["over_baseline_high"])
+    return ratio_text(spread, sign) or "–"
