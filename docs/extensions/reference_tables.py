@@ -8,13 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 import reports.tables
 from barchain.cli.common.exit_codes import MEANINGS
+from reference_impl.paper.misprint_effects import misprint_effects
 from reports.tables.files import StudyFiles
 from reports.tables.outcome import ADVICE
+from reports.text.glossary import TERMS
 from scenarios.toml.file import SceneFile
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
+ROUNDING = 1e-12  # far above the rounding of a dense solution in double precision, far below every effect
 LIMITS = {"minimum": "≥ {}", "exclusiveMinimum": "> {}", "maximum": "≤ {}", "exclusiveMaximum": "< {}"}
 NAMES = {"number": "number", "integer": "integer", "string": "text", "boolean": "true or false", "array": "list",
          "object": "table", "null": "nothing"}  # fmt: skip
@@ -118,7 +121,30 @@ def exit_codes() -> str:
     return markdown_table(("code", "meaning"), ((str(int(code)), words) for code, words in MEANINGS.items()))
 
 
+def glossary() -> str:
+    """Every term that a report explains."""
+    return markdown_table(("term", "meaning"), ((term, TERMS[term]) for term in sorted(TERMS, key=str.casefold)))
+
+
+def misprints() -> str:
+    """The paper's misprints with the change of reactions and of phi'' that each makes in a generic state."""
+    head = ("place", "printed", "correct", "change of reactions", "change of phi''", "consequence and reason")
+    return markdown_table(head, (
+        (r.place, r.printed, r.right, share(r.effect_on_reactions), share(r.effect_on_angular_acceleration), r.note)
+        for r in misprint_effects()
+    ))  # fmt: skip
+
+
+def share(value: float | None) -> str:
+    """A relative change; below rounding it is zero."""
+    if value is None:
+        return "–"
+    return "0" if value < ROUNDING else f"{value:.3g}"
+
+
 TABLES: dict[str, Callable[[], str]] = {
+    "glossary": glossary,
+    "misprints": misprints,
     "scene-keys": scene_keys,
     "result-tables": result_tables,
     "outcomes": outcomes,
