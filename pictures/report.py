@@ -25,14 +25,18 @@ THEMES: tuple[Theme, ...] = ("light", "dark")
 
 
 BADGE = """(element, number) => {
-  const box = element.getBoundingClientRect(), badge = document.createElement("span");
+  const cell = element.closest("td"), badge = document.createElement("span");
+  const box = (cell ?? element).getBoundingClientRect();
+  const left = cell ? box.right - 15 : box.left - 26, top = box.top + (cell ? 3 : 0);
   badge.textContent = number;
-  badge.style.cssText = `position:absolute;left:${Math.max(box.left + scrollX - 26, 4)}px;top:${box.top + scrollY}px;` +
+  badge.style.cssText = `position:absolute;left:${left + scrollX}px;top:${top + scrollY}px;` +
     "width:22px;height:22px;border-radius:11px;background:#a3195b;color:#fff;font:bold 14px/22px sans-serif;" +
     "text-align:center;z-index:9;box-shadow:0 0 0 2px #fff";
   document.body.append(badge);
 }"""
-"""Script that puts a numbered disc beside an element"""
+"""Script that puts a numbered disc to the left of an element, or into the corner of a table's cell"""
+ROOM = "body { padding-left: 30px !important }"
+"""Room for the numbers at the left edge"""
 
 
 @dataclass(frozen=True)
@@ -65,7 +69,7 @@ SHOTS = (
         ".folds",
         760,
         (
-            ".folds > label >> nth=0",
+            ".folds input >> nth=0",
             ".matrix tbody tr >> nth=0 >> th .h",
             ".matrix tbody tr >> nth=3 >> td.pass >> nth=0",
             ".matrix tbody td:has-text('CM') >> nth=3",
@@ -120,7 +124,9 @@ def report_pictures(work: Path) -> Iterator[Path]:
 
 
 def number(page: Page, marks: Sequence[str]) -> None:
-    """Put numbers at the upper left corners of elements."""
+    """Put numbers beside elements."""
+    if marks:
+        page.add_style_tag(content=ROOM)
     for k, selector in enumerate(marks, start=1):
         page.locator(selector).first.evaluate(BADGE, k)
 

@@ -457,7 +457,7 @@ def solution_facts(solution: ReferenceSolution) -> dict[str, Any]:
         "amplification_total": float(solution.amplification[-1]),
         "model_difference": {
             "com_m": float(abs(displacement.vector_m).max()),
-            "note": "departure of the chain's centre of mass from a particle's track, O((L/r)^2), "
+            "note": "departure of the chain's centre of mass from a particle's track, O((L/r)²), "
             "predicted along the judging solution's attitude and subtracted for engines without attitude",
         },
         **gradient_defect(solution.scene, solution.trajectory, solution.limit_s),

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from tests.structure.product import ROOT
-from tests.structure.running import BLOCK, blocks, carry_out, shapes
+from tests.structure.running import BLOCK, blocks, carry_out, command, shapes
 
 TUTORIALS = ROOT / "docs" / "tutorials"
 ELSEWHERE = {"your_own_engine": "tests/authors/test_tutorial.py", "notebook": "tests/structure/test_notebook.py"}
@@ -42,6 +42,12 @@ def test_the_first_comparison_of_the_readme_shows_what_a_run_shows(tmp_path: Pat
     )
     page.write_text(f"```sh\nbarchain compare paper/fig05 {engines}\n```\n```text\n{shown}```\n", encoding="utf-8")
     assert carry_out(page, tmp_path) == 1
+
+
+def test_the_scene_of_the_readme_can_be_compared(tmp_path: Path) -> None:
+    scene = next(block.text for block in blocks(ROOT / "README.md") if block.language == "toml")
+    (tmp_path / "mine.toml").write_text(scene, encoding="utf-8")
+    assert "2 pass" in command("barchain compare mine.toml --engine reference --engine rebound", tmp_path)
 
 
 def test_a_page_that_shows_another_output_is_found(tmp_path: Path) -> None:

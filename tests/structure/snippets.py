@@ -1,0 +1,95 @@
+"""Fenced blocks of README and documents outside the tutorials, and how a test carries out each."""
+
+from __future__ import annotations
+
+import itertools
+import tomllib
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tests.structure.documents import documents
+from tests.structure.product import ROOT
+from tests.structure.running import blocks
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+TUTORIALS = ROOT / "docs" / "tutorials"
+GALLERY = ROOT / "docs" / "gallery"
+FRAGMENT = "[effects"
+"""Beginning of a block that belongs into a scene"""
+
+
+@dataclass(frozen=True)
+class Snippet:
+    """A command, or a block of another language."""
+
+    document: Path
+    language: str
+    text: str
+
+    def __str__(self) -> str:
+        """Place and first line."""
+        return f"{self.document.relative_to(ROOT)}: {self.text.splitlines()[0][:70]}"
+
+
+@cache
+def ways() -> dict[str, Any]:
+    """Table of ways."""
+    return tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
+
+
+@cache
+def snippets() -> tuple[Snippet, ...]:
+    """Every snippet of README and documents; README's and the tutorials' tests carry out those two."""
+    left_out = {ROOT / "README.md", *TUTORIALS.glob("*.md")}
+    pages = [d for d in documents() if d not in left_out]
+    return tuple(itertools.chain.from_iterable(map(of_page, pages)))
+
+
+def of_page(page: Path) -> Iterator[Snippet]:
+    """Snippets of a page: a command for each line of a shell's block."""
+    for block in blocks(page):
+        if block.language == "sh":
+            for line in block.text.splitlines():
+                yield Snippet(page, "sh", line.split(" #")[0].strip())
+        else:
+            yield Snippet(page, block.language, block.text)
+
+
+def of_gallery(snippet: Snippet) -> bool:
+    """Whether a snippet is the command on a scene's page, which differs from the others in its scene alone."""
+    return GALLERY in snippet.document.parents
+
+
+def reason_not_run(snippet: Snippet) -> str | None:
+    """Reason why no test carries out a snippet; None if one does."""
+    found = [why for start, why in ways()["not_run"].items() if snippet.text.startswith(start)]
+    return found[0] if found and snippet.text not in ways()["with_less"] else None
+
+
+def fragments() -> list[Snippet]:
+    """Blocks of TOML that belong into a scene."""
+    return [s for s in snippets() if s.language == "toml" and s.text.startswith((FRAGMENT, f"[{FRAGMENT}"))]
+
+
+def whole_scenes() -> list[Snippet]:
+    """Blocks of TOML that are scenes."""
+    return [s for s in snippets() if s.language == "toml" and "[orbit]" in s.text]
+
+
+def plans() -> list[Snippet]:
+    """Blocks of TOML that are plans of nights."""
+    return [s for s in snippets() if s.language == "toml" and "[[comparison]]" in s.text]
+
+
+def scripts() -> list[Snippet]:
+    """Blocks of Python that run here."""
+    return [s for s in snippets() if s.language == "python" and reason_not_run(s) is None]
+
+
+def shell_commands() -> list[Snippet]:
+    """Commands outside the gallery that run here."""
+    return [s for s in snippets() if s.language == "sh" and not of_gallery(s) and reason_not_run(s) is None]

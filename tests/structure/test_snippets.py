@@ -1,0 +1,125 @@
+"""Every command and snippet of the documents is carried out, or stands in a table with the reason why not."""
+
+from __future__ import annotations
+
+import ast
+import os
+import subprocess
+import sys
+import tomllib
+from typing import TYPE_CHECKING
+
+import pytest
+
+from barchain.nightly.plan.tables import PlanFile
+from scenarios import load_scene, scene_names
+from tests.structure import snippets as found
+from tests.structure.commands import fault
+from tests.structure.running import command, run
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from tests.structure.snippets import Snippet
+
+SHELLS = ("bash", "zsh", "fish")
+HOST = """title = "A chain that takes any effect"
+source = "test"
+[orbit]
+altitude_m = 350e3
+[chain]
+bars = {bars}
+mass_kg = 100.0
+length_m = 100.0
+angle_deg = 80.0
+[run]
+orbits = 0.2
+samples = 3
+"""
+SPRINGS = "joint_spring_damper"
+"""Effect whose fragment lists three joints"""
+
+
+def name(snippet: Snippet) -> str:
+    return str(snippet)
+
+
+def test_each_snippet_is_carried_out_in_one_way() -> None:
+    carried_out = {
+        *found.fragments(), *found.whole_scenes(), *found.plans(), *found.scripts(),
+        *(s for s in found.snippets() if found.of_gallery(s)),
+        *(s for s in found.shell_commands() if s.text in {*found.ways()["as_typed"], *found.ways()["with_less"]}),
+    }  # fmt: skip
+    left = [str(s) for s in found.snippets() if s not in carried_out and found.reason_not_run(s) is None]
+    assert not left, "no test carries out:\n" + "\n".join(left)
+
+
+def test_the_table_of_ways_names_nothing_that_is_gone() -> None:
+    texts = [s.text for s in found.snippets()]
+    ways = found.ways()
+    gone = [each for each in (*ways["as_typed"], *ways["with_less"]) if each not in texts]
+    gone += [start for start in ways["not_run"] if not any(text.startswith(start) for text in texts)]
+    assert not gone
+
+
+@pytest.mark.parametrize("snippet", found.fragments(), ids=name)
+def test_an_effect_of_the_documents_belongs_into_a_scene(snippet: Snippet, tmp_path: Path) -> None:
+    scene = tmp_path / "scene.toml"
+    bars = 2 if "engine_conventions" in snippet.document.name else 4 if SPRINGS in snippet.text else 5
+    scene.write_text(HOST.format(bars=bars) + snippet.text, encoding="utf-8")
+    said = command(f"barchain simulate {scene} --out {tmp_path / 'run.csv'}", tmp_path)
+    assert "run.csv" in said
+
+
+@pytest.mark.parametrize("snippet", found.whole_scenes(), ids=name)
+def test_a_scene_of_the_documents_can_be_simulated(snippet: Snippet, tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_text(snippet.text, encoding="utf-8")
+    assert "run.csv" in command("barchain simulate scene.toml --out run.csv", tmp_path)
+
+
+@pytest.mark.parametrize("snippet", found.plans(), ids=name)
+def test_a_plan_of_the_documents_has_known_keys(snippet: Snippet) -> None:
+    assert PlanFile.model_validate(tomllib.loads(snippet.text)).minutes > 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("snippet", found.scripts(), ids=name)
+def test_a_script_of_the_documents_runs(snippet: Snippet, tmp_path: Path) -> None:
+    text = snippet.text.replace('assert_conforms("mine")', 'assert_conforms("reference-fast")')
+    if "def test_" in text:
+        text += "\ntest_my_engine_conforms()\n"
+    script = tmp_path / "script.py"
+    script.write_text(text, encoding="utf-8")
+    run([sys.executable, str(script)], tmp_path, 0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("snippet", found.shell_commands(), ids=name)
+def test_a_command_of_the_documents_runs(snippet: Snippet, tmp_path: Path) -> None:
+    words = f"{snippet.text} {found.ways()['with_less'].get(snippet.text, '')}"
+    command(words, tmp_path)
+
+
+def test_a_page_of_the_gallery_compares_its_own_scene() -> None:
+    commands = [s for s in found.snippets() if found.of_gallery(s)]
+    assert sorted(s.text.removeprefix("barchain compare ") for s in commands) == sorted(
+        scene for scene in scene_names() if not scene.startswith("conform/")
+    )
+    assert not [fault(s.text.removeprefix("barchain "), whole=True) for s in commands if fault(s.text[9:], whole=True)]
+    assert all(load_scene(s.text.rsplit(maxsplit=1)[-1]) for s in commands)
+
+
+@pytest.mark.parametrize("shell", SHELLS)
+def test_completion_of_each_shell_is_printed(shell: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "barchain"],
+        env={**os.environ, "_BARCHAIN_COMPLETE": f"{shell}_source"}, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0
+    assert "barchain" in done.stdout
+
+
+def test_python_that_no_test_runs_can_be_parsed() -> None:
+    for each in found.snippets():
+        if each.language == "python":
+            ast.parse(each.text)
