@@ -17,6 +17,8 @@ WIDTH, HEIGHT = 300.0, 84.0
 LEFT, RIGHT, TOP, BOTTOM = 44.0, 6.0, 12.0, 16.0
 LEAST_RANGE = math.log(1.05)
 """Half of the axis at least: the least effect that is told of times"""
+HEAD = 4.0
+"""Half the height of the mark of a change, px"""
 MOST_CURVES = 12
 """Curves of a chart, those that moved most"""
 SAME = 0.05
@@ -93,11 +95,11 @@ def up(factor: float, half: float) -> float:
 
 
 def mark(step: int, nights: int) -> str:
-    """Mark of a night on which a figure changed: a dashed line below a triangle."""
+    """Mark of a night on which a figure changed, for better or worse: a dashed line below a diamond."""
     x = across(step, nights)
     return (
         f'<path class="step" d="M{x:.1f} {TOP:g}V{HEIGHT - BOTTOM:g}"/>'
-        f'<path class="head" d="M{x - 4:.1f} 2H{x + 4:.1f}L{x:.1f} {TOP - 2:g}Z"/>'
+        f'<path class="head" d="M{x:.1f} 0L{x + 4:.1f} {HEAD:g} {x:.1f} {2 * HEAD:g} {x - 4:.1f} {HEAD:g}Z"/>'
     )
 
 

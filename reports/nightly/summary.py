@@ -30,6 +30,12 @@ def summary(facts: NightlyFile) -> str:
     text = (
         templates()
         .get_template("nightly/summary.md.j2")
-        .render(facts=facts, rows=rows[:MOST_ROWS], more=max(len(rows) - MOST_ROWS, 0), seconds=seconds_words)
+        .render(
+            facts=facts,
+            rows=rows[:MOST_ROWS],
+            more=max(len(rows) - MOST_ROWS, 0),
+            most=MOST_ROWS,
+            seconds=seconds_words,
+        )
     )
     return text.strip() + "\n"

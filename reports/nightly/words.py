@@ -10,6 +10,7 @@ if TYPE_CHECKING:
 
     from reports.tables.nights.facts import AcceptanceEntry, ChangeEntry
 
+DIGITS = 8
 SIGNS = {"worse": "▲", "better": "▼", "changed": "△", "same": "·"}
 CLASSES = {"worse": "fail", "better": "pass", "changed": "gone", "same": "aside"}
 
@@ -19,6 +20,8 @@ class ChangeRow:
     """A change in words."""
 
     entry: ChangeEntry
+    was: str
+    became: str
     sign: str
     style: str
     factor: str
@@ -31,12 +34,18 @@ def change_rows(changes: Iterable[ChangeEntry]) -> list[ChangeRow]:
     """Rows of the table of changes."""
     return [
         ChangeRow(
-            change, SIGNS[change.direction], "aside" if change.accepted else CLASSES[change.direction],
+            change, shortened(change, change.was), shortened(change, change.became),
+            SIGNS[change.direction], "aside" if change.accepted else CLASSES[change.direction],
             factor_words(change), suspect_words(change), change.confirmed or "not tried",
             acceptance_words(change.accepted),
         )
         for change in changes
     ]  # fmt: skip
+
+
+def shortened(change: ChangeEntry, result: str) -> str:
+    """Result as a table shows it: of a digest the first digits, as of suspects."""
+    return result[:DIGITS] if change.kind == "bits" else result
 
 
 def factor_words(change: ChangeEntry) -> str:

@@ -21,8 +21,8 @@ MOST_CHANGES = 10
 @click.argument("night", metavar="[NIGHT]", default="latest", type=WORDS)
 @click.option("--change", "names", metavar="CHANGE", multiple=True, type=WORDS,
               help="Attribute this change: an id of `barchain history changes`, or the name of a figure. May be "
-                   "repeated; default: the changes of NIGHT with suspects, one for each scene, engine and set of "
-                   "suspects.")  # fmt: skip
+                   "repeated; default: the changes of NIGHT with suspects, one for each engine and set of suspects, "
+                   "bits and times apart.")  # fmt: skip
 @history_option
 def attribute_night(night: str, names: tuple[str, ...], url: str | None) -> None:
     """Find out whose change it was: runs with old and new states of each suspect, in fresh environments.
@@ -43,9 +43,7 @@ def attribute_night(night: str, names: tuple[str, ...], url: str | None) -> None
         if not chosen:
             say(f"{judged.night.name}: no change with a suspect that can be exchanged")
             return
-        found = attribute(store, judged, chosen, note=lambda text: say(f"  {text}", err=True))
-    for one in found:
-        show(one)
+        found = attribute(store, judged, chosen, note=lambda text: say(f"  {text}", err=True), told=show)
     if any(one.attribution.verdict == "not reproduced" for one in found):
         raise findings()
 

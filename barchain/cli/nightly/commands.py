@@ -32,7 +32,8 @@ FIGURE_HEADINGS = ("figure", "kind", "result", "unit", "interval", "rounding", "
 def history(ctx: click.Context) -> None:
     """Keep what nights measured: add result folders, show nights and their changes, follow a figure, export, prune.
 
-    Nights are those of `barchain history add`. docs/howto/history.md describes the figures and the rules of change.
+    Nights come from `barchain nightly` and `barchain history add`. docs/howto/history.md describes the figures and the
+    rules of change.
     """
     if ctx.invoked_subcommand is None:
         say(ctx.get_help())
@@ -145,7 +146,7 @@ def export(path: Path | None, single: Path | None, night: str, url: str | None) 
 
 
 @history.command("prune")
-@click.option("--keep-nights", "keep", metavar="N", type=click.IntRange(0, MOST_NIGHTS),
+@click.option("--keep-nights", "keep", metavar="N", type=click.IntRange(1, MOST_NIGHTS),
               help="Keep the last N nights, and remove the earlier ones.")  # fmt: skip
 @click.option("--older-than", "days", metavar="DAYS", type=RealNumber(0.0, MOST_DAYS),
               help="Remove nights that started more than this number of days ago; with --keep-nights none of the "

@@ -20,7 +20,7 @@ from barchain.cli.nightly.documents import (
     junit_option,
     write_documents,
 )
-from barchain.cli.nightly.options import history_option, opened
+from barchain.cli.nightly.options import exists, history_option, opened
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -84,8 +84,10 @@ def next_jobs(plan: NightPlan, url: str | None) -> tuple[NightJob, ...]:
     from barchain.nightly.plan.jobs import night_jobs  # noqa: PLC0415
     from barchain.nightly.running.night import leftovers  # noqa: PLC0415
 
-    with opened(url, create=True) as store:
-        last = last_run(store, plan.identity)
+    last = None
+    if exists(url):
+        with opened(url) as store:
+            last = last_run(store, plan.identity)
     return night_jobs(plan, last.turn + 1 if last else 0, leftovers(last))
 
 
@@ -94,13 +96,17 @@ def run_and_tell(
 ) -> None:
     """Run the night, write its documents, and end with the exit code of what it found."""
     from barchain.cli.common.result_folder import need_writable  # noqa: PLC0415
+    from barchain.nightly.history.location import default_url  # noqa: PLC0415
     from barchain.nightly.running.night import run_night  # noqa: PLC0415
 
     if junit is not None:
         need_writable(junit, "--junit")
+    new = not exists(url)
     with opened(url, create=True) as store:
         if baseline is not None:
             baseline_night(store, baseline)  # a wrong name is told before anything runs
+        if new:
+            say(f"history: begins in {url or default_url()}", err=True)
         with shown_progress() as progress:
             ended = run_night(plan, minutes, store, out, progress)
         facts = write_documents(store, ended.name, ended.folder, junit, baseline, fail_on)

@@ -36,3 +36,11 @@ def opened(url: str | None, *, create: bool = False) -> NightStore:
     from barchain.nightly.history.store import open_store  # noqa: PLC0415  # SQLAlchemy
 
     return open_store(url or default_url(), create=create)
+
+
+def exists(url: str | None) -> bool:
+    """Whether a history is there; a server counts as being there."""
+    from barchain.nightly.history.location import default_url, file_of, full_url  # noqa: PLC0415
+
+    path = file_of(full_url(url or default_url()))
+    return path is None or path.is_file()

@@ -42,10 +42,19 @@ class Attributed:
     """Why some suspects could not be exchanged"""
 
 
+def ignore_attributed(one: Attributed) -> None:
+    """Do nothing."""
+    del one
+
+
 def attribute(
-    store: NightStore, judged: JudgedNight, changes: Iterable[Change], note: Callable[[str], None] = ignore
+    store: NightStore,
+    judged: JudgedNight,
+    changes: Iterable[Change],
+    note: Callable[[str], None] = ignore,
+    told: Callable[[Attributed], None] = ignore_attributed,
 ) -> list[Attributed]:
-    """Attribute changes by real runs, and keep the results in the history.
+    """Attribute changes by real runs, and keep each result in the history as soon as it is there.
 
     Parameters
     ----------
@@ -55,20 +64,29 @@ def attribute(
     changes : iterable of Change
     note : callable
         Called with a sentence on each cell.
+    told : callable
+        Called with each attribution when it is there.
 
     Raises
     ------
     HistoryError
-        If a change can't be attributed; the message says why.
+        If changes can't be attributed, after all others were; the message has a line for each.
     """
     nights = {night.name: night for night in (*judged.compared_with, judged.night)}
-    found = []
+    found, faults = [], []
     with one_thread_each():
         for change in changes:
             with tempfile.TemporaryDirectory(dir=temporary_root(), ignore_cleanup_errors=True) as scratch:
-                one = attribute_change(change, nights[change.last], nights[change.since], Path(scratch), note)
+                try:
+                    one = attribute_change(change, nights[change.last], nights[change.since], Path(scratch), note)
+                except HistoryError as error:
+                    faults.append(str(error))
+                    continue
             keep_attribution(store, one.attribution)
+            told(one)
             found.append(one)
+    if faults:
+        raise HistoryError("\n".join(faults))
     return found
 
 

@@ -26,6 +26,8 @@ REPEATS = 3
 HALF = 0.5
 """A ratio shows a change if it moved by more than this part of the change, as a logarithm"""
 MINUTES = 0.2
+FINER = "finer"
+"""End of the quantities of runs at the finer setting"""
 STUDIES = {"cost": "cost", "stability": "stability"}
 
 
@@ -93,7 +95,10 @@ def command_of(identity: FigureIdentity) -> tuple[str, ...]:
     CellError
         If no command does, e.g. of a figure without engine.
     """
-    study = identity.quantity.partition(".")[0]
+    study, _, last = identity.quantity.rpartition(".")
+    study = study.partition(".")[0] or last
+    if last == FINER:
+        raise CellError(f"{identity.name}: belongs to a run at the finer setting, which no command makes by itself")
     if not identity.scene or not identity.engine:
         raise CellError(f"{identity.name}: belongs to no scene and engine, so that it can't be measured by itself")
     if study in STUDIES:

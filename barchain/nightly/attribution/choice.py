@@ -9,14 +9,13 @@ from barchain.nightly.attribution.swaps import swaps_of
 from barchain.nightly.history.changes.model import Direction
 from barchain.nightly.history.changes.suspects import suspicion
 from barchain.nightly.history.model.figures import FigureKind
+from barchain.nightly.telling.facts import OWN
 
 if TYPE_CHECKING:
     from barchain.nightly.history.changes.judging import JudgedNight
     from barchain.nightly.history.changes.model import Change
 
 ORDER = (FigureKind.ERROR, FigureKind.VERDICT, FigureKind.COUNT, FigureKind.VALUE, FigureKind.BITS, FigureKind.RATIO)
-OWN = {FigureKind.BITS, FigureKind.RATIO, FigureKind.MEMORY}
-"""Kinds that errors do not stand for"""
 
 
 def worth_attributing(judged: JudgedNight, most: int) -> list[Change]:

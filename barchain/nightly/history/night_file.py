@@ -50,7 +50,7 @@ def read_night_file(path: Path) -> Night:
         found = json.loads(path.read_text("utf-8"))
         if not isinstance(found, dict) or found.pop("format", None) != FORMAT:
             raise HistoryError(
-                f"{path}: is no file of a night; `barchain history export NIGHT.json --night NIGHT` makes one"
+                f"{path}: is no file of a night; `barchain history export --json FILE --night NIGHT` makes one"
             )
         return night_of(found)
     except OSError as error:

@@ -127,7 +127,7 @@ def comparison_arguments(part: ComparisonTable, turn: int) -> tuple[tuple[str, .
     settings = []
     for engine, given in part.settings.items():
         choose_setting(engine, given)
-        settings += [f"{engine}:{key}={value!r}" for key, value in given.items()]
+        settings += [f"{engine}:{key}={int(value) if value.is_integer() else value!r}" for key, value in given.items()]
     return ("compare", *chosen, *each("--set", settings), *limit(part)), 0
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from scenarios.text import check_text
 from scenarios.toml.effect_tables import Positive, Table
@@ -12,6 +12,8 @@ from scenarios.toml.effect_tables import Positive, Table
 MOST_NAME, MOST_PARTS, MOST_NAMES = 40, 20, 500
 MOST_MINUTES = 1440.0
 MOST_BARS = 1000
+LOGS = "logs"
+"""Folder of the logs of a night's parts"""
 NAMED = r"^[a-z0-9][a-z0-9-]*$"
 DEFAULT_MINUTES = 15.0
 
@@ -39,6 +41,22 @@ class PartTable(Table):
     name: PartName = Field(description="name of the part and of its folder; small letters, digits and hyphens")
     share: Positive = Field(1.0, description="share of the night's time, relative to the shares of the other parts")
 
+    @field_validator("name")
+    @classmethod
+    def folder_of_its_own(cls, name: str) -> str:
+        """Reject the name of the folder beside the parts' folders."""
+        if name == LOGS:
+            raise ValueError(f"{name!r} given, which is the folder of the night's logs; allowed: another name")
+        return name
+
+    @field_validator("scenes", "engines", check_fields=False)
+    @classmethod
+    def some(cls, names: object) -> object:
+        """Reject an empty list, which would mean the default, and not nothing."""
+        if names == ():
+            raise ValueError("an empty list given; allowed: names, or no such key for the default")
+        return names
+
 
 class ScenesTable(PartTable):
     """Part that runs engines on scenes."""
@@ -59,6 +77,16 @@ class ComparisonTable(ScenesTable):
     scenes_of_study = ("paper/*", "basics/*")
 
     settings: Settings = Field({}, description="accuracy by engine, e.g. exudyn = { steps_per_orbit = 2000 }")
+
+    @model_validator(mode="after")
+    def settings_of_its_engines(self) -> ComparisonTable:
+        """Reject settings of engines that the part does not run."""
+        others = [name for name in self.settings if self.engines and name not in self.engines]
+        if others:
+            raise ValueError(
+                f"settings of {', '.join(others)} given, allowed: engines of the part, {', '.join(self.engines)}"
+            )
+        return self
 
 
 class CostTable(ScenesTable):

@@ -14,6 +14,7 @@ from barchain.nightly.history.folders.reading import found_in, night_here, night
 from barchain.nightly.history.model.environment import capture
 from barchain.nightly.history.runs import last_run
 from barchain.nightly.plan.jobs import NightJob, night_jobs
+from barchain.nightly.plan.tables import LOGS
 from barchain.nightly.run_facts import NightRun, PartResult, PartState
 from barchain.nightly.running.alarm import alarm_test, together
 from barchain.nightly.running.budget import LEAST_S, MEASURED, fitting, limit_s, pace_s, working_time_s
@@ -41,7 +42,6 @@ if TYPE_CHECKING:
     from barchain.nightly.plan.loading import NightPlan
 
 LOCK = ".night.lock"
-LOGS = "logs"
 TIMED = frozenset({"cost", "scaling"})
 """Studies that plan with a budget of time"""
 

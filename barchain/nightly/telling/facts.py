@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import math
 from collections import Counter
 from dataclasses import asdict
 from typing import TYPE_CHECKING
@@ -26,7 +27,7 @@ from reports.tables.nights.facts import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from barchain.nightly.history.changes.accepted import Acceptance
     from barchain.nightly.history.changes.judging import JudgedNight
@@ -38,6 +39,8 @@ if TYPE_CHECKING:
 
 VERSIONED = ("engine:", "library:", "python")
 COMPARISON_VERDICT = "verdict"
+OWN = frozenset({FigureKind.BITS, FigureKind.RATIO, FigureKind.MEMORY})
+"""Kinds whose changes are attributed by themselves"""
 
 
 def night_facts(
@@ -71,13 +74,13 @@ def night_facts(
     def entry(change: Change) -> ChangeEntry:
         return change_entry(change, nights, accepting(change, accepted, now), (confirmed or {}).get(change.id, ""))
 
-    tonight = tuple(entry(change) for change in judged.tonight)
-    standing = tuple(e for e in map(entry, still_holding(judged)) if e.accepted is None)
+    tonight = tuple(sorted(standing_for(map(entry, judged.tonight)), key=weight))
+    standing = tuple(sorted((e for e in map(entry, still_holding(judged)) if e.accepted is None), key=weight))
     night = judged.night
     return NightlyFile(
         sentence=opening(
             tonight, judged=judged.judged, earlier=len(judged.compared_with), void=night.void,
-            complete=night.complete, baseline=baseline,
+            complete=night.complete, baseline=baseline, standing=len(standing),
         ),
         night=night_entry(night),
         against=against(judged, baseline),
@@ -87,6 +90,26 @@ def night_facts(
         standing=standing,
         run=run_entry(run),
     )  # fmt: skip
+
+
+def standing_for(changes: Iterable[ChangeEntry]) -> Iterator[ChangeEntry]:
+    """Changes, each with the attribution of one of the same engine and suspects, for which that one stands.
+
+    Bits and times stand for themselves alone, as in :func:`barchain.nightly.attribution.choice.worth_attributing`.
+    """
+    every = list(changes)
+    known = {(c.engine, c.suspects): c.confirmed for c in every if c.confirmed and c.kind not in OWN}
+    for change in every:
+        found = "" if change.kind in OWN else known.get((change.engine, change.suspects), "")
+        yield change if change.confirmed or not found else change.model_copy(update={"confirmed": found})
+
+
+def weight(change: ChangeEntry) -> tuple[bool, bool, int, bool, float]:
+    """Place of a change in a table: what needs a look first, verdicts before numbers, large factors before small."""
+    factor = abs(math.log(change.factor)) if change.factor else math.inf
+    direction = ("worse", "better", "changed").index(change.direction)
+    is_verdict = change.kind == FigureKind.VERDICT
+    return not change.irreproducible, change.accepted is not None, direction, not is_verdict, -factor
 
 
 def still_holding(judged: JudgedNight) -> list[Change]:

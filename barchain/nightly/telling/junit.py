@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
     from pathlib import Path
 
-    from junitparser.junitparser import FinalResult as Result
-
     from barchain.nightly.history.model.figures import Figure
     from reports.tables.nights.facts import ChangeEntry, NightlyFile
 
@@ -53,7 +51,7 @@ def junit_text(facts: NightlyFile, figures: Iterable[Figure], fail_on: str = "wo
     document.add_testsuite(plan_suite(facts))
     cells = by_engine(figures)
     changes: dict[tuple[str, str], list[ChangeEntry]] = defaultdict(list)
-    for change in facts.changes:
+    for change in (*facts.changes, *facts.standing):
         changes[change.engine or NO_ENGINE, change.scene or NO_SCENE].append(change)
         cells[change.engine or NO_ENGINE].setdefault(change.scene or NO_SCENE, [])
     for engine in sorted(cells):
@@ -65,8 +63,9 @@ def junit_text(facts: NightlyFile, figures: Iterable[Figure], fail_on: str = "wo
     document.update_statistics()  # type: ignore[no-untyped-call]
     root = ElementTree.fromstring(document.tostring())  # type: ignore[no-untyped-call]
     root.attrib.pop("skipped", None)  # which the schema of Jenkins does not know here
+    ElementTree.indent(root)
     text: bytes = ElementTree.tostring(root, "utf-8", xml_declaration=True)
-    return text
+    return text + b"\n"
 
 
 def by_engine(figures: Iterable[Figure]) -> dict[str, dict[str, list[Figure]]]:
@@ -80,7 +79,8 @@ def by_engine(figures: Iterable[Figure]) -> dict[str, dict[str, list[Figure]]]:
 def plan_suite(facts: NightlyFile) -> TestSuite:
     """Suite of the parts of the plan: a void night, and a part that failed or was left, are errors."""
     suite = TestSuite(PLAN)
-    night = TestCase("night", PLAN, round(facts.night.duration_s, 3))
+    parts_s = sum(part.duration_s for part in facts.run.parts) if facts.run else 0.0
+    night = TestCase("night", PLAN, round(max(facts.night.duration_s - parts_s, 0.0), 3))  # the rest: times add up
     if facts.night.void:
         night.result = [Error(plain_text(facts.night.void), "void")]
     suite.add_testcase(night)
@@ -97,19 +97,23 @@ def plan_suite(facts: NightlyFile) -> TestSuite:
 def cell_case(
     engine: str, scene: str, figures: Sequence[Figure], changes: Sequence[ChangeEntry], failing: set[str]
 ) -> TestCase:
-    """Case of one engine in one scene: failures for changes, skipped if the engine does not support the scene."""
+    """Case of one engine in one scene: a failure for its changes, skipped if the engine does not support the scene."""
     case = TestCase(scene, engine)
-    results: list[Result] = [
-        Failure(plain_text(failure_words(change)), change.direction)
-        for change in changes
-        if change.direction in failing and change.accepted is None
-    ]
-    if results:
-        case.result = results
+    told = [change for change in changes if change.direction in failing and change.accepted is None]
+    if told:
+        case.result = [failure(told)]
     elif figures and all(figure.missing or figure.word == UNSUPPORTED for figure in figures):
         reason = next((figure.reason for figure in figures if figure.reason), result_words(figures[0]))
         case.result = [Skipped(plain_text(reason))]
     return case
+
+
+def failure(changes: Sequence[ChangeEntry]) -> Failure:
+    """One failure for all changes of a case: readers of JUnit count failures and cases alike."""
+    more = f", and {len(changes) - 1} more" if len(changes) > 1 else ""
+    found = Failure(plain_text(failure_words(changes[0]) + more), changes[0].direction)
+    found.text = plain_text("\n".join(map(failure_words, changes)))
+    return found
 
 
 def failure_words(change: ChangeEntry) -> str:

@@ -15,7 +15,14 @@ MOST_CAUSES = 3
 
 
 def opening(
-    changes: Sequence[ChangeEntry], *, judged: int, earlier: int, void: str | None, complete: bool, baseline: str = ""
+    changes: Sequence[ChangeEntry],
+    *,
+    judged: int,
+    earlier: int,
+    void: str | None,
+    complete: bool,
+    baseline: str = "",
+    standing: int = 0,
 ) -> str:
     """Sentence on a night.
 
@@ -32,6 +39,8 @@ def opening(
     complete : bool
     baseline : str
         Name of the one night that it was judged against.
+    standing : int
+        Changes of earlier nights for the worse that still hold.
     """
     if void:
         return f"This night is void: {void}."
@@ -43,7 +52,7 @@ def opening(
     wild = sum(change.irreproducible for change in told)
     tame = plain([change for change in told if not change.irreproducible], since, judged)
     quiet = "" if wild else f"Nothing changed{since} among {judged} figures."
-    said = (wild_words(wild), tame or quiet, accepted_words(len(changes) - len(told)))
+    said = (wild_words(wild), tame or quiet, accepted_words(len(changes) - len(told)), standing_words(standing))
     return " ".join(part for part in said if part) + ending
 
 
@@ -53,6 +62,12 @@ def wild_words(count: int) -> str:
         return ""
     runs = f"{amount(count, 'run').capitalize()} {'is' if count == 1 else 'are'} not reproducible"
     return f"{runs}: the same sources, versions and machine class gave other bits."
+
+
+def standing_words(count: int) -> str:
+    """Sentence on changes of earlier nights that still hold; empty without any."""
+    noun = amount(count, "earlier change").capitalize()
+    return f"{noun} for the worse still {'holds' if count == 1 else 'hold'}." if count else ""
 
 
 def accepted_words(count: int) -> str:
@@ -95,6 +110,9 @@ def cause(change: ChangeEntry) -> str:
     if len(change.suspects) == 1:
         (only,) = change.suspects
         return f"since {only.name} {only.after or '(gone)'}".rstrip()
+    if len(change.suspects) == 2:
+        first, second = change.suspects
+        return f"with the suspects {first.name} and {second.name}"
     if change.suspects:
         return f"with {amount(len(change.suspects))} suspects"
     return "with unknown cause" if change.unknown else "without a change of any part"

@@ -150,13 +150,13 @@ class NightlyFile(Entry):
 
     @property
     def worse(self) -> bool:
-        """Whether the night tells a change for the worse that nobody accepted."""
-        return self.counts.worse > 0
+        """Whether a figure is worse, since tonight or an earlier night, and nobody accepted the change."""
+        return self.counts.worse > 0 or bool(self.standing)
 
     @property
     def differs(self) -> bool:
-        """Whether the night tells any change that nobody accepted."""
-        return self.counts.worse + self.counts.better + self.counts.changed > 0
+        """Whether a figure is worse, or changed tonight in any way, and nobody accepted the change."""
+        return self.worse or self.counts.better + self.counts.changed > 0
 
 
 def read_nightly(path: Path) -> NightlyFile:

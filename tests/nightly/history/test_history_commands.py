@@ -71,7 +71,10 @@ def test_export_and_prune_say_how_much(filled: Path, tmp_path: Path, capsys: pyt
         ("prune --keep-nights -1", "--keep-nights"),
         ("prune --older-than nan", "nan given"),
         ("list --history mysql://somewhere/x", "no such kind of address; allowed: a path"),
-        ("list --history nowhere/history.sqlite", "no history there; `barchain history add DIR` begins one"),
+        (
+            "list --history nowhere/history.sqlite",
+            "no history there; `barchain nightly` and `barchain history add DIR` begin one",
+        ),
         ("list --history postgresql://me:secret@127.0.0.1:1/x", "me:***@127.0.0.1:1"),
         ("export --parquet nowhere/all.parquet", "there is no folder nowhere"),
         ("add .", "no results there"),

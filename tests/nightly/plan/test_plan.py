@@ -6,10 +6,12 @@ import shlex
 from typing import TYPE_CHECKING
 
 import pytest
+from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 
 from adapters.registry import UnknownEngineError
+from barchain.cli.main import cli
 from barchain.nightly.plan.items import tonights, tonights_faults, tonights_seed
 from barchain.nightly.plan.jobs import night_jobs
 from barchain.nightly.plan.loading import PlanError, load_plan
@@ -49,6 +51,10 @@ def test_the_shipped_plan_has_every_part_that_a_night_needs() -> None:
     [
         ('[[comparison]]\nname = "core"\nscene = ["paper/fig05"]', "did you mean scenes"),
         ('[[comparisons]]\nname = "core"', "did you mean comparison"),
+        ('[[comparison]]\nname = "logs"', "folder of the night's logs"),
+        (f"{CORE}scenes = []", "empty list"),
+        (f"{CORE}engines = []", "empty list"),
+        (f'{CORE}engines = ["pymunk"]\nsettings = {{ exudyn = {{ steps_per_orbit = 2000 }} }}', "engines of the part"),
         ('[[comparison]]\nname = "Core!"', "name"),
         (f"{CORE}share = -1", "greater than 0"),
         (f"{CORE}{CORE}", "more than once"),
@@ -144,6 +150,14 @@ def test_each_job_tells_the_command_that_repeats_it(tmp_path: Path) -> None:
     )
     (job,) = night_jobs(plan_of(tmp_path, text), 0, {})
     assert shlex.split(job.shown(tmp_path)) == [
-        "barchain", "compare", "--engine", "exudyn", "--set", "exudyn:steps_per_orbit=500.0", "paper/fig05", "--out",
+        "barchain", "compare", "--engine", "exudyn", "--set", "exudyn:steps_per_orbit=500", "paper/fig05", "--out",
         str(tmp_path),
     ]  # fmt: skip
+
+
+def test_the_list_of_a_night_s_commands_makes_no_history(tmp_path: Path) -> None:
+    history = tmp_path / "below" / "history.sqlite"
+    done = CliRunner().invoke(cli, ["nightly", "--list", "--history", str(history)])
+    assert done.exit_code == 0
+    assert "barchain selftest" in done.output
+    assert not history.parent.exists()

@@ -118,10 +118,24 @@ def test_an_accepted_change_is_shown_as_such_and_does_not_fail(history: str, tmp
 def test_an_earlier_change_for_the_worse_stands_until_it_is_mended(history: str, tmp_path: Path) -> None:
     add(history, usual(number=0), usual(2.0, number=1), usual(2.0, number=2))
     code, facts = report(history, tmp_path / "out")
-    assert code == 0
+    assert code == 1
+    assert facts.sentence.endswith("One earlier change for the worse still holds.")
     assert [c.quantity for c in facts.standing] == ["attitude.max"]
-    add(history, usual(1.0, number=3))
-    assert report(history, tmp_path / "out")[1].standing == ()
+    assert "attitude.max" in (tmp_path / "out" / "summary.md").read_text("utf-8")
+    assert sum(suite.failures for suite in JUnitXml.fromfile(str(tmp_path / "out" / "junit.xml"))) == 1
+    add(history, usual(number=3, parts=NEWER))
+    code, facts = report(history, tmp_path / "out")
+    assert code == 0
+    assert facts.standing == ()
+
+
+def test_an_earlier_change_for_the_worse_no_longer_fails_once_it_is_accepted(history: str, tmp_path: Path) -> None:
+    add(history, usual(number=0), usual(2.0, number=1), usual(2.0, number=2))
+    with open_store(history) as store:
+        accept(store, change_named(judge(store), error().identity.name), "Ada", "fewer steps on purpose")
+    code, facts = report(history, tmp_path / "out")
+    assert code == 0
+    assert facts.standing == ()
 
 
 def test_junit_agrees_with_the_schema_of_jenkins(history: str, tmp_path: Path) -> None:
@@ -154,7 +168,7 @@ def test_the_page_loads_nothing_and_shows_no_markup_of_the_data(history: str, tm
 def test_a_baseline_is_a_night_or_a_file_that_the_user_keeps(history: str, tmp_path: Path) -> None:
     first = usual(number=0)
     add(history, first, usual(2.0, number=1, parts=NEWER), usual(2.0, number=2, parts=NEWER))
-    assert report(history, tmp_path / "out")[0] == 0
+    assert report(history, tmp_path / "out")[1].changes == ()
     code, facts = report(history, tmp_path / "out", "--baseline", first.name)
     assert (code, facts.against.baseline) == (1, first.name)
     write_night(first, tmp_path / "release.json")
@@ -187,3 +201,21 @@ def test_the_exported_baseline_of_the_command_line_can_be_used(history: str, tmp
     first = ["history", "export", "--json", path, "--night", "2026-01-01", "--history", history]
     assert CliRunner().invoke(cli, first).exit_code == 0
     assert report(history, tmp_path / "out", "--baseline", path)[0] == 1
+
+
+def test_a_case_of_several_changes_has_one_failure_and_the_times_add_up(history: str, tmp_path: Path) -> None:
+    add(history, usual(number=0), run=RUN)
+    add(history, night(error(3e-5), verdict("inconsistent"), number=1, parts=NEWER), run=RUN)
+    report(history, tmp_path / "out")
+    found = JUnitXml.fromfile(str(tmp_path / "out" / "junit.xml"))
+    suites = {suite.name: suite for suite in found}
+    assert suites["mujoco"].failures == len(list(suites["mujoco"])) == 1
+    (case,) = suites["mujoco"]
+    assert "verdict" in case.result[0].message
+    assert "attitude.max" in case.result[0].text
+
+
+def test_a_verdict_that_is_worse_comes_first_in_the_table(history: str, tmp_path: Path) -> None:
+    add(history, usual(number=0), night(error(3e-5), verdict("inconsistent"), bits("11"), number=1, parts=NEWER))
+    _, facts = report(history, tmp_path / "out")
+    assert [c.kind for c in facts.changes][:2] == ["verdict", "error"]

@@ -45,7 +45,8 @@ def said(*changes: ChangeEntry, **more: Any) -> str:
         ),
         (
             (change(suspects=(MUJOCO, NUMPY)),) * 2,
-            "Two figures of 900 changed tonight, all for the worse; both with two suspects.",
+            "Two figures of 900 changed tonight, all for the worse; both with the suspects engine:mujoco and "
+            "library:numpy.",
         ),
         (
             (change(confirmed="confirmed: engine:mujoco 3.2.7 → 4.0.0"),),

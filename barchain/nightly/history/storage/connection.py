@@ -50,7 +50,7 @@ def connected(given: str, *, create: bool) -> Engine:
     url = full_url(given)
     path = file_of(url)
     if path is not None and not create and not path.is_file():
-        raise HistoryError(f"{path}: no history there; `barchain history add DIR` begins one")
+        raise HistoryError(f"{path}: no history there; `barchain nightly` and `barchain history add DIR` begin one")
     if path is not None and create:
         path.resolve().parent.mkdir(parents=True, exist_ok=True)
     with told(given):
