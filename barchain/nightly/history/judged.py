@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import sqlalchemy as sa
 
 from barchain.nightly.history.changes.accepted import Acceptance, acceptance_of, accepting
-from barchain.nightly.history.changes.judging import STEPPED, judge_night
+from barchain.nightly.history.changes.judging import STEPPED, comparable, judge_night
 from barchain.nightly.history.changes.model import Direction
 from barchain.nightly.history.changes.times import FALSE_ALARMS, WINDOW
 from barchain.nightly.history.faults import HistoryError
@@ -27,7 +27,9 @@ if TYPE_CHECKING:
     from barchain.nightly.history.store import NightStore
 
 RECENT_NIGHTS = 30
-"""Nights over which deterministic figures are followed; times and memory need more"""
+"""Last nights over which deterministic figures are followed night by night; times and memory need more"""
+KEPT_NIGHTS = 50
+"""Of the earlier nights every 50th from the first on is followed too, so that no slow change goes unseen"""
 COLUMNS = ("figure", "was", "became", "value", "word", "since", "who", "accepted", "reason", "until")
 
 
@@ -52,12 +54,14 @@ def judge(
     """
     chosen, every = store.summary(name), store.nights()
     until = [night.number for night in every].index(chosen.number) + 1
-    nights = every[max(until - WINDOW, 0) : until]
+    before = list(every[:until])
+    if chosen.void is None:
+        before = comparable(before)  # first: nights of other machines must not push those of this one out
     settled = [kind for kind in FigureKind if kind not in STEPPED]
-    series = (
-        *load(store, nights[-recent:], kinds=settled),
-        *load(store, nights, kinds=STEPPED),
-    )
+    followed = [*before[:-recent:KEPT_NIGHTS], *before[-recent:]]
+    stepped = before[-WINDOW:]
+    series = (*load(store, followed, kinds=settled), *load(store, stepped, kinds=STEPPED))
+    nights = sorted({night.number: night for night in (*followed, *stepped)}.values(), key=before.index)
     return judge_night(series, nights, false_alarms)
 
 

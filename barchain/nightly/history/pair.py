@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from barchain.nightly.history.changes.judging import JudgedNight, judge_night
+from barchain.nightly.history.changes.judging import STEPPED, JudgedNight, judge_night
+from barchain.nightly.history.changes.model import Change, Direction
+from barchain.nightly.history.changes.vanished import SAMPLED
+from barchain.nightly.history.model.figures import Figure
 from barchain.nightly.history.model.series_model import FigureSeries, NightSummary
 
 if TYPE_CHECKING:
-    from barchain.nightly.history.model.figures import Figure, FigureIdentity, Night
+    from barchain.nightly.history.model.figures import FigureIdentity, Night
 
 
 def judge_pair(before: Night, after: Night) -> JudgedNight:
     """Judge a night against one other.
 
-    Times and memory need many nights, so that a baseline tells nothing of them. Figures that only one of both has are
-    not judged.
+    Times and memory need many nights, so that a baseline tells nothing of them. A figure of the baseline that a
+    complete night of the same plan lacks is a change for the worse.
 
     Parameters
     ----------
@@ -31,7 +35,24 @@ def judge_pair(before: Night, after: Night) -> JudgedNight:
     series = tuple(
         FigureSeries(identity, tuple(n for n, _ in own), tuple(f for _, f in own)) for identity, own in found.items()
     )
-    return judge_night(series, nights)
+    judged = judge_night(series, nights)
+    gone = tuple(lost(one, nights) for one in series if is_lost(one, nights))
+    return replace(judged, changes=(*judged.changes, *gone), tonight=(*judged.tonight, *gone))
+
+
+def is_lost(series: FigureSeries, nights: tuple[NightSummary, NightSummary]) -> bool:
+    """Whether a figure of the baseline should be there again, and is not."""
+    before, after = nights
+    alone = series.nights == (before,) and not series.figures[0].missing
+    rotates = series.identity.quantity.startswith(SAMPLED) or series.identity.kind in STEPPED
+    return alone and not rotates and before.plan == after.plan and after.complete
+
+
+def lost(series: FigureSeries, nights: tuple[NightSummary, NightSummary]) -> Change:
+    """Change of a figure that is gone."""
+    was, reason = series.figures[0], "not measured, though the baseline of the same plan has it"
+    now = Figure(series.identity, reason=reason, depends=was.depends)
+    return Change(series.identity, was, now, nights[0].name, nights[1].name, Direction.WORSE, reason)
 
 
 def summary_of(night: Night, number: int) -> NightSummary:

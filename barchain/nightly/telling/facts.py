@@ -9,6 +9,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from barchain.nightly.history.changes.accepted import accepting
+from barchain.nightly.history.changes.levels import is_worse
 from barchain.nightly.history.changes.model import Direction, result_words
 from barchain.nightly.history.changes.suspects import state_words, suspicion
 from barchain.nightly.history.model.figures import FigureKind
@@ -113,14 +114,19 @@ def weight(change: ChangeEntry) -> tuple[bool, bool, int, bool, float]:
 
 
 def still_holding(judged: JudgedNight) -> list[Change]:
-    """Changes for the worse of earlier nights that no later change of the same figure followed.
+    """Last change for the worse of each figure on an earlier night, if the figure is still worse than before it.
 
     A run that was not reproducible is an event of its night, and no state that holds.
     """
-    latest = {change.identity: change for change in judged.changes}
+    now = {change.identity: change.now for change in sorted(judged.changes, key=lambda c: c.since)}
+    latest = {
+        change.identity: change
+        for change in sorted(judged.changes, key=lambda c: c.since)
+        if change.direction is Direction.WORSE and not change.irreproducible
+        if change.now is now[change.identity] or is_worse(change.was, now[change.identity])
+    }
     told = {change.id for change in judged.tonight}
-    worse = (c for c in latest.values() if c.direction is Direction.WORSE and not c.irreproducible)
-    return [c for c in worse if c.id not in told]
+    return [change for change in latest.values() if change.id not in told]
 
 
 def change_entry(

@@ -77,7 +77,10 @@ def accepting(change: Change, known: Iterable[Acceptance], at: datetime.datetime
 
 
 def covers(acceptance: Acceptance, change: Change, at: datetime.datetime) -> bool:
-    """Whether an acceptance covers a change: it has not ended, and the figure is where it was accepted.
+    """Whether an acceptance covers a change: it has not ended, and the figure has been where it was accepted since.
+
+    A change whose earlier value is of a night after the accepted one is another change, though it may lead to the same
+    value.
 
     A time, or memory, is there if its step is: the same night, or a factor within the least effect. Any other figure is
     there by the rule of its kind.
@@ -86,7 +89,7 @@ def covers(acceptance: Acceptance, change: Change, at: datetime.datetime) -> boo
         return False
     if change.identity.kind in STEPPED:
         return same_step(acceptance, change)
-    return same_result(acceptance, change.now)
+    return change.last < acceptance.since and same_result(acceptance, change.now)
 
 
 def same_step(acceptance: Acceptance, change: Change) -> bool:

@@ -50,11 +50,14 @@ def level_changes(series: FigureSeries) -> tuple[Change, ...]:
     """
     found: list[Change] = []
     level: Figure | None = None
+    known: Figure | None = None  # the last level that was not missing
     left_out = 0
     for k, now in enumerate(series.figures):
         left_out = left_out + 1 if now.not_run else 0
         if 0 < left_out < PATIENCE or (level is None and now.not_run):
             continue
+        if level is not None and level.missing and known is not None and is_worse(known, now):
+            level = known  # a figure that comes back worse than it was has not become better
         judged = compared(level, now) if level is not None else None
         if level is None:
             level = now
@@ -64,7 +67,16 @@ def level_changes(series: FigureSeries) -> tuple[Change, ...]:
                 Change(series.identity, level, now, last, since, judged.direction, judged.reason, judged.factor)
             )
             level = now
+        known = known if level.missing else level
     return tuple(found)
+
+
+def is_worse(was: Figure, now: Figure) -> bool:
+    """Whether a figure that is there is worse than an earlier one."""
+    if was.missing or now.missing or was.identity.kind not in RULES:
+        return False
+    judged = compared(was, now)
+    return judged is not None and judged.direction is Direction.WORSE
 
 
 def same_changes(series: FigureSeries) -> tuple[Change, ...]:

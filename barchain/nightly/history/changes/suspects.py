@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from barchain.nightly.history.model.figures import REQUIREMENTS
+
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
@@ -54,7 +56,10 @@ def suspicion(change: Change, nights: Mapping[str, NightSummary]) -> Suspicion:
 
 
 def differing(last: NightSummary, since: NightSummary, depends: Iterable[str]) -> tuple[Suspect, ...]:
-    """Parts of some names that differ between two nights."""
+    """Parts of some names that differ between two nights.
+
+    Requirements of an engine whose own distribution differs came with it, and are no suspect beside it.
+    """
     found = []
     for name in sorted(depends):
         before, after = last.part_named.get(name), since.part_named.get(name)
@@ -62,7 +67,13 @@ def differing(last: NightSummary, since: NightSummary, depends: Iterable[str]) -
             continue
         if before is None or after is None or before.differs(after):
             found.append(Suspect(name, before, after))
-    return tuple(found)
+    engines = {rest(one.name) for one in found if one.name.startswith("engine:")}
+    return tuple(one for one in found if not (one.name.startswith(REQUIREMENTS) and rest(one.name) in engines))
+
+
+def rest(name: str) -> str:
+    """Name of a part without its kind."""
+    return name.partition(":")[2]
 
 
 def comparable(before: NightPart | None, after: NightPart | None) -> bool:
@@ -76,5 +87,8 @@ def state_words(part: NightPart | None, other: NightPart | None) -> str:
     """State of a part beside another one."""
     if part is None:
         return "(none)"
+    if part.name.startswith(REQUIREMENTS) and other is not None:
+        own, others = part.version.split(", "), other.version.split(", ")
+        return ", ".join(each for each in own if each not in others) or part.digest[:8]
     alike = other is not None and part.version == other.version
     return part.digest[:8] if alike or not part.version else part.version

@@ -1,4 +1,4 @@
-"""Figures that are gone: measured on each of the last nights of the same plan, and not on this one."""
+"""Figures that are gone: measured on two nights of the same plan in a row, and on none since."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SAMPLED = ("stability.", "selftest.", "campaign.")
 
 
 def vanished(series: Sequence[FigureSeries], nights: Sequence[NightSummary]) -> tuple[Change, ...]:
-    """Figures that the last of some nights lacks; none of an incomplete night.
+    """Figures that the last of some nights lacks, since the first night without them; none of an incomplete night.
 
     Parameters
     ----------
@@ -30,21 +30,24 @@ def vanished(series: Sequence[FigureSeries], nights: Sequence[NightSummary]) -> 
     if not nights or not nights[-1].complete:
         return ()
     tonight = nights[-1]
-    before = [night for night in nights[:-1] if night.plan == tonight.plan and night.complete][-NIGHTS:]
-    if len(before) < NIGHTS:
-        return ()
-    expected, found = {night.number for night in before}, []
+    plan = [night for night in nights if night.plan == tonight.plan and night.complete]
+    found = []
     current = [one for one in series if one.nights and one.nights[-1].number == tonight.number]
     not_run, done = {place(one) for one in current if one.figures[-1].not_run}, {subject(one) for one in current}
     for one in series:
         if place(one) in not_run or (one.identity.quantity.startswith(SAMPLED) and subject(one) not in done):
             continue
         there = {night.number: figure for night, figure in zip(one.nights, one.figures, strict=True)}
-        if expected <= set(there) and tonight.number not in there and not there[before[-1].number].missing:
-            was = there[before[-1].number]
-            reason = f"not measured, though each of the last {NIGHTS} nights of this plan had it"
+        had = [k for k, night in enumerate(plan) if night.number in there]
+        last = had[-1] if had else len(plan)
+        if last + 1 >= len(plan) or last + 1 < NIGHTS or had[-NIGHTS:] != [*range(last + 1 - NIGHTS, last + 1)]:
+            continue
+        was = there[plan[last].number]
+        if not was.missing:
+            reason = f"not measured, though each of the {NIGHTS} nights of this plan before had it"
             now = Figure(one.identity, reason=reason, depends=was.depends)
-            found.append(Change(one.identity, was, now, before[-1].name, tonight.name, Direction.WORSE, reason))
+            since = plan[last + 1].name
+            found.append(Change(one.identity, was, now, plan[last].name, since, Direction.WORSE, reason))
     return tuple(found)
 
 

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 MACHINE = "machine"
+REQUIREMENTS = "requirements:"
+"""Beginning of the name of the part of all that an engine's distribution requires"""
 """Name of the part that stands for the machine class"""
 MOST_COUNT = 2.0**53
 """Largest count that a double holds exactly"""

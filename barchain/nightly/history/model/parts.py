@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from adapters.registry import engines, find_engine
-from barchain.nightly.history.model.figures import MACHINE, FigureKind, NightPart
+from barchain.nightly.history.model.checked_text import MOST_TEXT
+from barchain.nightly.history.model.figures import MACHINE, REQUIREMENTS, FigureKind, NightPart
 from barchain.nightly.history.model.identity import content_digest
 from barchain.record.environment import package_version
 from barchain.record.sources import DIGITS, digest_of
@@ -66,6 +67,7 @@ def installed_parts(names: Iterable[str], scenes: Iterable[str], environment: En
             found[adapter] = NightPart(adapter, own, digest_of(adapter.replace(":", "s.")))
         for part, name in distributions_of(registration).items():
             found[part] = distribution_part(part, name)
+        found |= {part.name: part for part in map(requirements_part, requiring(registration))}
     for scene in scenes:
         found |= {part.name: part for part in scene_parts(scene)}
     return tuple(found.values())
@@ -145,6 +147,7 @@ def depends_on(scene: str, engine: str, kind: FigureKind, anchor: str = "") -> t
         registration = known_engine(name)
         if registration is not None:
             found |= {SHARED, *adapters_of(registration), *distributions_of(registration)}
+            found |= {f"{REQUIREMENTS}{name}" for name in requiring(registration)}
     if scene:
         found.add(scene_part(scene))
     if kind in JUDGED:
@@ -172,6 +175,50 @@ def distributions_of(registration: Registration) -> dict[str, str]:
     compiled = registration.needs_compiler or registration.requires == COMPILER
     found = {f"engine:{name}": name for name in names - {COMPILER}}
     return found | ({library(COMPILER): COMPILER} if compiled else {})
+
+
+def requiring(registration: Registration) -> tuple[str, ...]:
+    """Distributions of an engine that require others, which are a part of their own."""
+    own = distributions_of(registration)
+    return tuple(name for part, name in own.items() if part.startswith("engine:") and required_by(name))
+
+
+@cache
+def requirements_part(name: str) -> NightPart:
+    """All distributions that an engine's distribution requires, as one part: pip exchanges them with the engine."""
+    found = {each: f"{package_version(each)} {contents_digest(each)}" for each in sorted(required_by(name))}
+    versions = ", ".join(f"{each} {package_version(each)}" for each in found)
+    return NightPart(f"{REQUIREMENTS}{name}", versions[:MOST_TEXT], content_digest(found)[:DIGITS])
+
+
+@cache
+def required_by(distribution: str) -> frozenset[str]:
+    """Names of the installed distributions that a distribution requires here, directly or through others.
+
+    Libraries that are parts by themselves are left out.
+    """
+    from packaging.requirements import Requirement  # noqa: PLC0415
+    from packaging.utils import canonicalize_name  # noqa: PLC0415
+
+    found: set[str] = set()
+    ahead = [distribution]
+    while ahead:
+        for line in requirements(ahead.pop()):
+            wanted = Requirement(line)
+            name = canonicalize_name(wanted.name)
+            used = wanted.marker is None or wanted.marker.evaluate({"extra": ""})
+            if used and name not in found and package_version(name):
+                found.add(name)
+                ahead.append(name)
+    return frozenset(found - {COMPILER, *LIBRARIES})
+
+
+def requirements(distribution: str) -> list[str]:
+    """Lines of an installed distribution's requirements; none if it is not installed."""
+    try:
+        return metadata.requires(distribution) or []
+    except metadata.PackageNotFoundError:
+        return []
 
 
 def library(name: str) -> str:

@@ -1,0 +1,93 @@
+"""No regression is lost: not over many nights, not behind other machines, gaps, partial repairs or old acceptances."""
+
+from __future__ import annotations
+
+import datetime
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import pytest
+
+from barchain.nightly.history.changes.accepted import acceptance_of, covers
+from barchain.nightly.history.judged import judge
+from barchain.nightly.history.pair import judge_pair
+from barchain.nightly.history.store import open_store
+from barchain.nightly.telling.facts import still_holding
+from tests.nightly.history.synthetic import error, night, verdict
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from barchain.nightly.history.store import NightStore
+
+LATER = datetime.datetime(2100, 1, 1, tzinfo=datetime.UTC)
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[NightStore]:
+    with open_store(str(tmp_path / "history.sqlite"), create=True) as opened:
+        yield opened
+
+
+def standing(store: NightStore) -> list[str]:
+    judged = judge(store)
+    return [
+        change.identity.quantity for change in (*judged.tonight, *still_holding(judged)) if change.direction == "worse"
+    ]
+
+
+def test_a_drift_below_rounding_on_every_night_is_told_in_the_end(store: NightStore) -> None:
+    for k in range(60):
+        store.add(night(error(1e-5 * (1.0 + 0.005 * k), tolerance=1e-6), number=k))
+    assert standing(store) == ["attitude.max"]
+
+
+def test_nights_of_another_machine_do_not_push_those_of_this_one_out(store: NightStore) -> None:
+    store.add(night(verdict(), number=0))
+    other = night(verdict(), number=1)
+    other = replace(other, environment=replace(other.environment, cpu="another processor"))
+    for k in range(1, 36):
+        moved = night(verdict(), number=k)
+        store.add(replace(moved, environment=other.environment))
+    store.add(night(verdict("inconsistent"), number=36))
+    assert standing(store) == ["verdict"]
+
+
+def test_a_figure_that_comes_back_worse_after_a_gap_is_worse(store: NightStore) -> None:
+    store.add(night(error(1e-5), number=0))
+    store.add(night(error(None, reason="NaN"), number=1))
+    store.add(night(error(1e-2), number=2))
+    assert standing(store) == ["attitude.max"]
+    assert judge(store).tonight[0].was.value == 1e-5
+
+
+def test_a_small_repair_does_not_end_a_large_regression(store: NightStore) -> None:
+    for k, value in enumerate((1e-5, 1e-2, 0.9e-2, 0.9e-2)):
+        store.add(night(error(value), number=k))
+    assert standing(store) == ["attitude.max"]
+    store.add(night(error(1e-5), number=4))
+    assert standing(store) == []
+
+
+def test_a_regression_stands_longer_than_the_nights_that_are_followed_one_by_one(store: NightStore) -> None:
+    for k in range(40):
+        store.add(night(verdict("pass" if k < 3 else "inconsistent"), number=k))
+    assert standing(store) == ["verdict"]
+
+
+def test_an_acceptance_ends_when_the_figure_moves_away(store: NightStore) -> None:
+    for k, word in enumerate(("pass", "inconsistent")):
+        store.add(night(verdict(word), number=k))
+    (first,) = judge(store).tonight
+    kept = acceptance_of(first, "Ada", LATER, "known")
+    assert covers(kept, first, LATER)
+    for k, word in enumerate(("pass", "inconsistent"), start=2):
+        store.add(night(verdict(word), number=k))
+    (again,) = judge(store).tonight
+    assert not covers(kept, again, LATER)
+
+
+def test_a_figure_that_a_baseline_of_the_same_plan_has_may_not_be_gone() -> None:
+    before, after = night(error(), verdict(), number=0), night(verdict(), number=1)
+    assert [change.identity.quantity for change in judge_pair(before, after).tonight] == ["attitude.max"]
