@@ -65,7 +65,7 @@ def load(
 ) -> tuple[FigureSeries, ...]:
     """Series over the given nights."""
     order = {night.number: k for k, night in enumerate(known)}
-    chosen: ColumnElement[bool] = figures.c.night_id.between(min(order, default=0), max(order, default=-1))
+    chosen: ColumnElement[bool] = figures.c.night_id.in_(order)
     if kinds:
         chosen &= series.c.kind.in_([str(kind) for kind in kinds])
     if numbers is not None:
@@ -73,8 +73,7 @@ def load(
     found: dict[FigureIdentity, list[tuple[int, Figure]]] = defaultdict(list)
     with told(store.given), store.engine.connect() as connection:
         for night, figure in read_figures(connection, chosen):
-            if night in order:
-                found[figure.identity].append((order[night], figure))
+            found[figure.identity].append((order[night], figure))
     return tuple(
         FigureSeries(identity, tuple(known[k] for k, _ in own), tuple(figure for _, figure in own))
         for identity, own in ((i, sorted(pairs, key=lambda pair: pair[0])) for i, pairs in found.items())

@@ -11,7 +11,7 @@ from barchain.nightly.history.storage.tables import figures, series, texts
 from barchain.nightly.history.storage.vocabulary import CHUNK, depends_of, depends_text, identity_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 
     from sqlalchemy import ColumnElement, Connection
 
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 NUMBERS = ("value", "low", "high", "tolerance")
 WORDS = ("word", "trajectory", "reason")
+FIGURE_COLUMNS = ("series_id", *NUMBERS, *(f"{name}_id" for name in WORDS), "depends_id")
+"""Columns of a figure that are the same on every night on which the figure is the same"""
 
 
 def figure_rows(
@@ -52,24 +54,35 @@ def read_figures(connection: Connection, chosen: ColumnElement[bool]) -> list[tu
     chosen : ColumnElement
         Condition on the tables of figures and series.
     """
-    query = sa.select(figures).join(series).where(chosen).order_by(figures.c.series_id, figures.c.night_id)
-    rows = connection.execute(query).all()
-    own = {row.series_id for row in rows}
-    identities = {row.id: identity_of(row) for row in chunked(connection, series, own)}
-    used = {number for row in rows for number in (row.word_id, row.trajectory_id, row.reason_id, row.depends_id)}
+    columns = [getattr(figures.c, name) for name in FIGURE_COLUMNS]
+    query = sa.select(figures.c.night_id, *columns).join(series).where(chosen)
+    rows = connection.execute(query.order_by(figures.c.series_id, figures.c.night_id)).all()
+    made = figures_of(connection, {row[1:] for row in rows})
+    return [(row[0], made[row[1:]]) for row in rows]
+
+
+def figures_of(connection: Connection, rows: Set[tuple[Any, ...]]) -> dict[tuple[Any, ...], Figure]:
+    """Figure of each row of :data:`FIGURE_COLUMNS`. Most figures are the same on many nights, and are made once."""
+    identities = {row.id: identity_of(row) for row in chunked(connection, series, {row[0] for row in rows})}
+    used = {number for row in rows for number in row[-4:]}
     words: dict[int | None, str] = {row.id: row.text for row in chunked(connection, texts, used - {None})}
     words[None] = ""
-    depends = {number: depends_of(words[number]) for number in {row.depends_id for row in rows}}
-    return [
-        (
-            row.night_id,
-            Figure(
-                identities[row.series_id], row.value, words[row.word_id], row.low, row.high, row.tolerance,
-                words[row.trajectory_id], depends[row.depends_id], words[row.reason_id],
-            ),
+    depends = {number: depends_of(words[number]) for number in {row[-1] for row in rows}}
+    return {
+        row: Figure(
+            identities[number],
+            value,
+            words[word],
+            low,
+            high,
+            tolerance,
+            words[trajectory],
+            depends[depending],
+            words[reason],
         )
         for row in rows
-    ]  # fmt: skip
+        for number, value, low, high, tolerance, word, trajectory, reason, depending in (row,)
+    }
 
 
 def chunked(connection: Connection, table: sa.Table, numbers: Iterable[int | None]) -> Iterable[Any]:
