@@ -73,10 +73,20 @@ def is_file(path: Path) -> bool:
         return False
 
 
+def is_folder(path: Path) -> bool:
+    """Whether a folder is there."""
+    try:
+        return path.is_dir()
+    except OSError:
+        return False
+
+
 def missing(path: Path, folders: Sequence[Path]) -> str:
     """Words on a scene that is not there, with the nearest one."""
     if path.suffix == ".toml":
         return "no such file"
+    if is_folder(path):
+        return "a folder without scenes, which are files that end with .toml"
     beside = path.with_name(f"{path.name}.toml") if path.name else path
     match = str(beside) if is_file(beside) else nearest_scene(str(path), scene_names(folders))
     meant = f" (did you mean {visible(match)}?)" if match else ""

@@ -33,7 +33,7 @@ class SecondMomentLoad:
 
     def load(self, x: float, y: float, angle: float, bar: BarProperties) -> Load:
         """Accelerations of one bar at (x, y) m from the centre of the body."""
-        return *self.field.second_moment(x, y, cos(angle), sin(angle), bar.inertia / bar.mass), 0.0
+        return *self.field.second_moment(x, y, cos(angle), sin(angle), bar.inertia_kg_m2 / bar.mass_kg), 0.0
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class SlenderLoad:
         """Accelerations of each bar."""
         del rates
         return [
-            slender(self.mu, frame.x + x, frame.y + y, a, bar.half)
+            slender(self.mu, frame.x + x, frame.y + y, a, bar.half_length_m)
             for (x, y, a), bar in zip(positions, self.bars, strict=True)
         ]
 

@@ -42,14 +42,18 @@ class DragLoad:
         kappa = (c * px + s * py) / (r * drag.scale_height_m)
         turn = drag.rotation_rad_s
         wx, wy, w = frame.vx + vx + turn * py, frame.vy + vy - turn * px, w - turn
-        across, along, length = c * wy - s * wx, c * wx + s * wy, 2.0 * bar.half
+        across, along, length = c * wy - s * wx, c * wx + s * wy, 2.0 * bar.half_length_m
         i2, i4 = length**3 / 12.0, length**5 / 80.0
         k = -0.5 * width * density * copysign(1.0, across)
         normal = k * drag.normal_coefficient * (across * (length * across - 2.0 * kappa * i2 * w) + i2 * w * w)
         tangent = k * drag.tangential_coefficient * along * (length * across - kappa * i2 * w)
         square = i2 * across * across + i4 * w * w
         torque = k * drag.normal_coefficient * (2.0 * i2 * across * w - kappa * square)
-        return (tangent * c - normal * s) / bar.mass, (tangent * s + normal * c) / bar.mass, torque / bar.inertia
+        return (
+            (tangent * c - normal * s) / bar.mass_kg,
+            (tangent * s + normal * c) / bar.mass_kg,
+            torque / bar.inertia_kg_m2,
+        )
 
     def faces(self, frame: FrameState, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[bool]:
         """Face of each bar that is exposed to the air."""

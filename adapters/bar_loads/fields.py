@@ -92,7 +92,7 @@ class FieldLoad:
         c, s = cos(angle), sin(angle)
         spin = self.field.spin(x0 + x, y0 + y, c, s)
         if self.spread:
-            dx, dy = self.field.second_moment(x0 + x, y0 + y, c, s, bar.inertia / bar.mass)
+            dx, dy = self.field.second_moment(x0 + x, y0 + y, c, s, bar.inertia_kg_m2 / bar.mass_kg)
             ax, ay = ax + dx, ay + dy
         return ax, ay, spin
 

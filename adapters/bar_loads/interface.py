@@ -38,12 +38,10 @@ class FrameState(NamedTuple):
 class BarProperties(NamedTuple):
     """Mass properties of one bar."""
 
-    mass: float
-    """kg"""
-    inertia: float
-    """About its centre, kg m²"""
-    half: float
-    """Half its length, m"""
+    mass_kg: float
+    inertia_kg_m2: float
+    """About its centre"""
+    half_length_m: float
 
 
 class BarLoad(Protocol):
@@ -75,7 +73,7 @@ def bars_of(chain: Chain) -> list[BarProperties]:
     Returns
     -------
     list of BarProperties
-        Mass (kg), moment of inertia about the centre (kg m²), half length (m).
+        With `mass_kg`, `inertia_kg_m2` about the centre, and `half_length_m`.
     """
     return [
         BarProperties(m, J, 0.5 * length)

@@ -19,7 +19,7 @@ class SpringLoad:
 
     def __init__(self, bars: list[BarProperties], springs: JointSpringDamper) -> None:
         """Springs of a scene."""
-        self.inertia = [bar.inertia for bar in bars]
+        self.inertia = [bar.inertia_kg_m2 for bar in bars]
         self.stiff = list(zip(springs.stiffness_N_m_rad, springs.rest_rad, strict=True))
 
     def torques(self, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[float]:

@@ -21,7 +21,7 @@ class SunlightLoad:
         """Light of a scene."""
         self.light = light
         areas = zip(bars, light.width_m, strict=True)
-        self.weight = [light.pressure_Pa * width * 2.0 * bar.half / bar.mass for bar, width in areas]
+        self.weight = [light.pressure_Pa * width * 2.0 * bar.half_length_m / bar.mass_kg for bar, width in areas]
 
     def sun(self, t_s: float) -> tuple[float, float]:
         """Unit vector to the Sun."""

@@ -71,8 +71,8 @@ def end_force_load(where: Thrust | Impulse, size: float, angle: float, bar: BarP
     """Accelerations by a force of `size` (or jumps by an impulse) on the end of a bar at `angle`."""
     aim = where.direction_rad + (angle if where.axes is Axes.BODY else 0.0)
     fx, fy = size * cos(aim), size * sin(aim)
-    torque = where.end.sign * bar.half * (cos(angle) * fy - sin(angle) * fx)
-    return fx / bar.mass, fy / bar.mass, torque / bar.inertia
+    torque = where.end.sign * bar.half_length_m * (cos(angle) * fy - sin(angle) * fx)
+    return fx / bar.mass_kg, fy / bar.mass_kg, torque / bar.inertia_kg_m2
 
 
 def sum_of_loads(a: Load, b: Load) -> Load:

@@ -46,7 +46,7 @@ class DartChain(JointTree):
         """Make the skeleton; `loads` of another frame put the joint coordinates into that frame."""
         super().__init__(scene, loads)
         self.skeleton, self.bodies = skeleton_of(self.bars)
-        self.centres = [np.array([bar.half, 0.0, 0.0]) for bar in self.bars]
+        self.centres = [np.array([bar.half_length_m, 0.0, 0.0]) for bar in self.bars]
         self.force, self.torque = np.zeros(3), np.zeros(3)
 
     def put(self, angle: Sequence[float], loads: Sequence[Load]) -> None:
@@ -59,8 +59,8 @@ class DartChain(JointTree):
         force, torque, columns = self.force, self.torque, (self.bodies, self.centres, angle, self.bars, loads)
         for body, centre, a, bar, (ax, ay, spin) in zip(*columns, strict=True):
             c, s = cos(a), sin(a)
-            force[0], force[1] = bar.mass * (c * ax + s * ay), bar.mass * (c * ay - s * ax)
-            torque[2] = bar.inertia * spin
+            force[0], force[1] = bar.mass_kg * (c * ax + s * ay), bar.mass_kg * (c * ay - s * ax)
+            torque[2] = bar.inertia_kg_m2 * spin
             body.addExtForce(force, centre, True, True)
             body.addExtTorque(torque, True)
 

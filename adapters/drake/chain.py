@@ -56,7 +56,7 @@ class DrakeChain(JointTree):
         self.applied = [ExternallyAppliedSpatialForce() for _ in self.bars]
         for j, (force, bar) in enumerate(zip(self.applied, self.bars, strict=True)):
             force.body_index = self.plant.GetBodyByName(f"bar{j + 1}").index()
-            force.p_BoBq_B = [bar.half, 0.0, 0.0]
+            force.p_BoBq_B = [bar.half_length_m, 0.0, 0.0]
         self.forces_port = self.plant.get_applied_spatial_force_input_port()
         self.accelerations_port = self.plant.get_generalized_acceleration_output_port()
         self.joint_forces_port = self.plant.get_reaction_forces_output_port()
@@ -68,7 +68,7 @@ class DrakeChain(JointTree):
         del angle
         row, spatial_force = self.row, self.spatial_force
         for force, bar, (ax, ay, spin) in zip(self.applied, self.bars, loads, strict=True):
-            row[2], row[3], row[4] = bar.inertia * spin, bar.mass * ax, bar.mass * ay
+            row[2], row[3], row[4] = bar.inertia_kg_m2 * spin, bar.mass_kg * ax, bar.mass_kg * ay
             force.F_Bq_W = spatial_force(row)
         self.forces_port.FixValue(self.context, self.applied)
 

@@ -76,7 +76,7 @@ class AppliedEffects:
         rates = list(tree_rates(q, data.qvel.tolist(), self.bars)) if self.effect_loads.of_rates else []
         self.check_faces(frame, positions, rates)
         self.applied[:] = [
-            (bar.mass * ax, bar.mass * ay, 0.0, 0.0, 0.0, bar.inertia * spin)
+            (bar.mass_kg * ax, bar.mass_kg * ay, 0.0, 0.0, 0.0, bar.inertia_kg_m2 * spin)
             for bar, (ax, ay, spin) in zip(self.bars, self.effect_loads(frame, positions, rates), strict=True)
         ]
 
@@ -102,7 +102,7 @@ def apply_impulses(model: Any, data: Any, chain: Chain, impulses: Sequence[Impul
     bars, q_t = bars_of(chain), data.qvel.copy()
     data.qvel = 0.0
     data.xfrc_applied[1:] = [
-        (bar.mass * x, bar.mass * y, 0.0, 0.0, 0.0, bar.inertia * turn)
+        (bar.mass_kg * x, bar.mass_kg * y, 0.0, 0.0, 0.0, bar.inertia_kg_m2 * turn)
         for bar, (x, y, turn) in zip(bars, impulse_jumps(bars, impulses, angle), strict=True)
     ]
     with installed(None):

@@ -58,8 +58,12 @@ class PinocchioChain(JointTree):
         row, force = self.row, self.pin.Force
         for j, (a, bar, (ax, ay, spin)) in enumerate(zip(angle, self.bars, loads, strict=True)):
             c, s = cos(a), sin(a)
-            across = bar.mass * (c * ay - s * ax)
-            row[0], row[1], row[5] = bar.mass * (c * ax + s * ay), across, bar.inertia * spin + bar.half * across
+            across = bar.mass_kg * (c * ay - s * ax)
+            row[0], row[1], row[5] = (
+                bar.mass_kg * (c * ax + s * ay),
+                across,
+                bar.inertia_kg_m2 * spin + bar.half_length_m * across,
+            )
             self.forces[FIRST + j] = force(row)
 
     def forward(self, q: Array, q_t: Array) -> Array:

@@ -47,9 +47,9 @@ def cost(
 ) -> None:  # fmt: skip
     """Measure errors and run times of every setting of every engine.
 
-    SCENEs are names or files; default: those of paper/. Errors are against the certified solution. Exits with 1 if an
-    engine fails at all of its settings in a scene, if an engine that was named runs in none of the scenes, or if
-    nothing is measured.
+    SCENEs are names, files or folders; default: those of paper/. Errors are against the certified solution. Exits with
+    1 if an engine fails at all of its settings in a scene, if an engine that was named runs in none of the scenes, or
+    if nothing is measured.
     """
     from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
     from barchain.studies.cost.study import CostOptions, CostStudy  # noqa: PLC0415  # statistics no other command needs

@@ -48,8 +48,8 @@ def selftest(
 ) -> None:  # fmt: skip
     """Insert known faults into an engine, and show which check detects each.
 
-    SCENEs are names or files; default: eight short scenes. Exits with 1 if a fault is detected by no check, or if a
-    check rejects the unmodified engine.
+    SCENEs are names, files or folders; default: eight short scenes. Exits with 1 if a fault is detected by no check, or
+    if a check rejects the unmodified engine.
 
     With --random N: draw N scenes, judge engines on them, and insert faults into some. Exits with 1 if a fault is
     missed that is larger than the verdict's own limit of detection, or if more than 0.5 % of the verdicts on

@@ -48,8 +48,8 @@ def stability(
 ) -> None:  # fmt: skip
     """Run every engine on every hard scene at three settings, and classify its stability.
 
-    SCENEs are names or files; default: all of hard/ but those tagged huge. Exits with 1 if a form of the reference is
-    not stable in a well-posed scene, or if an outcome differs from the recorded one.
+    SCENEs are names, files or folders; default: all of hard/ but those tagged huge. Exits with 1 if a form of the
+    reference is not stable in a well-posed scene, or if an outcome differs from the recorded one.
     """
     from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
     from barchain.studies.stability.study import StabilityStudy  # noqa: PLC0415  # what no other command needs

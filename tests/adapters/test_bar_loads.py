@@ -245,7 +245,7 @@ def test_blows_at_one_instant_add():
     one = Impulse(1, End.LEFT, Axes.INERTIAL, 0.5, 4.0, 0.0)
     single, double = impulse_jumps(bars, [one], [0.1] * 4), impulse_jumps(bars, [one, one], [0.1] * 4)
     assert np.array(double) == pytest.approx(2.0 * np.array(single))
-    assert single[0][2] == pytest.approx(-bars[0].half * 4.0 * math.sin(0.5 - 0.1) / bars[0].inertia)
+    assert single[0][2] == pytest.approx(-bars[0].half_length_m * 4.0 * math.sin(0.5 - 0.1) / bars[0].inertia_kg_m2)
     assert single[1:] == [(0.0, 0.0, 0.0)] * 3
 
 

@@ -79,7 +79,7 @@ class JointTree(ABC):
         if self.effect_loads is None:
             self.loads.move_to(x, y)
             load = self.loads.load
-            loads = [load(px, py, a, bar.half) for (px, py, a), bar in zip(positions, self.bars, strict=True)]
+            loads = [load(px, py, a, bar.half_length_m) for (px, py, a), bar in zip(positions, self.bars, strict=True)]
         else:
             rates = list(tree_rates(q, q_t, self.bars)) if self.effect_loads.of_rates else []
             loads = self.effect_loads(FrameState(x, y, vx, vy, t_s, self.inside_s), positions, rates)

@@ -19,6 +19,20 @@ def shipped_scene_names() -> list[str]:
     return sorted(p.relative_to(f).with_suffix("").as_posix() for f in folders for p in f.rglob("*.toml"))
 
 
+CORE = ("paper", "basics")
+"""Folders of the core suite, which can be named as one"""
+
+
+def scenes_of(given: str) -> list[str]:
+    """Scenes that a word on the command line stands for: a folder's scenes, those of the core suite, or itself."""
+    folder, every = given.rstrip("/"), shipped_scene_names()
+    wanted = CORE if folder == "core" else (folder,)
+    found = [name for name in every if name.rpartition("/")[0] in wanted]
+    if given not in every and not found:
+        found = sorted(str(file) for file in Path(given).glob("*.toml"))
+    return found or [given]
+
+
 class SceneType(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.5 on
     """Name of a scene that comes with barchain, or path of a scene file."""
 
@@ -26,7 +40,9 @@ class SceneType(click.ParamType):  # type: ignore[type-arg]  # generic from clic
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:  # noqa: ARG002
         """Names that begin with `incomplete`; the shell's own files if none does."""
-        names = [CompletionItem(n) for n in shipped_scene_names() if n.startswith(incomplete)]
+        every = shipped_scene_names()
+        folders = {n.rpartition("/")[0] for n in every} if param.nargs == -1 else ()
+        names = [CompletionItem(n) for n in (*sorted(folders), *every) if n.startswith(incomplete)]
         return names or [CompletionItem(incomplete, type="file")]
 
 

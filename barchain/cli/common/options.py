@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from barchain.cli.common.names import ENGINE, SCENE
+from barchain.cli.common.names import ENGINE, SCENE, scenes_of
 from barchain.cli.common.numbers import MINUTES, MOST_REPEATS, MOST_WORKERS, POSITIVE_SECONDS, WORDS, NamedPath
 from barchain.cli.common.settings import FORM, SETTING
 from barchain.execution.executors import chosen_executor
@@ -24,8 +24,15 @@ OWN_PAGE = "Write tables and a page into this folder."
 WORKERS = "Run N runs side by side; default: as many as there are cores."
 
 scene_argument = click.argument("scene", metavar="SCENE", type=SCENE)
-optional_scenes = click.argument("scenes", metavar="[SCENE]...", nargs=-1, type=SCENE)
-required_scenes = click.argument("scenes", metavar="SCENE...", nargs=-1, required=True, type=SCENE)
+
+
+def expanded(_ctx: click.Context, _param: click.Parameter, given: tuple[str, ...]) -> tuple[str, ...]:
+    """Scenes with those of each named folder in its place."""
+    return tuple(dict.fromkeys(name for word in given for name in scenes_of(word)))
+
+
+optional_scenes = click.argument("scenes", metavar="[SCENE]...", nargs=-1, type=SCENE, callback=expanded)
+required_scenes = click.argument("scenes", metavar="SCENE...", nargs=-1, required=True, type=SCENE, callback=expanded)
 
 set_option = click.option(
     "--set", "settings", multiple=True, metavar=FORM, type=SETTING,

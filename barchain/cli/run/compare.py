@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from barchain.cli.common.exit_codes import findings
+from barchain.cli.common.names import scenes_of
 from barchain.cli.common.numbers import NamedPath
 from barchain.cli.common.options import (
     engine_option,
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
     from barchain.nightly.history.model.figures import Night
     from scenarios import Scene
 
-CORE = ("paper/", "basics/")
 LOOK = "comparison"
 OUT = "Write report and tables into this folder."
 PATIENT = f"; a run for the judging solution after {SOLUTION_PATIENCE:g} times that"
@@ -65,9 +65,10 @@ def compare(
 ) -> None:
     """Compare engines on the SCENEs that you name, and write a report.
 
-    SCENEs are names or files. Exits with 1 if a comparison fails, if a scene's reference solution could not be run, or
-    if an engine that was named, or had several scenes to do, was compared on none. `barchain crossval` does the same
-    for a fixed set of scenes and engines, and asks for more.
+    SCENEs are names, files, or folders of scenes such as `paper`, `hard` or your own; `core` is the core suite. Exits
+    with 1 if a comparison fails, if a scene's reference solution could not be run, or if an engine that was named, or
+    had several scenes to do, was compared on none. `barchain crossval` does the same for a fixed set of scenes and
+    engines, and asks for more.
     """
     from scenarios import load_scene  # noqa: PLC0415
 
@@ -92,9 +93,9 @@ def crossval(tag: str | None, out: Path, **options: Any) -> None:
     Exits with 1 where `barchain compare` does, and also for each scene that no engine with independent physics passes.
     """
     from barchain.cli.run.scenes import tagged  # noqa: PLC0415
-    from scenarios import load_scene, scene_names  # noqa: PLC0415
+    from scenarios import load_scene  # noqa: PLC0415
 
-    core = [load_scene(name) for name in scene_names() if name.startswith(CORE)]
+    core = [load_scene(name) for name in scenes_of("core")]
     chosen = core if tag is None else tagged(core, tag)
     if not compare_and_render(chosen, None, out, need_external=True, **options).passed:
         raise findings()
