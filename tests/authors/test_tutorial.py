@@ -8,6 +8,7 @@ import re
 import pytest
 
 from barchain import engine as kit
+from barchain import load_scene
 from tests.structure.product import ROOT
 
 TUTORIAL = (ROOT / "docs/tutorials/your_own_engine.md").read_text(encoding="utf-8")
@@ -35,4 +36,6 @@ def test_every_statement_in_the_tutorial_is_in_the_package(shown: str) -> None:
 def test_every_helper_in_the_tutorials_last_table_is_public() -> None:
     rows = ROW.findall(TUTORIAL)
     assert len(rows) == 7
-    assert {name for row in rows for name in re.findall(r"`(\w+)`", row)} <= set(kit.__all__)
+    named = {name for row in rows for name in re.findall(r"`(\w+)`", row)}
+    (bar, *_) = kit.bars_of(load_scene("basics/two_bars_free").chain)
+    assert named <= {*kit.__all__, *bar._fields}
