@@ -96,6 +96,7 @@ SHOTS = (
     Shot("cost", "report/cost.html", "section.scene .grid", 700),
     Shot("effects", INDEX, "#effects ~ .scene .grid, #effects ~ .grid", 700),
     Shot("roundoff", INDEX, "#roundoff ~ .grid", 700),
+    Shot("releases", "releases-mujoco/releases.html", ".grid", 700),
     Shot("stability", "stability/stability.html", ".matrix", 900),
 )
 

@@ -10,6 +10,7 @@ from pictures.record.certified import certified_rows
 from pictures.record.comparison import comparison_rows, version_rows
 from pictures.record.cost import cost_rows
 from pictures.record.files import note_run, write_table
+from pictures.record.releases import STUDIED, releases_rows
 from pictures.record.stability import stability_rows
 from pictures.report import report_pictures
 from pictures.runs import engine_options, run_barchain
@@ -92,6 +93,18 @@ def run_cost(options: Options) -> None:
     note_run("cost", record)
 
 
+def run_releases(options: Options) -> None:
+    """Measure all releases of seven engines; a quiet machine is needed for the times."""
+    rows: list[dict[str, object]] = []
+    for engine, first in STUDIED.items():
+        options.tell(engine)
+        run_barchain(options.work, "releases", engine, "--from", first, "--out", f"releases-{engine}")
+        own, record = releases_rows(options.work / f"releases-{engine}")
+        rows += own
+        note_run(f"releases-{engine}", record)
+    write_table("releases", rows)
+
+
 def draw_report(options: Options) -> None:
     """Run the studies that the README shows, and take pictures of their pages."""
     run_barchain(options.work, "crossval", "--out", REPORT)
@@ -112,6 +125,7 @@ STAGES = (
     Stage("comparison", "record of all engines in all scenes with a certified solution that judges", run_comparison),
     Stage("stability", "record of the stability study", run_stability),
     Stage("cost", "record of accuracy and cost; needs a quiet machine", run_cost),
+    Stage("releases", "record of the releases of seven engines; needs a quiet machine", run_releases),
     Stage("report", "pictures of the report for the README", draw_report),
     Stage("pages", "pages of the gallery and of the engines, and their charts", write_pages),
 )

@@ -13,6 +13,7 @@ from pictures.pages.engine_page import engine_page, page_file
 from pictures.pages.index_pages import ENGINES_INDEX, FAMILIES, engines_index, gallery_index
 from pictures.pages.libraries import LIBRARIES
 from pictures.pages.record import Measured
+from pictures.pages.releases import RELEASES_PAGE, releases_page
 from pictures.pages.scene_page import page_of, scene_page
 from pictures.paths import GALLERY, IMAGES
 from reports.tables.writing import write_atomically
@@ -62,7 +63,8 @@ def pages() -> dict[Path, str]:
     found = {page_of(s.name): scene_page(s, alt_of(picture_file(s.name)), measured) for s in scenes}
     found |= {page_file(library): engine_page(library, measured) for library in LIBRARIES}
     found |= {GALLERY / "index.md": gallery_index(scenes), ENGINES_INDEX: engines_index()}
-    return found | {COST_PAGE: cost_page(COST_PAGE.read_text(encoding="utf-8"), measured)}
+    found[COST_PAGE] = cost_page(COST_PAGE.read_text(encoding="utf-8"), measured)
+    return found | {RELEASES_PAGE: releases_page(RELEASES_PAGE.read_text(encoding="utf-8"), measured)}
 
 
 def charts() -> dict[Path, str]:

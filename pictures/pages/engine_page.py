@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from pictures.pages.docstrings import paragraphs
 from pictures.pages.libraries import LIBRARIES, Library
 from pictures.pages.record import rows
+from pictures.pages.releases import library_releases
 from pictures.pages.scene_page import document, link, page_of
 from pictures.pages.words import errors, outcome_text, short, stability_text, table
 from pictures.paths import DOCS, ENGINE_PAGES
@@ -48,7 +49,8 @@ def engine_page(library: Library, measured: Measured) -> str:
         stability=stability(library, measured),
         runs=measured.runs,
         cost_scene=COST_SCENE,
-        releases=releases(library, page),
+        releases=library_releases(library, measured),
+        releases_page=link(page, document("releases.md")),
         stability_page=link(page, DOCS / "studies" / "stability.md"),
     )
 
@@ -215,10 +217,3 @@ def ratio(row: Row) -> str:
         return "–" if row["cost"] is None else ""
     sign = "≤ " if row["status"] == "at most" else ""
     return f"{sign}×{short(row['over_baseline'])}"
-
-
-def releases(library: Library, page: Path) -> str:
-    """Link to the study of releases, if it names the library; empty otherwise."""
-    path = document("releases.md")
-    named = any(d in path.read_text(encoding="utf-8") for d in (library.title, *library.distributions))
-    return link(page, path) if named and library.distributions else ""

@@ -66,6 +66,11 @@ class Measured:
         return read_table("reach")
 
     @cached_property
+    def releases(self) -> pd.DataFrame:
+        """Releases of seven engines."""
+        return read_table("releases")
+
+    @cached_property
     def runs(self) -> dict[str, Row]:
         """Facts of the runs behind the tables."""
         return read_runs()

@@ -33,9 +33,15 @@ COLUMNS = {
     "reach": (
         "scene", "engine", "target", "status", "cost", "over_baseline", "over_baseline_low", "over_baseline_high",
     ),
+    "releases": (
+        "engine", "version", "released", "state", "reason", "digits", "verdicts", "wheel_MB", "import_s", "at", "ratio",
+    ),
 }  # fmt: skip
 """Columns of each table; numbers have three digits"""
-WORDS = ("scene", "engine", "source", "setting", "outcome", "reason", "stability", "against", "status", "version")
+WORDS = (
+    "scene", "engine", "source", "setting", "outcome", "reason", "stability", "against", "status", "version",
+    "released", "state", "digits", "verdicts", "at",
+)  # fmt: skip
 RUNS = "runs.json"
 FACTS = ("barchain", "created", "command", "seconds", "environment", "packages")
 

@@ -1,0 +1,128 @@
+"""Tables of the studies of releases, from the record: one of each library, and one of all for their page."""
+
+from __future__ import annotations
+
+import re
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from pictures.pages.record import rows
+from pictures.pages.words import SIGNS, outcome_text, short, table
+from pictures.paths import ENGINE_PAGES
+from reports.tables.nights.releases import ReleaseState
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from pictures.pages.libraries import Library
+    from pictures.pages.record import Measured, Row
+
+RELEASES_PAGE = ENGINE_PAGES / "releases.md"
+NAME = "releases"
+RUNS = ReleaseState.RUNS.value
+SAME = "the same digits"
+HEAD = ("releases", "released", "result", "digits", "time at equal error", "import, s:", "wheel, MB:")
+
+
+def library_releases(library: Library, measured: Measured) -> str:
+    """Table of a library's releases; those in a row that give the same digits share a line. Empty without a record."""
+    found = of_engines(measured, library.engines)
+    return table(HEAD, map(line, spans(found))) if found else ""
+
+
+def of_engines(measured: Measured, engines: Iterable[str]) -> list[Row]:
+    """Releases of the one of some engines whose releases were measured."""
+    frame = measured.releases
+    return rows(frame[frame.engine.isin(list(engines))])
+
+
+def spans(found: Sequence[Row]) -> list[list[Row]]:
+    """Releases in a row that give the same result."""
+    joined: list[list[Row]] = [[row] for row in found[:1]]
+    for before, row in pairwise(found):
+        if alike(before, row):
+            joined[-1].append(row)
+        else:
+            joined.append([row])
+    return joined
+
+
+def alike(before: Row, row: Row) -> bool:
+    """Whether a release gives the result of the one before."""
+    same = before["state"] == row["state"] and before["verdicts"] == row["verdicts"]
+    return same and (row["digits"] == SAME if row["state"] == RUNS else before["reason"] == row["reason"])
+
+
+def line(span: Sequence[Row]) -> list[str]:
+    """Line of releases that give the same result."""
+    first, last = span[0], span[-1]
+    many = len(span) > 1
+    return [
+        f"{first['version']} to {last['version']} ({len(span)})" if many else first["version"],
+        f"{first['released']} to {last['released']}" if many else first["released"],
+        result(first),
+        first["digits"],
+        times(span),
+        spread(row["import_s"] for row in span),
+        spread(row["wheel_MB"] for row in span),
+    ]
+
+
+def result(row: Row) -> str:
+    """Outcomes of a release on its scenes, or why it does not run."""
+    if row["state"] != RUNS:
+        return f"✗ {row['state']}: {row['reason']}"
+    words = row["verdicts"].split(", ")
+    return ", ".join(outcome_text(word) if word in SIGNS else word for word in words)
+
+
+def times(span: Sequence[Row]) -> str:
+    """Times of releases relative to the compiled reference, each with the error at which they were compared."""
+    errors = dict.fromkeys(row["at"] for row in span if row["ratio"] is not None)
+    return ", ".join(f"×{spread(r['ratio'] for r in span if r['at'] == at)} at {at}" for at in errors)
+
+
+def spread(values: Iterable[float | None]) -> str:
+    """Least and largest of some numbers; empty without any."""
+    known = sorted({value for value in values if value is not None})
+    if not known:
+        return ""
+    low, high = short(known[0]), short(known[-1])
+    return low if low == high else f"{low} to {high}"
+
+
+def releases_page(text: str, measured: Measured) -> str:
+    """Text of the page of releases with its table rewritten; unchanged without a record."""
+    frame = measured.releases
+    if not len(frame):
+        return text
+    start, end = f"<!-- {NAME}: generated -->", f"<!-- end of {NAME} -->"
+    own = [of_engines(measured, [engine]) for engine in dict.fromkeys(frame.engine)]
+    head = ("engine", "releases", "run", "digits change with", "verdicts", "time at equal error", "import, s:")
+    new = "\n\n".join([start, introduction(measured), table(head, map(summary, own)), end])
+    return re.sub(f"{re.escape(start)}.*{re.escape(end)}", lambda _: new, text, flags=re.DOTALL)
+
+
+def introduction(measured: Measured) -> str:
+    """Sentence on the measurement."""
+    run = next(facts for stage, facts in measured.runs.items() if stage.startswith(NAME))
+    return (
+        f"Measured on {run['created']} with barchain {run['barchain']} on {run['environment']['cpu']}, Python "
+        f"{run['environment']['python']}. Times are relative to `reference-fast`."
+    )
+
+
+def summary(found: Sequence[Row]) -> list[str]:
+    """Line of an engine."""
+    running = [row for row in found if row["state"] == RUNS]
+    other = [row["version"] for row in running if row["digits"] not in {"", SAME}]
+    words = sorted({word for row in running for word in row["verdicts"].split(", ") if word})
+    return [
+        f"`{found[0]['engine']}`",
+        f"{found[0]['version']} to {found[-1]['version']}",
+        f"{len(running)} of {len(found)}",
+        ", ".join(other) or "none",
+        ", ".join(map(outcome_text, words)),
+        times(running),
+        spread(row["import_s"] for row in running),
+    ]
