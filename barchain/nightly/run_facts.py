@@ -107,3 +107,8 @@ def part_of(entry: dict[str, Any]) -> PartResult:
 def tuples(entry: dict[str, Any]) -> dict[str, Any]:
     """Entry with tuples for JSON's lists."""
     return {name: tuple(value) if isinstance(value, list) else value for name, value in entry.items()}
+
+
+def scene_name(given: str) -> str:
+    """Name of a scene in tables: of a file the file's name without its ending."""
+    return given.rpartition("/")[2].removesuffix(".toml") if given.endswith(".toml") else given

@@ -153,14 +153,16 @@ def export(path: Path | None, single: Path | None, night: str, url: str | None) 
                    "last N.")  # fmt: skip
 @history_option
 def prune(keep: int | None, days: float | None, url: str | None) -> None:
-    """Remove old nights; accepted changes stay."""
+    """Remove old nights; accepted changes stay, and so do nights that a change for the worse is compared with."""
     import datetime  # noqa: PLC0415
+
+    from barchain.nightly.telling.needed import needed_nights  # noqa: PLC0415
 
     if keep is None and days is None:
         raise click.UsageError("give --keep-nights N, --older-than DAYS, or both")
     before = None if days is None else datetime.datetime.now(datetime.UTC) - datetime.timedelta(days=days)
     with opened(url) as store:
-        gone = store.prune(keep, before)
+        gone = store.prune(keep, before, needed_nights(store))
         say(f"{store}: {len(gone)} nights removed{f', {gone[0]} to {gone[-1]}' if gone else ''}")
 
 

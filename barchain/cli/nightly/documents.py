@@ -93,7 +93,9 @@ def write_documents(
         judged = judge(store, summary.name)
         keep_judgement(store, judged)
     else:
-        judged = judge_pair(baseline_night(store, baseline), night)
+        before = baseline_night(store, baseline)
+        judged = judge_pair(before, night)
+        baseline += f" (a night of another plan, {before.plan})" if before.plan != night.plan else ""
     run = run_of_night(store, summary)
     confirmed = {change: one.words for change, one in kept_attributions(store).items()}
     facts = night_facts(judged, accepted(store), night.figures, run, baseline=baseline or "", confirmed=confirmed)
@@ -129,10 +131,12 @@ def end_night(facts: NightlyFile, fail_on: str) -> None:
 
 
 def exit_code(facts: NightlyFile, fail_on: str) -> ExitCode:
-    """Exit code of a night: void first, then what is worse or changed, then an incomplete night."""
+    """Exit code of a night: void, or a baseline of no such figure, first; then what is worse or changed."""
     if fail_on == NEVER:
         return ExitCode.OK
     if facts.night.state == "void":
+        return ExitCode.NOT_BELIEVED
+    if facts.against.baseline and not facts.counts.judged:
         return ExitCode.NOT_BELIEVED
     if facts.differs if fail_on == CHANGED else facts.worse:
         return ExitCode.FINDINGS

@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from barchain.nightly.environments.faults import PinnedEnvironmentError
+from barchain.nightly.history.model.parts import PACKAGES
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-PACKAGES = ("barchain", "adapters", "reference_impl", "scenarios", "reports")
 LIMIT_S = 120.0
 LEFT_OUT = shutil.ignore_patterns("__pycache__", "*.pyc", ".git")
 

@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING
 import sqlalchemy as sa
 
 from barchain.nightly.history.changes.accepted import Acceptance, acceptance_of, accepting
-from barchain.nightly.history.changes.judging import STEPPED, comparable, judge_night
+from barchain.nightly.history.changes.judging import STEPPED, comparable, judge_night, same_class
 from barchain.nightly.history.changes.model import Direction
 from barchain.nightly.history.changes.times import FALSE_ALARMS, WINDOW
 from barchain.nightly.history.faults import HistoryError
 from barchain.nightly.history.model.figures import FigureKind
+from barchain.nightly.history.presence import StoredPresence
 from barchain.nightly.history.series import load
+from barchain.nightly.history.sparse import load_levels
 from barchain.nightly.history.storage.connection import told, writing
 from barchain.nightly.history.storage.tables import acceptances
 from barchain.nightly.history.storage.vocabulary import insert_new
@@ -26,16 +28,10 @@ if TYPE_CHECKING:
     from barchain.nightly.history.changes.model import Change
     from barchain.nightly.history.store import NightStore
 
-RECENT_NIGHTS = 30
-"""Last nights over which deterministic figures are followed night by night; times and memory need more"""
-KEPT_NIGHTS = 50
-"""Of the earlier nights every 50th from the first on is followed too, so that no slow change goes unseen"""
 COLUMNS = ("figure", "was", "became", "value", "word", "since", "who", "accepted", "reason", "until")
 
 
-def judge(
-    store: NightStore, name: str = "latest", *, recent: int = RECENT_NIGHTS, false_alarms: float = FALSE_ALARMS
-) -> JudgedNight:
+def judge(store: NightStore, name: str = "latest", *, false_alarms: float = FALSE_ALARMS) -> JudgedNight:
     """Judge a night against the earlier ones.
 
     Parameters
@@ -43,8 +39,6 @@ def judge(
     store : NightStore
     name : str
         Of the night.
-    recent : int
-        Nights over which deterministic figures are followed.
     false_alarms : float
 
     Raises
@@ -53,16 +47,14 @@ def judge(
         If there is no such night.
     """
     chosen, every = store.summary(name), store.nights()
-    until = [night.number for night in every].index(chosen.number) + 1
-    before = list(every[:until])
-    if chosen.void is None:
-        before = comparable(before)  # first: nights of other machines must not push those of this one out
+    before = list(every[: [night.number for night in every].index(chosen.number) + 1])
+    if chosen.void is not None:
+        return judge_night((), before, false_alarms)
+    before = comparable(before)
+    stepped = same_class(before)[-WINDOW:]
     settled = [kind for kind in FigureKind if kind not in STEPPED]
-    followed = [*before[:-recent:KEPT_NIGHTS], *before[-recent:]]
-    stepped = before[-WINDOW:]
-    series = (*load(store, followed, kinds=settled), *load(store, stepped, kinds=STEPPED))
-    nights = sorted({night.number: night for night in (*followed, *stepped)}.values(), key=before.index)
-    return judge_night(series, nights, false_alarms)
+    series = (*load_levels(store, before, settled), *load(store, stepped, kinds=STEPPED))
+    return judge_night(series, before, false_alarms, StoredPresence(store, before))
 
 
 def change_named(judged: JudgedNight, name: str) -> Change:

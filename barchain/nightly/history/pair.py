@@ -19,7 +19,8 @@ def judge_pair(before: Night, after: Night) -> JudgedNight:
     """Judge a night against one other.
 
     Times and memory need many nights, so that a baseline tells nothing of them. A figure of the baseline that a
-    complete night of the same plan lacks is a change for the worse.
+    complete night of the same plan lacks is a change for the worse. A void baseline is believed, as it was named on
+    purpose; a void night is not judged.
 
     Parameters
     ----------
@@ -27,7 +28,9 @@ def judge_pair(before: Night, after: Night) -> JudgedNight:
         Baseline.
     after : Night
     """
-    nights = (summary_of(before, 0), summary_of(after, 1))
+    nights = (replace(summary_of(before, 0), void=None), summary_of(after, 1))
+    if after.void is not None:
+        return JudgedNight(nights[1], nights[:1])
     found: dict[FigureIdentity, list[tuple[NightSummary, Figure]]] = {}
     for night, content in zip(nights, (before, after), strict=True):
         for figure in content.figures:
@@ -36,8 +39,11 @@ def judge_pair(before: Night, after: Night) -> JudgedNight:
         FigureSeries(identity, tuple(n for n, _ in own), tuple(f for _, f in own)) for identity, own in found.items()
     )
     judged = judge_night(series, nights)
+    compared = sum(len(one.nights) > 1 for one in series if one.identity.kind not in STEPPED)
     gone = tuple(lost(one, nights) for one in series if is_lost(one, nights))
-    return replace(judged, changes=(*judged.changes, *gone), tonight=(*judged.tonight, *gone))
+    return replace(
+        judged, changes=(*judged.changes, *gone), tonight=(*judged.tonight, *gone), judged=compared + len(gone)
+    )
 
 
 def is_lost(series: FigureSeries, nights: tuple[NightSummary, NightSummary]) -> bool:
@@ -56,8 +62,8 @@ def lost(series: FigureSeries, nights: tuple[NightSummary, NightSummary]) -> Cha
 
 
 def summary_of(night: Night, number: int) -> NightSummary:
-    """Night without its figures; a void one is believed here, as it was named on purpose."""
+    """Night without its figures."""
     return NightSummary(
         number, night.name, night.started, night.duration_s, night.plan, night.barchain, night.environment,
-        night.parts, len(night.figures), night.commit, night.complete,
+        night.parts, len(night.figures), night.commit, night.complete, night.void,
     )  # fmt: skip

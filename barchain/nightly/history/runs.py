@@ -24,6 +24,13 @@ def run_of_night(store: NightStore, night: NightSummary) -> NightRun | None:
     return None if found is None else NightRun.from_json(found)
 
 
+def runs_of_nights(store: NightStore) -> dict[int, NightRun]:
+    """Runs of all nights that have one, by the number of the night."""
+    with told(store.given), store.engine.connect() as connection:
+        rows = connection.execute(sa.select(runs.c.night_id, runs.c.content)).all()
+    return {row.night_id: NightRun.from_json(row.content) for row in rows}
+
+
 def last_run(store: NightStore, plan: str) -> NightRun | None:
     """Run of the last night of a plan; None before the first."""
     latest = (

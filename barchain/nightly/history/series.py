@@ -19,7 +19,7 @@ from barchain.nightly.history.storage.vocabulary import identity_of
 from scenarios.nearest import nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Sequence
+    from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
     from pathlib import Path
 
     from sqlalchemy import ColumnElement, Select
@@ -70,13 +70,21 @@ def load(
         chosen &= series.c.kind.in_([str(kind) for kind in kinds])
     if numbers is not None:
         chosen &= figures.c.series_id.in_(numbers)
-    found: dict[FigureIdentity, list[tuple[int, Figure]]] = defaultdict(list)
     with told(store.given), store.engine.connect() as connection:
-        for night, figure in read_figures(connection, chosen):
-            found[figure.identity].append((order[night], figure))
+        return ordered(read_figures(connection, chosen), known, order)
+
+
+def ordered(
+    found: Iterable[tuple[int, Figure]], known: Sequence[NightSummary], place: Mapping[int, int]
+) -> tuple[FigureSeries, ...]:
+    """Series of figures, each given with the number of its night; `place` is that of a night in `known`."""
+    own: dict[FigureIdentity, list[tuple[int, Figure]]] = defaultdict(list)
+    for number, figure in found:
+        own[figure.identity].append((place[number], figure))
+    pairs = ((identity, sorted(every, key=operator.itemgetter(0))) for identity, every in own.items())
     return tuple(
-        FigureSeries(identity, tuple(known[k] for k, _ in own), tuple(figure for _, figure in own))
-        for identity, own in ((i, sorted(pairs, key=lambda pair: pair[0])) for i, pairs in found.items())
+        FigureSeries(identity, tuple(known[k] for k, _ in every), tuple(figure for _, figure in every))
+        for identity, every in pairs
     )
 
 

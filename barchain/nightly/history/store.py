@@ -33,7 +33,7 @@ from scenarios.nearest import nearest
 
 if TYPE_CHECKING:
     import datetime
-    from collections.abc import Sequence
+    from collections.abc import Collection, Sequence
     from types import TracebackType
 
     from sqlalchemy import Connection, Engine, Select
@@ -117,7 +117,9 @@ class NightStore:
             tuple(figure for _, figure in found), known.commit, known.complete, known.void,
         )  # fmt: skip
 
-    def prune(self, keep: int | None = None, before: datetime.datetime | None = None) -> tuple[str, ...]:
+    def prune(
+        self, keep: int | None = None, before: datetime.datetime | None = None, spared: Collection[str] = ()
+    ) -> tuple[str, ...]:
         """Remove nights, and all rows that only they used.
 
         Parameters
@@ -126,6 +128,8 @@ class NightStore:
             Number of the latest nights that stay.
         before : datetime, optional
             Nights that started before are removed.
+        spared : collection of str
+            Names of nights that stay.
 
         Returns
         -------
@@ -139,7 +143,7 @@ class NightStore:
             if keep is not None:
                 kept = sa.select(nights.c.id).order_by(nights.c.started.desc(), nights.c.id.desc()).limit(keep)
                 chosen = chosen.where(nights.c.id.not_in(kept))
-            gone = connection.execute(chosen).all()
+            gone = [row for row in connection.execute(chosen) if row.name not in spared]
             remove(connection, [row.id for row in gone])
         return tuple(row.name for row in reversed(gone))
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from barchain.nightly.run_facts import scene_name
 from barchain.run.timing.bench import LONG_S
 from barchain.studies.cost.run import FEWEST_LONG_TURNS, FEWEST_TURNS
 from reports.tables import cost, crossval, stability
@@ -53,10 +54,10 @@ def scenes_left(job: NightJob, folder: Path) -> tuple[str, ...]:
     done |= {(str(scene), str(engine)) for scene, engine in record.get("left_out") or () if job.study == "stability"}
     engines = list(record.get("engines") or ())
     if job.study == "cost":
-        return tuple(s for s in job.scenes if rows is None or not is_timed(rows[rows["scene"] == name_of(s)]))
+        return tuple(s for s in job.scenes if rows is None or not is_timed(rows[rows["scene"] == scene_name(s)]))
     if not engines:
         return job.scenes
-    return tuple(s for s in job.scenes if not all((name_of(s), engine) in done for engine in engines))
+    return tuple(s for s in job.scenes if not all((scene_name(s), engine) in done for engine in engines))
 
 
 def is_timed(points: pd.DataFrame) -> bool:
@@ -64,8 +65,3 @@ def is_timed(points: pd.DataFrame) -> bool:
     good = points[points["outcome"] == Outcome.PASS.value]
     fewest = np.where(good["seconds"] >= LONG_S, FEWEST_LONG_TURNS, FEWEST_TURNS)
     return bool(len(good) and (good["turns"].fillna(0).to_numpy() >= fewest).all())
-
-
-def name_of(scene: str) -> str:
-    """Name of a scene in tables: of a file the file's name without its ending."""
-    return scene.rpartition("/")[2].removesuffix(".toml") if scene.endswith(".toml") else scene

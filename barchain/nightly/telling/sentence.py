@@ -45,6 +45,8 @@ def opening(
     if void:
         return f"This night is void: {void}."
     ending = "" if complete else " The night is incomplete."
+    if baseline and not judged:
+        return f"Nothing was compared: {baseline} has no figure of this night.{ending}"
     if not earlier:
         return f"This is the first night: there is no earlier one to compare it with.{ending}"
     since = f" since {baseline}" if baseline else " tonight"

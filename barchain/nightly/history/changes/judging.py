@@ -15,6 +15,7 @@ from barchain.nightly.history.model.figures import FigureKind
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from barchain.nightly.history.changes.vanished import Presence
     from barchain.nightly.history.model.series_model import FigureSeries, NightSummary
 
 STEPPED = (FigureKind.RATIO, FigureKind.MEMORY)
@@ -43,7 +44,10 @@ class JudgedNight:
 
 
 def judge_night(
-    series: Sequence[FigureSeries], nights: Sequence[NightSummary], false_alarms: float = FALSE_ALARMS
+    series: Sequence[FigureSeries],
+    nights: Sequence[NightSummary],
+    false_alarms: float = FALSE_ALARMS,
+    presence: Presence | None = None,
 ) -> JudgedNight:
     """Judge the last of some nights.
 
@@ -55,12 +59,15 @@ def judge_night(
         In their order. Void nights are left out; a void night is not judged.
     false_alarms : float
         Probability of a false alarm in a night, of times and memory together.
+    presence : Presence, optional
+        Nights on which scenes and figures were measured, for figures that are gone; default: those of `series`.
     """
     tonight = nights[-1]
     if tonight.void is not None:
         return JudgedNight(tonight, ())
     kept = comparable(nights)
     own = [one for one in (restricted(each, kept) for each in series) if one.nights]
+    alike = same_class(kept)
     current = [one for one in own if one.nights[-1].number == tonight.number]
     settled = [
         change
@@ -68,8 +75,9 @@ def judge_night(
         if one.identity.kind not in STEPPED
         for change in (level_changes(one) if one.identity.kind in RULES else bit_changes(one))
     ]
-    stepped, fresh = time_changes([one for one in own if one.identity.kind in STEPPED], false_alarms)
-    gone = vanished(own, kept)
+    noisy = [restricted(one, alike) for one in own if one.identity.kind in STEPPED]
+    stepped, fresh = time_changes([one for one in noisy if one.nights], false_alarms)
+    gone = vanished(own, alike, presence)
     changes = sorted([*settled, *stepped, *gone], key=lambda c: (not c.irreproducible, c.since))
     new = [c for c in changes if c.since == tonight.name and c.identity.kind not in STEPPED]
     return JudgedNight(
@@ -80,11 +88,18 @@ def judge_night(
 
 
 def comparable(nights: Sequence[NightSummary]) -> list[NightSummary]:
-    """Nights that the last one is judged against, and itself: of its machine class, or all if it is the first there."""
-    tonight = nights[-1]
+    """Nights that the last one is judged against, and itself: those of its machine class, and all before the first.
+
+    A change that came with a new machine stands on its later nights, too.
+    """
     believed = [night for night in nights if night.void is None]
-    own = [n for n in believed if n.environment.machine_class == tonight.environment.machine_class]
-    return own if len(own) > 1 else believed
+    own = same_class(believed)
+    return [*believed[: believed.index(own[0])], *own]
+
+
+def same_class(nights: Sequence[NightSummary]) -> list[NightSummary]:
+    """Nights of the machine class of the last one."""
+    return [n for n in nights if n.environment.machine_class == nights[-1].environment.machine_class]
 
 
 def restricted(series: FigureSeries, nights: Sequence[NightSummary]) -> FigureSeries:

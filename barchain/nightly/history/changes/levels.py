@@ -50,6 +50,7 @@ def level_changes(series: FigureSeries) -> tuple[Change, ...]:
     """
     found: list[Change] = []
     level: Figure | None = None
+    told: Figure | None = None  # the last figure that was told to be neither better nor worse than its level
     known: Figure | None = None  # the last level that was not missing
     left_out = 0
     for k, now in enumerate(series.figures):
@@ -61,14 +62,23 @@ def level_changes(series: FigureSeries) -> tuple[Change, ...]:
         judged = compared(level, now) if level is not None else None
         if level is None:
             level = now
-        elif judged is not None and judged.direction is not Direction.SAME:
+        elif judged is not None and judged.direction is not Direction.SAME and not is_told(told, now, judged):
             last, since = series.nights[k - 1].name, series.nights[k].name
             found.append(
                 Change(series.identity, level, now, last, since, judged.direction, judged.reason, judged.factor)
             )
-            level = now
+            undecided = judged.direction is Direction.CHANGED and series.identity.kind is FigureKind.ERROR
+            told, level = (now, level) if undecided else (None, now)
         known = known if level.missing else level
     return tuple(found)
+
+
+def is_told(told: Figure | None, now: Figure, judged: Judgement) -> bool:
+    """Whether a difference from the level was told before: it is neither better nor worse, and nothing moved since.
+
+    The level stays where it is then, so that small differences add up.
+    """
+    return told is not None and judged.direction is Direction.CHANGED and compared(told, now) is None
 
 
 def is_worse(was: Figure, now: Figure) -> bool:

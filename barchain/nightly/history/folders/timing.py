@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from barchain.nightly.history.model.figures import Figure
 
 REACHED = frozenset({"reached", "at most"})
+INTERRUPTED = f"{NOT_RUN}: the study was interrupted"
 PAGE_B = 4096
 LEAST_MEMORY_B = PAGE_B / LEAST_EFFECT
 """Least peak memory that is followed: of a smaller one, a page more or less would be a step"""
@@ -33,6 +34,7 @@ def cost_figures(folder: Path) -> tuple[Figure, ...]:
     """Outcomes and counters of each setting, times at equal errors relative to the baseline, orders of convergence."""
     tables, found = read_cost(folder), FigureCollector("cost")
     busy = busy_machine(tables.record)
+    interrupted = "" if tables.record.get("complete") else INTERRUPTED
     cut: dict[tuple[str, str], str] = {}
     for row in records(tables.points):
         place = (row["scene"], row["engine"], row["setting"])
@@ -41,11 +43,12 @@ def cost_figures(folder: Path) -> tuple[Figure, ...]:
         if str(row["reason"]).startswith(NOT_RUN):
             cut.setdefault(place[:2], row["reason"])
     for row in records(tables.reach):
-        add_equal_error_cost(found, row, cut.get((row["scene"], row["engine"]), ""), busy)
+        add_equal_error_cost(found, row, cut.get((row["scene"], row["engine"]), interrupted), busy)
     for row in records(tables.orders):
         place, quantity = (row["scene"], row["engine"], ""), f"order.{row['quantity']}.{row['against']}"
         ends = {"low": row["order_low"], "high": row["order_high"]}
-        found.number(place, quantity, FigureKind.VALUE, row["order"], reason="too few points", **ends)
+        order = np.nan if interrupted else row["order"]
+        found.number(place, quantity, FigureKind.VALUE, order, reason=interrupted or "too few points", **ends)
     return found.figures
 
 
@@ -70,7 +73,8 @@ def add_equal_error_cost(found: FigureCollector, row: Row, not_run: str, busy: s
     if row["engine"] == BASELINE or row["measure"] != "seconds":
         return
     place = (row["scene"], row["engine"], f"{row['quantity']}<={row['target']:g}")
-    unknown = bool(not_run) and row["status"] not in REACHED
+    sure = {"reached"} if not_run == INTERRUPTED else REACHED  # its coarsest point may be missing
+    unknown = bool(not_run) and row["status"] not in sure
     found.word(place, "reach", FigureKind.VERDICT, "" if unknown else row["status"], not_run if unknown else "")
     ends = {"low": row["over_baseline_low"], "high": row["over_baseline_high"]}
     if row["status"] in REACHED and real(row["over_baseline"]) is not None:

@@ -30,6 +30,8 @@ SOURCES = {
     SHARED: ("adapters.common", "adapters.bar_loads", "adapters.engine", "adapters.trajectory", "adapters.registry"),
 }
 """Packages of each part of barchain that figures of all engines depend on"""
+PACKAGES = ("barchain", "adapters", "reference_impl", "scenarios", "reports")
+"""Top-level packages of barchain"""
 LIBRARIES = ("numpy", "scipy")
 """Libraries that every engine's figures depend on: they read, judge, and step"""
 COMPILER = "llvmlite"
@@ -237,7 +239,10 @@ def solution_part(name: str) -> str:
 
 
 def commit() -> str | None:
-    """Commit of barchain's sources, with a plus where files differ from it; None outside a repository."""
+    """Commit of barchain's sources, with a plus where a file of any package differs; None outside its repository.
+
+    An installation that lies inside a repository, but is no part of it, has no commit: it may be older.
+    """
     folder = Path(__file__).parent
 
     def git(*arguments: str) -> str:
@@ -245,7 +250,9 @@ def commit() -> str | None:
         return subprocess.run(line, capture_output=True, text=True, check=True, timeout=30).stdout.strip()
 
     try:
-        found, changed = git("rev-parse", "HEAD"), git("status", "--porcelain", "--untracked-files=no", ".")
+        git("ls-files", "--error-unmatch", Path(__file__).name)
+        found = git("rev-parse", "HEAD")
+        changed = git("status", "--porcelain", "--untracked-files=no", "--", *(f":/{name}" for name in PACKAGES))
     except (OSError, subprocess.SubprocessError):
         return None
     return f"{found}+" if changed else found

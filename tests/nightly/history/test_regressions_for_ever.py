@@ -1,0 +1,175 @@
+"""A regression stands until it is undone or accepted: after years, on new machines, after pruning, in rotations."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING
+
+import pytest
+
+from barchain.cli.common.exit_codes import ExitCode
+from barchain.cli.nightly.documents import exit_code
+from barchain.nightly.history.changes.judging import judge_night
+from barchain.nightly.history.changes.model import Direction
+from barchain.nightly.history.judged import accept, accepted, judge
+from barchain.nightly.history.model.figures import Figure, FigureKind, FigureUnit, NightPart
+from barchain.nightly.history.pair import judge_pair
+from barchain.nightly.history.series import all_series
+from barchain.nightly.history.sparse import DENSE_NIGHTS
+from barchain.nightly.history.store import open_store
+from barchain.nightly.run_facts import NightRun, PartResult, PartState
+from barchain.nightly.telling.facts import night_facts
+from barchain.nightly.telling.needed import needed_nights
+from tests.nightly.history.synthetic import ENVIRONMENT, NAMES, PARTS, error, identity, night, verdict
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+    from pathlib import Path
+
+    from barchain.nightly.history.store import NightStore
+    from reports.tables.nights.facts import NightlyFile
+
+LONG = 2 * DENSE_NIGHTS
+OTHER_CLASS = dataclasses.replace(ENVIRONMENT, cpu="Other CPU")
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[NightStore]:
+    with open_store(str(tmp_path / "history.sqlite"), create=True) as opened:
+        yield opened
+
+
+def facts(store: NightStore) -> NightlyFile:
+    return night_facts(judge(store), accepted(store), store.night("latest").figures)
+
+
+def red(store: NightStore) -> bool:
+    return exit_code(facts(store), "worse") is ExitCode.FINDINGS
+
+
+def of(engine: str, scene: str = "paper/fig05") -> Figure:
+    own = identity(unit=FigureUnit.RADIAN, engine=engine, scene=scene)
+    return Figure(own, 1e-3, tolerance=1e-9, depends=NAMES)
+
+
+def hard(word: str) -> Figure:
+    return Figure(identity("stability.outcome", FigureKind.VERDICT, scene="hard/x"), word=word, depends=NAMES)
+
+
+def test_a_scene_added_later_is_followed_as_one_of_the_first_night(store: NightStore) -> None:
+    for k in range(LONG):
+        own = [error(1e-9 if k < 10 else 1e-5)] if k >= 5 else []
+        store.add(night(error(1e-3, "other.max"), *own, number=k))
+    assert red(store)
+
+
+def test_a_scene_of_every_seventh_night_stays_red(store: NightStore) -> None:
+    for k in range(LONG):
+        own = [hard("stable" if k < 17 else "unstable")] if k % 7 == 3 else []
+        store.add(night(error(), *own, number=k))
+    assert red(store)
+
+
+def test_a_standing_change_keeps_its_night_name_and_suspect(store: NightStore) -> None:
+    seen = set()
+    for k in range(LONG):
+        engine = NightPart("engine:mujoco", "3.3.0", "aa" if k < 10 else "a2")
+        adapter = NightPart("adapter:mujoco", "0.6.0", f"b{k // 20}")
+        store.add(night(error(1e-9 if k < 10 else 1e-5), number=k, parts=(engine, adapter, *PARTS[2:])))
+        if k in {11, DENSE_NIGHTS + 11, LONG - 1}:
+            (entry,) = facts(store).standing
+            seen.add((entry.id, entry.since, tuple(suspect.name for suspect in entry.suspects)))
+    assert [suspects for _, _, suspects in seen] == [("engine:mujoco",)]
+
+
+def test_a_change_that_came_with_a_new_machine_stands_on_its_later_nights(store: NightStore) -> None:
+    for k in range(8):
+        environment = ENVIRONMENT if k < 5 else OTHER_CLASS
+        store.add(night(error(1e-9 if k < 5 else 1e-5), number=k, environment=environment))
+        assert red(store) is (k >= 5)
+
+
+def test_an_acceptance_that_ended_does_not_come_back(store: NightStore) -> None:
+    for k in range(LONG):
+        store.add(night(error(1e-5 if 5 <= k < 8 or k >= 10 else 1e-9), number=k))
+        if k == 5:
+            accept(store, judge(store).tonight[0], "Ada", "known")
+            assert not red(store)
+    assert red(store)
+
+
+def test_pruning_spares_the_nights_that_a_regression_is_compared_with(store: NightStore) -> None:
+    for k in range(20):
+        store.add(night(error(1e-9 if k < 5 else 1e-5), verdict(), number=k))
+    gone = store.prune(keep=3, spared=needed_nights(store))
+    assert len(gone) == 14
+    assert red(store)
+
+
+@pytest.mark.parametrize("period", [1, 2, 7])
+def test_an_engine_that_disappears_is_told_and_stays_told(store: NightStore, period: int) -> None:
+    """Also if its scenes are divided among nights."""
+    told = []
+    for k in range(6 * period):
+        scene = f"paper/{k % period}"
+        engines = ("mujoco", "pymunk") if k < 3 * period else ("mujoco",)
+        store.add(night(*(of(engine, scene) for engine in engines), number=k))
+        told.append(red(store))
+    assert told == [k >= 3 * period for k in range(6 * period)]
+
+
+def left(*scenes: str) -> NightRun:
+    part = PartResult("core", PartState.LEFT, 10.0, 10.0, scenes, "interrupted", 1, "barchain compare paper")
+    return NightRun("plan", 1.0, (part,))
+
+
+@pytest.mark.parametrize(("scenes", "told"), [(["paper/fig13"], True), (["paper/fig05"], False)])
+def test_in_an_incomplete_night_an_engine_must_be_there_where_its_scene_was_done(
+    store: NightStore, scenes: Sequence[str], told: bool
+) -> None:
+    for k in range(5):
+        engines = ("mujoco", "pymunk") if k < 4 else ("mujoco",)
+        store.add(night(*map(of, engines), number=k, complete=k < 4), run=left(*scenes) if k == 4 else None)
+    assert red(store) is told
+
+
+def test_a_disappearance_still_stands_on_an_incomplete_night(store: NightStore) -> None:
+    for k in range(6):
+        engines = ("mujoco", "pymunk") if k < 4 else ("mujoco",)
+        store.add(night(*map(of, engines), number=k, complete=k < 5))
+    assert red(store)
+
+
+def test_small_drifts_of_an_error_without_rounding_add_up(store: NightStore) -> None:
+    directions = []
+    for k in range(4):
+        store.add(night(error(1e-5 * 1.009**k, tolerance=None), number=k))
+        directions += [change.direction for change in judge(store).tonight]
+    assert directions == [Direction.CHANGED, Direction.WORSE, Direction.CHANGED]
+
+
+def test_a_void_night_is_not_judged_against_a_baseline_either() -> None:
+    before, after = night(error(1e-9)), night(error(1e-5), number=1, void="a fault was missed")
+    judged = judge_pair(before, after)
+    assert judged.tonight == ()
+    told = night_facts(judged, (), after.figures, baseline="release")
+    assert exit_code(told, "worse") is ExitCode.NOT_BELIEVED
+    assert "void" in told.sentence
+
+
+def test_a_baseline_without_a_common_figure_is_no_agreement() -> None:
+    before, after = night(error(quantity="reaction.max"), plan="other"), night(error(), number=1)
+    told = night_facts(judge_pair(before, after), (), after.figures, baseline="release")
+    assert exit_code(told, "worse") is ExitCode.NOT_BELIEVED
+    assert told.sentence.startswith("Nothing was compared")
+
+
+def test_a_history_read_without_its_quiet_nights_gives_the_changes_of_the_whole(store: NightStore) -> None:
+    for k in range(LONG):
+        moving = error(1e-9 * (1 + k // 13), "moving.max")
+        gap = [] if 20 <= k < 24 else [error(1e-9 if k < 24 else 1e-8, "gap.max")]
+        lost = [Figure(identity("lost.max", unit=FigureUnit.RADIAN), reason="NaN", depends=NAMES)] if k == 7 else []
+        store.add(night(moving, verdict("pass" if k % 17 else "inconsistent"), *gap, *lost, number=k))
+    whole = judge_night(all_series(store), store.nights())
+    assert {change.id for change in judge(store).changes} == {change.id for change in whole.changes}
+    assert len(whole.changes) > 10
