@@ -49,8 +49,9 @@ def spans(found: Sequence[Row]) -> list[list[Row]]:
 
 def alike(before: Row, row: Row) -> bool:
     """Whether a release gives the result of the one before."""
-    same = before["state"] == row["state"] and before["verdicts"] == row["verdicts"]
-    return same and (row["digits"] == SAME if row["state"] == RUNS else before["reason"] == row["reason"])
+    if before["state"] != row["state"] or before["verdicts"] != row["verdicts"]:
+        return False
+    return bool(row["digits"] == SAME if row["state"] == RUNS else before["reason"] == row["reason"])
 
 
 def line(span: Sequence[Row]) -> list[str]:

@@ -54,10 +54,10 @@ def turning(
     Figures that are the same on all nights are left out, unless the last nights lack them.
     """
     wanted = figures.c.series_id.in_(moved(known, known[len(earlier) :], kinds))
-    night_of = nights.c.started, nights.c.id
-    around = {"partition_by": figures.c.series_id, "order_by": night_of}
     own = [
-        neighbour(column).over(**around).label(f"{name}_{column.name}")
+        neighbour(column)
+        .over(partition_by=figures.c.series_id, order_by=(nights.c.started, nights.c.id))
+        .label(f"{name}_{column.name}")
         for name, neighbour in (("before", sa.func.lag), ("after", sa.func.lead))
         for column in (figures.c.night_id, figures.c.value, figures.c.word_id)
     ]
@@ -108,5 +108,7 @@ def on_nights(wanted: Sequence[NightSummary], column: ColumnElement[int] = figur
 
     The numbers stand in the text of the query: databases limit the number of parameters.
     """
-    numbers = sa.bindparam(None, [night.number for night in wanted], expanding=True, literal_execute=True)
+    numbers: sa.BindParameter[Sequence[int]] = sa.bindparam(
+        None, [night.number for night in wanted], expanding=True, literal_execute=True
+    )
     return column.in_(numbers)
