@@ -5,7 +5,17 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, dataclass
 from enum import StrEnum
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+INTERRUPTED = "the night was interrupted"
+"""Reason of a part that was left because its night ended early: it says nothing of the time that the part needs"""
+NAMED = 3
+"""Names in a sentence about many"""
+MOST_NAME = 80
+"""Characters of a name in a sentence"""
 
 
 class PartState(StrEnum):
@@ -37,6 +47,14 @@ class PartResult:
     """Command that repeats the part"""
 
 
+def some_of(names: Sequence[str]) -> str:
+    """Names in a sentence, which a history has room for: the first ones, and how many more there are."""
+    shown = [name if len(name) <= MOST_NAME else f"{name[: MOST_NAME - 3]}..." for name in names]
+    if len(shown) <= NAMED + 1:
+        return ", ".join(shown)
+    return f"{', '.join(shown[:NAMED])} and {len(shown) - NAMED} more"
+
+
 @dataclass(frozen=True)
 class AlarmTest:
     """Planted faults of a night, and those that no check told."""
@@ -52,9 +70,9 @@ class AlarmTest:
     def void(self) -> str | None:
         """Why the night can't be believed; None if the alarm rang when and only when it had to."""
         if self.missed:
-            return f"{len(self.missed)} of {self.planted} planted faults missed: {', '.join(self.missed)}"
+            return f"{len(self.missed)} of {self.planted} planted faults missed: {some_of(self.missed)}"
         if self.false_alarms:
-            return f"a check rejects the unmodified engine in {', '.join(self.false_alarms)}"
+            return f"a check rejects the unmodified engine in {some_of(self.false_alarms)}"
         return None
 
 

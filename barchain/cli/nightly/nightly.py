@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from barchain.nightly.run_facts import PartResult
     from barchain.nightly.running.night import NightProgress
 
-MOST_MINUTES = 1440.0
+LEAST_MINUTES, MOST_MINUTES = 0.5, 1440.0
 PAGE = "nightly.html"
 DOCUMENTS = (PAGE, "nightly.json", "summary.md", JUNIT)
 
@@ -38,7 +38,7 @@ DOCUMENTS = (PAGE, "nightly.json", "summary.md", JUNIT)
 @click.command()
 @click.option("--plan", "path", metavar="FILE", type=NamedPath(path_type=Path),
               help="Do this plan; default: the one that comes with barchain, see `--show-plan`.")  # fmt: skip
-@click.option("--minutes", metavar="M", type=RealNumber(0.0, MOST_MINUTES, min_open=True),
+@click.option("--minutes", metavar="M", type=RealNumber(LEAST_MINUTES, MOST_MINUTES),
               help="Give the night a budget of this wall time, in minutes; default: that of the plan.")  # fmt: skip
 @history_option
 @click.option("--out", metavar="DIR", type=NamedPath(path_type=Path, file_okay=False), default=Path("nights"),
@@ -82,13 +82,14 @@ def next_jobs(plan: NightPlan, url: str | None) -> tuple[NightJob, ...]:
     """Jobs of the next night."""
     from barchain.nightly.history.runs import last_run  # noqa: PLC0415
     from barchain.nightly.plan.jobs import night_jobs  # noqa: PLC0415
-    from barchain.nightly.running.night import leftovers  # noqa: PLC0415
+    from barchain.nightly.running.budget import leftovers, waiting_parts  # noqa: PLC0415
+    from barchain.nightly.running.night import next_turn  # noqa: PLC0415
 
     last = None
     if exists(url):
         with opened(url) as store:
             last = last_run(store, plan.identity)
-    return night_jobs(plan, last.turn + 1 if last else 0, leftovers(last))
+    return night_jobs(plan, next_turn(last), leftovers(last), waiting_parts(last))
 
 
 def run_and_tell(
@@ -97,6 +98,7 @@ def run_and_tell(
     """Run the night, write its documents, and end with the exit code of what it found."""
     from barchain.cli.common.result_folder import need_writable  # noqa: PLC0415
     from barchain.nightly.history.location import default_url  # noqa: PLC0415
+    from barchain.nightly.running.budget import process_age_s  # noqa: PLC0415
     from barchain.nightly.running.night import run_night  # noqa: PLC0415
 
     if junit is not None:
@@ -108,12 +110,26 @@ def run_and_tell(
         if new:
             say(f"history: begins in {url or default_url()}", err=True)
         with shown_progress() as progress:
-            ended = run_night(plan, minutes, store, out, progress)
-        facts = write_documents(store, ended.name, ended.folder, junit, baseline, fail_on)
-    publish(ended.folder, out)
+            ended = run_night(plan, minutes, store, out, progress, process_age_s())
+        with kept_without_documents(ended.name):
+            facts = write_documents(store, ended.name, ended.folder, junit, baseline, fail_on)
+            publish(ended.folder, out)
     say(facts.sentence)
     say(f"page: {out / PAGE}")
     end_night(facts, fail_on)
+
+
+@contextlib.contextmanager
+def kept_without_documents(name: str) -> Iterator[None]:
+    """Tell that a night is in the history where its documents can't be written."""
+    from barchain.nightly.history.faults import HistoryError  # noqa: PLC0415
+
+    try:
+        yield
+    except OSError as error:
+        said = f"{error.filename}: {error.strerror}" if error.filename else str(error)
+        remedy = f"`barchain history report {name}` writes the documents"
+        raise HistoryError(f"{said}; the night is in the history, and {remedy}") from error
 
 
 def publish(folder: Path, out: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 from typing import TYPE_CHECKING, Any, Self
 
 import sqlalchemy as sa
@@ -32,11 +33,10 @@ from barchain.nightly.history.storage.vocabulary import (
 from scenarios.nearest import nearest
 
 if TYPE_CHECKING:
-    import datetime
     from collections.abc import Collection, Sequence
     from types import TracebackType
 
-    from sqlalchemy import Connection, Engine, Select
+    from sqlalchemy import ColumnElement, Connection, Engine, Select
 
     from barchain.nightly.run_facts import NightRun
 
@@ -137,11 +137,11 @@ class NightStore:
             Names of the removed nights: those that both rules remove, where both are given.
         """
         with told(self.given), writing(self.engine) as connection:
-            chosen = sa.select(nights.c.id, nights.c.name).order_by(nights.c.started.desc(), nights.c.id.desc())
+            chosen = sa.select(nights.c.id, nights.c.name).order_by(*latest_first())
             if before is not None:
                 chosen = chosen.where(nights.c.started < before)
             if keep is not None:
-                kept = sa.select(nights.c.id).order_by(nights.c.started.desc(), nights.c.id.desc()).limit(keep)
+                kept = sa.select(nights.c.id).order_by(*latest_first()).limit(keep)
                 chosen = chosen.where(nights.c.id.not_in(kept))
             gone = [row for row in connection.execute(chosen) if row.name not in spared]
             remove(connection, [row.id for row in gone])
@@ -213,6 +213,12 @@ def remove(connection: Connection, numbers: Sequence[int]) -> None:
     connection.execute(sa.delete(environments).where(environments.c.id.not_in(sa.select(nights.c.environment_id))))
 
 
+def latest_first() -> tuple[ColumnElement[Any], ...]:
+    """Order of nights from the latest one on; nights that start later than now, by a wrong clock, come at the end."""
+    now = datetime.datetime.now(datetime.UTC)
+    return sa.case((nights.c.started > now, 1), else_=0), nights.c.started.desc(), nights.c.id.desc()
+
+
 def summaries() -> Select[Any]:
     """Query of nights with their environments."""
     own = [c.label(f"night_{c.name}") for c in nights.c]
@@ -235,7 +241,7 @@ def summarised(connection: Connection, rows: Sequence[Any]) -> tuple[NightSummar
 def night_number(connection: Connection, name: str) -> int:
     """Number of a night by its name, as :meth:`NightStore.summary`."""
     if name == LATEST:
-        last = sa.select(nights.c.id).order_by(nights.c.started.desc(), nights.c.id.desc()).limit(1)
+        last = sa.select(nights.c.id).order_by(*latest_first()).limit(1)
         found = connection.execute(last).scalar()
         if found is None:
             raise UnknownNightError(f"{name}: the history holds no nights")

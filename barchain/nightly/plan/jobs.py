@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import singledispatch
 from typing import TYPE_CHECKING
 
@@ -24,7 +24,7 @@ from barchain.nightly.plan.tables import (
 from barchain.run.settings import choose_setting
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Collection, Iterable, Mapping, Sequence
     from pathlib import Path
 
     from barchain.nightly.plan.loading import NightPlan
@@ -50,6 +50,10 @@ class NightJob:
     """Scenes in their order; empty where the command chooses its own"""
     others: int = 0
     """Number of items of a job without scenes: faults, random scenes"""
+    waits: bool = False
+    """Whether the night before did nothing of the part for want of time"""
+    favoured: bool = False
+    """Whether it is the part's turn among those that wait"""
 
     @property
     def items(self) -> int:
@@ -65,8 +69,13 @@ class NightJob:
         return shlex.join(("barchain", *self.command(out)))
 
 
-def night_jobs(plan: NightPlan, turn: int, left: Mapping[str, Sequence[str]]) -> tuple[NightJob, ...]:
-    """Jobs of a night in their order: planted faults, what earlier nights left, then the other parts.
+def night_jobs(
+    plan: NightPlan, turn: int, left: Mapping[str, Sequence[str]], waiting: Collection[str] = ()
+) -> tuple[NightJob, ...]:
+    """Jobs of a night in their order.
+
+    Planted faults come first, then parts of which the night before did nothing, then what it left of others, then the
+    other parts. Among the parts that wait, one has its turn and comes before the others.
 
     Parameters
     ----------
@@ -75,24 +84,48 @@ def night_jobs(plan: NightPlan, turn: int, left: Mapping[str, Sequence[str]]) ->
         Number of the night among those of its plan.
     left : mapping
         Scenes that the night before left, by the name of the part; the part's name where all of it was left.
+    waiting : collection of str
+        Parts of which the night before did nothing.
 
     Raises
     ------
     PlanError, UnknownEngineError, SettingError
         If the plan names a scene, an engine, a setting or a part of a study that does not exist.
     """
-    first: list[NightJob] = []
-    alarm: list[NightJob] = []
-    usual: list[NightJob] = []
+    placed: list[tuple[int, NightJob]] = []
+    favoured = favoured_part([part.name for part in plan.file.parts], turn, waiting)
     for part in plan.file.parts:
-        jobs = part_jobs(part, plan.folder, turn, left.get(part.name, ()))
-        if isinstance(part, SelftestTable):
-            alarm += jobs
-        elif part.name in left:
-            first, usual = first + jobs[:1], usual + jobs[1:]
-        else:
-            usual += jobs
-    return (*alarm, *first, *usual)
+        for k, job in enumerate(part_jobs(part, plan.folder, turn, left.get(part.name, ()))):
+            waits = k == 0 and part.name in waiting
+            made = replace(job, waits=waits, favoured=waits and part.name == favoured)
+            placed.append((place_of(made, left_before=k == 0 and part.name in left), made))
+    return tuple(job for _, job in sorted(placed, key=lambda entry: entry[0]))
+
+
+def place_of(job: NightJob, *, left_before: bool) -> int:
+    """Place of a job in its night; jobs of one place are in the plan's order."""
+    if job.study == SelftestTable.study:
+        return 0
+    return 1 if job.favoured else 2 if job.waits else 3 if left_before else 4
+
+
+def favoured_part(parts: Sequence[str], turn: int, waiting: Collection[str]) -> str:
+    """Part whose turn it is among those that wait; empty if none waits.
+
+    The first place goes round with the nights, so that each part that keeps waiting has its turn within as many nights
+    as the plan has parts.
+    """
+    begin = turn % len(parts)
+    return next((name for name in (*parts[begin:], *parts[:begin]) if name in waiting), "")
+
+
+def plan_engines(plan: NightPlan) -> tuple[str, ...]:
+    """Engines that the parts of a plan run: those that it names, and those that commands take without names."""
+    found = dict.fromkeys(default_engines())
+    for part in plan.file.parts:
+        named = (*getattr(part, "engines", ()), *getattr(part, "hosts", ()))
+        found |= dict.fromkeys(name for name in named if name != NO_HOSTS)
+    return tuple(found)
 
 
 def part_jobs(part: PartTable, folder: Path, turn: int, left: Sequence[str]) -> list[NightJob]:
@@ -101,7 +134,7 @@ def part_jobs(part: PartTable, folder: Path, turn: int, left: Sequence[str]) -> 
         arguments, others = arguments_of(part, turn)
         return [NightJob(part.name, part.name, part.study, part.share, arguments, (), others)]
     every = part_scenes(part, folder)
-    before = tuple(scene for scene in every if scene in left)
+    before = tuple(scene for scene in dict.fromkeys(left) if scene in every)  # the longest waiting ones first
     now = tuple(scene for scene in tonights(every, part.nights, turn) if scene not in before)
     arguments, _ = arguments_of(part, turn)
     found = []

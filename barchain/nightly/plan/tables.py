@@ -10,7 +10,8 @@ from scenarios.text import check_text
 from scenarios.toml.effect_tables import Positive, Table
 
 MOST_NAME, MOST_PARTS, MOST_NAMES = 40, 20, 500
-MOST_MINUTES = 1440.0
+LEAST_MINUTES, MOST_MINUTES = 0.5, 1440.0
+"""Half a minute holds the start, one job, and the end"""
 MOST_BARS = 1000
 LOGS = "logs"
 """Folder of the logs of a night's parts"""
@@ -156,7 +157,10 @@ class PlanFile(Table):
 
     name: PartName = Field(description="name of the plan")
     minutes: float = Field(
-        DEFAULT_MINUTES, gt=0.0, le=MOST_MINUTES, description="wall time of a night, minutes; --minutes overrides it"
+        DEFAULT_MINUTES,
+        ge=LEAST_MINUTES,
+        le=MOST_MINUTES,
+        description="wall time of a night, minutes; --minutes overrides it",
     )
     selftest: list[SelftestTable] = Field([], max_length=MOST_PARTS, description="planted faults; done first")
     comparison: list[ComparisonTable] = Field([], max_length=MOST_PARTS, description="engines against solutions")

@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
+    import pandas as pd
+
 NOT_PLANTED = {str(FaultOutcome.NOTHING), str(FaultOutcome.INVISIBLE)}
 """Outcomes of faults that change nothing"""
 REJECTED = {str(FaultOutcome.FALSE_ALARM), str(FaultOutcome.BROKEN)}
@@ -19,21 +21,31 @@ REJECTED = {str(FaultOutcome.FALSE_ALARM), str(FaultOutcome.BROKEN)}
 
 
 def alarm_test(folder: Path, seed: int = 0) -> AlarmTest | None:
-    """Result of the planted faults in a result folder; None if the self-test did not come to its end.
+    """Result of the planted faults in a result folder; None if none was tried to its end.
 
     A fault is missed if no check detects it in any scene in which it changes anything. So is a fault that does not
-    run as it should: nobody knows whether it would be detected.
+    run as it should: nobody knows whether it would be detected. Of a self-test that was interrupted, those faults count
+    that have their result in all of their scenes.
     """
-    if not FILES.has_record(folder) or not FILES.sound_record(folder).get("complete"):
+    if not FILES.has_record(folder) or not FILES.has(folder, "selftest"):
         return None
     tables = read_selftest(folder)
     unmodified = tables.cells["fault"].isin(list(CONTROLS))
     faults, controls = tables.cells[~unmodified], tables.cells[unmodified]
+    if not tables.record.get("complete"):
+        faults = faults[faults["fault"].isin(tried_everywhere(faults, set(tables.record.get("scenes") or ())))]
     planted = set(faults.loc[~faults["fate"].isin(NOT_PLANTED), "fault"])
     broken = set(faults.loc[faults["fate"] == str(FaultOutcome.BROKEN), "fault"])
     killed = set(faults.loc[faults["fate"] == str(FaultOutcome.KILLED), "fault"])
     rejected = set(controls.loc[controls["fate"].isin(REJECTED), "scene"])
+    if not planted and not rejected:
+        return None
     return AlarmTest(len(planted), tuple(sorted(planted - killed | broken)), seed, tuple(sorted(rejected)))
+
+
+def tried_everywhere(faults: pd.DataFrame, scenes: set[str]) -> set[str]:
+    """Faults that have a result in all scenes."""
+    return {str(name) for name, rows in faults.groupby("fault") if scenes and scenes <= set(rows["scene"])}
 
 
 def together(tests: Iterable[AlarmTest]) -> AlarmTest | None:

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 from typing import TYPE_CHECKING
+
+import psutil
+
+from barchain.nightly.run_facts import INTERRUPTED, PartState
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -12,29 +17,58 @@ if TYPE_CHECKING:
     from barchain.nightly.run_facts import NightRun
 
 RESERVE_S = 25.0
-"""Time at the end for judging and telling; a twentieth of a short night"""
+"""Time at the end of a long night for judging and telling"""
+LEAST_RESERVE_S = 6.0
+"""The same of a short night, which has a short history"""
+RESERVED = 0.05
+"""Part of a night that is kept for its end, between these two"""
 ALARM = "selftest"
-LEAST_S = 5.0
-"""A job with less time than this does not begin: reading barchain alone takes a second"""
+LEAST_S = 6.0
+"""A job with less time does not begin: reading barchain and an engine takes two seconds, an end up to four"""
+ENDING_S = 4.0
+"""Time in which an interrupted job ends, inside its own time"""
+RUNNING = 0.75
+"""Least part of a job's time before it is interrupted"""
 FILL = 0.9
 """Part of a job's time that the scenes that are taken on may fill"""
 MEASURED = 0.85
 """Part of a cost study's time that it plans with; its first runs are not planned"""
+FAVOURED = 0.75
+"""Part of the time that is left that one waiting part may take"""
+OLDEST_S = 60.0
+"""A process that is older than this was not started for the night"""
 
 
 def working_time_s(minutes: float) -> float:
     """Time of all jobs together, without the reserve at the end."""
     whole = 60.0 * minutes
-    return whole - min(RESERVE_S, 0.05 * whole)
+    return whole - min(RESERVE_S, max(LEAST_RESERVE_S, RESERVED * whole))
+
+
+def process_age_s() -> float:
+    """Time since the start of this process, which belongs to the night; 0 of one that was not started for it."""
+    age = time.time() - psutil.Process().create_time()
+    return age if 0.0 <= age <= OLDEST_S else 0.0
 
 
 def limit_s(job: NightJob, rest: Sequence[NightJob], left_s: float) -> float:
     """Time of a job: its share of what is left, among itself and the jobs after it.
 
-    Planted faults get enough to begin in the shortest night: without them, no other part is worth believing.
+    Planted faults get enough to begin in the shortest night: without them, no other part is worth believing. So does a
+    part of which nothing was done on the night before. One of these parts, another one each night, may take most of
+    what is left: a night that is too short for all parts does one after the other.
     """
     share = left_s * job.share / sum(each.share for each in (job, *rest))
-    return min(max(share, LEAST_S), left_s) if job.study == ALARM else share
+    if job.study == ALARM or job.waits:
+        share = max(share, LEAST_S)
+    if job.favoured:
+        share = max(share, FAVOURED * left_s)
+    return min(share, left_s)
+
+
+def running_s(time_s: float) -> float:
+    """Time after which a job is interrupted, so that it ends within its time."""
+    return max(time_s - ENDING_S, RUNNING * time_s)
 
 
 def pace_s(name: str, last: NightRun | None) -> float | None:
@@ -46,8 +80,27 @@ def pace_s(name: str, last: NightRun | None) -> float | None:
 
 
 def fitting(job: NightJob, time_s: float, pace: float | None) -> tuple[NightJob, tuple[str, ...]]:
-    """Job with the scenes that are known to fit, at least one, and the scenes that are left."""
-    if pace is None or not job.scenes:
+    """Job with the scenes that are known to fit, at least one, and the scenes that are left.
+
+    A part of which nothing was done on the last night takes on one scene.
+    """
+    if not job.scenes or (pace is None and not job.waits):
         return job, ()
-    count = max(int(FILL * time_s / pace), 1)
+    count = 1 if pace is None else max(int(FILL * time_s / pace), 1)
     return replace(job, scenes=job.scenes[:count]), job.scenes[count:]
+
+
+def leftovers(last: NightRun | None) -> dict[str, list[str]]:
+    """What the last night of the plan left, by part: scenes, or the part's name."""
+    if last is None:
+        return {}
+    return {part.name: list(part.left or (part.name,)) for part in last.parts if part.state is PartState.LEFT}
+
+
+def waiting_parts(last: NightRun | None) -> list[str]:
+    """Parts of which the last night of the plan did nothing for want of time, in its order.
+
+    A night that ended before a part began says nothing of it.
+    """
+    parts = last.parts if last else ()
+    return [p.name for p in parts if p.state is PartState.LEFT and not p.done and p.reason != INTERRUPTED]

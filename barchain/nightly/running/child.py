@@ -51,7 +51,11 @@ class ChildEnd:
 
 
 def run_barchain(
-    arguments: Sequence[str], log: Path, limit_s: float, tick: Callable[[float], None] = lambda _: None
+    arguments: Sequence[str],
+    log: Path,
+    limit_s: float,
+    tick: Callable[[float], None] = lambda _: None,
+    grace_s: float | None = None,
 ) -> ChildEnd:
     """Run a command of barchain in a process of its own.
 
@@ -65,6 +69,8 @@ def run_barchain(
         Wall time after which the command is interrupted as by Ctrl-C, s: studies keep their results then.
     tick : callable
         Called with the time so far, s, several times a second.
+    grace_s : float, optional
+        Time in which an interrupted command has to end, s, before it is killed; default: :data:`GRACE_S`.
 
     Notes
     -----
@@ -84,7 +90,7 @@ def run_barchain(
                 time.sleep(LOOK_S)
             late = process.poll() is None
         finally:
-            interrupt(process)
+            interrupt(process, GRACE_S if grace_s is None else grace_s)
     duration_s = time.monotonic() - start
     if late:
         return ChildEnd(None, duration_s)
@@ -110,14 +116,14 @@ def interruptible() -> Iterator[None]:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def interrupt(process: subprocess.Popen[bytes]) -> None:
+def interrupt(process: subprocess.Popen[bytes], grace_s: float) -> None:
     """End a process that still runs: as by Ctrl-C, and by force if it does not end in time."""
     if process.poll() is not None:
         return
     own = [psutil.Process(process.pid), *descendants(process.pid)]
     process.send_signal(signal.SIGINT)
     try:
-        process.wait(GRACE_S)
+        process.wait(grace_s)
     except subprocess.TimeoutExpired:
         for one in own:
             with contextlib.suppress(psutil.Error):

@@ -8,22 +8,34 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from barchain.nightly.history.model.figures import NIGHT_FORMAT
-from barchain.nightly.history.model.identity import content_digest
-from barchain.nightly.run_facts import PartResult, part_of
-from barchain.record.sources import digest_of
+from barchain.nightly.history.model.installation import installation_of
+from barchain.nightly.run_facts import PartResult, part_of, tuples
+from reports.tables.reading import brief
 from reports.tables.writing import write_atomically
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from barchain.nightly.history.model.figures import Environment
+    from barchain.nightly.history.model.installation import Installation
 
 FILE = "night.json"
+SET_ASIDE = "night.json.damaged"
 LONGEST_PAUSE = datetime.timedelta(hours=20)
 """An interrupted night goes on within this time; later a new one begins"""
-PACKAGES = ("barchain", "adapters", "reference_impl", "scenarios", "reports")
 MOST_IN_A_SECOND = 100
+
+
+class DamagedStateError(ValueError):
+    """Raised for a state that can't be read; the message is one line."""
+
+
+@dataclass(frozen=True)
+class PlannedJob:
+    """Job that a night begins with."""
+
+    part: str
+    scenes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -37,11 +49,19 @@ class NightState:
     started: str
     """UTC, ISO 8601"""
     code: str
-    """Digest of barchain's sources and of the environment: a night goes on with the same ones only"""
+    """Digest of sources, engines, libraries and environment: a night goes on with the same ones only"""
     left: dict[str, list[str]]
     """What the night before had left, by part"""
     parts: list[str]
     """Names of all parts of the plan"""
+    waiting: list[str] = field(default_factory=list)
+    """Parts of which the night before did nothing"""
+    jobs: dict[str, PlannedJob] = field(default_factory=dict)
+    """All jobs of the night, by name"""
+    begun: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    """Scenes that a job took on when it began, by name"""
+    installation: Installation | None = None
+    """Of the start of the night: what its results come from, whenever they are filed"""
     results: dict[str, PartResult] = field(default_factory=dict)
     """Ends of jobs, by name"""
     stored: str = ""
@@ -66,25 +86,40 @@ class NightState:
         return replace(self, results=self.results | {name: ended})
 
 
-def code_here(environment: Environment) -> str:
-    """Digest of barchain's sources and of the environment."""
-    return content_digest([digest_of(*PACKAGES), environment])[:16]
-
-
 def write_state(folder: Path, state: NightState) -> None:
     """Write the state whole."""
     write_atomically(folder / FILE, json.dumps(asdict(state), indent=1, allow_nan=False))
 
 
 def read_state(folder: Path) -> NightState | None:
-    """State in a night's folder; None if there is none, or it is damaged."""
+    """State in a night's folder; None if there is none.
+
+    Raises
+    ------
+    DamagedStateError
+        If it can't be read.
+    """
     try:
-        found: dict[str, Any] = json.loads((folder / FILE).read_text("utf-8"))
-        found["results"] = {name: part_of(entry) for name, entry in found["results"].items()}
-        state = NightState(**found)
-        _ = state.start, state.duration_s
-    except (OSError, ValueError, TypeError, KeyError, AttributeError):
+        return state_of(json.loads((folder / FILE).read_text("utf-8")))
+    except FileNotFoundError:
         return None
+    except OSError as error:
+        raise DamagedStateError(error.strerror or "can't be read") from None
+    except KeyError as error:
+        raise DamagedStateError(f"entry {brief(error)} is missing") from None
+    except (ValueError, TypeError, AttributeError) as error:
+        raise DamagedStateError(brief(error)) from None
+
+
+def state_of(found: dict[str, Any]) -> NightState:
+    """State of the entries of its file; one of an earlier barchain lacks some."""
+    content = dict(found)
+    content["results"] = {name: part_of(entry) for name, entry in content["results"].items()}
+    content["jobs"] = {name: PlannedJob(**tuples(entry)) for name, entry in content.get("jobs", {}).items()}
+    content["begun"] = {name: tuple(scenes) for name, scenes in content.get("begun", {}).items()}
+    content["installation"] = content.get("installation") and installation_of(content["installation"])
+    state = NightState(**content)
+    _ = state.start - state.start, state.duration_s + state.minutes + state.turn
     return state
 
 
@@ -107,15 +142,45 @@ def new_folder(out: Path, start: datetime.datetime) -> Path:
     raise FileExistsError(17, "too many nights began in this second", str(out / name))
 
 
+def night_folders(out: Path) -> list[Path]:
+    """Folders of all nights, the latest first."""
+    return sorted((each for each in out.iterdir() if each.is_dir()), reverse=True) if out.is_dir() else []
+
+
 def unfinished(out: Path) -> Iterator[tuple[Path, NightState]]:
     """Nights in a folder that did not come to their end, the latest first; some may still be running."""
-    folders = sorted((each for each in out.iterdir() if each.is_dir()), reverse=True) if out.is_dir() else []
-    for folder in folders:
-        state = read_state(folder)
+    for folder in night_folders(out):
+        try:
+            state = read_state(folder)
+        except DamagedStateError:
+            continue
         if state is not None and not state.finished:
             yield folder, state
 
 
+def damaged(out: Path) -> Iterator[tuple[Path, str]]:
+    """Nights in a folder whose state can't be read, the latest first, each with the reason."""
+    for folder in night_folders(out):
+        try:
+            read_state(folder)
+        except DamagedStateError as error:
+            yield folder, str(error)
+
+
+def start_of(folder: Path) -> datetime.datetime | None:
+    """Start of a night by the name of its folder; None of another name."""
+    try:
+        found = datetime.datetime.strptime(folder.name[: len("2026-01-05T02-00-00")], NIGHT_FORMAT)
+    except ValueError:
+        return None
+    return found.replace(tzinfo=datetime.UTC)
+
+
+def set_aside(folder: Path) -> None:
+    """Give a damaged state another name, so that it is told once."""
+    (folder / FILE).replace(folder / SET_ASIDE)
+
+
 def goes_on(state: NightState, plan: str, code: str, now: datetime.datetime) -> bool:
     """Whether an interrupted night goes on: the same plan, code and environment, and not too long ago."""
-    return state.plan == plan and state.code == code and now - state.start < LONGEST_PAUSE
+    return state.plan == plan and state.code == code and abs(now - state.start) < LONGEST_PAUSE

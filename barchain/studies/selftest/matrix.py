@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from barchain.studies.selftest.trial import SelftestCase, TrialResult
 
     Done = Callable[[int], None]
+    Seen = Callable[[FaultCell], None]
 
 HOST = "reference"
 
@@ -28,6 +29,11 @@ HOST = "reference"
 def quiet(done: int) -> None:
     """Report nothing."""
     del done
+
+
+def unseen(one: FaultCell) -> None:
+    """Keep nothing of a cell."""
+    del one
 
 
 @dataclass(frozen=True)
@@ -86,12 +92,13 @@ def insert_faults(
 
 
 def with_controls(
-    found: list[SelftestCase], host: str, *, executor: Executor = ALL_CORES, done: Done = quiet
+    found: list[SelftestCase], host: str, *, executor: Executor = ALL_CORES, done: Done = quiet, seen: Seen = unseen
 ) -> tuple[list[SelftestCase], list[FaultCell]]:
     """Cases with the controls' runs, and the controls' cells."""
     kept, cells = {g.scene.name: g for g in found}, []
     for one, result in insert_faults(CONTROLS.values(), found, host, executor=executor, done=done):
         cells.append(one)
+        seen(one)
         if result is not None:
             name = one.scene
             kept[name] = with_control(kept[name], result)
@@ -123,10 +130,16 @@ def matrix(
     *,
     executor: Executor = ALL_CORES,
     done: Done = quiet,
+    seen: Seen = unseen,
 ) -> tuple[Matrix, list[SelftestCase]]:
-    """Controls and faults in all scenes, in the order of the catalogue; and the cases with the controls' runs."""
-    ready, cells = with_controls(found, host, executor=executor, done=done)
-    cells += [one for one, _ in insert_faults(faults, ready, host, executor=executor, done=done)]
+    """Controls and faults in all scenes, in the order of the catalogue; and the cases with the controls' runs.
+
+    `seen` is called with each cell as soon as it is there.
+    """
+    ready, cells = with_controls(found, host, executor=executor, done=done, seen=seen)
+    for one, _ in insert_faults(faults, ready, host, executor=executor, done=done):
+        cells.append(one)
+        seen(one)
     place = {name: k for k, name in enumerate([*CONTROLS, *FAULTS])}
     scenes = {g.scene.name: k for k, g in enumerate(found)}
     return Matrix(tuple(sorted(cells, key=lambda c: (place[c.fault.name], scenes[c.scene])))), ready

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -17,10 +18,11 @@ from barchain.studies.selftest.trial import selftest_cases
 from reports.tables.faults.selftest import FILES
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable, Iterator
 
     from barchain.execution.executors import Executor
     from barchain.record.study_store import StudyStore
+    from barchain.studies.selftest.check_results import FaultCell
     from barchain.studies.selftest.faults.fault import Fault
     from barchain.studies.selftest.trial import SelftestCase
     from barchain.studies.study import Reporter
@@ -102,13 +104,28 @@ class SelftestStudy:
         store.remove("smallest")
         with reporter.counted("reference solutions", len(plan.scenes) * len(SOLUTION_ROLES)) as done:
             found = selftest_cases(plan.scenes, plan.host, executor=plan.executor, done=done)
-        with reporter.counted("faults", len(plan.scenes) * (len(plan.faults) + len(CONTROLS))) as done:
-            tried, ready = matrix(plan.faults, found, plan.host, executor=plan.executor, done=done)
+        with (
+            reporter.counted("faults", len(plan.scenes) * (len(plan.faults) + len(CONTROLS))) as done,
+            kept_if_interrupted(store) as seen,
+        ):
+            tried, ready = matrix(plan.faults, found, plan.host, executor=plan.executor, done=done, seen=seen)
         store.write("selftest", (row for cell in tried.cells for row in cell.rows()))
         store.record.update(passed=tried.passed, unkilled=[f.name for f in tried.unkilled])
         if plan.smallest:
             look_for_smallest(plan, tried, ready, store, reporter)
         return tried
+
+
+@contextlib.contextmanager
+def kept_if_interrupted(store: StudyStore) -> Iterator[Callable[[FaultCell], None]]:
+    """Write the cells so far if the matrix is interrupted: a fault that no check detects is told then too."""
+    cells: list[FaultCell] = []
+    try:
+        yield cells.append
+    except KeyboardInterrupt:
+        if cells:
+            store.write("selftest", (row for cell in cells for row in cell.rows()))
+        raise
 
 
 def look_for_smallest(

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from barchain.cli.main import run
+from barchain.nightly.history.judged import accept, judge
 from barchain.nightly.history.location import VARIABLE, default_url
 from barchain.nightly.history.store import open_store
 from tests.nightly.history.synthetic import error, night, ratio, verdict
@@ -57,8 +58,11 @@ def test_nights_are_listed_shown_and_followed(filled: Path, capsys: pytest.Captu
 def test_export_and_prune_say_how_much(filled: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "all.parquet"
     assert printed(capsys, "export", "--parquet", str(path)) == f"{path}: 9 figures\n"
+    with open_store(str(filled)) as store:
+        for change in judge(store).changes:
+            accept(store, change, "Ada", "meant")
+    assert "0 nights removed" in printed(capsys, "prune", "--keep-nights", "3")
     assert "2 nights removed" in printed(capsys, "prune", "--keep-nights", "1")
-    assert "0 nights removed" in printed(capsys, "prune", "--keep-nights", "1")
 
 
 @pytest.mark.parametrize(

@@ -6,8 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from barchain.nightly.plan.jobs import NightJob
+from barchain.nightly.plan.tables import LEAST_MINUTES
 from barchain.nightly.run_facts import NightRun, PartResult, PartState
-from barchain.nightly.running.budget import fitting, limit_s, pace_s, working_time_s
+from barchain.nightly.running.budget import LEAST_RESERVE_S, fitting, limit_s, pace_s, working_time_s
 
 SCENES = tuple(f"hard/{k}" for k in range(10))
 
@@ -16,9 +17,9 @@ def job(share: float = 1.0) -> NightJob:
     return NightJob("hard", "hard", "stability", share, ("stability",), SCENES)
 
 
-@given(st.floats(0.1, 1440.0))
+@given(st.floats(LEAST_MINUTES, 1440.0))
 def test_the_jobs_leave_time_for_judging_and_telling(minutes: float) -> None:
-    assert 0.9 * 60.0 * minutes <= working_time_s(minutes) < 60.0 * minutes
+    assert 0.8 * 60.0 * minutes <= working_time_s(minutes) <= 60.0 * minutes - LEAST_RESERVE_S
 
 
 @given(st.lists(st.floats(0.1, 100.0), min_size=1, max_size=8), st.floats(1.0, 1e4))

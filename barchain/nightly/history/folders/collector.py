@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from barchain.nightly.history.folders.merging import standing
 from barchain.nightly.history.model.figures import Figure, FigureIdentity, FigureKind, FigureUnit
 from barchain.nightly.history.model.parts import depends_on
 from reports.tables.reading import brief
@@ -80,8 +81,10 @@ class FigureCollector:
         return self.depends[key]
 
     def keep(self, figure: Figure) -> None:
-        """Take a figure; of two of the same name the first counts."""
-        self.found.setdefault(figure.identity, figure)
+        """Take a figure; of two of the same name the first counts, of two verdicts the graver one."""
+        there = self.found.setdefault(figure.identity, figure)
+        if there is not figure and figure.identity.kind is FigureKind.VERDICT:
+            self.found[figure.identity] = standing(there, figure)
 
     @property
     def figures(self) -> tuple[Figure, ...]:

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Any
 from adapters.registry import engines
 from barchain.nightly.history.faults import HistoryError
 from barchain.nightly.history.folders import comparison, judging, timing
+from barchain.nightly.history.folders.merging import merged
 from barchain.nightly.history.model.environment import capture, recorded_environment
 from barchain.nightly.history.model.figures import MACHINE, Night, NightPart
 from barchain.nightly.history.model.identity import content_digest
-from barchain.nightly.history.model.parts import commit, environment_parts, installed_parts, scene_part
+from barchain.nightly.history.model.installation import Installation, installation_here
+from barchain.nightly.history.model.parts import environment_parts, scene_part
 from barchain.record.environment import package_version
 from reports.tables import cost, crossval, effects, ensemble, roundoff, scaling, stability
 from reports.tables.faults import campaign, selftest
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
     from pathlib import Path
 
-    from barchain.nightly.history.model.figures import Environment, Figure, FigureIdentity
+    from barchain.nightly.history.model.figures import Figure, FigureIdentity
     from reports.tables.files import StudyFiles
 
 SUBJECTS = ("scenes", "engines", "bars", "faults")
@@ -82,13 +84,14 @@ def night_here(
     plan: str,
     complete: bool = True,
     void: str | None = None,
+    installation: Installation | None = None,
 ) -> Night:
     """Night of result folders that this installation has just written: parts have the digests of the installed files.
 
     Parameters
     ----------
     folders : sequence of Path
-        Of a figure that stands in several folders, the first one counts.
+        In the order of the plan. A figure that stands in several folders is chosen by :func:`merged`.
     started : datetime
         UTC.
     duration_s : float
@@ -98,39 +101,41 @@ def night_here(
         Whether all of the plan was done; a folder whose record is incomplete makes the night incomplete too.
     void : str, optional
         Why the night can't be believed.
+    installation : Installation, optional
+        That the results come from; the one of this process by default.
 
     Raises
     ------
     HistoryError, FileNotFoundError, DamagedResultsError, SchemaVersionError
         As :func:`read_night`.
     """
-    found: dict[FigureIdentity, Figure] = {}
-    for folder in folders:
-        for figure in read_figures_of(folder):
-            found.setdefault(figure.identity, figure)
-    records = [files.sound_record(folder) for folder in folders for files, _ in found_in(folder)]
-    environment, figures = capture(), tuple(found.values())
-    parts = known_parts(records, parts_here(found, environment), figures)
+    figures = merged(figure for folder in folders for figure in read_figures_of(folder))
+    records = [record for _, record in records_of(folders)]
+    own = installation or installation_behind([figure.identity for figure in figures])
+    needed = {name for figure in figures for name in figure.depends}
+    parts = known_parts(records, [part for part in own.parts if part.name in needed], figures)
     done = complete and all(bool(record.get("complete")) for record in records)
-    own = package_version("barchain")
-    return Night(started, duration_s, plan, own, environment, parts, figures, commit(), done, void)
+    return Night(started, duration_s, plan, own.barchain, own.environment, parts, figures, own.commit, done, void)
 
 
-def night_without_figures(
-    _: Sequence[Path], *, started: datetime.datetime, duration_s: float, plan: str, complete: bool = True,
-    void: str | None = None,
-) -> Night:  # fmt: skip
-    """Night on which nothing was measured, as :func:`night_here`."""
-    own = package_version("barchain")
-    return Night(started, duration_s, plan, own, capture(), (), (), commit(), complete, void)
+def records_of(folders: Iterable[Path]) -> list[tuple[StudyFiles, dict[str, Any]]]:
+    """Records of all results in some folders, each with its kind of results."""
+    return [(files, files.sound_record(folder)) for folder in folders for files, _ in found_in(folder)]
 
 
-def parts_here(found: Iterable[FigureIdentity], environment: Environment) -> tuple[NightPart, ...]:
-    """Installed parts behind some figures."""
-    identities, known = list(found), set(engines())
-    named = {name for i in identities for name in (i.engine, i.anchor)} & known
-    scenes = {i.scene for i in identities} & set(scene_names())
-    return installed_parts(sorted(named), sorted(scenes), environment)
+def recorded_installation(folders: Sequence[Path]) -> Installation:
+    """Installation as the records of result folders know it: versions, and no digests of installed files."""
+    records = [record for _, record in records_of(folders)]
+    first = min(records, key=lambda record: str(record.get("created") or ""), default=None)
+    environment = capture() if first is None else recorded_environment(first)
+    own = package_version("barchain") if first is None else str(first.get("barchain") or "")
+    return Installation(own, environment, environment_parts(environment))
+
+
+def installation_behind(found: Sequence[FigureIdentity]) -> Installation:
+    """Installation of this process behind some figures."""
+    named = {name for i in found for name in (i.engine, i.anchor)} & set(engines())
+    return installation_here(named, {i.scene for i in found} & set(scene_names()))
 
 
 def found_in(folder: Path) -> list[tuple[StudyFiles, Callable[[Path], tuple[Figure, ...]]]]:
