@@ -139,13 +139,13 @@ def noise_key(scene: Scene, setting: Setting, t_s: Array) -> str:
 
 
 def check_noise(name: str, values: Array, t_s: Array) -> None:
-    """Raise for noise of an unknown quantity, of a wrong shape, or not finite."""
+    """Raise for noise of an unknown quantity, of a wrong shape, negative, or not finite."""
     if name not in NOISE:
         raise DeclarationError(
             f"declares noise of {name!r}: no quantity{nearest(name, NOISE)}; allowed: {', '.join(NOISE)}"
         )
-    if values.shape != t_s.shape or not np.isfinite(values).all():
-        raise DeclarationError(f"declares noise of {name} that is not finite")
+    if values.shape != t_s.shape or not np.isfinite(values).all() or (values < 0.0).any():
+        raise DeclarationError(f"declares noise of {name} that is negative or not finite")
 
 
 def engine_class(registration: Registration) -> type[Engine]:

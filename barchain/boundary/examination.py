@@ -144,27 +144,29 @@ def several_runs(registration: Registration, runs: list[tuple[Scene, Setting, Ar
 
 def behaviour(registration: Registration, scene: Scene, setting: Setting, times: int) -> Answer:
     """What runs leave behind: run several times, and look at the process before, after the first, and at the end."""
-    before = process_state()
+    folder = Path.cwd()  # an engine may change to a folder that others use
+    before = process_state(folder)
     first = run(registration, frozenset(), scene, setting)[1]
-    after_first = process_state()
+    after_first = process_state(folder)
     same = True
     for _ in range(times - 1):
         again = run(registration, frozenset(), scene, setting)[1]
         same &= set(again) == set(first) and all(np.array_equal(again[name], first[name]) for name in first)
     return {
-        "before": before, "after_first": after_first, "after": process_state(), "same": bool(same), "times": times,
+        "before": before, "after_first": after_first, "after": process_state(folder), "same": bool(same),
+        "times": times,
     }, first  # fmt: skip
 
 
-def process_state() -> dict[str, Any]:
-    """State of this process that other engines or runs would notice."""
+def process_state(folder: Path) -> dict[str, Any]:
+    """State of this process that other engines or runs would notice, and files in the folder where it began."""
     flush()
     own = psutil.Process()
     return {
         "printed_B": os.fstat(1).st_size,
         "threads": threads(),
         "children": len(own.children(recursive=True)),
-        "files": sorted(plain_text(p.name, 60) for p in Path.cwd().iterdir())[:20],
+        "files": sorted(plain_text(p.name, 60) for p in folder.iterdir())[:20],
         "folder": plain_text(Path.cwd()),
         "variables": {plain_text(k, 80): hash(v) for k, v in os.environ.items()},
         "handlers": {int(n): handler_name(n) for n in signal.valid_signals()},

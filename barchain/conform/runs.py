@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from barchain.boundary.declared import OutsideEngine
+from barchain.boundary.declared import DeclarationError, OutsideEngine
 from barchain.boundary.limits import OutsideLimits
 from barchain.boundary.process import Reply, ask, failed_reply
 from barchain.run.outside_runs import one_run, result_of
@@ -40,7 +41,8 @@ def results(engine: Examined, jobs: Sequence[Job], t_s: Sequence[Array], limit_s
     if reply.problem or len(reply.header.get("runs", ())) != len(jobs):
         return [one_run(job, START_S + limit_s) for job in jobs]  # to see which run ends the process
     if reply.header["noise"]:
-        remember_noise(engine, jobs, t_s, reply)
+        with suppress(DeclarationError):  # a fault of the declaration is told with the first sample
+            remember_noise(engine, jobs, t_s, reply)
     return [result_of(job, part(reply, k)) for k, job in enumerate(jobs)]
 
 

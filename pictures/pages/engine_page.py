@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from pictures.pages.docstrings import paragraphs
 from pictures.pages.libraries import LIBRARIES, Library
 from pictures.pages.record import rows
-from pictures.pages.releases import library_releases
+from pictures.pages.releases import is_studied, library_releases
 from pictures.pages.scene_page import document, link, page_of
 from pictures.pages.words import errors, outcome_text, short, stability_text, table
 from pictures.paths import DOCS, ENGINE_PAGES
@@ -50,6 +50,7 @@ def engine_page(library: Library, measured: Measured) -> str:
         runs=measured.runs,
         cost_scene=COST_SCENE,
         releases=library_releases(library, measured),
+        studied=is_studied(library),
         releases_page=link(page, document("releases.md")),
         stability_page=link(page, DOCS / "studies" / "stability.md"),
     )

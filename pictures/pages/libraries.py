@@ -44,7 +44,7 @@ LIBRARIES = (
     Library("heyoka", "heyoka", "adapters.heyoka", ("heyoka",), "https://bluescarni.github.io/heyoka.py", "MPL-2.0"),
     Library("mujoco", "MuJoCo", "adapters.mujoco", ("mujoco",), "https://mujoco.org", "Apache-2.0"),
     Library("pinocchio", "Pinocchio", "adapters.pinocchio", ("pin",), "https://github.com/stack-of-tasks/pinocchio",
-            "BSD-3-Clause"),
+            "BSD-2-Clause; the metadata of its wheel says BSD-3-Clause"),
     Library("drake", "Drake", "adapters.drake", ("drake",), "https://drake.mit.edu",
             "BSD-3-Clause; its wheel requires Mosek's, which is proprietary"),
     Library("dart", "DART", "adapters.dart", ("dartpy",), "https://dartsim.github.io", "BSD-2-Clause"),

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from pictures.pages.record import rows
 from pictures.pages.words import SIGNS, outcome_text, short, table
 from pictures.paths import ENGINE_PAGES
+from pictures.record.releases import STUDIED
 from reports.tables.nights.releases import ReleaseState
 
 if TYPE_CHECKING:
@@ -28,6 +29,11 @@ def library_releases(library: Library, measured: Measured) -> str:
     """Table of a library's releases; those in a row that give the same digits share a line. Empty without a record."""
     found = of_engines(measured, library.engines)
     return table(HEAD, map(line, spans(found))) if found else ""
+
+
+def is_studied(library: Library) -> bool:
+    """Whether the releases of one of a library's engines are measured."""
+    return any(engine in STUDIED for engine in library.engines)
 
 
 def of_engines(measured: Measured, engines: Iterable[str]) -> list[Row]:

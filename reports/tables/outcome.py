@@ -44,7 +44,7 @@ ADVICE = {
     Outcome.UNSUPPORTED: "The engine does not support an effect or a setting of this scene; the pair is skipped and "
     "the reason shown.",
     Outcome.ROUNDOFF_LIMITED: "Measured round-off of this run explains the difference: no error of the physics, but "
-    "less accuracy than the method has. The reason gives the digits left.",
+    "less accuracy than the method has. The reason gives the ratio to the bound, or the digits left.",
     Outcome.MALFORMED: "The values have fewer digits than an integration gives.",
     Outcome.INCONSISTENT: "The difference exceeds both errors, round-off and the declared model difference. Check "
     "the physics, the signs and the error estimate.",

@@ -53,26 +53,32 @@ def changes(night: str, every: bool, url: str | None, as_json: bool) -> None:
 
 
 @click.command("accept")
-@click.argument("change", metavar="CHANGE", type=WORDS)
+@click.argument("names", metavar="CHANGE...", nargs=-1, required=True, type=WORDS)
 @click.option("--reason", metavar="TEXT", required=True, type=WORDS, help="Say why; the reason is shown and kept.")
 @click.option("--until", metavar="DATE", type=click.DateTime(["%Y-%m-%d"]),
               help="Let the change come back on this date (UTC); default: when the figure moves again.")  # fmt: skip
 @click.option("--night", metavar="NIGHT", default="latest", type=WORDS,
               help="Take the change as it stands on this night; default: the latest.")  # fmt: skip
 @history_option
-def accept_change(change: str, reason: str, until: datetime.datetime | None, night: str, url: str | None) -> None:
-    """Accept CHANGE on purpose: an id of `barchain history changes`, or the name of a figure."""
+def accept_change(
+    names: tuple[str, ...], reason: str, until: datetime.datetime | None, night: str, url: str | None
+) -> None:
+    """Accept each CHANGE on purpose: an id of `barchain history changes`, or the name of a figure.
+
+    In a name * stands for any text: '*:exudyn:*' accepts all changes of an engine.
+    """
     from barchain.nightly.history.faults import need_extra  # noqa: PLC0415
 
     need_extra()
-    from barchain.nightly.history.judged import accept, change_named, judge  # noqa: PLC0415
+    from barchain.nightly.history.judged import accept, changes_named, judge  # noqa: PLC0415
 
+    end = None if until is None else until.replace(tzinfo=datetime.UTC)
     with opened(url) as store:
-        found = change_named(judge(store, night), change)
-        end = None if until is None else until.replace(tzinfo=datetime.UTC)
-        made = accept(store, found, user(), reason, end)
-    ending = f" until {made.until.date()}" if made.until else ""
-    say(f"{made.figure}: {made.became} (before {made.was}) accepted by {made.who}{ending}: {made.reason}")
+        judged = judge(store, night)
+        chosen = {change.id: change for name in names for change in changes_named(judged, name)}
+        for made in [accept(store, change, user(), reason, end) for change in chosen.values()]:
+            ending = f" until {made.until.date()}" if made.until else ""
+            say(f"{made.figure}: {made.became} (before {made.was}) accepted by {made.who}{ending}: {made.reason}")
 
 
 def user() -> str:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 WORSE, CHANGED, NEVER = "worse", "changed", "never"
 JUNIT = "junit.xml"
+NIGHTS = Path("nights")
 NIGHT_FILE = ".json"
 
 junit_option = click.option(
@@ -39,14 +40,15 @@ fail_option = click.option(
 
 @click.command("report")
 @click.argument("night", metavar="[NIGHT]", default="latest", type=WORDS)
-@click.option("--out", metavar="DIR", type=NamedPath(path_type=Path, file_okay=False), default=Path("nights"),
-              show_default=True, help="Write the documents into this folder.")  # fmt: skip
+@click.option("--out", metavar="DIR", type=NamedPath(path_type=Path, file_okay=False),
+              help="Write the documents into this folder; default: nights, or nights/NIGHT of an earlier night.",
+              )  # fmt: skip
 @junit_option
 @baseline_option
 @fail_option
 @history_option
 def report_night(
-    night: str, out: Path, junit: Path | None, baseline: str | None, fail_on: str, url: str | None
+    night: str, out: Path | None, junit: Path | None, baseline: str | None, fail_on: str, url: str | None
 ) -> None:
     """Write page, summary, nightly.json and JUnit XML of NIGHT; default: the latest night.
 
@@ -56,7 +58,9 @@ def report_night(
 
     need_extra("junitparser")
     with opened(url) as store:
-        facts = write_documents(store, night, out, junit, baseline, fail_on)
+        name = store.summary(night).name
+        out = out or (NIGHTS if name == store.summary("latest").name else NIGHTS / name)
+        facts = write_documents(store, name, out, junit, baseline, fail_on)
     say(facts.sentence)
     say(f"page: {out / 'nightly.html'}")
     end_night(facts, fail_on)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import fnmatch
 from typing import TYPE_CHECKING
 
 import sqlalchemy as sa
@@ -72,6 +73,17 @@ def change_named(judged: JudgedNight, name: str) -> Change:
         there = f"{len(judged.changes)} changes are there" if known else "there are none"
         raise HistoryError(f"{name[:80]}: no such change{nearest(name, known)}; {there} up to {judged.night.name}")
     return known[name]
+
+
+def changes_named(judged: JudgedNight, name: str) -> list[Change]:
+    """Changes of a name as :func:`change_named`, or the last change of each figure that fits a pattern with ``*``."""
+    if "*" not in name:
+        return [change_named(judged, name)]
+    last = {change.identity.name: change for change in sorted(judged.changes, key=lambda c: c.since)}
+    fitting = [change for figure, change in last.items() if fnmatch.fnmatchcase(figure, name)]
+    if not fitting:
+        raise HistoryError(f"{name[:80]}: fits none of {len(last)} changed figures up to {judged.night.name}")
+    return [change for change in fitting if not change.irreproducible]
 
 
 def accept(

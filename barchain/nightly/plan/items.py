@@ -27,7 +27,7 @@ def part_scenes(part: ScenesTable, folder: Path) -> tuple[str, ...]:
     Raises
     ------
     PlanError
-        If a name is no scene, or a pattern fits none.
+        If a name is no scene or no file, or a pattern fits none.
     """
     found = [scene for given in part.scenes or part.scenes_of_study for scene in scenes_of(given, part.name, folder)]
     return tuple(dict.fromkeys(found))
@@ -36,7 +36,10 @@ def part_scenes(part: ScenesTable, folder: Path) -> tuple[str, ...]:
 def scenes_of(given: str, part: str, folder: Path) -> list[str]:
     """Scenes of one entry: a file, a name, or a pattern."""
     if given.endswith(SCENE_FILE):
-        return [str((folder / given).resolve())]
+        path = (folder / given).resolve()
+        if not path.is_file():
+            raise PlanError(f"{part}: scenes: {given!r} given, and there is no such file beside the plan")
+        return [str(path)]
     known = scene_names()
     if given in known:
         return [given]
