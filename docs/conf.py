@@ -23,6 +23,7 @@ extensions = [
     "sphinx_copybutton",
     "generated_tables",
     "links_to_sources",
+    "themed_images",
 ]
 exclude_patterns = ["extensions", "recipes", "build"]
 root_doc = "index"
