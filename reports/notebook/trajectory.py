@@ -85,7 +85,7 @@ def html(table: pd.DataFrame, ended: str, info: Mapping[str, object], run: tuple
         ("Samples", f"{len(t_s)}, from {t_s[0]:g} to {t_s[-1]:g} s" if len(t_s) else "none"),
         *([("Ended", ended)] if ended else []),
         *((c.label, f"at most {significant(float(np.nanmax(np.abs(c.values))))}") for c in found if c.values.size),
-        *((name.replace("_", " "), value) for name, value in info.items()),
+        *((name.replace("_", " "), f"{v:.6g}" if isinstance(v, float) else v) for name, v in info.items()),
         ("Table", f"to_frame(): {len(table)} rows, {len(table.columns)} columns"),
     ]
     scene, engine, setting = run
