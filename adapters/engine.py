@@ -42,7 +42,16 @@ class Coordinates(StrEnum):
 
 @dataclass(frozen=True)
 class Setting:
-    """One value of an engine's accuracy parameter."""
+    """One value of an engine's accuracy parameter.
+
+    Parameters
+    ----------
+    parameter : AccuracyParameter
+        ``"rtol"``: requested error of one step relative to each quantity's own scale; or ``"steps_per_orbit"``: number
+        of equal steps in one :attr:`~scenarios.scene.Scene.step_period_s`.
+    value : float
+        Its value, without unit.
+    """
 
     parameter: AccuracyParameter
     value: float

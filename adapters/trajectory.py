@@ -40,38 +40,60 @@ class Trajectory:
     n samples, N bars, P prescribed rotations. A sample at an event (an impulse, the end of a thrust) holds the state
     just before the event. A quantity that the engine does not provide is None, never zeros. A run that ended early (a
     bar reached the surface) has fewer samples and gives the reason in `ended`.
+
+    Attributes
+    ----------
+    t_s : ndarray, shape (n,), s
+        Sample instants.
+    com_m : ndarray, shape (n, 2), m
+        Centre of mass of the chain from the centre of the body.
+    com_velocity_m_s : ndarray, shape (n, 2), m/s
+        Velocity of the centre of mass.
+    angle_rad : ndarray or None, shape (n, N), rad
+        Angle of each bar from the z1 axis, unwrapped.
+    rate_rad_s : ndarray or None, shape (n, N), rad/s
+        Rate of each bar's angle.
+    reaction_N : ndarray or None, shape (n, N-1, 2), N
+        Force on bar j from bar j+1.
+    gap_m : ndarray or None, shape (n, N-1), m
+        Distance between the two bar ends at joint j.
+    com_residual_m : ndarray or None, shape (n,), m
+        Centre-of-mass residual ``|sum mu_j d_j|`` of eq. (6): distance of the bars' weighted centre from the centre of
+        mass.
+    torque_N_m : ndarray or None, shape (n, P), N m
+        Torque on each prescribed bar, positive counter-clockwise.
+    impulse_N_s : ndarray or None, shape (n, N-1, 2), N s
+        Sum of the impulsive reactions on bar j from bar j+1 so far; None in scenes without impulses.
+    condition : ndarray or None, shape (n,)
+        Condition number of the joint system, if requested.
+    ended : str
+        Reason why the run ended before its last sample; empty if it did not.
+    info : dict of str to float or str
+        Counters of the engine: steps, right-hand side evaluations, ...
+    position_m : ndarray or None, shape (n, N, 2), m
+        Centre of each bar relative to the chain's centre of mass, inertial axes; None where the positions follow from
+        the angles (minimal coordinates).
+    scene, engine, setting : str
+        Names of the run, as :func:`barchain.simulate` sets them; empty in a trajectory from elsewhere.
     """
 
     t_s: Array
-    """(n,) s"""
     com_m: Array
-    """(n, 2) centre of mass of the chain from the centre of the body, m"""
     com_velocity_m_s: Array
-    """(n, 2) m/s"""
     angle_rad: Array | None = None
-    """(n, N) angle of each bar from the z1 axis, unwrapped, rad"""
     rate_rad_s: Array | None = None
-    """(n, N) rad/s"""
     reaction_N: Array | None = None
-    """(n, N-1, 2) force on bar j from bar j+1, N"""
     gap_m: Array | None = None
-    """(n, N-1) distance between the two bar ends at joint j, m"""
     com_residual_m: Array | None = None
-    """(n,) centre-of-mass residual ``|sum mu_j d_j|`` of eq. (6): distance of the bars' weighted centre from the centre
-    of mass, m"""
     position_m: Array | None = field(default=None, kw_only=True)
-    """(n, N, 2) centre of each bar relative to the chain's centre of mass, inertial axes, m; None where the
-    positions follow from the angles (minimal coordinates)"""
     torque_N_m: Array | None = None
-    """(n, P) torque on each prescribed bar, positive counter-clockwise, N m"""
     impulse_N_s: Array | None = None
-    """(n, N-1, 2) sum of the impulsive reactions on bar j from bar j+1 so far, N s; None in scenes without impulses"""
     condition: Array | None = None
-    """(n,) condition number of the joint system, if requested"""
     ended: str = ""
-    """Reason why the run ended before its last sample; empty if it did not"""
     info: dict[str, float | str] = field(default_factory=dict)
-    """Counters of the engine: steps, right-hand-side evaluations, ..."""
+    scene: str = field(default="", kw_only=True)
+    engine: str = field(default="", kw_only=True)
+    setting: str = field(default="", kw_only=True)
 
     @property
     def observables(self) -> frozenset[Observable]:
@@ -92,7 +114,7 @@ class Trajectory:
         return to_frame(self)
 
     def plot(self) -> tuple[Figure, NDArray[np.object_]]:
-        """Draw attitude, reactions, change of the centre of mass's radius, and residual over time, in Matplotlib.
+        """Draw attitude, magnitude of reactions, change of the CM's radius, and residual over time, in Matplotlib.
 
         Returns
         -------
@@ -118,7 +140,7 @@ class Trajectory:
         """Charts and size for a notebook; None, so the text alone, before any public name of barchain is used."""
         from scenarios.display import html
 
-        return html("trajectory", self.to_frame(), self.ended, self.info)
+        return html("trajectory", self.to_frame(), self.ended, self.info, (self.scene, self.engine, self.setting))
 
     def replace(self, **changes: Array | None) -> Trajectory:
         """Copy with some arrays replaced."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -111,7 +112,7 @@ def simulate(
     _, result = next(iter(run_jobs([job], time_limit_s=time_limit_s, executor=LocalProcesses(1))))
     if result.outcome is not Outcome.PASS or result.trajectory is None:
         raise EngineError(f"{engine} on {loaded.name}: {result.reason or result.outcome.advice}")
-    return result.trajectory
+    return dataclasses.replace(result.trajectory, scene=loaded.name, engine=engine, setting=str(job.setting))
 
 
 def compare(

@@ -23,6 +23,7 @@ extensions = [
     "sphinx_copybutton",
     "generated_tables",
     "links_to_sources",
+    "themed_images",
 ]
 exclude_patterns = ["extensions", "recipes", "build"]
 root_doc = "index"
@@ -39,6 +40,7 @@ myst_links_external_new_tab = False
 
 autodoc_typehints = "none"  # numpydoc's parameter tables have them
 autodoc_member_order = "bysource"
+autodoc_preserve_defaults = True  # a default that is a folder would show where the site was built
 autosummary_generate = False
 numpydoc_show_class_members = False
 numpydoc_class_members_toctree = False

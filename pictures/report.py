@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     Theme = Literal["light", "dark"]
 
 WIDTH_PX = 1200
+CHART_PX = 820
+"""Window of pictures of charts: in a column of text of 740 px, their words stay near their own size"""
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 INDEX = "report/index.html"
 SCENE = "section.scene >> nth=3"
@@ -53,6 +55,8 @@ class Shot:
     """Most that is shown of it"""
     marks: tuple[str, ...] = ()
     """Elements that get the numbers 1, 2, ..., which the text below the picture explains"""
+    width_px: int = WIDTH_PX
+    """Of the window"""
 
 
 SHOTS = (
@@ -93,10 +97,10 @@ SHOTS = (
     ),
     Shot("matrix", INDEX, ".folds", 900),
     Shot("scene", INDEX, SCENE, 1400),
-    Shot("cost", "report/cost.html", "section.scene .grid", 700),
-    Shot("effects", INDEX, "#effects ~ .scene .grid, #effects ~ .grid", 700),
-    Shot("roundoff", INDEX, "#roundoff ~ .grid", 700),
-    Shot("releases", "releases-mujoco/releases.html", ".grid", 700),
+    Shot("cost", "report/cost.html", "section.scene .grid", 700, width_px=CHART_PX),
+    Shot("effects", INDEX, "#effects ~ .scene .grid, #effects ~ .grid", 700, width_px=CHART_PX),
+    Shot("roundoff", INDEX, "#roundoff ~ .grid", 700, width_px=CHART_PX),
+    Shot("releases", "releases-mujoco/releases.html", ".grid", 700, width_px=CHART_PX),
     Shot("stability", "stability/stability.html", ".matrix", 900),
 )
 
@@ -112,7 +116,8 @@ def report_pictures(work: Path) -> Iterator[Path]:
             if (work / shot.page).is_file():
                 for theme in THEMES:
                     page = browser.new_page(
-                        viewport={"width": WIDTH_PX, "height": 900},
+                        viewport={"width": shot.width_px, "height": 900},
+                        device_scale_factor=1 if shot.width_px == WIDTH_PX else 2,
                         color_scheme=theme,
                         reduced_motion="reduce",
                         bypass_csp=bool(shot.marks),
@@ -141,6 +146,6 @@ def take(page: Page, shot: Shot, theme: Theme) -> Path:
         raise ValueError(f"{shot.page}: {shot.selector} is not shown")
     top = box["y"] + float(page.evaluate("scrollY"))
     path = IMAGES / f"report-{shot.name}{'-dark' if theme == 'dark' else ''}.png"
-    clip: FloatRect = {"x": 0, "y": top, "width": WIDTH_PX, "height": min(box["height"], shot.height_px)}
+    clip: FloatRect = {"x": 0, "y": top, "width": shot.width_px, "height": min(box["height"], shot.height_px)}
     page.screenshot(path=path, clip=clip, full_page=True)
     return path

@@ -75,10 +75,25 @@ class Axes(StrEnum):
 
 @dataclass(frozen=True)
 class PrescribedRotation:
-    """Rotation of one bar by the law of eq. (28): held, turned by `amplitude_rad` in `duration_s`, held."""
+    """Rotation of one bar by the law of eq. (28): held, turned by `amplitude_rad` in `duration_s`, held.
+
+    Attributes
+    ----------
+    bar : int
+        Counted from 1, as in the paper.
+    amplitude_rad : float
+        Angle by which the bar is turned, rad.
+    duration_s : float
+        Duration of the turn, s.
+    start_s : float
+        Start of the turn, s.
+    frame : Frame
+        Axes against which the angle is prescribed.
+    actuator : Actuator
+        Source of the torque.
+    """
 
     bar: int
-    """Counted from 1, as in the paper."""
     amplitude_rad: float
     duration_s: float
     start_s: float
@@ -107,85 +122,149 @@ class PrescribedRotation:
 
 @dataclass(frozen=True)
 class Oblateness:
-    """The central body's flattening, seen in its equatorial plane."""
+    """The central body's flattening, seen in its equatorial plane.
+
+    Attributes
+    ----------
+    j2 : float
+        Zonal coefficient J2 of the body.
+    radius_m : float
+        Reference radius of `j2`, m.
+    """
 
     j2: float
     radius_m: float
-    """Reference radius of `j2`"""
 
 
 @dataclass(frozen=True)
 class ThirdBody:
-    """A point mass on a circular orbit about the centre, in the plane of motion."""
+    """A point mass on a circular orbit about the centre, in the plane of motion.
+
+    Attributes
+    ----------
+    name : str
+        Name of the body.
+    mu_m3_s2 : float
+        Gravitational parameter, m³/s².
+    distance_m : float
+        Distance from the centre, m.
+    longitude_rad : float
+        Longitude at t = 0, from the z1 axis, rad.
+    rate_rad_s : float
+        Rate of the longitude, counter-clockwise, rad/s.
+    """
 
     name: str
     mu_m3_s2: float
     distance_m: float
     longitude_rad: float
-    """At t = 0, from the z1 axis"""
     rate_rad_s: float
-    """Rate of the longitude, counter-clockwise"""
 
 
 @dataclass(frozen=True)
 class Drag:
-    """Free-molecular drag in an exponential atmosphere that turns with the central body."""
+    """Free-molecular drag in an exponential atmosphere that turns with the central body.
+
+    Attributes
+    ----------
+    density_kg_m3 : float
+        Density at `altitude_m`, kg/m³.
+    altitude_m : float
+        Height above the surface of the central body, m.
+    scale_height_m : float
+        Height over which the density falls by e, m.
+    rotation_rad_s : float
+        Rate of the atmosphere, counter-clockwise, rad/s.
+    width_m : tuple of float
+        Width of each bar, (N,), m.
+    normal_coefficient : float
+        Coefficient of the force across the bar.
+    tangential_coefficient : float
+        Coefficient of the force along the bar.
+    """
 
     density_kg_m3: float
-    """At `altitude_m`"""
     altitude_m: float
-    """Above the surface of the central body"""
     scale_height_m: float
     rotation_rad_s: float
-    """Rate of the atmosphere, counter-clockwise"""
     width_m: tuple[float, ...]
-    """(N,)"""
     normal_coefficient: float
     tangential_coefficient: float
 
 
 @dataclass(frozen=True)
 class SolarPressure:
-    """Sunlight on flat bars, each rotated about its own line towards the Sun."""
+    """Sunlight on flat bars, each rotated about its own line towards the Sun.
+
+    Attributes
+    ----------
+    pressure_Pa : float
+        Pressure on a black surface that faces the Sun, Pa.
+    sun_longitude_rad : float
+        Direction to the Sun at t = 0, from the z1 axis, rad.
+    sun_rate_rad_s : float
+        Rate of that direction, counter-clockwise, rad/s.
+    width_m : tuple of float
+        Width of each bar, (N,), m.
+    reflectivity : float
+        Share of specularly reflected light, 0 to 1; the rest is absorbed.
+    shadow : bool
+        Whether the central body's cylindrical shadow darkens the chain while its centre of mass is in it.
+    """
 
     pressure_Pa: float
-    """Pressure on a black surface that faces the Sun"""
     sun_longitude_rad: float
-    """Direction to the Sun at t = 0, from the z1 axis"""
     sun_rate_rad_s: float
-    """Rate of that direction, counter-clockwise"""
     width_m: tuple[float, ...]
-    """(N,)"""
     reflectivity: float
-    """Share of specularly reflected light, 0 to 1; the rest is absorbed"""
     shadow: bool
-    """Whether the central body's cylindrical shadow darkens the chain while its centre of mass is in it"""
 
 
 @dataclass(frozen=True)
 class JointSpringDamper:
-    """A rotational spring and damper in every joint; every tuple has one value per joint."""
+    """A rotational spring and damper in every joint; every tuple has one value per joint.
+
+    Attributes
+    ----------
+    stiffness_N_m_rad : tuple of float
+        Torque of the spring per angle, N m/rad.
+    damping_N_m_s_rad : tuple of float
+        Torque of the damper per rate, N m s/rad.
+    rest_rad : tuple of float
+        Angle of bar j+1 less that of bar j at which the spring is at rest, rad.
+    """
 
     stiffness_N_m_rad: tuple[float, ...]
     damping_N_m_s_rad: tuple[float, ...]
     rest_rad: tuple[float, ...]
-    """Angle of bar j+1 less that of bar j at which the spring is at rest"""
 
 
 @dataclass(frozen=True)
 class Thrust:
-    """Force on one end of a bar; its size is piecewise linear in time, and zero outside the table."""
+    """Force on one end of a bar; its size is piecewise linear in time, and zero outside the table.
+
+    Attributes
+    ----------
+    bar : int
+        Counted from 1.
+    end : End
+        End of the bar that the force acts on.
+    axes : Axes
+        Axes of the direction.
+    direction_rad : float
+        From the bar's direction, or from the z1 axis, rad.
+    times_s : tuple of float
+        Instants of the table, s; the force jumps at the first and the last.
+    force_N : tuple of float
+        Size at those instants, N.
+    """
 
     bar: int
-    """Counted from 1"""
     end: End
     axes: Axes
     direction_rad: float
-    """From the bar's direction, or from the z1 axis"""
     times_s: tuple[float, ...]
-    """Instants of the table; the force jumps at the first and the last"""
     force_N: tuple[float, ...]
-    """Size at those instants"""
 
     @property
     def breaks_s(self) -> tuple[float, ...]:
@@ -202,10 +281,25 @@ class Thrust:
 
 @dataclass(frozen=True)
 class Impulse:
-    """Impulse on one end of a bar at an instant."""
+    """Impulse on one end of a bar at an instant.
+
+    Attributes
+    ----------
+    bar : int
+        Counted from 1.
+    end : End
+        End of the bar that the impulse acts on.
+    axes : Axes
+        Axes of the direction.
+    direction_rad : float
+        From the bar's direction, or from the z1 axis, rad.
+    impulse_N_s : float
+        Size, N s.
+    at_s : float
+        Instant, s.
+    """
 
     bar: int
-    """Counted from 1"""
     end: End
     axes: Axes
     direction_rad: float
@@ -221,7 +315,29 @@ EXTENDED_GRAVITY = (Gravity.QUADRUPOLE, Gravity.SLENDER)
 
 @dataclass(frozen=True)
 class Effects:
-    """All physical effects of a scene."""
+    """All physical effects of a scene.
+
+    Attributes
+    ----------
+    gravity : Gravity
+        Model of the central body's gravity.
+    prescribed_rotation : tuple of PrescribedRotation
+        Bars that are turned by a law.
+    oblateness : Oblateness or None
+        Flattening of the central body; None without.
+    third_body : tuple of ThirdBody
+        Further bodies, e.g. Moon and Sun.
+    drag : Drag or None
+        Atmosphere; None without.
+    solar_pressure : SolarPressure or None
+        Sunlight; None without.
+    joint_spring_damper : JointSpringDamper or None
+        Springs and dampers in the joints; None without.
+    thrust : tuple of Thrust
+        Forces at ends of bars.
+    impulse : tuple of Impulse
+        Impulses at ends of bars.
+    """
 
     gravity: Gravity
     prescribed_rotation: tuple[PrescribedRotation, ...] = ()

@@ -24,7 +24,15 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class CentralBody:
-    """Central body."""
+    """Central body.
+
+    Attributes
+    ----------
+    mu_m3_s2 : float
+        Gravitational parameter, m³/s².
+    radius_m : float
+        Radius of its surface, m.
+    """
 
     mu_m3_s2: float
     radius_m: float
@@ -32,28 +40,49 @@ class CentralBody:
 
 @dataclass(frozen=True)
 class Orbit:
-    """Injection of the chain's centre of mass; its velocity is horizontal, counter-clockwise."""
+    """Injection of the chain's centre of mass; its velocity is horizontal, counter-clockwise.
+
+    Attributes
+    ----------
+    altitude_m : float
+        Initial height of the centre of mass above the surface, m.
+    speed_factor : float
+        The paper's beta: initial speed over the local circular speed.
+    longitude_rad : float
+        Initial direction of the centre of mass from the z1 axis, rad.
+    """
 
     altitude_m: float
     speed_factor: float
-    """The paper's beta: speed over the local circular speed."""
     longitude_rad: float
 
 
 @dataclass(frozen=True)
 class Chain:
-    """The bars, first to last; every tuple has one value per bar."""
+    """The bars, first to last; every tuple has one value per bar.
+
+    Attributes
+    ----------
+    mass_kg : tuple of float
+        Masses, kg.
+    length_m : tuple of float
+        Lengths, m.
+    inertia_kg_m2 : tuple of float
+        Moments of inertia about each bar's own centre of mass, kg m².
+    angle_rad : tuple of float
+        Initial angles from the horizontal that `angle_from` names, rad.
+    angle_from : str
+        ``"chain"``: the horizontal through the chain's centre of mass; ``"bar"``: through each bar's own.
+    rate_factor : tuple of float
+        The paper's alpha: initial inertial rate over v0/r0.
+    """
 
     mass_kg: tuple[float, ...]
     length_m: tuple[float, ...]
     inertia_kg_m2: tuple[float, ...]
-    """About the bar's own centre of mass."""
     angle_rad: tuple[float, ...]
-    """From the horizontal that `angle_from` names, rad"""
     angle_from: str
-    """"chain": the horizontal through the chain's centre of mass; "bar": through each bar's own."""
     rate_factor: tuple[float, ...]
-    """The paper's alpha: initial inertial rate over v0/r0."""
 
     @property
     def bars(self) -> int:
@@ -63,7 +92,15 @@ class Chain:
 
 @dataclass(frozen=True)
 class Run:
-    """Duration of a run, and its number of equally spaced samples, both ends included."""
+    """Duration and samples of a run.
+
+    Attributes
+    ----------
+    duration_s : float
+        Duration, s.
+    samples : int
+        Number of equally spaced samples, both ends included.
+    """
 
     duration_s: float
     samples: int
@@ -94,6 +131,29 @@ def period_s(body: CentralBody, orbit: Orbit, gravity: Gravity) -> float:
 @dataclass(frozen=True)
 class Scene:
     """A complete, validated problem.
+
+    Attributes
+    ----------
+    name : str
+        Name below ``scenarios/``, e.g. ``paper/fig05``, or of the file.
+    title : str
+        Title of pages and pictures.
+    source : str
+        A paper's figure, a closed form, or another origin.
+    description : str
+        Subject of the scene, in sentences.
+    tags : tuple of str
+        Words that select scenes, e.g. ``paper``.
+    central_body : CentralBody
+        Gravitational parameter and radius.
+    orbit : Orbit
+        Initial motion of the chain's centre of mass.
+    chain : Chain
+        Masses, lengths, inertias, initial angles and rates of the bars.
+    effects : Effects
+        Gravity, prescribed rotations and all other effects.
+    run : Run
+        Duration and samples.
 
     Raises
     ------

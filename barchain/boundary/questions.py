@@ -22,7 +22,9 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 Answer = tuple[dict[str, Any], dict[str, "Array"]]
-ARRAYS = tuple(f.name for f in dataclasses.fields(Trajectory) if f.name not in {"ended", "info"})
+WORDS = {"ended", "info", "scene", "engine", "setting"}
+"""Fields of a trajectory that are no arrays"""
+ARRAYS = tuple(f.name for f in dataclasses.fields(Trajectory) if f.name not in WORDS)
 
 
 class DeclarationError(TypeError):

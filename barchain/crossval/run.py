@@ -35,15 +35,33 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ComparisonResult:
-    """Result of a comparison of engines with the judging solution."""
+    """Result of a comparison of engines with the judging solution.
+
+    Attributes
+    ----------
+    metrics : DataFrame
+        One value a row. Columns:
+
+        - ``scene``, ``engine``, ``setting``: names of the run; in parentheses for several engines or scenes together;
+        - ``quantity``: ``attitude``, ``rate``, ``reaction``, ``com``, ``com_velocity``, ``gap``, ``com_residual``,
+          ``torque``, ``impulse``, ``energy``, ``angular_momentum``, ``relative_energy``, or ``run`` for the
+          whole run;
+        - ``metric``: ``max``, ``rms``, ``final`` and ``first_orbit_max`` of the difference from the judging solution;
+          ``drift``; ``normalised_error``, ``bound_ratio``, ``detection_limit``, and further ones;
+        - ``value``, ``unit``: number and SI unit; ``1`` for a ratio;
+        - ``tolerance``: largest value that passes; NaN where none is judged;
+        - ``outcome``, ``reason``: an :class:`~reports.tables.outcome.Outcome` in words, and the reason of a failure;
+        - ``limit_s``: end of the pointwise comparison, the predictability limit, s.
+    outcomes : dict of tuple of str to Outcome
+        Outcome by (scene, engine); a name in parentheses stands for several engines or scenes, see
+        :mod:`reports.tables.crossval`.
+    report : Path or None
+        Page, if it was rendered.
+    """
 
     metrics: pd.DataFrame
-    """One value a row; columns :data:`reports.tables.crossval.METRIC_COLUMNS`"""
     outcomes: dict[tuple[str, str], Outcome]
-    """By (scene, engine); a name in parentheses stands for several engines or scenes, see
-    :mod:`reports.tables.crossval`"""
     report: Path | None = None
-    """Page, if it was rendered"""
 
     @property
     def passed(self) -> bool:

@@ -89,7 +89,8 @@ def trajectory_from(header: dict[str, Any], arrays: dict[str, Array]) -> Traject
     if unknown:
         raise MessageError(f"its answer holds unknown arrays: {plain_text(', '.join(unknown))}")
     try:
-        return Trajectory(**arrays, ended=plain_text(header.get("ended", "")), info=plain_info(header.get("info")))
+        ended, info = plain_text(header.get("ended", "")), plain_info(header.get("info"))
+        return Trajectory(**arrays, ended=ended, info=info, scene="", engine="", setting="")
     except TypeError as error:
         raise MessageError(f"its answer is incomplete: {plain_text(error)}") from None
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING
 
 from pictures.pages.docstrings import paragraphs
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from pictures.pages.record import Measured, Row
 
 COST_SCENE = "paper/fig05"
+MOST_COLUMNS = 5
+"""Engines side by side in a page's column of text; more have further tables"""
 
 
 def page_file(library: Library) -> Path:
@@ -139,12 +142,18 @@ def matrix(library: Library, scenes: dict[str, None], text: Callable[[str, str],
     cells = {(s, e): text(s, e) for s in scenes for e in library.engines}
     names = [e for e in library.engines if any(cells[s, e] for s in scenes)]
     page = page_file(library)
-    lines = [
-        [f"[{s}]({link(page, page_of(s))})", *(cells[s, e] for e in names)]
-        for s in scenes
-        if any(cells[s, e] for e in names)
-    ]
-    return table(("scene", *names), lines) if lines else ""
+    shown = [s for s in scenes if any(cells[s, e] for e in names)]
+    first = {s: f"[{s}]({link(page, page_of(s))})" for s in shown}
+    return "\n\n".join(
+        table(("scene", *part), [[first[s], *(cells[s, e] for e in part)] for s in shown]) for part in portions(names)
+    )
+
+
+def portions(names: list[str]) -> list[list[str]]:
+    """Names in portions of nearly equal size, at most :data:`MOST_COLUMNS`, in their order."""
+    count = -(-len(names) // MOST_COLUMNS)
+    ends = [len(names) * k // count for k in range(count + 1)] if count else []
+    return [names[a:b] for a, b in itertools.pairwise(ends)]
 
 
 def of_library(frame: pd.DataFrame, library: Library) -> list[Row]:

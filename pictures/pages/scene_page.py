@@ -154,16 +154,27 @@ def hard_sentences(scene: Scene, measured: Measured) -> list[str]:
     return found
 
 
-def engine_tables(scene: Scene, measured: Measured) -> list[tuple[str, str]]:
-    """Heading and table of each kind of engines; kinds without a result are left out."""
+def engine_tables(scene: Scene, measured: Measured) -> list[tuple[str, str, str]]:
+    """Heading, table and reasons of each kind of engines; kinds without a result are left out."""
     found = []
     for external, heading in KINDS:
         names = [(lib.page, e) for lib in LIBRARIES for e, r in lib.engines.items() if r.external is external]
         made = stability_rows if scene.name.startswith(HARD) else comparison_rows
         head, lines = made(scene, names, measured)
         if lines:
-            found.append((heading, table(head, lines)))
+            found.append((heading, table(head, lines), reasons(scene, [engine for _, engine in names], measured)))
     return found
+
+
+def reasons(scene: Scene, engines: list[str], measured: Measured) -> str:
+    """List of the reasons of outcomes below a table: sentences make its last column leave the page."""
+    known: dict[str, list[str]] = {}
+    for engine in engines:
+        row = measured.comparison.get((scene.name, engine))
+        why = str(row["reason"]) if row else measured.reasons.get((scene.name, engine), "")
+        if why:
+            known.setdefault(why, []).append(engine)
+    return "\n".join(f"- {', '.join(names)}: {cell(why)}" for why, names in known.items())
 
 
 def engine_link(scene: Scene, page: str, engine: str) -> str:
@@ -183,7 +194,6 @@ def comparison_rows(
         "reactions:",
         "detection limit:",
         "compared to:",
-        "reason",
     )
     lines = []
     for page, engine in names:
@@ -192,7 +202,7 @@ def comparison_rows(
             name = engine_link(scene, page, engine)
             limit = "" if row["limit_s"] is None else compared_to(scene, row["limit_s"])
             numbers = [errors(row), short(row["reaction_N"], "N"), short(row["detection_limit"]), limit]
-            lines.append([name, row["setting"], outcome_text(row["outcome"]), *numbers, cell(row["reason"])])
+            lines.append([name, row["setting"], outcome_text(row["outcome"]), *numbers])
     return head, lines
 
 
@@ -208,9 +218,5 @@ def stability_rows(
 ) -> tuple[tuple[str, ...], list[list[str]]]:
     """Head and rows of a hard scene."""
     pairs = [(page, e, measured.stability.get((scene.name, e), "")) for page, e in names]
-    lines = [
-        [engine_link(scene, page, e), stability_text(word), measured.reasons.get((scene.name, e), "")]
-        for page, e, word in pairs
-        if word
-    ]
-    return ("engine", "outcome", "reason"), lines
+    lines = [[engine_link(scene, page, e), stability_text(word)] for page, e, word in pairs if word]
+    return ("engine", "outcome"), lines

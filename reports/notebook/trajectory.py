@@ -43,7 +43,7 @@ class TimeChart:
 
 
 def plot(table: pd.DataFrame) -> tuple[Figure, NDArray[np.object_]]:
-    """Draw attitude, reactions, drift of the centre of mass and residual over time, in Matplotlib's own style.
+    """Draw attitude, magnitude of reactions, drift of the centre of mass and residual over time, in Matplotlib's style.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def plot(table: pd.DataFrame) -> tuple[Figure, NDArray[np.object_]]:
     return made, drawn(made, table["t_s"].to_numpy(float), found)
 
 
-def html(table: pd.DataFrame, ended: str, info: Mapping[str, object]) -> Markup:
+def html(table: pd.DataFrame, ended: str, info: Mapping[str, object], run: tuple[str, str, str]) -> Markup:
     """HTML of a trajectory from its table.
 
     Parameters
@@ -72,6 +72,8 @@ def html(table: pd.DataFrame, ended: str, info: Mapping[str, object]) -> Markup:
         Reason why the run ended early; empty if it did not.
     info : mapping
         The engine's counters.
+    run : tuple of str
+        Scene, engine and setting; empty where they are not known.
     """
     t_s, found = table["t_s"].to_numpy(float), charts(table)
     made = figure(WIDTH_PX, HEIGHT_PX * len(found))
@@ -83,10 +85,12 @@ def html(table: pd.DataFrame, ended: str, info: Mapping[str, object]) -> Markup:
         ("Samples", f"{len(t_s)}, from {t_s[0]:g} to {t_s[-1]:g} s" if len(t_s) else "none"),
         *([("Ended", ended)] if ended else []),
         *((c.label, f"at most {significant(float(np.nanmax(np.abs(c.values))))}") for c in found if c.values.size),
-        *((name.replace("_", " "), value) for name, value in info.items()),
+        *((name.replace("_", " "), f"{v:.6g}" if isinstance(v, float) else v) for name, v in info.items()),
         ("Table", f"to_frame(): {len(table)} rows, {len(table.columns)} columns"),
     ]
-    return card("Trajectory", "", [picture(inline(made, "notebook-trajectory", label), WIDTH_PX), facts_table(facts)])
+    scene, engine, setting = run
+    title = " in ".join(filter(None, [scene, engine])) or "Trajectory"
+    return card(title, setting, [picture(inline(made, "notebook-trajectory", label), WIDTH_PX), facts_table(facts)])
 
 
 def charts(table: pd.DataFrame) -> list[TimeChart]:
@@ -96,7 +100,7 @@ def charts(table: pd.DataFrame) -> list[TimeChart]:
     angle, reaction = numbered(table, r"angle_(\d+)_rad"), reaction_sizes(table)
     found = [
         None if angle is None else TimeChart("attitude, rad", angle, "bar"),
-        None if reaction is None else TimeChart("reactions, N", reaction, "joint"),
+        None if reaction is None else TimeChart("magnitude of reactions, N", reaction, "joint"),
         TimeChart("change of the CM's radius, m", (radius - radius[:1])[:, None]),
     ]
     if "com_residual_m" in table:

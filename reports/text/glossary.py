@@ -19,7 +19,7 @@ TERMS = {
     "follows from the order of the method and from the error amplification.",
     "error amplification": "Factor by which a small perturbation of the initial angles and rates has grown in the "
     "attitude. A second run measures the factor. Its initial angles and rates are perturbed by up to "
-    "1e-10 (rad; relative to the orbital rate).",
+    "10⁻¹⁰ (rad; relative to the orbital rate).",
     "predictability limit": f"Last instant at which two correct runs at this setting agree to {PARTED_RAD:g} rad. "
     "Later attitudes are not compared point by point.",
     "detection limit": "Smallest relative error that the comparison would have reported as a failure.",

@@ -13,7 +13,7 @@ from click.testing import CliRunner
 from adapters.registry import ENGINES
 from pictures.__main__ import main
 from pictures.pages.docstrings import paragraphs
-from pictures.pages.engine_page import page_file
+from pictures.pages.engine_page import MOST_COLUMNS, page_file, portions
 from pictures.pages.libraries import LIBRARIES, library_of
 from pictures.pages.words import cell, short
 from pictures.paths import GALLERY, RECORD
@@ -124,6 +124,21 @@ def test_a_number_is_shown_with_the_digits_of_the_record(value: float | None, te
 
 def test_a_bar_in_a_reason_does_not_end_a_cell() -> None:
     assert cell("|r| is large\nhere") == "\\|r\\| is large here"
+
+
+def test_tables_of_many_engines_are_divided_and_keep_their_order() -> None:
+    names = [str(k) for k in range(2 * MOST_COLUMNS + 1)]
+    parts = portions(names)
+    assert [name for part in parts for name in part] == names
+    assert len(parts) == 3
+    assert max(map(len, parts)) <= MOST_COLUMNS
+    assert portions([]) == []
+
+
+def test_reasons_stand_below_a_table_of_the_gallery_and_not_in_it() -> None:
+    page = rendered()[GALLERY / "paper" / "fig17.md"]
+    assert not [line for line in page.splitlines() if line.startswith("|") and "not supported" in line]
+    assert [line for line in page.splitlines() if line.startswith("- pymunk") and "not supported" in line]
 
 
 def test_the_command_names_its_stages() -> None:

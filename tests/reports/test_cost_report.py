@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -73,8 +74,12 @@ def test_many_engines_are_drawn_family_by_family() -> None:
     x, no = np.array([1e-3, 1e-6]), np.zeros(2, bool)
     data = ChartData("n", "x", "y", 1e-14, tuple(CostCurve(e, x, (k + 1) / x, no, no) for k, e in enumerate(names)))
     panels = by_family(data)
-    assert [p.title for p in panels] == ["Exudyn", "Scipy", "Others"]
+    assert [p.title for p in panels] == ["Exudyn", "Scipy", "Single engines with independent physics"]
     assert [len(p.legend) for p in panels] == [4, 4, 3]
+    alone = dataclasses.replace(
+        data, tracks=(*data.tracks[:-1], dataclasses.replace(data.tracks[-1], independent=False))
+    )
+    assert [p.title for p in by_family(alone)][-1] == "Single integrators on barchain's equations"
     whole = overview(data, "t")
     assert whole is not None
     assert [e.label for e in whole.legend] == ["exudyn", "scipy", "cvode", "mujoco", "rebound"]

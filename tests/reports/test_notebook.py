@@ -23,7 +23,7 @@ from reports.tables.outcome import Outcome
 from scenarios import scene_names
 from tests.support.page_policy import LOADING
 
-LABELS = ["attitude, rad", "reactions, N", "change of the CM's radius, m", "centre-of-mass residual, m"]
+LABELS = ["attitude, rad", "magnitude of reactions, N", "change of the CM's radius, m", "centre-of-mass residual, m"]
 OPEN = {"p", "br", "path", "circle", "use", "wbr", "rect", "line"}  # elements without an end, or closed at once
 
 
@@ -101,6 +101,14 @@ def test_a_trajectory_shows_each_quantity_with_its_unit(trajectory: barchain.Tra
         assert label.replace("'", "&#39;") in found or label in found
     assert "21, from 0 to 100 s" in found
     assert "5.00" in found, "size of the reaction of 3 N and 4 N"
+
+
+def test_a_card_is_titled_by_scene_and_engine_where_they_are_known(trajectory: barchain.Trajectory) -> None:
+    assert "<strong>Trajectory</strong>" in shown(trajectory)
+    simulated = barchain.simulate("basics/libration", "reference", rtol=1e-6)
+    found = shown(simulated)
+    assert "<strong>basics/libration in reference</strong>" in found
+    assert "rtol=1e-06" in found
 
 
 def test_a_trajectory_that_ended_early_says_why(trajectory: barchain.Trajectory) -> None:

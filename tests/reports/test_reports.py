@@ -388,4 +388,4 @@ def test_effects_conserved_quantities_and_the_gradients_defect_are_among_a_scene
     text = reports.render(write_tables(tmp_path, [one_row("pass")], {"scenes": {"s": scene}}))[1].read_text()
     assert "- Effect: drag in 6×10⁻¹¹ kg/m³" in text
     assert "- Conserved: angular momentum" in text
-    assert "relative to the totals, of order (l/r)² = 2.2" in text
+    assert "relative to the totals, of order (l/r)², 2.2" in text

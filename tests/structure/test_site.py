@@ -11,6 +11,10 @@ from tests.structure.product import PACKAGES, ROOT
 from tests.structure.site import dead_links, loads_from_elsewhere, read_site
 
 DOCS = ROOT / "docs"
+PICTURE = re.compile(
+    r'<a class="full-size (?:only-\w+ )?reference internal" href="[./]*_images/([^"]+)"><img [^>]*class="(only-\w+)" '
+    r'src="[./]*_images/([^"]+)"'
+)
 VARIABLE = re.compile(r"\bBARCHAIN_[A-Z_]+\b")
 
 
@@ -39,6 +43,20 @@ def test_no_link_of_the_site_is_dead(site: Path) -> None:
 @pytest.mark.slow
 def test_the_site_loads_nothing_from_elsewhere(site: Path) -> None:
     assert not [*loads_from_elsewhere(read_site(site))]
+
+
+@pytest.mark.slow
+def test_a_picture_has_a_dark_variant_where_one_lies_beside_it_and_leads_to_its_full_size(site: Path) -> None:
+    for page, stem, end in (("index", "chain-light", "svg"), ("studies/cost", "report-cost", "png")):
+        text = (site / f"{page}.html").read_text("utf-8")
+        pictures = re.findall(PICTURE, text)
+        dark = f"{stem.removesuffix('-light')}-dark.{end}"
+        assert (f"{stem}.{end}", "only-light", f"{stem}.{end}") in pictures
+        assert (dark, "only-dark", dark) in pictures
+        assert (site / "_images" / dark).is_file()
+    single = (site / "engines" / "heyoka.html").read_text("utf-8")
+    assert "heyoka-cost.svg" in single
+    assert "only-dark" not in single.partition("<article")[2].partition("</article>")[0]
 
 
 def test_a_dead_link_an_anchor_and_a_script_from_elsewhere_are_found(tmp_path: Path) -> None:

@@ -122,19 +122,23 @@ def by_family(data: ChartData) -> list[Panel]:
     shown = [t for t in data.tracks if t.drawn.any() or t.failed.any()]
     groups = families([t.engine for t in shown])
     groups = {t.engine: alone(groups[t.engine], t) for t in shown}
-    names = sorted(set(groups.values()), key=lambda g: (g.startswith(OTHERS), list(groups.values()).index(g)))
+    names = sorted(set(groups.values()), key=lambda g: (g in ALONE.values(), list(groups.values()).index(g)))
     found = (family(data, g, [t for t in shown if groups[t.engine] == g]) for g in names)
     return [p for p in found if p]
 
 
+ALONE = {True: "single engines with independent physics", False: "single integrators on barchain's equations"}
+"""Titles of the charts of engines that are alone in their family, by whether their physics is independent"""
+
+
 def alone(family: str, track: CostCurve) -> str:
     """Family of an engine; those that are alone in theirs are divided by kind."""
-    return family if family != OTHERS or track.independent else f"{OTHERS}, barchain's equations"
+    return family if family != OTHERS else ALONE[track.independent]
 
 
 def family(data: ChartData, name: str, own: list[CostCurve]) -> Panel | None:
     """Chart of one family."""
-    title = name.capitalize()
+    title = name[:1].upper() + name[1:]
     ax = axes(data, title, name)
     if ax is None:
         return None

@@ -116,5 +116,5 @@ def gradient_defect(scene: SceneRecord) -> str:
         return ""
     return written(
         f"energy {significant(energy)}, angular momentum {significant(momentum)} relative to the totals, of order "
-        f"(l/r)² = {significant(square)} (a property of the model; quadrupole and slender gravity conserve both)"
+        f"(l/r)², {significant(square)} (a property of the model; quadrupole and slender gravity conserve both)"
     )

@@ -24,6 +24,7 @@ SIZE = 400.0
 INSTANTS = 16  # a multiple of 4, so that quarters of the orbit are among them
 LEAST_SHOWN = 0.25  # of a revolution: a second panel for less would be empty
 TRACK_POINTS = 181
+ASLANT = 0.5  # sine of the angle from the vertical beyond which a label lies beside its instant, not above or below
 SHARE = 0.88  # of the distance between two instants that the straight chain covers
 
 
@@ -202,17 +203,19 @@ def label_instants(ax: Axes, geometry: Geometry, instants_s: Array, place: Array
     """Write the time beside every fourth instant: towards the body, clear of the chain."""
     for k in range(0, len(instants_s), 4):
         orbits = instants_s[k] / geometry.period_s
-        text = f"{orbits:.2f}".rstrip("0").rstrip(".") if geometry.closed else f"{instants_s[k]:.0f} s"
+        count = f"{orbits:.2f}".rstrip("0").rstrip(".")
+        text = f"{count} orbit{'' if count == '1' else 's'}" if geometry.closed else f"{instants_s[k]:.0f} s"
         if k == 0:
             text = f"t = {text}"
         reach = np.linalg.norm(chain[k] - place[k], axis=-1).max()
-        room = (0.05 if geometry.closed else 0.08) * float(np.ptp(ax.get_xlim()))
-        where = place[k] + inward(place, k) * (reach + room)
+        room = (0.04 if geometry.closed else 0.08) * float(np.ptp(ax.get_xlim()))
+        towards = inward(place, k)
+        where = place[k] + towards * (reach + room)
         ax.text(
             where[0],
             where[1],
             text,
-            ha="center",
+            ha="left" if towards[0] > ASLANT else "right" if towards[0] < -ASLANT else "center",
             va="center",
             fontsize=TEXT_SIZE,
             color=COLOURS["muted"].stand_in,

@@ -10,7 +10,7 @@ from reports.chapters.crossval.facts import facts
 from reports.chapters.crossval.matrix import cell_text, engine_groups
 from reports.chapters.crossval.opening import opening
 from reports.chapters.crossval.scene_view import view_scene
-from reports.chapters.crossval.summary import SHORT_OF_THE_RUN, WORDS, RunCell, Summary, summarise
+from reports.chapters.crossval.summary import SHORT_OF_THE_RUN, WORDS, QuantityRow, RunCell, Summary, summarise
 from reports.chapters.crossval.verdict import failure_words, summary_verdict
 from reports.page import surroundings, templates
 from reports.plotting.palette import engine_pen
@@ -125,6 +125,8 @@ def context(results: Results, summary: Summary) -> dict[str, Any]:
         "mapping": mapping,
         "engine_pen": engine_pen,
         "orbits": orbits,
+        "figures": figures,
+        "metric_heads": METRIC_HEADS,
         "run_anchor": run_anchor,
         "coverage_words": coverage_words,
     }
@@ -148,6 +150,19 @@ def kind(outcome: Outcome) -> str:
     if outcome in (Outcome.MISSING, Outcome.NOTHING_COMPARED, Outcome.TIMED_OUT, Outcome.INCOMPLETE):
         return "gone"
     return "fail"
+
+
+METRIC_HEADS = (
+    "Largest", "First orbit", "RMS", "Final", "Bound", "Normalised error", "Detection limit", "Predictability limit, s"
+)  # fmt: skip
+"""Heads of the numbers in the table of metrics"""
+
+
+def figures(row: QuantityRow) -> list[tuple[str, float | None]]:
+    """Numbers of a quantity, each with its head."""
+    limit_s = None if row.ratio is None else row.limit_s
+    values = (row.largest, row.first_orbit, row.rms, row.final, row.bound, row.ratio, row.detection_limit, limit_s)
+    return list(zip(METRIC_HEADS, values, strict=True))
 
 
 def orbits(summary: Summary, cell: RunCell) -> str:

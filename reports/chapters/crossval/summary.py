@@ -52,13 +52,30 @@ class QuantityRow:
         """Name for people."""
         return QUANTITY_NAMES.get(self.quantity, self.quantity.replace("_", " "))
 
+    @property
+    def unit_words(self) -> str:
+        """Unit for people: ``rad``, or the denominator of a ratio."""
+        return SHARES.get(self.quantity, self.unit if self.unit != "1" else "")
+
+    @property
+    def empty(self) -> bool:
+        """Whether there is neither a number nor a reason nor a judgement."""
+        return self.outcome is Outcome.REPORTED and self.largest is None and self.ratio is None and not self.reason
+
 
 QUANTITY_NAMES = {
     "com": "CM track",
     "com_velocity": "CM velocity",
     "gap": "joint gap",
     "com_residual": "centre-of-mass residual",
+    "relative_energy": "kinetic energy about the CM",
 }
+SHARES = {
+    "energy": "relative",
+    "angular_momentum": "relative",
+    "relative_energy": "of the largest possible",
+}
+"""Units of quantities that are ratios, in words"""
 
 
 @dataclass(frozen=True)
@@ -80,6 +97,16 @@ class RunCell:
     def row(self, quantity: str) -> QuantityRow | None:
         """Row of a quantity."""
         return next((r for r in self.rows if r.quantity == quantity), None)
+
+    @property
+    def told(self) -> list[QuantityRow]:
+        """Rows of a large table: those that tell something."""
+        return [r for r in self.rows if not r.empty] or list(self.rows)
+
+    @property
+    def shows_kinetic_ratio(self) -> bool:
+        """Whether the kinetic energy about the centre of mass was judged: the motion was followed beyond its limit."""
+        return any(r.quantity == "relative_energy" and r.largest is not None for r in self.rows)
 
     @property
     def word(self) -> str:
@@ -217,12 +244,14 @@ def summarise(results: Results) -> Summary:
 
 
 def show_first_orbit(cells: dict[tuple[str, str], RunCell], scene: SceneRecord) -> None:
-    """Mark all cells of a scene to show the errors of the first orbit, if any comparison ends before the run.
+    """Mark all cells of a scene to show the errors of the first orbit, if most comparisons end before the run.
 
-    A comparison that ends within the first orbit shows its largest error.
+    Chaos ends the comparisons of all engines. A single one that ends early tells of its engine's round-off: the others'
+    largest errors stay as they are. A comparison that ends within the first orbit shows its largest error.
     """
     own = {key: cell for key, cell in cells.items() if cell.scene == scene.name}
-    if all(cell.limit_s is None for cell in own.values()):
+    compared = [cell for cell in own.values() if is_engine(cell.engine) and cell.shown]
+    if 2 * sum(cell.limit_s is not None for cell in compared) <= len(compared):
         return
     for key, cell in own.items():
         whole = cell.limit_s is None or cell.limit_s >= scene.period_s

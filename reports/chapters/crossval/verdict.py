@@ -175,7 +175,7 @@ def failure_words(cell: RunCell) -> str:
     if cell.outcome is Outcome.INCONSISTENT and row.ratio is not None:
         return f"{row.name}: normalised error {significant(row.ratio)}"
     if cell.outcome is Outcome.EXCEEDS_BOUND and row.bound is not None:
-        return f"{row.name}: {significant(row.largest)} {row.unit}, bound {significant(row.bound)} {row.unit}"
+        return f"{row.name}: {significant(row.largest)} {row.unit_words}, bound {significant(row.bound)}"
     return cell.outcome.advice
 
 

@@ -46,8 +46,8 @@ DASHES: dict[str, tuple[float, ...]] = {DOUBLE: (), SINGLE: (6, 2), LONG: (2, 1.
 SOURCE_DASHES: dict[str, tuple[float, ...]] = {FORMULA: (), INPUT: (2, 1.6)}
 SIZE_LABEL = "bar's length / Earth's radius"
 OF_REACTION, OF_ORDINARY = "error / largest reaction", "error / (m n² l)"
-SHADED = "Shaded: no digit left."
-FITTED = "Shaded: 5 to 95 %; thin: fitted laws."
+SHADED = "Grey area: no digit left."
+FITTED = "Coloured area: 5 to 95 % of the states; thin lines: fitted laws."
 COMPARED_AT = 1e-8  # size at which digits are set against the number of bars
 
 
