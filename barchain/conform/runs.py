@@ -5,9 +5,10 @@ from __future__ import annotations
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from barchain.boundary.declared import DeclarationError, OutsideEngine
+from barchain.boundary.declared import OutsideEngine
 from barchain.boundary.limits import OutsideLimits
 from barchain.boundary.process import Reply, ask, failed_reply
+from barchain.boundary.questions import DeclarationError
 from barchain.run.outside_runs import one_run, result_of
 
 if TYPE_CHECKING:
