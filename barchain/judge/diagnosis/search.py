@@ -118,13 +118,10 @@ class MistakeSearch:
 
     @cached_property
     def result_of_run(self) -> GivenResult:
-        """The result with tolerances that allow for the error of a run of an altered scene.
-
-        What a mistake gains is counted in tolerances of the right motion: wider ones would be a gain by themselves.
-        """
+        """The result with tolerances that allow for the error of a run of an altered scene."""
         errors, n = run_errors(self.judging), self.result.n
         tolerance = {q: v + errors[q][:n] if q in errors else v for q, v in self.result.tolerance.items()}
-        return dataclasses.replace(self.result, tolerance=tolerance, right_tolerance=self.result.tolerance)
+        return dataclasses.replace(self.result, tolerance=tolerance)
 
     @cached_property
     def alone(self) -> list[Explanation]:
