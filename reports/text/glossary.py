@@ -5,12 +5,12 @@ from __future__ import annotations
 from reports.tables.crossval import PARTED_RAD
 
 TERMS = {
-    "reference solution": "Run of the reference equations at tight tolerances, with which every engine's run is "
-    "compared. Its own error is estimated and enters every tolerance.",
+    "reference solution": "Run of the reference at tight tolerances, with an estimate of its error. A comparison "
+    "takes it where a scene has no certified solution.",
     "judging solution": "Solution with which every engine's run is compared: a certified solution in quadruple "
     "precision from independent equations, or else a tight run of the reference. Its own error enters every tolerance.",
-    "certified solution": "Solution in quadruple precision with an error bound for each quantity. Errors in this study "
-    "are differences from the certified solution.",
+    "certified solution": "Solution in quadruple precision from independently derived equations, with an error bar for "
+    "each quantity.",
     "independent engine": "Engine whose equations of motion are not barchain's own. The other engines are built on "
     "barchain's equations.",
     "normalised error": "Difference from the judging solution, divided by its explained part: both error estimates, "
@@ -19,7 +19,7 @@ TERMS = {
     "follows from the order of the method and from the error amplification.",
     "error amplification": "Factor by which a small perturbation of the initial angles and rates has grown in the "
     "attitude. A second run measures the factor. Its initial angles and rates are perturbed by up to "
-    "10⁻¹⁰ (rad; relative to the orbital rate).",
+    "10⁻¹⁰ (rad; relative to the orbital rate). Another run, perturbed by 10⁻¹⁸, measures growth beyond 10⁸.",
     "predictability limit": f"Last instant at which two correct runs at this setting agree to {PARTED_RAD:g} rad. "
     "Later attitudes are not compared point by point.",
     "detection limit": "Smallest relative error that the comparison would have reported as a failure.",

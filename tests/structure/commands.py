@@ -34,6 +34,16 @@ def fault(words: str, *, whole: bool) -> str:
     return complaint(words) if whole else ""
 
 
+def options(command: click.Command = cli) -> set[str]:
+    """Long options of a command and of all commands below it."""
+    context = click.Context(command)
+    found = {name for each in command.get_params(context) for name in (*each.opts, *each.secondary_opts)}
+    if isinstance(command, click.Group):
+        below = (command.get_command(context, name) for name in command.list_commands(context))
+        found = found.union(*(options(each) for each in below if each is not None))
+    return {name for name in found if name.startswith("--")}
+
+
 def descend(tokens: list[str]) -> tuple[click.Command, click.Context]:
     """Innermost command that leading words name, and its context."""
     command: click.Command = cli

@@ -20,6 +20,7 @@ LINK = re.compile(r"\]\(([^)\s#]+)(?:#[^)]*)?\)")
 WORD = re.compile(r"[\w.<>*/\-]+")
 TRIAL = re.compile(r"\bdrift(?=/|\.)")  # the study that CONTRIBUTING takes as its example is not kept
 COMMAND = re.compile(r"^(?:.*?&& )?(?:\.venv/bin/)?barchain( [a-z-].*)?$")
+LONG_OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]*")
 PLACEHOLDER = re.compile(r"[\[<|…]|\.\.\.|\b[A-Z]{2,}\b|\s{2}")
 
 
@@ -91,13 +92,24 @@ def command_lines(document: Path) -> Iterator[tuple[Mention, bool]]:
             at += len(line)
 
 
+def options_in_prose(document: Path) -> Iterator[Mention]:
+    """Long options that sentences and tables name; fenced command lines are parsed whole."""
+    text = document.read_text(encoding="utf-8")
+    for found in LONG_OPTION.finditer(without_fences(text)):
+        yield mention(document, text, found.start(), found.group())
+
+
+def without_fences(text: str) -> str:
+    """Text with blanks for fenced blocks: places stay."""
+    return FENCE.sub(lambda fence: re.sub(r"[^\n]", " ", fence.group()), text)
+
+
 def spans_and_fences(text: str) -> Iterator[tuple[int, str]]:
     """Code in a document, each piece with the place where it starts."""
     for found in FENCE.finditer(text):
         first = text.index("\n", found.start()) + 1
         yield first, text[first : found.end() - 3]
-    prose = FENCE.sub(lambda fence: re.sub(r"[^\n]", " ", fence.group()), text)
-    for found in SPAN.finditer(prose):
+    for found in SPAN.finditer(without_fences(text)):
         yield found.start(1), found.group(1)
 
 

@@ -8,8 +8,17 @@ import pytest
 
 from adapters.registry import Registration
 from scenarios import scene_names
-from tests.structure.commands import fault
-from tests.structure.documents import command_lines, docstring_paths, documents, exists, links, paths, scenes
+from tests.structure.commands import fault, options
+from tests.structure.documents import (
+    command_lines,
+    docstring_paths,
+    documents,
+    exists,
+    links,
+    options_in_prose,
+    paths,
+    scenes,
+)
 from tests.structure.product import ROOT, relative
 
 if TYPE_CHECKING:
@@ -17,6 +26,9 @@ if TYPE_CHECKING:
 
 TUTORIAL_ENGINE = "spring"
 """Engine that the tutorial's reader installs"""
+
+OTHER_PROGRAMS = {"--against": "benchmarks/instructions.py, benchmarks/same_bits.py"}
+"""Options in prose that belong to another program than barchain"""
 
 every_document = pytest.mark.parametrize("document", documents(), ids=relative)
 
@@ -46,6 +58,25 @@ def test_command_lines_parse(document: Path, monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(Registration, "missing", None)  # a page may name an engine that is not installed here
     faults = [(mention, fault(mention.text, whole=whole)) for mention, whole in command_lines(document)]
     assert not any(reason for _, reason in faults), "\n".join(f"{m}: {reason}" for m, reason in faults if reason)
+
+
+@every_document
+def test_an_option_in_prose_is_one_of_some_command(document: Path) -> None:
+    known = options() | OTHER_PROGRAMS.keys()
+    lost = [str(named) for named in options_in_prose(document) if named.text not in known]
+    assert not lost, "\n".join(lost)
+
+
+def test_an_option_of_another_program_is_none_of_barchain_and_is_named() -> None:
+    assert not OTHER_PROGRAMS.keys() & options()
+    named = {each.text for document in documents() for each in options_in_prose(document)}
+    assert OTHER_PROGRAMS.keys() <= named
+
+
+def test_an_option_that_no_command_has_is_found(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text("Runs go side by side: `--jobs`, `--workers`.\n```sh\nmake --fast\n```\n", encoding="utf-8")
+    assert [each.text for each in options_in_prose(page) if each.text not in options()] == ["--jobs"]
 
 
 def test_a_path_in_a_docstring_of_the_product_exists() -> None:
