@@ -140,7 +140,11 @@ def test_scenes_tagged_huge_are_done_only_where_they_are_named(tmp_path: Path) -
 
 
 def test_a_scene_file_is_looked_for_beside_the_plan(tmp_path: Path) -> None:
-    (job,) = night_jobs(plan_of(tmp_path, f'{CORE}scenes = ["mine.toml"]'), 0, {})
+    plan = plan_of(tmp_path, f'{CORE}scenes = ["mine.toml"]')
+    with pytest.raises(PlanError, match=r"'mine.toml' given, and there is no such file"):
+        night_jobs(plan, 0, {})
+    (tmp_path / "mine.toml").touch()
+    (job,) = night_jobs(plan, 0, {})
     assert job.scenes == (str(tmp_path / "mine.toml"),)
 
 

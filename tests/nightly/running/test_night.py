@@ -137,13 +137,14 @@ def test_a_kill_after_a_night_is_in_the_history_does_not_double_it(plan: NightPl
 
 
 def test_a_part_that_fails_costs_its_own_figures_only(tmp_path: Path) -> None:
-    text = f'{PLAN}[[comparison]]\nname = "broken"\nscenes = ["no_such.toml"]\n'
+    text = f'{PLAN}[[comparison]]\nname = "broken"\nscenes = ["no_scene.toml"]\n'
     (tmp_path / "plan.toml").write_text(text, "utf-8")
+    (tmp_path / "no_scene.toml").write_text("nothing = 1\n", "utf-8")
     ended = one_night(load_plan(tmp_path / "plan.toml"), tmp_path)
     states = {part.name: part for part in ended.run.parts}
     assert states["core"].state is PartState.DONE
     assert states["broken"].state is PartState.FAILED
-    assert "no_such.toml" in states["broken"].reason
+    assert "no_scene.toml" in states["broken"].reason
     assert not ended.run.complete
 
 
