@@ -9,14 +9,13 @@ from adapters.registry import find_engine
 from barchain.nightly.history.model.environment import capture
 from barchain.nightly.history.model.figures import Environment, NightPart
 from barchain.nightly.history.model.identity import content_digest
-from barchain.nightly.history.model.parts import commit, installed_parts
+from barchain.nightly.history.model.parts import PACKAGES, commit, installed_parts
 from barchain.record.environment import package_version
 from barchain.record.sources import digest_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-PACKAGES = ("barchain", "adapters", "reference_impl", "scenarios", "reports")
 DIGITS = 16
 
 
