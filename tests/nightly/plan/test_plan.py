@@ -60,6 +60,7 @@ def test_the_shipped_plan_has_every_part_that_a_night_needs() -> None:
         (f"{CORE}{CORE}", "more than once"),
         ("", "no parts"),
         (f"minutes = 0\n{CORE}", "minutes"),
+        (f"minutes = 0.2\n{CORE}", "greater than or equal to 0.5"),
     ],
 )
 def test_a_faulty_plan_is_told_with_its_key_and_the_nearest_name(tmp_path: Path, text: str, said: str) -> None:
@@ -130,6 +131,30 @@ def test_scenes_that_were_left_are_a_job_of_their_own_and_go_before_all_parts_bu
     assert jobs[3].scenes == ("paper/fig05",)
     assert jobs[2].scenes == ("hard/whip",)
     assert "hard/whip" not in jobs[4].scenes
+
+
+def test_parts_that_wait_come_before_scenes_that_were_left_and_each_has_its_turn(tmp_path: Path) -> None:
+    text = (
+        f'{CORE}scenes = ["paper/fig05", "paper/fig13"]\n[[cost]]\nname = "cost"\n[[scaling]]\nname = "memory"\n'
+        '[[roundoff]]\nname = "roundoff"\nsizes = [1e-4]'
+    )
+    plan, left = plan_of(tmp_path, text), {"core": ["paper/fig13"], "memory": ["memory"], "roundoff": ["roundoff"]}
+    orders = [[j.name for j in night_jobs(plan, turn, left, ["memory", "roundoff"])] for turn in range(4)]
+    begins = [["memory", "roundoff"], ["memory", "roundoff"], ["memory", "roundoff"], ["roundoff", "memory"]]
+    assert orders == [[*begin, "core-left", "core", "cost"] for begin in begins]
+    favoured = [job.name for job in night_jobs(plan, 3, left, ["memory", "roundoff"]) if job.favoured]
+    assert favoured == ["roundoff"]
+
+
+def test_scenes_that_were_left_are_done_in_the_order_in_which_they_wait(tmp_path: Path) -> None:
+    plan = plan_of(tmp_path, f'{CORE}scenes = ["paper/fig05", "paper/fig13", "paper/fig15"]')
+    (first, _) = night_jobs(plan, 1, {"core": ["paper/fig15", "paper/fig05"]})
+    assert first.scenes == ("paper/fig15", "paper/fig05")
+
+
+def test_a_part_without_scenes_tonight_has_no_job(tmp_path: Path) -> None:
+    plan = plan_of(tmp_path, f'{CORE}scenes = ["paper/fig05"]\nnights = 3\n[[scaling]]\nname = "memory"')
+    assert [job.name for job in night_jobs(plan, 1, {})] == ["memory"]
 
 
 def test_scenes_tagged_huge_are_done_only_where_they_are_named(tmp_path: Path) -> None:

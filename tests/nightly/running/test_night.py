@@ -170,6 +170,20 @@ def test_a_job_without_time_is_left_and_named(plan: NightPlan, tmp_path: Path, m
         assert (night.complete, night.figures) == (False, 0)
 
 
+def test_of_two_parts_with_one_scene_and_engine_the_graver_verdict_is_kept(tmp_path: Path) -> None:
+    text = 'name = "two"\n' + "".join(
+        f'[[comparison]]\nname = "{name}"\nscenes = ["basics/two_bars_free"]\nengines = ["pymunk"]\n{more}\n'
+        for name, more in (("a-fine", ""), ("b-coarse", "time_limit_s = 0.02"))
+    )
+    (tmp_path / "plan.toml").write_text(text, "utf-8")
+    ended = one_night(load_plan(tmp_path / "plan.toml"), tmp_path)
+    with open_store(str(tmp_path / "history.sqlite")) as store:
+        figures = {figure.identity.quantity: figure for figure in store.night(ended.name).figures}
+    assert figures["verdict"].word == "timed_out"
+    assert figures["trajectory"].word
+    assert figures["attitude.max"].value > 0.0
+
+
 COMMAND = [sys.executable, "-m", "barchain", "-q", "nightly", "--fail-on", "never"]
 
 

@@ -1,0 +1,59 @@
+"""Two parts of a night may measure the same figure: a rule of its kind, not the alphabet, says which result stands."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from barchain.nightly.history.changes.verdicts import SCALES
+from barchain.nightly.history.folders.collector import FigureCollector
+from barchain.nightly.history.folders.merging import merged, standing
+from barchain.nightly.history.model.figures import Figure, FigureKind
+from tests.nightly.history.synthetic import bits, count, error, identity, ratio, verdict
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+PLACE = ("paper/fig05", "mujoco", "")
+
+
+@given(st.sampled_from(SCALES).flatmap(lambda scale: st.tuples(st.just(scale), *2 * [st.sampled_from(scale)])))
+def test_of_two_verdicts_of_one_name_the_graver_one_stands(drawn: tuple[tuple[str, ...], str, str]) -> None:
+    scale, first, second = drawn
+    both = {standing(verdict(a), verdict(b)).word for a, b in ((first, second), (second, first))}
+    assert both == {max(first, second, key=scale.index)}
+
+
+@pytest.mark.parametrize("made", [error, count, ratio])
+def test_of_two_numbers_of_which_more_is_worse_the_larger_one_stands(made: Callable[[float], Figure]) -> None:
+    assert merged([made(2.0), made(3.0)]) == (made(3.0),)
+    assert merged([made(3.0), made(2.0)]) == (made(3.0),)
+
+
+def test_of_two_other_numbers_that_of_the_plan_s_first_part_stands() -> None:
+    rates = [Figure(identity("rate", FigureKind.VALUE), value) for value in (0.2, 0.1)]
+    assert merged(rates) == (rates[0],)
+
+
+def test_two_digests_of_one_trajectory_contradict_each_other() -> None:
+    (figure,) = merged([bits("00ff"), bits("00aa")])
+    assert figure.missing
+    assert figure.reason == "two parts of the night differ: 00ff, 00aa"
+    assert merged([bits("00ff"), bits("00ff")]) == (bits("00ff"),)
+
+
+def test_a_result_stands_for_a_missing_one() -> None:
+    missing = Figure(identity(), reason="not run")
+    present = Figure(identity(), 1e-5)
+    assert merged([missing, present]) == (present,)
+    assert merged([present, missing]) == (present,)
+
+
+def test_an_engine_at_two_settings_of_one_folder_has_its_graver_verdict() -> None:
+    found = FigureCollector()
+    for word in ("pass", "timed_out", "pass"):
+        found.word(PLACE, "verdict", FigureKind.VERDICT, word)
+    assert [figure.word for figure in found.figures] == ["timed_out"]

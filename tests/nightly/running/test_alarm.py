@@ -1,0 +1,102 @@
+"""The test of the alarm: a missed fault makes a night void, also where the self-test or the night was interrupted."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+import pytest
+
+from barchain.nightly.plan.jobs import NightJob
+from barchain.nightly.run_facts import AlarmTest, PartState
+from barchain.nightly.running.alarm import alarm_test
+from barchain.nightly.running.child import ChildEnd
+from barchain.nightly.running.night import result_of
+from barchain.studies.selftest import study
+from reports.tables.faults.selftest import COLUMNS, FILES
+from reports.tables.schema import SCHEMA_VERSION
+from tests.nightly.history.synthetic import night
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+SCENES = ("basics/a", "basics/b")
+JOB = NightJob("alarm", "alarm", "selftest", 1.0, ("selftest",), (), 4)
+
+
+def selftest(folder: Path, *cells: tuple[str, str, str], complete: bool) -> Path:
+    """Folder of a self-test with some cells: fault, scene and fate."""
+    blank = dict.fromkeys(COLUMNS, "") | {"killed": False, "ratio": 1.0}
+    rows = [blank | {"fault": fault, "scene": scene, "fate": fate} for fault, scene, fate in cells]
+    path = FILES.path(folder, "selftest")
+    path.parent.mkdir(parents=True)
+    pd.DataFrame(rows, columns=list(COLUMNS)).to_csv(path, index=False)
+    record = {"schema_version": SCHEMA_VERSION, "complete": complete, "scenes": {name: {} for name in SCENES}}
+    FILES.record_path(folder).write_text(json.dumps(record), "utf-8")
+    return folder
+
+
+def everywhere(fault: str, fate: str) -> list[tuple[str, str, str]]:
+    return [(fault, scene, fate) for scene in SCENES]
+
+
+def test_a_fault_that_survives_an_interrupted_self_test_makes_the_night_void(tmp_path: Path) -> None:
+    folder = selftest(tmp_path, *everywhere("cut", "killed"), *everywhere("length", "survives"), complete=False)
+    found = alarm_test(folder)
+    assert found is not None
+    assert found.void == "1 of 2 planted faults missed: length"
+
+
+def test_a_fault_that_an_interrupted_self_test_did_not_try_in_all_scenes_does_not_count(tmp_path: Path) -> None:
+    folder = selftest(tmp_path, *everywhere("cut", "killed"), ("length", "basics/a", "survives"), complete=False)
+    assert alarm_test(folder) == AlarmTest(1)
+
+
+def test_a_self_test_of_which_no_fault_came_to_its_end_is_no_test_of_the_alarm(tmp_path: Path) -> None:
+    assert alarm_test(selftest(tmp_path, ("cut", "basics/a", "killed"), complete=False)) is None
+
+
+def test_an_alarm_that_planted_nothing_is_a_failed_part_and_not_a_silent_one(tmp_path: Path) -> None:
+    folder = selftest(tmp_path, *everywhere("cut", "not applicable"), complete=True)
+    result = result_of(JOB, JOB, 10.0, ChildEnd(0, 1.0), folder)
+    assert (result.state, result.done) == (PartState.FAILED, 0)
+    assert result.reason == "no fault was inserted: the alarm was not tried"
+
+
+def test_an_interrupted_alarm_counts_the_faults_that_it_tried(tmp_path: Path) -> None:
+    folder = selftest(tmp_path, *everywhere("cut", "killed"), ("length", "basics/a", "killed"), complete=False)
+    result = result_of(JOB, JOB, 10.0, ChildEnd(None, 10.0), folder)
+    assert (result.state, result.done, result.left) == (PartState.LEFT, 1, ("alarm",))
+
+
+@pytest.mark.parametrize("count", [40, 1000])
+def test_a_night_that_misses_many_faults_names_some_and_counts_the_others(count: int) -> None:
+    names = tuple(f"a-fault-with-a-rather-long-name-{k}" for k in range(count))
+    said = AlarmTest(count, names).void
+    assert said is not None
+    assert said.endswith(f"missed: {names[0]}, {names[1]}, {names[2]} and {count - 3} more")
+    assert night(void=said).void == said
+    assert night(void=AlarmTest(1, (), 0, ("s" * 500,) * count).void).void
+
+
+def test_an_interrupted_self_test_keeps_the_cells_that_it_has() -> None:
+    written: list[dict[str, Any]] = []
+
+    class Cell:
+        def rows(self) -> list[dict[str, Any]]:
+            return [{"fault": "cut"}]
+
+    class Store:
+        def write(self, table: str, rows: Any) -> None:
+            assert table == "selftest"
+            written.extend(rows)
+
+    def interrupted() -> None:
+        with study.kept_if_interrupted(Store()) as seen:
+            seen(Cell())
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert written == [{"fault": "cut"}]
