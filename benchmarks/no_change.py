@@ -24,22 +24,27 @@ if TYPE_CHECKING:
 
 PLAN = """
 name = "short"
-minutes = 3
+minutes = 4
 
 [[selftest]]
 name = "alarm"
-faults = 20
+faults = 8
 
 [[comparison]]
 name = "core"
-scenes = ["paper/fig05", "paper/fig13", "basics/two_bars_free"]
+scenes = ["paper/fig13", "basics/two_bars_free"]
 share = 3
 
 [[cost]]
 name = "cost"
 scenes = ["paper/fig13"]
-engines = ["reference-fast", "heyoka", "mujoco", "exudyn-tree", "pymunk"]
-share = 3
+engines = ["reference-fast", "heyoka", "mujoco"]
+share = 4
+
+[[scaling]]
+name = "memory"
+engines = ["reference-fast", "mujoco"]
+bars = [20]
 """
 BUSY = 3
 """Programs beside a night, on two processors"""

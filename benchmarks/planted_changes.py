@@ -10,9 +10,11 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
+from unittest.mock import patch
 
 from barchain.nightly.environments.faults import PinnedEnvironmentError
 from barchain.nightly.environments.making import pinned_environment
@@ -71,12 +73,17 @@ class Plant:
     culprit: str
     """Part that must be named"""
     told: str
-    """Direction of at least one change: ``worse``, ``changed``; ``quiet`` if no error, count or verdict may change"""
+    """Direction of at least one change: ``worse``, ``changed``.
+
+    ``quiet``: only bits differ. ``differs``: anything is told. ``same``: nothing may be told.
+    """
     file: str = ""
     old: str = ""
     new: str = ""
     """Text in the place of `old`; appended where `old` is empty"""
     pin: str = ""
+    variable: tuple[str, str] | None = None
+    """Environment variable of the night"""
     engines: tuple[str, ...] = ENGINES
     """Engines of the night: those that the change can touch, and one that it can't"""
 
@@ -140,28 +147,35 @@ SOURCES = [
           engines=("mujoco", "reference-fast")),
 ]  # fmt: skip
 WHEELS = [
-    Plant("mujoco 3.2.7", "engine:mujoco", "any", pin="mujoco==3.2.7", engines=("mujoco", "reference-fast")),
-    Plant("mujoco 3.3.0", "engine:mujoco", "any", pin="mujoco==3.3.0", engines=("mujoco", "reference-fast")),
-    Plant("heyoka 7.10.1", "engine:heyoka", "any", pin="heyoka==7.10.1", engines=("heyoka", "reference-fast")),
-    Plant("pinocchio 3.4.0", "engine:pin", "any", pin="pin==3.4.0", engines=("pinocchio", "reference-fast")),
-    Plant("pymunk 6.11.1", "engine:pymunk", "any", pin="pymunk==6.11.1", engines=("pymunk", "reference-fast")),
-    Plant("exudyn 1.11.0", "engine:exudyn", "any", pin="exudyn==1.11.0", engines=("exudyn", "reference-fast")),
-    Plant("rebound 4.4.0", "engine:rebound", "any", pin="rebound==4.4.0", engines=("rebound", "reference-fast")),
-    Plant("scipy 1.15.3", "library:scipy", "any", pin="scipy==1.15.3", engines=("scipy-dop853", "reference", "exudyn")),
-    Plant("numpy 2.0.2", "library:numpy", "any", pin="numpy==2.0.2"),
-    Plant("numpy 1.26.4", "library:numpy", "any", pin="numpy==1.26.4"),
+    Plant("mujoco 3.2.7", "engine:mujoco", "differs", pin="mujoco==3.2.7", engines=("mujoco", "reference-fast")),
+    Plant("mujoco 3.3.0", "engine:mujoco", "same", pin="mujoco==3.3.0", engines=("mujoco", "reference-fast")),
+    Plant("heyoka 7.10.1", "engine:heyoka", "differs", pin="heyoka==7.10.1", engines=("heyoka", "reference-fast")),
+    Plant("pinocchio 3.4.0", "engine:pin", "differs", pin="pin==3.4.0", engines=("pinocchio", "reference-fast")),
+    Plant("pymunk 6.11.1", "engine:pymunk", "same", pin="pymunk==6.11.1", engines=("pymunk", "reference-fast")),
+    Plant("exudyn 1.11.0", "engine:exudyn", "worse", pin="exudyn==1.11.0", engines=("exudyn", "reference-fast")),
+    Plant("rebound 4.4.0", "engine:rebound", "same", pin="rebound==4.4.0", engines=("rebound", "reference-fast")),
+    Plant(
+        "scipy 1.15.3", "library:scipy", "same", pin="scipy==1.15.3", engines=("scipy-dop853", "reference", "exudyn")
+    ),
+    Plant("numpy 2.0.2", "library:numpy", "same", pin="numpy==2.0.2"),
+    Plant("numpy 2.3.5", "library:numpy", "same", pin="numpy==2.3.5"),
+    Plant("another machine class: BLAS for Haswell", "machine", "same", variable=("OPENBLAS_CORETYPE", "Haswell")),
 ]
+"""Other releases, and whether their numbers differ here by `barchain releases` and by comparing trajectories"""
 
 
-def night(tree: Path, folder: Path, history: Path, pins: tuple[str, ...] = ()) -> str:
+def night(tree: Path, folder: Path, history: Path, plant: Plant | None = None) -> str:
     """Run a night in an environment; the reason of a failure, or an empty text."""
+    pins = (plant.pin,) if plant and plant.pin else ()
+    variables = dict([plant.variable]) if plant and plant.variable else {}
     try:
         environment = pinned_environment(pins, also=NEEDED)
     except PinnedEnvironmentError as error:
         return str(error)
     line = ("-m", "barchain", "-q", "nightly", "--plan", str(folder / "plan.toml"), "--history", str(history),
             "--out", str(history.with_suffix("")), "--fail-on", "never")  # fmt: skip
-    return run_in(environment, tree, line, limit_s=LIMIT_S, folder=folder).reason
+    with patch.dict(os.environ, variables):
+        return run_in(environment, tree, line, limit_s=LIMIT_S, folder=folder).reason
 
 
 def planted_tree(plant: Plant, target: Path) -> Path:
@@ -189,9 +203,18 @@ def verdict(plant: Plant, facts: dict) -> tuple[bool, bool | None, str]:  # type
     )
     if plant.told == "quiet":
         return bool(bits) and "worse" not in directions, right, words
-    if plant.told == "any":
-        return True, right, words
+    if plant.told == "differs":
+        return bool(changes), right, words
+    if plant.told == "same":
+        return not facts["changes"], right, words
     return plant.told in directions, right, words
+
+
+def in_words(plant: Plant, ok: bool) -> str:
+    """What was expected, and whether it came."""
+    if plant.told == "same":
+        return "nothing to tell, nothing told" if ok else "FALSE ALARM"
+    return "told" if ok else "MISSED"
 
 
 def main() -> None:
@@ -218,7 +241,7 @@ def main() -> None:
             own.mkdir()
             shutil.copy(base, history)
             (own / "plan.toml").write_text(plant.plan, "utf-8")
-            reason = night(planted_tree(plant, own / "tree"), own, history, (plant.pin,) if plant.pin else ())
+            reason = night(planted_tree(plant, own / "tree"), own, history, plant)
             shutil.rmtree(own / "tree", ignore_errors=True)
             if reason:
                 print(f"| {plant.name} | could not be planted: {reason} | | |", flush=True)
@@ -230,7 +253,7 @@ def main() -> None:
         right += culprit is True
         others = sorted({s["name"] for c in facts["changes"] for s in c["suspects"]} - {plant.culprit})
         named = "right" if culprit else "none named" if culprit is None else f"also {', '.join(others)}"
-        print(f"| {plant.name} | {'told' if ok else 'MISSED'} | {words} | {named} |", flush=True)
+        print(f"| {plant.name} | {in_words(plant, ok)} | {words} | {named} |", flush=True)
     print(f"{told} of {len(plants)} as expected; culprit right in {right} of {judged}")
 
 
