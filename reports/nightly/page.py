@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from reports.nightly.calendar import STATES, year_blocks
 from reports.nightly.charts import small_chart
-from reports.nightly.words import change_rows, factor_words, seconds_words
+from reports.nightly.words import by_cause, change_rows, factor_words, seconds_words
 from reports.page import templates
 from reports.plotting.palette import variables
 from reports.tables.writing import write_atomically
@@ -59,8 +59,8 @@ def rendered(facts: NightlyFile, trends: Sequence[TrendChart], nights: Sequence[
     changed = [t for t in trends if (t.scene, t.engine, t.kind) in touched]
     return templates().get_template(TEMPLATE).render(
         facts=facts,
-        changes=change_rows(facts.changes),
-        standing=change_rows(facts.standing),
+        changes=by_cause(change_rows(facts.changes)),
+        standing=by_cause(change_rows(facts.standing)),
         changed=[small_chart(t, len(nights)) for t in changed],
         engines=by_engine(trends, len(nights)),
         years=year_blocks(nights),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from reports.nightly.words import change_rows, seconds_words
+from reports.nightly.words import by_cause, change_rows, seconds_words
 from reports.page import templates
 from reports.tables.writing import write_atomically
 
@@ -33,6 +33,7 @@ def summary(facts: NightlyFile) -> str:
         .render(
             facts=facts,
             rows=rows[:MOST_ROWS],
+            causes=by_cause(rows),
             more=max(len(rows) - MOST_ROWS, 0),
             most=MOST_ROWS,
             seconds=seconds_words,

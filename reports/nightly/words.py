@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,9 @@ if TYPE_CHECKING:
     from reports.tables.nights.facts import AcceptanceEntry, ChangeEntry
 
 DIGITS = 8
+MOST_OPEN = 12
+"""Most changes of a cause that the page shows unfolded"""
+NOT_REPRODUCIBLE = "not reproducible: the parts are the same, the bits are others"
 SIGNS = {"worse": "▲", "better": "▼", "changed": "△", "same": "·"}
 CLASSES = {"worse": "fail", "better": "pass", "changed": "gone", "same": "aside"}
 
@@ -41,6 +45,45 @@ def change_rows(changes: Iterable[ChangeEntry]) -> list[ChangeRow]:
         )
         for change in changes
     ]  # fmt: skip
+
+
+@dataclass(frozen=True)
+class CauseGroup:
+    """Changes of one cause."""
+
+    cause: str
+    """Suspects with what they were and are"""
+    confirmed: str
+    accepted: str
+    rows: tuple[ChangeRow, ...]
+
+    @property
+    def amounts(self) -> str:
+        """``12 worse, 2 changed``."""
+        found = Counter(row.entry.direction for row in self.rows)
+        return ", ".join(f"{count} {direction}" for direction, count in found.most_common())
+
+    @property
+    def where(self) -> str:
+        """Engines, and the number of scenes: ``mujoco in 3 scenes``."""
+        engines = sorted({row.entry.engine for row in self.rows if row.entry.engine})
+        scenes = len({row.entry.scene for row in self.rows if row.entry.scene})
+        place = f"{scenes} {'scene' if scenes == 1 else 'scenes'}" if scenes else ""
+        return " in ".join(part for part in (", ".join(engines), place) if part)
+
+    @property
+    def unfolded(self) -> bool:
+        """Whether the page shows the table without a click."""
+        return len(self.rows) <= MOST_OPEN
+
+
+def by_cause(rows: Iterable[ChangeRow]) -> list[CauseGroup]:
+    """Changes by cause, in the order in which the causes come first."""
+    found: dict[tuple[str, str, str], list[ChangeRow]] = {}
+    for row in rows:
+        cause = NOT_REPRODUCIBLE if row.entry.irreproducible else row.suspects
+        found.setdefault((cause, row.confirmed, row.accepted), []).append(row)
+    return [CauseGroup(*key, tuple(own)) for key, own in found.items()]
 
 
 def shortened(change: ChangeEntry, result: str) -> str:

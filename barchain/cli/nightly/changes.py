@@ -39,7 +39,8 @@ def changes(night: str, every: bool, url: str | None, as_json: bool) -> None:
 
     with opened(url) as store:
         judged, known = judge(store, night), accepted(store)
-        rows = [change_values(c, judged, known) for c in (judged.changes if every else judged.tonight)]
+        chosen = sorted(judged.changes if every else judged.tonight, key=place)
+        rows = [change_values(c, judged, known) for c in chosen]
     if as_json:
         import json  # noqa: PLC0415
 
@@ -79,6 +80,11 @@ def accept_change(
         for made in [accept(store, change, user(), reason, end) for change in chosen.values()]:
             ending = f" until {made.until.date()}" if made.until else ""
             say(f"{made.figure}: {made.became} (before {made.was}) accepted by {made.who}{ending}: {made.reason}")
+
+
+def place(change: Change) -> tuple[bool, bool, str, str]:
+    """Place of a change in the list: what is worse first, then by night and figure."""
+    return not change.irreproducible, change.direction != "worse", change.since, change.identity.name
 
 
 def user() -> str:

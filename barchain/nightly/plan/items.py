@@ -29,23 +29,23 @@ def part_scenes(part: ScenesTable, folder: Path) -> tuple[str, ...]:
     PlanError
         If a name is no scene or no file, or a pattern fits none.
     """
-    found = [scene for given in part.scenes or part.scenes_of_study for scene in scenes_of(given, part.name, folder)]
+    found = [scene for given in part.scenes or part.scenes_of_study for scene in scenes_of(given, folder)]
     return tuple(dict.fromkeys(found))
 
 
-def scenes_of(given: str, part: str, folder: Path) -> list[str]:
+def scenes_of(given: str, folder: Path) -> list[str]:
     """Scenes of one entry: a file, a name, or a pattern."""
     if given.endswith(SCENE_FILE):
         path = (folder / given).resolve()
         if not path.is_file():
-            raise PlanError(f"{part}: scenes: {given!r} given, and there is no such file beside the plan")
+            raise PlanError(f"scenes: {given!r} given, and there is no such file beside the plan")
         return [str(path)]
     known = scene_names()
     if given in known:
         return [given]
     fitting = fnmatch.filter(known, given)
     if not fitting:
-        raise PlanError(f"{part}: scenes: {given!r} given, which is no scene and fits none{nearest(given, known)}")
+        raise PlanError(f"scenes: {given!r} given, which is no scene and fits none{nearest(given, known)}")
     return [name for name in fitting if HUGE not in load_scene(name).tags]
 
 

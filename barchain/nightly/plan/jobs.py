@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import singledispatch
 from typing import TYPE_CHECKING
 
-from adapters.registry import engines, find_engine
+from adapters.registry import UnknownEngineError, engines, find_engine
 from barchain.nightly.plan.items import part_scenes, tonights, tonights_faults, tonights_seed
 from barchain.nightly.plan.loading import PlanError
 from barchain.nightly.plan.tables import (
@@ -21,7 +21,7 @@ from barchain.nightly.plan.tables import (
     SelftestTable,
     StabilityTable,
 )
-from barchain.run.settings import choose_setting
+from barchain.run.settings import SettingError, choose_setting
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -89,13 +89,13 @@ def night_jobs(
 
     Raises
     ------
-    PlanError, UnknownEngineError, SettingError
+    PlanError
         If the plan names a scene, an engine, a setting or a part of a study that does not exist.
     """
     placed: list[tuple[int, NightJob]] = []
     favoured = favoured_part([part.name for part in plan.file.parts], turn, waiting)
     for part in plan.file.parts:
-        for k, job in enumerate(part_jobs(part, plan.folder, turn, left.get(part.name, ()))):
+        for k, job in enumerate(checked_jobs(part, plan, turn, left.get(part.name, ()))):
             waits = k == 0 and part.name in waiting
             made = replace(job, waits=waits, favoured=waits and part.name == favoured)
             placed.append((place_of(made, left_before=k == 0 and part.name in left), made))
@@ -126,6 +126,14 @@ def plan_engines(plan: NightPlan) -> tuple[str, ...]:
         named = (*getattr(part, "engines", ()), *getattr(part, "hosts", ()))
         found |= dict.fromkeys(name for name in named if name != NO_HOSTS)
     return tuple(found)
+
+
+def checked_jobs(part: PartTable, plan: NightPlan, turn: int, left: Sequence[str]) -> list[NightJob]:
+    """Jobs of a part; an error names the plan's file and the part."""
+    try:
+        return part_jobs(part, plan.folder, turn, left)
+    except (PlanError, SettingError, UnknownEngineError) as error:
+        raise PlanError(f"{plan.shown}: {part.name}: {error}") from None
 
 
 def part_jobs(part: PartTable, folder: Path, turn: int, left: Sequence[str]) -> list[NightJob]:
@@ -197,11 +205,11 @@ def roundoff_arguments(part: RoundoffTable, turn: int) -> tuple[tuple[str, ...],
 
     for name in part.parts:
         if name not in PARTS:
-            raise PlanError(f"{part.name}: parts: {name!r} given, allowed: {', '.join(PARTS)}")
+            raise PlanError(f"parts: {name!r} given, allowed: {', '.join(PARTS)}")
     try:
         check_sizes(part.sizes)
     except ValueError as error:
-        raise PlanError(f"{part.name}: sizes: {error}") from None
+        raise PlanError(f"sizes: {error}") from None
     return ("roundoff", *each("--part", part.parts), *each("--size", map(repr, part.sizes))), 0
 
 

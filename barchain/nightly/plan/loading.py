@@ -29,6 +29,8 @@ class NightPlan:
 
     file: PlanFile
     folder: Path
+    shown: str = "plan"
+    """Name of the file in messages"""
 
     @property
     def identity(self) -> str:
@@ -53,4 +55,4 @@ def load_plan(path: Path | None = None) -> NightPlan:
         raise PlanError("\n".join(f"{shown}: {line}" for line in fault_lines(error, PlanFile))) from None
     except (LimitError, UnreadableError) as error:
         raise PlanError(f"{shown}: {error}") from None
-    return NightPlan(file, path.parent)
+    return NightPlan(file, path.parent, shown)

@@ -106,7 +106,7 @@ def run_night(
 
     Raises
     ------
-    PlanError, UnknownEngineError, SettingError
+    PlanError
         If the plan can't be met; nothing was run then.
     HistoryError
         If the history can't be written; the results stay in the night's folder, and the next call adds them.

@@ -23,6 +23,7 @@ def opening(
     complete: bool,
     baseline: str = "",
     standing: int = 0,
+    replanned: tuple[int, int] | None = None,
 ) -> str:
     """Sentence on a night.
 
@@ -41,6 +42,8 @@ def opening(
         Name of the one night that it was judged against.
     standing : int
         Changes of earlier nights for the worse that still hold.
+    replanned : tuple of int, optional
+        Figures that are new and figures that are left out, if the night before had another plan.
     """
     if void:
         return f"This night is void: {void}."
@@ -54,7 +57,8 @@ def opening(
     wild = sum(change.irreproducible for change in told)
     tame = plain([change for change in told if not change.irreproducible], since, judged)
     quiet = "" if wild else f"Nothing changed{since} among {judged} figures."
-    said = (wild_words(wild), tame or quiet, accepted_words(len(changes) - len(told)), standing_words(standing))
+    said = (wild_words(wild), tame or quiet, accepted_words(len(changes) - len(told)), standing_words(standing),
+            replanned_words(replanned))  # fmt: skip
     return " ".join(part for part in said if part) + ending
 
 
@@ -64,6 +68,14 @@ def wild_words(count: int) -> str:
         return ""
     runs = f"{amount(count, 'run').capitalize()} {'is' if count == 1 else 'are'} not reproducible"
     return f"{runs}: the same sources, versions and machine class gave other bits."
+
+
+def replanned_words(figures: tuple[int, int] | None) -> str:
+    """Sentence on a plan that differs from that of the night before; empty if the plan is the same."""
+    if figures is None:
+        return ""
+    new, gone = (f"{amount(n, 'figure')} {'is' if n == 1 else 'are'}" for n in figures)
+    return f"The plan is another one than on the night before: {new} new, {gone} no longer measured."
 
 
 def standing_words(count: int) -> str:
@@ -107,11 +119,12 @@ def causes(changes: Sequence[ChangeEntry]) -> str:
 
 def cause(change: ChangeEntry) -> str:
     """Cause of a change in words."""
-    if change.confirmed:
-        return f"by real runs {change.confirmed}"
     if len(change.suspects) == 1:
         (only,) = change.suspects
-        return f"since {only.name} {only.after or '(gone)'}".rstrip()
+        since = f"since {only.name} {only.after or '(gone)'}".rstrip()
+        return f"{since}, {change.confirmed.partition(':')[0]}" if change.confirmed else since
+    if change.confirmed:
+        return f"by real runs {change.confirmed}"
     if len(change.suspects) == 2:
         first, second = change.suspects
         return f"with the suspects {first.name} and {second.name}"

@@ -117,7 +117,7 @@ class NightEntry(Entry):
 class CountsEntry(Entry):
     """Numbers of figures by what became of them."""
 
-    judged: int = Field(description="figures of the night that have an earlier one")
+    judged: int = Field(description="figures that have an earlier one, also those that are gone since tonight")
     same: int = Field(description="figures that differ within rounding or their intervals")
     worse: int
     better: int

@@ -10,13 +10,11 @@ from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 
-from adapters.registry import UnknownEngineError
 from barchain.cli.main import cli
 from barchain.nightly.plan.items import tonights, tonights_faults, tonights_seed
 from barchain.nightly.plan.jobs import night_jobs
 from barchain.nightly.plan.loading import PlanError, load_plan
 from barchain.nightly.plan.tables import CampaignTable, SelftestTable
-from barchain.run.settings import SettingError
 from barchain.studies.selftest.faults.catalogue import FAULTS
 
 if TYPE_CHECKING:
@@ -70,20 +68,18 @@ def test_a_faulty_plan_is_told_with_its_key_and_the_nearest_name(tmp_path: Path,
 
 
 @pytest.mark.parametrize(
-    ("text", "error", "said"),
+    ("text", "said"),
     [
-        (f'{CORE}scenes = ["paper/fig5"]', PlanError, "did you mean paper/fig05"),
-        (f'{CORE}scenes = ["papers/*"]', PlanError, "fits none"),
-        (f'{CORE}engines = ["exudym"]', UnknownEngineError, "exudyn"),
-        (f"{CORE}settings = {{ exudyn = {{ rtol = 1e-6 }} }}", SettingError, "steps_per_orbit"),
-        ('[[roundoff]]\nname = "r"\nsizes = [3e-4]', PlanError, "powers of ten"),
-        ('[[roundoff]]\nname = "r"\nparts = ["evaluations"]', PlanError, "evaluation, trajectories"),
+        (f'{CORE}scenes = ["paper/fig5"]', "did you mean paper/fig05"),
+        (f'{CORE}scenes = ["papers/*"]', "fits none"),
+        (f'{CORE}engines = ["exudym"]', "exudyn"),
+        (f"{CORE}settings = {{ exudyn = {{ rtol = 1e-6 }} }}", "steps_per_orbit"),
+        ('[[roundoff]]\nname = "r"\nsizes = [3e-4]', "powers of ten"),
+        ('[[roundoff]]\nname = "r"\nparts = ["evaluations"]', "evaluation, trajectories"),
     ],
 )
-def test_names_of_a_plan_are_checked_before_anything_runs(
-    tmp_path: Path, text: str, error: type[Exception], said: str
-) -> None:
-    with pytest.raises(error) as told:
+def test_names_of_a_plan_are_checked_before_anything_runs(tmp_path: Path, text: str, said: str) -> None:
+    with pytest.raises(PlanError, match=r"plan\.toml: \w+: ") as told:
         night_jobs(plan_of(tmp_path, text), 0, {})
     assert said in str(told.value)
 

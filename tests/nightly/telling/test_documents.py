@@ -219,3 +219,34 @@ def test_a_verdict_that_is_worse_comes_first_in_the_table(history: str, tmp_path
     add(history, usual(number=0), night(error(3e-5), verdict("inconsistent"), bits("11"), number=1, parts=NEWER))
     _, facts = report(history, tmp_path / "out")
     assert [c.kind for c in facts.changes][:2] == ["verdict", "error"]
+
+
+def test_another_plan_is_told_with_the_figures_that_come_and_go(history: str, tmp_path: Path) -> None:
+    add(history, usual(number=0), usual(number=1), night(error(1e-5), error(2e-5, "place"), number=2, plan="other"))
+    _, facts = report(history, tmp_path / "out")
+    assert "The plan is another one than on the night before: one figure is new, four figures are no longer" in (
+        facts.sentence
+    )
+    assert facts.counts.judged == 1
+
+
+def test_figures_that_are_gone_are_counted_among_those_that_were_judged(history: str, tmp_path: Path) -> None:
+    add(history, usual(number=0), usual(number=1), night(error(1e-5), number=2))
+    _, facts = report(history, tmp_path / "out")
+    assert len(facts.changes) == 4
+    assert facts.counts.judged == 5
+    assert facts.sentence.startswith("Four figures of 5 changed tonight")
+
+
+def test_page_and_summary_group_the_changes_by_their_cause(history: str, tmp_path: Path) -> None:
+    other = [error(1e-5, f"place.{k}", depends=("judge",)) for k in range(20)]
+    moved = [error(2e-5, f"place.{k}", depends=("judge",)) for k in range(20)]
+    judge_moved = (*NEWER[:-1], NightPart("judge", "0.7.0", "ff"))
+    add(history, night(error(1e-5), *other, number=0), night(error(1e-5), *other, number=1))
+    add(history, night(error(3e-5, depends=("engine:mujoco",)), *moved, number=2, parts=judge_moved))
+    report(history, tmp_path / "out")
+    page = (tmp_path / "out" / "nightly.html").read_text("utf-8")
+    folded = re.findall(r'<details class="cause"( open)?><summary><strong>([^<]*)', page)
+    assert sorted(folded) == [("", "20 worse"), (" open", "1 worse")]
+    summary = (tmp_path / "out" / "summary.md").read_text("utf-8")
+    assert "| judge 0.6.0 → 0.7.0 | 20 worse | mujoco in 1 scene |" in summary

@@ -50,7 +50,7 @@ def said(*changes: ChangeEntry, **more: Any) -> str:
         ),
         (
             (change(confirmed="confirmed: engine:mujoco 3.2.7 → 4.0.0"),),
-            "One figure of 900 changed tonight, for the worse; by real runs confirmed: engine:mujoco 3.2.7 → 4.0.0.",
+            "One figure of 900 changed tonight, for the worse; since engine:mujoco 4.0.0, confirmed.",
         ),
         ((change(accepted=ACCEPTED),), "Nothing changed tonight among 900 figures. One change is accepted."),
         ((change(suspects=()),), "One figure of 900 changed tonight, for the worse; without a change of any part."),
@@ -78,6 +78,13 @@ def test_the_first_night_has_nothing_to_be_compared_with() -> None:
 
 def test_an_incomplete_night_says_so_too() -> None:
     assert said(complete=False).endswith("The night is incomplete.")
+
+
+def test_another_plan_is_told_with_the_figures_that_come_and_go() -> None:
+    assert said(replanned=(39, 1)) == (
+        "Nothing changed tonight among 900 figures. The plan is another one than on the night before: 39 figures are "
+        "new, one figure is no longer measured."
+    )
 
 
 def test_a_baseline_is_named() -> None:

@@ -35,7 +35,14 @@ class JudgedNight:
     same: tuple[Change, ...] = ()
     """Differences of this night from the one before that rounding or intervals explain"""
     judged: int = 0
-    """Figures of this night that have an earlier one"""
+    """Figures that have an earlier one, those among them that are gone since tonight"""
+    left_out: int = 0
+    """Figures of the night before that this night lacks, if that night had another plan"""
+
+    @property
+    def replanned(self) -> bool:
+        """Whether the night before had another plan."""
+        return bool(self.compared_with) and self.compared_with[-1].plan != self.night.plan
 
     @property
     def worse(self) -> bool:
@@ -79,12 +86,19 @@ def judge_night(
     stepped, fresh = time_changes([one for one in noisy if one.nights], false_alarms)
     gone = vanished(own, alike, presence)
     changes = sorted([*settled, *stepped, *gone], key=lambda c: (not c.irreproducible, c.since))
-    new = [c for c in changes if c.since == tonight.name and c.identity.kind not in STEPPED]
-    return JudgedNight(
+    steps = {change.id for change in stepped}
+    new = [c for c in changes if c.since == tonight.name and c.id not in steps]
+    judged = JudgedNight(
         tonight, tuple(kept[:-1]), tuple(changes), (*new, *fresh),
         tuple(c for one in current if one.identity.kind in RULES for c in same_changes(one)),
-        sum(len(one.nights) > 1 for one in current),
+        sum(len(one.nights) > 1 for one in current) + sum(c.since == tonight.name for c in gone),
     )  # fmt: skip
+    return replace(judged, left_out=left_out(own, kept[-2].number)) if judged.replanned else judged
+
+
+def left_out(series: Sequence[FigureSeries], before: int) -> int:
+    """Number of figures that a night had last."""
+    return sum(one.nights[-1].number == before for one in series)
 
 
 def comparable(nights: Sequence[NightSummary]) -> list[NightSummary]:
