@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 DIGITS = 8
 MOST_OPEN = 12
-"""Most changes of a cause that the page shows unfolded"""
+"""Changes of a cause that the page shows at once; the others are folded"""
 NOT_REPRODUCIBLE = "not reproducible: the parts are the same, the bits are others"
 SIGNS = {"worse": "▲", "better": "▼", "changed": "△", "same": "·"}
 CLASSES = {"worse": "fail", "better": "pass", "changed": "gone", "same": "aside"}
@@ -72,9 +72,14 @@ class CauseGroup:
         return " in ".join(part for part in (", ".join(engines), place) if part)
 
     @property
-    def unfolded(self) -> bool:
-        """Whether the page shows the table without a click."""
-        return len(self.rows) <= MOST_OPEN
+    def shown(self) -> tuple[ChangeRow, ...]:
+        """Changes that the page shows at once."""
+        return self.rows[:MOST_OPEN]
+
+    @property
+    def folded(self) -> tuple[ChangeRow, ...]:
+        """Changes that the page shows after a click."""
+        return self.rows[MOST_OPEN:]
 
 
 def by_cause(rows: Iterable[ChangeRow]) -> list[CauseGroup]:
