@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 HEADINGS = ("change", "figure", "was", "is", "direction", "since", "suspects", "accepted")
 UNKNOWN_USER = "unknown"
+DIGITS = 8
 
 
 @click.command("changes")
@@ -50,7 +51,7 @@ def changes(night: str, every: bool, url: str | None, as_json: bool) -> None:
 
     say(sentence(judged))
     if rows:
-        show_rows(HEADINGS, [tuple(str(row[name]) for name in ("id", *HEADINGS[1:])) for row in rows])
+        show_rows(HEADINGS, map(in_columns, rows))
 
 
 @click.command("accept")
@@ -80,6 +81,12 @@ def accept_change(
         for made in [accept(store, change, user(), reason, end) for change in chosen.values()]:
             ending = f" until {made.until.date()}" if made.until else ""
             say(f"{made.figure}: {made.became} (before {made.was}) accepted by {made.who}{ending}: {made.reason}")
+
+
+def in_columns(row: dict[str, Any]) -> tuple[str, ...]:
+    """Values of a change in the columns of the list; of a digest the first digits, as of suspects."""
+    short = row | ({"was": row["was"][:DIGITS], "is": row["is"][:DIGITS]} if row["kind"] == "bits" else {})
+    return tuple(str(short[name]) for name in ("id", *HEADINGS[1:]))
 
 
 def place(change: Change) -> tuple[bool, bool, str, str]:
