@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
 SMALL = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
 MOST_CAUSES = 3
+NOT_JUDGED = "Nothing was judged: no figure of this night has an earlier one."
 
 
 def opening(
@@ -56,7 +57,7 @@ def opening(
     told = [change for change in changes if change.accepted is None]
     wild = sum(change.irreproducible for change in told)
     tame = plain([change for change in told if not change.irreproducible], since, judged)
-    quiet = "" if wild else f"Nothing changed{since} among {judged} figures."
+    quiet = "" if wild else f"Nothing changed{since} among {judged} figures." if judged else NOT_JUDGED
     said = (wild_words(wild), tame or quiet, accepted_words(len(changes) - len(told)), standing_words(standing),
             replanned_words(replanned))  # fmt: skip
     return " ".join(part for part in said if part) + ending

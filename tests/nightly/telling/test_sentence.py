@@ -76,6 +76,12 @@ def test_the_first_night_has_nothing_to_be_compared_with() -> None:
     assert said(earlier=0) == "This is the first night: there is no earlier one to compare it with."
 
 
+def test_a_night_without_a_figure_to_judge_does_not_say_that_nothing_changed() -> None:
+    assert said(judged=0, complete=False) == (
+        "Nothing was judged: no figure of this night has an earlier one. The night is incomplete."
+    )
+
+
 def test_an_incomplete_night_says_so_too() -> None:
     assert said(complete=False).endswith("The night is incomplete.")
 
