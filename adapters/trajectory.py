@@ -95,6 +95,21 @@ class Trajectory:
     engine: str = field(default="", kw_only=True)
     setting: str = field(default="", kw_only=True)
 
+    def __repr__(self) -> str:
+        """Run, size and span in one line; arrays would fill screens."""
+        run = " in ".join(filter(None, [self.scene, self.engine]))
+        name = ", ".join(filter(None, [f"Trajectory of {run}" if run else "Trajectory", self.setting]))
+        bars = None if self.bars is None else plural(self.bars, "bar")
+        size = ", ".join(filter(None, [bars, plural(len(self.t_s), "sample")]))
+        span = f" from {self.t_s[0]:.6g} to {self.t_s[-1]:.6g} s" if len(self.t_s) else ""
+        return f"<{name}: {size}{span}{', ended early' if self.ended else ''}>"
+
+    @property
+    def bars(self) -> int | None:
+        """Number of bars N; None where no quantity of single bars is given."""
+        of_bars = next((a for a in (self.angle_rad, self.rate_rad_s, self.position_m) if a is not None), None)
+        return None if of_bars is None else int(of_bars.shape[1])
+
     @property
     def observables(self) -> frozenset[Observable]:
         """Quantities that this trajectory holds."""
@@ -150,6 +165,11 @@ class Trajectory:
         """Some of the samples, in every array, as a trajectory."""
         arrays = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
         return self.replace(**{name: v[rows] for name, v in arrays.items() if isinstance(v, np.ndarray)})
+
+
+def plural(count: int, noun: str) -> str:
+    """``1 bar``, ``5 bars``."""
+    return f"{count} {noun}{'' if count == 1 else 's'}"
 
 
 def to_frame(trajectory: Trajectory) -> pd.DataFrame:

@@ -176,6 +176,15 @@ class Scene:
         """Check the name, which becomes the name of folders and files."""
         check_scene_name(self.name)
 
+    def __repr__(self) -> str:
+        """Name, size, duration and effects in one line; all values would fill a screen."""
+        bars = f"{self.bars} bar{'' if self.bars == 1 else 's'}"
+        orbits = f"{self.run.duration_s / self.period_s:.4g}"
+        lasts = f"{self.run.duration_s:.6g} s ({orbits} orbit{'' if orbits == '1' else 's'})"
+        others = sorted({name.partition(".")[0] for name in self.effects.names} - {"gravity"})
+        effects = ", ".join([f"gravity {self.effects.gravity}", *others])
+        return f"<Scene {self.name}: {bars}, {lasts}, {self.run.samples} samples; {effects}>"
+
     def _repr_html_(self) -> str | None:
         """Picture and physics for a notebook; None, so the text alone, before any public name of barchain is used."""
         return html("scene", self)

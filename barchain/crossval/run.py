@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -78,6 +79,14 @@ class ComparisonResult:
         scenes, engines = (list(dict.fromkeys(pair[k] for pair in pairs if pair[0] != ALL_SCENES)) for k in (0, 1))
         cells = [[pairs.get((scene, engine), "") for engine in engines] for scene in scenes]
         return pd.DataFrame(cells, pd.Index(scenes, name="scene"), pd.Index(engines, name="engine"))
+
+    def __repr__(self) -> str:
+        """Size, verdict and number of each outcome in one line; :meth:`to_frame` has the table."""
+        table = self.to_frame()
+        size = ", ".join(f"{n} {word}{'' if n == 1 else 's'}" for n, word in zip(table.shape, ("scene", "engine"), strict=True))
+        counts = Counter(cell for cell in table.to_numpy().flat if cell)
+        found = ", ".join(f"{n} {word}" for word, n in counts.most_common()) or "nothing compared"
+        return f"<ComparisonResult of {size}: {'passed' if self.passed else 'not passed'}; {found}>"
 
     def _repr_html_(self) -> str | None:
         """Verdict, picture and matrix for a notebook; None before any public name of barchain is used."""
