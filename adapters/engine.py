@@ -6,10 +6,14 @@ supported effects and the observables. The harness can therefore state why a sce
 
 from __future__ import annotations
 
+import numbers
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, ClassVar, final
+
+from scenarios.nearest import nearest
+from scenarios.text import shorten
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Observable, Trajectory
@@ -40,6 +44,10 @@ class Coordinates(StrEnum):
     """Positions relative to the centre of the central body."""
 
 
+class SettingError(ValueError):
+    """A setting that no engine has, or that an engine does not have."""
+
+
 @dataclass(frozen=True)
 class Setting:
     """One value of an engine's accuracy parameter.
@@ -51,14 +59,40 @@ class Setting:
         of equal steps in one :attr:`~scenarios.scene.Scene.step_period_s`.
     value : float
         Its value, without unit.
+
+    Raises
+    ------
+    SettingError
+        If there is no such parameter, or the value is no number.
     """
 
     parameter: AccuracyParameter
     value: float
 
+    def __post_init__(self) -> None:
+        """Check both; the range of a value is the engine's."""
+        if self.parameter not in [*AccuracyParameter]:
+            raise SettingError(
+                f"{shorten(self.parameter)} given as the parameter of a setting"
+                f"{nearest(str(self.parameter), AccuracyParameter)}; allowed: {', '.join(AccuracyParameter)}"
+            )
+        check_number(self.parameter, self.value)
+
     def __str__(self) -> str:
         """Text form ``rtol=1e-10``, as the command line reads it."""
         return f"{self.parameter}={self.value:g}"
+
+
+def check_number(name: str, value: object) -> None:
+    """Reject the value of a setting that is no number; True and False are none.
+
+    Raises
+    ------
+    SettingError
+        With the given value.
+    """
+    if not isinstance(value, numbers.Real) or isinstance(value, bool):
+        raise SettingError(f"{name}={shorten(value)} given, allowed: a number")
 
 
 @dataclass(frozen=True)

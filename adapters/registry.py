@@ -10,6 +10,7 @@ from importlib.metadata import EntryPoint, PackageNotFoundError, entry_points, v
 from typing import TYPE_CHECKING
 
 from scenarios import nearest
+from scenarios.text import shorten
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -276,6 +277,10 @@ def find_engine(name: str) -> Registration:
         If there is none; the message gives the nearest name and all names.
     """
     known = engines()
+    if not isinstance(name, str):
+        raise UnknownEngineError(
+            f"{shorten(name)} given as an engine{nearest(str(name), known)}; allowed: a name, one of {', '.join(known)}"
+        )
     if name not in known:
         allowed = [n for n, r in known.items() if not r.rejected]
         reasons = [r.rejected for n, r in known.items() if r.rejected and n.partition(" (")[0] == name]

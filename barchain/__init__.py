@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from barchain.api import scenes as scenes
     from barchain.api import simulate as simulate
     from barchain.crossval.run import ComparisonResult as ComparisonResult
+    from barchain.run.arguments import ArgumentError as ArgumentError
     from barchain.run.settings import SettingError as SettingError
     from reports.tables.schema import SchemaVersionError as SchemaVersionError
     from scenarios.load import SceneError as SceneError
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     __version__: str
 
 MODULES = {
+    "ArgumentError": "barchain.run.arguments",
     "Engine": "adapters.engine",
     "EngineError": "adapters.engine",
     "Setting": "adapters.engine",
@@ -57,6 +59,7 @@ RENDERERS = {
 """Functions that draw scenes, trajectories and comparisons in notebooks"""
 
 __all__ = [
+    "ArgumentError",
     "ComparisonResult",
     "Engine",
     "EngineError",

@@ -13,8 +13,21 @@ from barchain.boundary.declared import engine_class
 from barchain.execution.executors import LocalProcesses, chosen_executor
 from barchain.execution.limits import WORKERS_S
 from barchain.record.folder_lock import locked_if_there
+from barchain.run.arguments import (
+    ArgumentError,
+    check_callable,
+    check_count,
+    check_folder,
+    check_seconds,
+    check_settings,
+    check_switch,
+    check_text,
+    engine_list,
+    scene_list,
+)
 from barchain.run.job import Job, Role
 from barchain.run.pool import run_jobs
+from barchain.run.selection import chosen_engines
 from barchain.run.settings import SettingError, choose_setting
 from barchain.run.time_limits import TIME_LIMIT_S
 from reports.tables.outcome import Outcome
@@ -27,7 +40,7 @@ if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
     from barchain.crossval.run import ComparisonResult
 
-__all__ = ["SettingError", "choose_setting", "compare", "engines", "render", "scenes", "simulate"]
+__all__ = ["ArgumentError", "SettingError", "choose_setting", "compare", "engines", "render", "scenes", "simulate"]
 
 
 def scenes(tag: str | None = None) -> list[str]:
@@ -42,7 +55,13 @@ def scenes(tag: str | None = None) -> list[str]:
     -------
     list of str
         E.g. ``paper/fig05``.
+
+    Raises
+    ------
+    ArgumentError
+        If `tag` is no text.
     """
+    check_text("tag", tag, 'a tag, e.g. "paper"')
     names = scene_names()
     return names if tag is None else [name for name in names if tag in load_scene(name).tags]
 
@@ -91,12 +110,16 @@ def simulate(
     Raises
     ------
     SceneError, UnknownEngineError, SettingError
-        If the scene, the engine or the setting does not exist.
+        If the scene, the engine or the setting does not exist, or is of a wrong type.
+    ArgumentError
+        If another argument is of a wrong type; the message gives the allowed values.
     ValueError
         If the engine does not support the scene or has no condition number; the message gives the reason.
     EngineError
         If the engine is not installed, or its run fails, times out, or returns a malformed trajectory.
     """
+    check_seconds("time_limit_s", time_limit_s)
+    check_switch("condition", condition)
     loaded = scene if isinstance(scene, Scene) else load_scene(scene)
     registration = find_engine(engine)
     if registration.missing:
@@ -166,7 +189,9 @@ def compare(
     Raises
     ------
     SceneError, UnknownEngineError, SettingError
-        If a scene, an engine or a setting does not exist; nothing has been run.
+        If a scene, an engine or a setting does not exist, or is of a wrong type; nothing has been run.
+    ArgumentError
+        If another argument is of a wrong type, e.g. a text instead of a list of scenes; nothing has been run.
     ResultsInPlaceError
         If `out` holds results, and neither `resume` nor `overwrite` is given.
     OtherPlanError
@@ -180,9 +205,19 @@ def compare(
     """
     from barchain.crossval.run import run_comparison  # noqa: PLC0415  # a single run needs no judge
 
+    given, names = scene_list(scenes), engine_list(engines)
+    check_settings(settings, chosen_engines(names))
+    check_folder("out", out, optional=True)
+    check_seconds("time_limit_s", time_limit_s)
+    check_seconds("dask_wait_s", dask_wait_s)
+    check_count("workers", workers, "all cores")
+    check_text("dask", dask, 'the address of a Dask scheduler, e.g. "tcp://host:8786"')
+    check_switch("resume", resume)
+    check_switch("overwrite", overwrite)
+    check_callable("progress", progress, "scene, engine and outcome")
     return run_comparison(
-        scenes,
-        engines,
+        given,
+        names,
         out,
         time_limit_s=time_limit_s,
         executor=chosen_executor(workers, dask, dask_wait_s),
@@ -208,6 +243,8 @@ def render(folder: Path | str) -> list[Path]:
 
     Raises
     ------
+    ArgumentError
+        If `folder` is neither text nor a path.
     FileNotFoundError
         If the folder holds neither a comparison nor a study.
     DamagedResultsError
@@ -219,5 +256,6 @@ def render(folder: Path | str) -> list[Path]:
     """
     from reports.render import render_all  # noqa: PLC0415  # charts take a second to import
 
+    check_folder("folder", folder)
     with locked_if_there(Path(folder)):
         return render_all(Path(folder))

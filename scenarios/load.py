@@ -9,7 +9,7 @@ from pydantic import ValidationError
 
 from scenarios.limits import MOST_LINE, LimitError
 from scenarios.nearest import nearest_scene
-from scenarios.text import is_scene_name, visible
+from scenarios.text import is_scene_name, shorten, visible
 from scenarios.toml.faults import fault_lines
 from scenarios.toml.file import SceneFile
 from scenarios.toml.reading import UnreadableError, read_text, tables_of
@@ -54,6 +54,10 @@ def load_scene(scene: str | Path, folders: Sequence[Path] = (SHIPPED,)) -> Scene
     SceneError
         If there is no such scene, or its file is not valid; the message has one line for each fault.
     """
+    if not isinstance(scene, (str, Path)) or not str(scene):
+        raise SceneError(
+            f"{shorten(scene)} given as a scene, allowed: a name, e.g. paper/fig05, or the path of a TOML file"
+        )
     if is_scene_name(str(scene)) and not Path(scene).suffix:  # a path could lead out of the folders, and of the results
         for folder in folders:
             named = folder / f"{scene}.toml"

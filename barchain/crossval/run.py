@@ -83,7 +83,8 @@ class ComparisonResult:
     def __repr__(self) -> str:
         """Size, verdict and number of each outcome in one line; :meth:`to_frame` has the table."""
         table = self.to_frame()
-        size = ", ".join(f"{n} {word}{'' if n == 1 else 's'}" for n, word in zip(table.shape, ("scene", "engine"), strict=True))
+        words = zip(table.shape, ("scene", "engine"), strict=True)
+        size = ", ".join(f"{n} {word}{'' if n == 1 else 's'}" for n, word in words)
         counts = Counter(cell for cell in table.to_numpy().flat if cell)
         found = ", ".join(f"{n} {word}" for word, n in counts.most_common()) or "nothing compared"
         return f"<ComparisonResult of {size}: {'passed' if self.passed else 'not passed'}; {found}>"

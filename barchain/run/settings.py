@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from adapters.engine import AccuracyParameter, Setting
+from adapters.engine import AccuracyParameter, Setting, SettingError, check_number
 from adapters.registry import find_engine
 from barchain.boundary.declared import engine_class
 from scenarios import nearest
@@ -14,11 +14,9 @@ if TYPE_CHECKING:
 
     from adapters.engine import AccuracySweep
 
+__all__ = ["LEAST_RTOL", "MOST_STEPS", "SettingError", "allowed_range", "choose_setting"]
+
 LEAST_RTOL, MOST_STEPS = 1e-15, 1e9
-
-
-class SettingError(ValueError):
-    """A setting that the engine does not have."""
 
 
 def choose_setting(engine: str, given: Mapping[str, float]) -> Setting:
@@ -36,15 +34,20 @@ def choose_setting(engine: str, given: Mapping[str, float]) -> Setting:
     UnknownEngineError
         If no engine has that name.
     SettingError
-        If the engine has another accuracy parameter, or the value is out of its range.
+        If the engine has another accuracy parameter, or the value is no number or out of its range.
     """
     sweep = engine_class(find_engine(engine)).sweep
-    for name, value in given.items():
+    for name in given:
         if name != sweep.parameter:
             raise SettingError(
-                f"{engine} has no setting {name}{nearest(name, [sweep.parameter])}; allowed: {sweep.parameter}"
+                f"{engine} has no setting {name}{nearest(str(name), [sweep.parameter])}; allowed: {sweep.parameter}"
             )
+    for name, value in given.items():
         least, most = allowed_range(sweep)
+        try:
+            check_number(name, value)
+        except SettingError as error:
+            raise SettingError(f"{engine}: {error} from {least:g} to {most:g}") from None
         if not least <= value <= most:
             raise SettingError(f"{engine}: {name}={value:g} given, allowed: {least:g} to {most:g}")
         return Setting(sweep.parameter, float(value))
