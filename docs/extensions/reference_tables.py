@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from scene_keys import HEAD, key_tables
 
 import reports.tables
 from barchain.cli.common.exit_codes import MEANINGS
@@ -12,15 +14,11 @@ from reference_impl.paper.misprint_effects import misprint_effects
 from reports.tables.files import StudyFiles
 from reports.tables.outcome import ADVICE
 from reports.text.glossary import TERMS
-from scenarios.toml.file import SceneFile
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
 ROUNDING = 1e-12  # far above the rounding of a dense solution in double precision, far below every effect
-LIMITS = {"minimum": "≥ {}", "exclusiveMinimum": "> {}", "maximum": "≤ {}", "exclusiveMaximum": "< {}"}
-NAMES = {"number": "number", "integer": "integer", "string": "text", "boolean": "true or false", "array": "list",
-         "object": "table", "null": "nothing"}  # fmt: skip
 
 
 def markdown_table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
@@ -32,62 +30,7 @@ def markdown_table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
 
 def scene_keys() -> str:
     """Every key of a scene file, table by table."""
-    schema: dict[str, Any] = SceneFile.model_json_schema()
-    parts = []
-    for name, table in schema_tables(schema, schema, ""):
-        rows = [key_row(schema, key, value) for key, value in table.get("properties", {}).items()
-                if target(schema, value).get("type") != "object"]  # fmt: skip
-        if rows:
-            title = f"`[{name}]`" if name else "Top level"
-            text = table.get("description", "") if name else ""
-            parts.append(f"## {title}\n\n{text}\n\n{markdown_table(('key', 'allowed', 'default', 'meaning'), rows)}")
-    return "\n".join(parts)
-
-
-def schema_tables(schema: dict[str, Any], table: dict[str, Any], name: str) -> Iterator[tuple[str, dict[str, Any]]]:
-    """A table and all tables below it, each with its name in a file."""
-    yield name, table
-    for key, value in table.get("properties", {}).items():
-        for each in alternatives(schema, value):
-            below = f"{name}.{key}".strip(".")
-            if each.get("type") == "object" and "properties" in each:
-                yield from schema_tables(schema, each, below)
-            inner = target(schema, each.get("items", {}))
-            if each.get("type") == "array" and "properties" in inner:
-                yield from schema_tables(schema, inner, f"[{below}]")
-
-
-def alternatives(schema: dict[str, Any], value: dict[str, Any]) -> list[dict[str, Any]]:
-    """Schemas that a value may follow."""
-    several = value.get("anyOf") or value.get("oneOf") or [value]
-    return [target(schema, each) for each in several]
-
-
-def target(schema: dict[str, Any], value: dict[str, Any]) -> dict[str, Any]:
-    """Schema itself, where a reference stands for it."""
-    name = value.get("$ref", "").rpartition("/")[2]
-    found: dict[str, Any] = schema["$defs"][name] if name else value
-    return found
-
-
-def key_row(schema: dict[str, Any], key: str, value: dict[str, Any]) -> list[str]:
-    """Row of one key."""
-    allowed = " or ".join(dict.fromkeys(allowed_words(schema, each) for each in alternatives(schema, value)))
-    default = f"`{value['default']}`" if value.get("default") is not None else ""
-    return [f"`{key}`", allowed, default, value.get("description", "")]
-
-
-def allowed_words(schema: dict[str, Any], value: dict[str, Any]) -> str:
-    """Type and limits of a value."""
-    if "enum" in value:
-        return ", ".join(f"`{each}`" for each in value["enum"])
-    if "const" in value:
-        return f"`{value['const']}`"
-    kind = NAMES.get(str(value.get("type", "")), "table")
-    if kind == "list":
-        return f"list of {' or '.join(allowed_words(schema, e) for e in alternatives(schema, value.get('items', {})))}"
-    limits = [words.format(f"{value[key]:g}") for key, words in LIMITS.items() if key in value]
-    return f"{kind} {', '.join(limits)}".strip()
+    return "\n".join(f"## {title}\n\n{text}\n\n{markdown_table(HEAD, rows)}" for title, text, rows in key_tables())
 
 
 def result_tables() -> str:

@@ -28,10 +28,15 @@ def words(most: int, but: str = "") -> AfterValidator:
     return AfterValidator(checked)
 
 
-Title = Annotated[str, words(MOST_TITLE)]
-Source = Annotated[str, words(MOST_SOURCE)]
-Description = Annotated[str, words(MOST_DESCRIPTION, but="\n\t")]
-Tag = Annotated[str, words(MOST_TAG)]
+def shown_limit(most: int) -> Any:
+    """Largest number of characters in the JSON Schema, which knows no check in Python."""
+    return Field(json_schema_extra={"maxLength": most})
+
+
+Title = Annotated[str, words(MOST_TITLE), shown_limit(MOST_TITLE)]
+Source = Annotated[str, words(MOST_SOURCE), shown_limit(MOST_SOURCE)]
+Description = Annotated[str, words(MOST_DESCRIPTION, but="\n\t"), shown_limit(MOST_DESCRIPTION)]
+Tag = Annotated[str, words(MOST_TAG), shown_limit(MOST_TAG)]
 Place = Annotated[list[Finite], Field(min_length=2, max_length=2)]
 
 EARTH_MU_M3_S2 = 3.986004418e14  # EGM2008 / IAU value
@@ -104,9 +109,11 @@ class RunTable(Table):
     """Duration and samples of a run."""
 
     orbits: Positive | None = Field(
-        None, description="duration in periods of the initial osculating orbit (bound ones only)"
+        None,
+        description="duration in periods of the initial osculating orbit (bound ones only); "
+        "required unless duration_s is given",
     )
-    duration_s: Positive | None = Field(None, description="duration in seconds, instead of `orbits`")
+    duration_s: Positive | None = Field(None, description="duration; required unless orbits is given")
     samples: int = Field(501, ge=2, le=1_000_000, description="equally spaced instants, both ends included")
 
     @model_validator(mode="after")
