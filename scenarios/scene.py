@@ -238,6 +238,18 @@ class Scene:
         return period_s(self.central_body, self.orbit, self.effects.gravity)
 
     @property
+    def lowest_height_m(self) -> float:
+        """Lowest height of the osculating orbit at t = 0 above the surface, m; negative below it.
+
+        The velocity is horizontal at t = 0: the chain starts at the lowest or at the highest point. Without gravity the
+        path is straight, and its start is lowest.
+        """
+        squared = self.orbit.speed_factor**2
+        if self.effects.gravity is Gravity.NONE or squared >= 1.0:
+            return self.orbit.altitude_m
+        return self.radius0_m * squared / (2.0 - squared) - self.central_body.radius_m
+
+    @property
     def step_period_s(self) -> float:
         """Unit of time of `steps_per_orbit`, s: the period, or the period of the circular orbit at r0 if shorter.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any
 
+from scenarios.key_words import unit
 from scenarios.limits import BARS, MOST_MAGNITUDE
 from scenarios.toml.file import SceneFile
 
@@ -14,11 +15,6 @@ if TYPE_CHECKING:
     Schema = dict[str, Any]
 
 HEAD = ("key", "type", "unit", "default", "allowed", "meaning")
-UNITS = {
-    "_kg_m3": "kg/m³", "_kg_m2": "kg m²", "_kg": "kg", "_N_m_s_rad": "N m s/rad", "_N_m_rad": "N m/rad",
-    "_rad_s": "rad/s", "_m3_s2": "m³/s²", "_Pa": "Pa", "_N_s": "N s", "_deg": "degrees", "_N": "N", "_m": "m",
-    "_s": "s", "orbits": "periods",
-}  # fmt: skip
 NONE = "–"
 SINGLE = {
     "number": "number",
@@ -61,7 +57,7 @@ def row(schema: Schema, key: str, value: Schema, *, required: bool) -> list[str]
     return [
         f"`{key}`",
         " or ".join(type_words(schema, kind) for kind in found),
-        next((unit for end, unit in UNITS.items() if key.endswith(end)), NONE),
+        "periods" if key == "orbits" else unit(key) or NONE,
         "required" if required else default(found, value),
         range_of_bars() if key == "bars" else "; ".join(dict.fromkeys(filter(None, limits))) or NONE,
         meaning,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 
@@ -49,8 +50,8 @@ def test_scenes_are_filtered_by_tag_folder_and_effect(capsys):
 def test_a_scene_is_shown_with_its_values_and_the_engines_that_support_it(capsys):
     assert run(["scenes", "show", "paper/fig17"]) == 0
     text = capsys.readouterr().out
-    assert "10.0 (5 times)" in text
-    assert "engines.reference " in text
+    assert re.search(r"^chain: lengths, m +10\.0 \(5 times\)$", text, re.MULTILINE)
+    assert re.search(r"^engine reference +supports the scene$", text, re.MULTILINE)
     shown = printed_json(capsys, "scenes show paper/fig17 --json")
     assert shown["chain"]["mass_kg"] == list(load_scene("paper/fig17").chain.mass_kg)
     assert shown["engines"]["reference"] == "supports the scene"
@@ -76,12 +77,49 @@ def test_validate_prints_one_line_for_each_fault_of_each_file_and_exits_with_2(t
     good.write_text(BAD_SCENE.replace("altitude_km = 500.0", "altitude_m = 5e5").replace("-5.0", "5.0"))
     assert run(["validate", str(bad), str(good), str(tmp_path / "none.toml")]) == 2
     shown = capsys.readouterr()
-    assert shown.out == f"{good}: valid: 2 bars, 1 orbits, {load_scene(good).run.samples} samples\n"
+    assert shown.out == (
+        f"{good}: valid: 2 bars, 1 orbits, {load_scene(good).run.samples} samples\n"
+        f"{good}: orbit of the centre of mass: period 5676.81 s (1 h 34 min 37 s), lowest height 500 km\n"
+    )
     lines = shown.err.splitlines()
     assert len(lines) == 3
     assert f"{bad}: orbit.altitude_km: unknown key (did you mean altitude_m?); allowed here: altitude_m" in shown.err
     assert f"{bad}: chain.mass_kg[1]: -5.0 given, allowed: greater than 0" in shown.err
     assert run(["validate", "paper/fig05"]) == 0
+
+
+def test_labels_of_scenes_are_words_with_units(capsys):
+    for name in ("effects/everything", "effects/thrust_table", "paper/fig17"):
+        assert run(["scenes", "show", name]) == 0
+        labels = [re.split(r" {2,}", line)[0] for line in capsys.readouterr().out.splitlines()]
+        assert not [label for label in labels if "_" in label or "{" in label]
+        assert not [label for label in labels if re.search(r" (m|s|kg|rad|N)$", label) and ", " not in label]
+
+
+@pytest.mark.parametrize(("orbit", "said", "warned"), [
+    ("altitude_m = 5e5", "period 5676.81 s (1 h 34 min 37 s), lowest height 500 km", ""),
+    ("altitude_m = 7e4", "lowest height 70 km", "below 80 km; was another"),
+    ("altitude_m = 5e5\nspeed_factor = 0.5", "lowest height -5395.43 km", "meets the surface, where a run ends; was"),
+    ("altitude_m = 7e4\nspeed_factor = 1.5", "open orbit of the centre of mass: no period, lowest height 70 km", "80"),
+])  # fmt: skip
+def test_validate_tells_period_and_lowest_height_and_warns_of_a_low_orbit(orbit, said, warned, tmp_path, capsys):
+    file = tmp_path / "mine.toml"
+    text = BAD_SCENE.replace("altitude_km = 500.0", orbit).replace("-5.0", "5.0")
+    file.write_text(text.replace("orbits = 1.0", "duration_s = 6000.0"))
+    assert run(["validate", str(file)]) == 0
+    shown = capsys.readouterr()
+    assert said in shown.out.splitlines()[1]
+    assert bool(shown.err) == bool(warned)
+    assert warned in shown.err
+
+
+def test_validate_tells_a_low_point_after_the_end_of_the_run(tmp_path, capsys):
+    file = tmp_path / "mine.toml"
+    orbit = "altitude_m = 5e5\nspeed_factor = 0.9"
+    text = BAD_SCENE.replace("altitude_km = 500.0", orbit).replace("-5.0", "5.0")
+    file.write_text(text.replace("orbits = 1.0", "duration_s = 60.0"))
+    assert run(["validate", str(file)]) == 0
+    assert "meets the surface, where a run ends, after the end of this run;" in capsys.readouterr().err
 
 
 def test_doctor_tells_versions_engines_cache_machine_and_tables(capsys, monkeypatch):

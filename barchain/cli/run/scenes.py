@@ -52,15 +52,20 @@ def reject_filters(ctx: click.Context) -> None:
 @scene_argument
 @json_option
 def show_scene(scene: str, as_json: bool) -> None:
-    """Show SCENE (a name or a file): values in SI units and radians, invariants, and engines that support it."""
+    """Show SCENE (a name or a file): values in SI units and radians, invariants, and engines that support it.
+
+    Values are labelled in plain words with units; --json keeps the names of the fields.
+    """
     from scenarios import load_scene  # noqa: PLC0415
 
     found = load_scene(scene)
     if as_json:
         say(json.dumps(complete(found), indent=2))
         return
-    for key, value in lines(complete(found)):
-        say(f"{key:<36} {value}")
+    shown = list(lines(complete(found)))
+    width = max(len(label) for label, _ in shown)
+    for label, value in shown:
+        say(f"{label:<{width}}  {value}")
 
 
 def all_scenes() -> list[Scene]:
@@ -136,7 +141,11 @@ def complete(scene: Scene) -> dict[str, Any]:
     from barchain.record.scene_description import invariant_words  # noqa: PLC0415
 
     values: dict[str, Any] = json.loads(json.dumps(dataclasses.asdict(scene), default=str))
-    derived = {"orbit_period_s": scene.period_s, "duration_orbits": scene.run.duration_s / scene.period_s}
+    derived = {
+        "orbit_period_s": scene.period_s,
+        "lowest_height_m": scene.lowest_height_m,
+        "duration_orbits": scene.run.duration_s / scene.period_s,
+    }
     return values | derived | {"conserves": invariant_words(scene), "engines": support(scene)}
 
 
@@ -158,16 +167,29 @@ def of_engine(registration: Registration, scene: Scene) -> str:
 
 
 def lines(values: Mapping[str, Any], prefix: str = "") -> Iterable[tuple[str, str]]:
-    """Keys with dots and values as text; effects that the scene does not have are left out."""
+    """Labels in plain words with units, and values as text; effects that the scene does not have are left out."""
+    from scenarios.key_words import labelled  # noqa: PLC0415
+
     for key, value in values.items():
         if isinstance(value, dict):
-            yield from lines(value, f"{prefix}{key}.")
+            engines = prefix + key == "engines"
+            yield from ((f"engine {k}", v) for k, v in value.items()) if engines else lines(value, within(prefix, key))
+        elif isinstance(value, list) and value and isinstance(value[0], dict):
+            for number, each in enumerate(value, 1):
+                yield from lines(each, within(prefix, key if len(value) == 1 else f"{key} {number}"))
         elif value not in (None, [], ""):
-            yield prefix + key, in_words(value)
+            yield prefix + labelled(key), in_words(value)
+
+
+def within(prefix: str, key: str) -> str:
+    """Beginning of the labels of a table; the effects are named by themselves."""
+    return "" if key == "effects" else f"{prefix}{key.replace('_', ' ')}: "
 
 
 def in_words(value: Any) -> str:
     """Text of a value; of a list of equal values the value and their number."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
     if isinstance(value, list) and len(value) > 1 and all(v == value[0] for v in value):
         return f"{value[0]} ({len(value)} times)"
     return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
