@@ -173,6 +173,17 @@ def test_missing_keys_do_not_stop_a_render(record: dict[str, object], tmp_path: 
     assert all(path.stat().st_size for path in reports.render(folder))
 
 
+@pytest.mark.parametrize(("tags", "shown"), [(["paper", "chaotic"], True), (["basics"], False)])
+def test_the_papers_misprints_stand_only_beside_a_scene_of_the_paper(
+    tags: list[str], shown: bool, tmp_path: Path
+) -> None:
+    record = {"scenes": {"s": {"tags": tags}}, "misprints": [{"place": "(17)", "printed": "a", "right": "b"}]}
+    page, text = (path.read_text() for path in reports.render(write_tables(tmp_path, [one_row("pass")], record)))
+    assert ("Misprints in the paper" in page) == ("#misprints" in page) == shown
+    assert ("## Misprints in the paper" in text) == ("(17)" in text) == shown
+    assert "\n## Tolerances\n" in text
+
+
 def test_a_run_without_its_names_stops_a_render(tmp_path: Path) -> None:
     folder = write_tables(tmp_path, [one_row("pass")], {"runs": [{}]})
     with pytest.raises(DamagedResultsError, match="entry runs → 0 → scene is wrong"):

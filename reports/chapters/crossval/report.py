@@ -49,6 +49,9 @@ SYMBOLS = {
     Outcome.MISSING: "∅",
 }
 
+PAPER = "paper"
+"""Tag of the paper's scenes, which its misprints concern"""
+
 
 def write_report(folder: Path, chapters: Mapping[Chapter, ChapterView]) -> tuple[Path, Path]:
     """Write ``index.html`` and ``report.md`` into a result folder, from its stored tables alone.
@@ -115,6 +118,7 @@ def context(results: Results, summary: Summary) -> dict[str, Any]:
         "seconds": number(record.get("seconds")),
         "engines": {e: mapping(mapping(record.get("engines")).get(e)) for e in summary.engines},
         "runs": in_order(rows(record.get("runs"))),
+        "has_paper_scenes": any(PAPER in scene.tags for scene in summary.scenes),
         "misprints": [written_row(r) for r in rows(record.get("misprints"))],
         "tolerances": [written_row(r) for r in rows(record.get("tolerances"))],
         "limitations": [written(str(t)) for t in record.get("limitations") or []],
