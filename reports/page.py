@@ -13,7 +13,7 @@ from reports.tables.writing import write_atomically
 from reports.text.glossary import Glossary
 from reports.text.markdown import escape_text, table_row
 from reports.text.mathematics import effect
-from reports.text.numerals import as_given, given_markup, number, powers_in, significant, span, typeset
+from reports.text.numerals import as_given, given_markup, number, powers_in, significant, span, typeset, typographic
 from reports.text.ratios import decade, ratio_text, span_text
 from reports.text.record import mapping
 from reports.text.visible import written
@@ -44,8 +44,9 @@ def templates() -> Environment:
         "number": number,
         "effect": effect,
         "effect_markup": effect_markup,
-        "value": as_given,
+        "value": lambda v: typographic(as_given(v)) if number(v) is not None else as_given(v),
         "nice": given_markup,
+        "typed": as_given,
         "number_words": powers_in,
         "span": span,
         "anchor": anchor,

@@ -23,6 +23,7 @@ PREFIXES = (
     (1e-9, "n"),
     (1e-12, "p"),
 )
+PADDED = re.compile(r"(?<![\w.])(\d[\d.]*e)(?:\+|(-))0*(\d+)\b")
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -36,38 +37,53 @@ def number(value: object) -> float | None:
         return None
 
 
-def significant(value: float | None, digits: int = 3) -> str:
-    """``0.0112``, ``5.40e-07``, ``NaN``; empty for None."""
+def typed(value: float | None, digits: int = 3) -> str:
+    """``0.0112``, ``5.40e-7``, ``NaN`` as a number is typed; empty for None."""
     if value is None:
         return ""
     if not math.isfinite(value):
         return "NaN" if math.isnan(value) else "inf" if value > 0 else "-inf"
     if value == 0.0:
         return "0"
-    text = f"{value:#.{digits}g}"  # the one rounding: 999.6 becomes 1.00e+03 here, never 1000 and 999 by turns
+    text = f"{value:#.{digits}g}"  # the one rounding: 999.6 becomes 1.00e3 here, never 1000 and 999 by turns
     if "e" in text or abs(value) < SMALLEST_PLAIN:
-        return f"{value:.{digits - 1}e}"
+        return unpadded(f"{value:.{digits - 1}e}")
     return text.rstrip(".")
+
+
+def significant(value: float | None, digits: int = 3) -> str:
+    """``0.0112``, ``5.40×10⁻⁷``, ``NaN``, the same on pages and in plain text; empty for None."""
+    return typographic(typed(value, digits))
 
 
 def typeset(value: float | None, digits: int = 3) -> Markup:
     """HTML of a number: a true minus, powers of ten with superscripts."""
-    return powers(significant(value, digits))
+    return powers(typed(value, digits))
+
+
+def typographic(text: str) -> str:
+    """``5.40×10⁻⁷`` of ``5.40e-7``, ``10⁻⁸`` of ``1e-8``; a text without an exponent is unchanged."""
+    mantissa, e, exponent = text.partition("e")
+    if not e:
+        return text
+    power = power_of_ten(int(exponent))
+    return f"{mantissa[:-1]}{power}" if mantissa in ("1", "-1") else f"{mantissa}×{power}"
 
 
 def powers(text: str) -> Markup:
     """HTML of a number given as text."""
-    mantissa, e, exponent = text.partition("e")
-    if not e:
-        return escape(text.replace("-", "−").replace("inf", "∞"))
-    power = str(int(exponent)).replace("-", "−")
-    return Markup("{}&#8202;×&#8202;10<sup>{}</sup>").format(mantissa.replace("-", "−"), power)
+    return escape(typographic(text).replace("-", "−").replace("inf", "∞"))
 
 
 def powers_in(text: str) -> Markup:
     """HTML of a sentence with its powers of ten as superscripts."""
     parts = re.split(r"(?<![\w.])(\d[\d.]*e[-+]?\d+)", text)
     return Markup("").join(powers(part) if k % 2 else escape(part) for k, part in enumerate(parts))
+
+
+def unpadded(text: str) -> str:
+    """Text whose exponents have neither a plus nor zeros in front: ``rtol=1e-8`` of ``rtol=1e-08``."""
+    return PADDED.sub(r"\1\2\3", text)
 
 
 def power_of_ten(exponent: int) -> str:
@@ -113,7 +129,7 @@ def as_given(value: object) -> str:
     if math.isfinite(found) and found == int(found) and abs(found) < LARGEST_COUNT:
         return f"{found:.0f}"
     digits = next((d for d in (1, 2) if float(f"{found:.{d - 1}e}") == found), 3)
-    return significant(found, digits)
+    return typed(found, digits)
 
 
 def given_markup(value: object) -> Markup:

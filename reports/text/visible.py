@@ -10,6 +10,8 @@ import unicodedata
 
 from markupsafe import Markup
 
+from reports.text.numerals import unpadded
+
 HIDDEN = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})
 LAYOUT = "\n\t"
 
@@ -22,7 +24,10 @@ def visible(text: object, *, but: str = "") -> str:
 
 
 def written(value: object) -> object:
-    """Value as a template writes it: text and markup without hidden characters; lines and tabs are its layout."""
+    """Value as a template writes it: text and markup without hidden characters; lines and tabs are its layout.
+
+    Typed exponents, as in settings, have one form: ``1e-8``.
+    """
     if isinstance(value, Markup):
         return Markup(visible(value, but=LAYOUT))  # was markup, and stays
-    return visible(value, but=LAYOUT) if isinstance(value, str) else value
+    return unpadded(visible(value, but=LAYOUT)) if isinstance(value, str) else value

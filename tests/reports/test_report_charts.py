@@ -12,7 +12,7 @@ from reports.chapters.crossval.reactions import Reactions, nearest, spread
 from reports.plotting.palette import PAPER, SERIES, engine_pen
 from reports.plotting.panels import ChartFrame, Line, log_panel
 from reports.plotting.series import decade_range, thin
-from reports.text.numerals import as_given, powers, prefixed, significant, typeset
+from reports.text.numerals import as_given, powers, powers_in, prefixed, significant, typeset, unpadded
 from reports.text.words import breakable
 
 LEAST_CONTRAST = 3.0  # WCAG 2 for graphical objects
@@ -98,13 +98,13 @@ def test_engines_are_told_apart_without_colour() -> None:
         (None, ""),
         (math.nan, "NaN"),
         (0.0, "0"),
-        (5.4e-07, "5.40e-07"),
+        (5.4e-07, "5.40×10⁻⁷"),
         (0.0112, "0.0112"),
         (123.4, "123"),
-        (999.6, "1.00e+03"),
+        (999.6, "1.00×10³"),
         (-2.0, "-2.00"),
         (math.inf, "inf"),
-        (0.00099999, "1.00e-03"),
+        (0.00099999, "1.00×10⁻³"),
     ],
 )
 def test_numbers_have_three_significant_digits(value: float | None, shown: str) -> None:
@@ -113,7 +113,10 @@ def test_numbers_have_three_significant_digits(value: float | None, shown: str) 
 
 def test_numbers_are_typeset() -> None:
     assert typeset(5.4e-7, 2) == powers("5.4e-07")
-    assert "10<sup>−7</sup>" in typeset(5.4e-7, 2)
+    assert typeset(-5.4e-7, 2) == "−5.4×10⁻⁷"
+    assert powers("1e-08") == "10⁻⁸"
+    assert powers_in("by 1.7e-08 <rad>, with rtol=1e-08") == "by 1.7×10⁻⁸ &lt;rad&gt;, with rtol=10⁻⁸"
+    assert unpadded("rtol=1e-08, 2.5e+03, v1e-02") == "rtol=1e-8, 2.5e3, v1e-02"
     assert typeset(-1.5) == "−1.50"
     assert as_given(10000.0) == "10000"
     assert as_given(1e-10) == "1e-10"

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.faults.campaign import ALL, ENGINE_CLASSES, FAULT_CLASSES, CellClass, read_campaign
-from reports.text.numerals import significant
+from reports.text.numerals import as_given
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -143,7 +143,7 @@ def size_class(ratio: float) -> int:
 def size_words(k: int) -> str:
     """``0.1 to 1`` of a class of sizes."""
     if k == 0:
-        return f"up to {significant(EDGES[0], 1)}"
+        return f"up to {as_given(EDGES[0])}"
     if k == len(EDGES):
-        return f"above {significant(EDGES[-1], 1)}"
-    return f"{significant(EDGES[k - 1], 1)} to {significant(EDGES[k], 1)}"
+        return f"above {as_given(EDGES[-1])}"
+    return f"{as_given(EDGES[k - 1])} to {as_given(EDGES[k])}"

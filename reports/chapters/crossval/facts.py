@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from reports.chapters.crossval.summary import SHORT_OF_THE_RUN
-from reports.text.mathematics import written
 from reports.text.numerals import each, number, significant, span
 from reports.text.record import SceneRecord, mapping
 
@@ -114,7 +113,7 @@ def gradient_defect(scene: SceneRecord) -> str:
     energy, momentum, square = (found.value(k) for k in ("energy", "angular_momentum", "size_squared"))
     if energy is None or momentum is None or square is None:
         return ""
-    return written(
+    return (
         f"energy {significant(energy)}, angular momentum {significant(momentum)} relative to the totals, of order "
         f"(l/r)², {significant(square)} (a property of the model; quadrupole and slender gravity conserve both)"
     )

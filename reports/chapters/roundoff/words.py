@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from reports.text.numerals import as_given, power_of_ten, prefixed, significant
+from reports.text.numerals import as_given, prefixed, typed, typographic
 from reports.text.ratios import short
 
 if TYPE_CHECKING:
@@ -21,13 +21,12 @@ def spelled(value: float | None, digits: int = 2) -> str:
     """``5.7×10⁻¹²``; ``0.57``; ``350``: the same in HTML and in plain text."""
     if value is None:
         return ""
-    text = significant(value, digits)
+    text = typed(value, digits)
     if "e" not in text:
         return text.replace("-", "\N{MINUS SIGN}")
     if 1.0 <= abs(value) < LARGEST_PLAIN:
         return f"{float(text):.0f}"
-    mantissa, _, exponent = text.partition("e")
-    return f"{mantissa}×{power_of_ten(int(exponent))}"
+    return typographic(text)
 
 
 def length(metres: float) -> str:

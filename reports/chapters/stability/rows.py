@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.stability import Stability
-from reports.text.numerals import SUPERSCRIPTS, number
+from reports.text.numerals import SUPERSCRIPTS, number, significant
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -163,7 +163,8 @@ def solution_words(about: dict[str, Any], error: float | None) -> str:
         return ""
     steps = known(about.get("solution_steps"))
     counted = f", {steps:.0f} steps" if steps else ""
-    return f"{about.get('solution_engine')} at {about.get('solution_setting')}{counted}, attitude error {error:.1e} rad"
+    run = f"{about.get('solution_engine')} at {about.get('solution_setting')}"
+    return f"{run}{counted}, attitude error {significant(error, 2)} rad"
 
 
 def rate_words(rate: float | None) -> str:
