@@ -20,7 +20,9 @@ Not supported: impulses, the shadow's edge, bars that turn their other face to t
 corners inside a step, and thrusts that start or end during a run with prescribed rotations.
 
 In `effects/slews` the comparison of `exudyn`, `exudyn-index3` and `exudyn-absolute` ends as `nothing_compared`: beyond
-the predictability limit, 620 to 635 s, their rates are too uncertain to predict 21 of 22 segments.
+the predictability limit, 620 to 635 s, their rates are too uncertain to predict 21 of 22 segments. With 20 000
+steps per orbit (`--set steps_per_orbit=20000`) `exudyn` and `exudyn-index3` pass there, and `exudyn-absolute` is
+`roundoff_limited`.
 
 Traps: Newton's tolerances must be absolute and in the scene's units. Index 2 differences (C_q q')_q, whose increment
 must be scaled. A run that stops early reports success. In absolute coordinates Newton accepts torques whose error turns
