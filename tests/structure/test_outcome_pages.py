@@ -1,0 +1,14 @@
+"""Pages for readers of a report name every outcome."""
+
+import re
+
+from reports.tables.outcome import Outcome
+from tests.structure.documents import ROOT
+
+PAGE = ROOT / "docs/howto/reading_the_report.md"
+
+
+def test_every_outcome_has_one_row_in_reading_the_report():
+    table = PAGE.read_text("utf-8").split("## Outcomes, and what to do")[1]
+    named = re.findall(r"^\| `(\w+)` \|", table, re.MULTILINE)
+    assert sorted(named) == sorted(Outcome)
