@@ -25,7 +25,7 @@ FAST, PINOCCHIO, MUJOCO = "reference-fast", "pinocchio", "mujoco"
 
 
 @dataclass(frozen=True)
-class Mistake:
+class Blunder:
     """One mistake, or several in one engine."""
 
     name: str
@@ -297,7 +297,7 @@ def inertia_times(factor: float) -> SceneChange:
     return chain(inertia_kg_m2=lambda c: tuple(factor * j for j in c.inertia_kg_m2))
 
 
-def pair(first: Mistake, second: Mistake) -> Mistake:
+def pair(first: Blunder, second: Blunder) -> Blunder:
     """Two mistakes in one engine, in the order of the list."""
 
     def scene(s: Scene) -> Scene:
@@ -316,4 +316,4 @@ def pair(first: Mistake, second: Mistake) -> Mistake:
                 m.engine(e, s)
 
     base = first.base if first.engine else second.base
-    return Mistake(f"{first.name}; {second.name}", first.words, scene, read, engine, base, second.words)
+    return Blunder(f"{first.name}; {second.name}", first.words, scene, read, engine, base, second.words)

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from pictures.pages.libraries import Library
-    from pictures.pages.record import Measured
+    from pictures.pages.libraries import EngineLibrary
+    from pictures.pages.record import MeasuredRecord
     from reports.plotting.panels import Legend, Panel
 
 ROW_PX, COLUMN_PX = 18, 130
@@ -31,7 +31,7 @@ WORDS = {"attitude_error_rad": ("attitude", "rad"), "com_error_m": ("centre of m
 
 
 @dataclass(frozen=True)
-class Entry:
+class LegendEntry:
     """Entry of the legend with its place."""
 
     legend: Legend
@@ -39,12 +39,12 @@ class Entry:
     y: int
 
 
-def chart_file(library: Library) -> Path:
+def chart_file(library: EngineLibrary) -> Path:
     """File of a library's chart."""
     return page_file(library).with_name(f"{library.page}-cost.svg")
 
 
-def cost_chart(library: Library, measured: Measured) -> str:
+def cost_chart(library: EngineLibrary, measured: MeasuredRecord) -> str:
     """SVG of time against error for the engines of a library and the compiled reference; empty without points."""
     points = measured.points[(measured.points.scene == COST_SCENE) & (measured.points.outcome == "pass")]
     own = points[points.engine.isin(list(library.engines))]
@@ -59,7 +59,7 @@ def cost_chart(library: Library, measured: Measured) -> str:
     return "" if panel is None else standalone(panel)
 
 
-def curve(points: pd.DataFrame, engine: str, column: str, library: Library) -> CostCurve:
+def curve(points: pd.DataFrame, engine: str, column: str, library: EngineLibrary) -> CostCurve:
     """Points of one engine."""
     error, none = points[column].to_numpy(float), np.zeros(len(points), bool)
     external = engine in library.engines and library.engines[engine].external
@@ -72,7 +72,7 @@ def standalone(panel: Panel) -> str:
     assert size is not None
     width, height = float(size[1]), float(size[2])
     entries = [
-        Entry(e, 24 + COLUMN_PX * (k % LEGEND_COLUMNS), int(height) + 14 + ROW_PX * (k // LEGEND_COLUMNS))
+        LegendEntry(e, 24 + COLUMN_PX * (k % LEGEND_COLUMNS), int(height) + 14 + ROW_PX * (k // LEGEND_COLUMNS))
         for k, e in enumerate(panel.legend)
     ]
     return render(

@@ -37,7 +37,7 @@ class Options:
 
 
 @dataclass(frozen=True)
-class Stage:
+class PictureStage:
     """One stage."""
 
     name: str
@@ -120,12 +120,14 @@ def write_pages(options: Options) -> None:
 
 
 STAGES = (
-    Stage("gallery", "pictures of all scenes", draw_gallery),
-    Stage("certified", "record of the certified solutions", record_certified),
-    Stage("comparison", "record of all engines in all scenes with a certified solution that judges", run_comparison),
-    Stage("stability", "record of the stability study", run_stability),
-    Stage("cost", "record of accuracy and cost; needs a quiet machine", run_cost),
-    Stage("releases", "record of the releases of seven engines; needs a quiet machine", run_releases),
-    Stage("report", "pictures of the report for the README", draw_report),
-    Stage("pages", "pages of the gallery and of the engines, and their charts", write_pages),
+    PictureStage("gallery", "pictures of all scenes", draw_gallery),
+    PictureStage("certified", "record of the certified solutions", record_certified),
+    PictureStage(
+        "comparison", "record of all engines in all scenes with a certified solution that judges", run_comparison
+    ),
+    PictureStage("stability", "record of the stability study", run_stability),
+    PictureStage("cost", "record of accuracy and cost; needs a quiet machine", run_cost),
+    PictureStage("releases", "record of the releases of seven engines; needs a quiet machine", run_releases),
+    PictureStage("report", "pictures of the report for the README", draw_report),
+    PictureStage("pages", "pages of the gallery and of the engines, and their charts", write_pages),
 )

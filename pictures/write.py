@@ -12,7 +12,7 @@ from pictures.pages.cost_page import COST_PAGE, cost_page
 from pictures.pages.engine_page import engine_page, page_file
 from pictures.pages.index_pages import ENGINES_INDEX, FAMILIES, engines_index, gallery_index
 from pictures.pages.libraries import LIBRARIES
-from pictures.pages.record import Measured
+from pictures.pages.record import MeasuredRecord
 from pictures.pages.releases import RELEASES_PAGE, releases_page
 from pictures.pages.scene_page import page_of, scene_page
 from pictures.paths import GALLERY, IMAGES
@@ -59,7 +59,7 @@ def alt_of(path: Path) -> str:
 
 def pages() -> dict[Path, str]:
     """All pages, rendered from the scenes, the engines' code, the pictures and the record."""
-    measured, scenes = Measured(), gallery_scenes()
+    measured, scenes = MeasuredRecord(), gallery_scenes()
     found = {page_of(s.name): scene_page(s, alt_of(picture_file(s.name)), measured) for s in scenes}
     found |= {page_file(library): engine_page(library, measured) for library in LIBRARIES}
     found |= {GALLERY / "index.md": gallery_index(scenes), ENGINES_INDEX: engines_index()}
@@ -69,7 +69,7 @@ def pages() -> dict[Path, str]:
 
 def charts() -> dict[Path, str]:
     """Charts of the pages of the engines, from the record."""
-    measured = Measured()
+    measured = MeasuredRecord()
     return {chart_file(lib): chart for lib in LIBRARIES if (chart := cost_chart(lib, measured))}
 
 

@@ -15,14 +15,14 @@ from reports.text.ratios import decade, ratio_text
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from pictures.pages.record import Measured, Row
+    from pictures.pages.record import MeasuredRecord, Row
 
 COST_PAGE = DOCS / "studies" / "cost.md"
 NAME = "times"
 KINDS = ((True, "Engines with independent physics:"), (False, "Integrators on barchain's equations:"))
 
 
-def cost_page(text: str, measured: Measured) -> str:
+def cost_page(text: str, measured: MeasuredRecord) -> str:
     """Text of the page with its times at equal error rewritten; unchanged without a record."""
     found = rows(measured.reach[measured.reach.scene == COST_SCENE])
     if not found:
@@ -32,7 +32,7 @@ def cost_page(text: str, measured: Measured) -> str:
     return re.sub(f"{re.escape(start)}.*{re.escape(end)}", lambda _: new, text, flags=re.DOTALL)
 
 
-def introduction(found: Iterable[Row], measured: Measured) -> str:
+def introduction(found: Iterable[Row], measured: MeasuredRecord) -> str:
     """Sentences on the measurement."""
     run = measured.runs["cost"]
     costs = {r["target"]: r["cost"] for r in found if r["engine"] == COMPILED and r["cost"] is not None}

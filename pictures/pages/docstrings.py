@@ -11,7 +11,7 @@ LABEL = re.compile(r"^(?P<label>[A-Z][A-Za-z ]{2,30}): (?P<text>.*)", re.DOTALL)
 
 
 @dataclass(frozen=True)
-class Paragraph:
+class DocstringParagraph:
     """Paragraph of a docstring."""
 
     label: str
@@ -19,14 +19,16 @@ class Paragraph:
     text: str
 
 
-def paragraphs(package: str) -> list[Paragraph]:
+def paragraphs(package: str) -> list[DocstringParagraph]:
     """Paragraphs of a package's docstring, in order; lines are joined."""
     text = inspect.getdoc(importlib.import_module(package)) or ""
-    found: list[Paragraph] = []
+    found: list[DocstringParagraph] = []
     for block in text.split("\n\n"):
         for line in sentences(block):
             match = LABEL.match(line)
-            found.append(Paragraph(match["label"], capital(match["text"])) if match else Paragraph("", line))
+            found.append(
+                DocstringParagraph(match["label"], capital(match["text"])) if match else DocstringParagraph("", line)
+            )
     return found
 
 

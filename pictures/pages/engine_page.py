@@ -6,7 +6,7 @@ import itertools
 from typing import TYPE_CHECKING
 
 from pictures.pages.docstrings import paragraphs
-from pictures.pages.libraries import LIBRARIES, Library
+from pictures.pages.libraries import LIBRARIES, EngineLibrary
 from pictures.pages.record import rows
 from pictures.pages.releases import is_studied, library_releases
 from pictures.pages.scene_page import document, link, page_of
@@ -21,19 +21,19 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from pictures.pages.record import Measured, Row
+    from pictures.pages.record import MeasuredRecord, Row
 
 COST_SCENE = "paper/fig05"
 MOST_COLUMNS = 5
 """Engines side by side in a page's column of text; more have further tables"""
 
 
-def page_file(library: Library) -> Path:
+def page_file(library: EngineLibrary) -> Path:
     """File of a library's page."""
     return ENGINE_PAGES / f"{library.page}.md"
 
 
-def engine_page(library: Library, measured: Measured) -> str:
+def engine_page(library: EngineLibrary, measured: MeasuredRecord) -> str:
     """Markdown of a library's page."""
     page = page_file(library)
     return render(
@@ -59,7 +59,7 @@ def engine_page(library: Library, measured: Measured) -> str:
     )
 
 
-def facts(library: Library, measured: Measured) -> list[tuple[str, str]]:
+def facts(library: EngineLibrary, measured: MeasuredRecord) -> list[tuple[str, str]]:
     """Facts of a library in two columns."""
     registrations = list(library.engines.values())
     first = registrations[0]
@@ -75,7 +75,7 @@ def facts(library: Library, measured: Measured) -> list[tuple[str, str]]:
     ]
 
 
-def variants(library: Library) -> str:
+def variants(library: EngineLibrary) -> str:
     """Table of the library's engines."""
     head = (
         "engine",
@@ -100,7 +100,7 @@ def variants(library: Library) -> str:
     return table(head, lines)
 
 
-def lacking(library: Library) -> str:
+def lacking(library: EngineLibrary) -> str:
     """Table of effects that engines of the library do not support, with the reason; empty if there are none."""
     every = LIBRARIES[0].engines["reference"].load().effects
     found: dict[tuple[str, str], list[str]] = {}
@@ -118,7 +118,7 @@ def lacking(library: Library) -> str:
     return table(head, lines) if lines else ""
 
 
-def compared(library: Library, measured: Measured) -> str:
+def compared(library: EngineLibrary, measured: MeasuredRecord) -> str:
     """Table of scenes and engines with outcome and error; empty without a record."""
 
     def text(scene: str, engine: str) -> str:
@@ -128,7 +128,7 @@ def compared(library: Library, measured: Measured) -> str:
     return matrix(library, dict.fromkeys(scene for scene, _ in measured.comparison), text)
 
 
-def stability(library: Library, measured: Measured) -> str:
+def stability(library: EngineLibrary, measured: MeasuredRecord) -> str:
     """Table of hard scenes and engines with the recorded outcome; empty without a record."""
     return matrix(
         library,
@@ -137,7 +137,7 @@ def stability(library: Library, measured: Measured) -> str:
     )
 
 
-def matrix(library: Library, scenes: dict[str, None], text: Callable[[str, str], str]) -> str:
+def matrix(library: EngineLibrary, scenes: dict[str, None], text: Callable[[str, str], str]) -> str:
     """Table of scenes and a library's engines; scenes and engines without any text are left out."""
     cells = {(s, e): text(s, e) for s in scenes for e in library.engines}
     names = [e for e in library.engines if any(cells[s, e] for s in scenes)]
@@ -156,12 +156,12 @@ def portions(names: list[str]) -> list[list[str]]:
     return [names[a:b] for a, b in itertools.pairwise(ends)]
 
 
-def of_library(frame: pd.DataFrame, library: Library) -> list[Row]:
+def of_library(frame: pd.DataFrame, library: EngineLibrary) -> list[Row]:
     """Rows of a library's engines."""
     return rows(frame[frame.engine.isin(list(library.engines))])
 
 
-def sweep(library: Library, measured: Measured) -> str:
+def sweep(library: EngineLibrary, measured: MeasuredRecord) -> str:
     """Table of all settings on :data:`COST_SCENE`; empty without a record."""
     lines = [
         [
@@ -179,12 +179,12 @@ def sweep(library: Library, measured: Measured) -> str:
     return table(head, lines) if lines else ""
 
 
-def charted(library: Library, measured: Measured) -> bool:
+def charted(library: EngineLibrary, measured: MeasuredRecord) -> bool:
     """Whether there are points for a chart."""
     return any(row["seconds"] is not None and row["outcome"] == "pass" for row in points_of(library, measured))
 
 
-def points_of(library: Library, measured: Measured) -> list[Row]:
+def points_of(library: EngineLibrary, measured: MeasuredRecord) -> list[Row]:
     """Runs of the cost study on :data:`COST_SCENE`."""
     return [row for row in of_library(measured.points, library) if row["scene"] == COST_SCENE]
 
@@ -194,7 +194,7 @@ def milliseconds(seconds: float | None) -> str:
     return "" if seconds is None else short(1e3 * seconds)
 
 
-def orders(library: Library, measured: Measured) -> str:
+def orders(library: EngineLibrary, measured: MeasuredRecord) -> str:
     """Table of measured orders; empty without a record."""
     found = [row for row in of_library(measured.orders, library) if row["order"] is not None]
     lines = [
@@ -212,7 +212,7 @@ def orders(library: Library, measured: Measured) -> str:
     return table(("scene", "engine", "against", "order:", "95 %:", "theory:", "points:"), lines) if lines else ""
 
 
-def reach(library: Library, measured: Measured) -> str:
+def reach(library: EngineLibrary, measured: MeasuredRecord) -> str:
     """Table of costs at equal error relative to the compiled reference; empty without a record."""
     found = [row for row in of_library(measured.reach, library) if row["scene"] == COST_SCENE]
     targets = sorted({row["target"] for row in found}, reverse=True)

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Library:
+class EngineLibrary:
     """Library with one or more engines."""
 
     page: str
@@ -36,28 +36,30 @@ class Library:
 
 
 LIBRARIES = (
-    Library("reference", "barchain's own engines", "adapters.reference", (), "", "MIT"),
-    Library("exudyn", "Exudyn", "adapters.exudyn", ("exudyn",), "https://github.com/jgerstmayr/EXUDYN",
-            "EXUDYN General License"),
-    Library("rebound", "REBOUND", "adapters.rebound", ("rebound",), "https://github.com/hannorein/rebound", "GPL-3.0"),
-    Library("pymunk", "pymunk", "adapters.pymunk", ("pymunk",), "https://www.pymunk.org", "MIT"),
-    Library("heyoka", "heyoka", "adapters.heyoka", ("heyoka",), "https://bluescarni.github.io/heyoka.py", "MPL-2.0"),
-    Library("mujoco", "MuJoCo", "adapters.mujoco", ("mujoco",), "https://mujoco.org", "Apache-2.0"),
-    Library("pinocchio", "Pinocchio", "adapters.pinocchio", ("pin",), "https://github.com/stack-of-tasks/pinocchio",
-            "BSD-2-Clause; the metadata of its wheel says BSD-3-Clause"),
-    Library("drake", "Drake", "adapters.drake", ("drake",), "https://drake.mit.edu",
-            "BSD-3-Clause; its wheel requires Mosek's, which is proprietary"),
-    Library("dart", "DART", "adapters.dart", ("dartpy",), "https://dartsim.github.io", "BSD-2-Clause"),
-    Library("scipy", "SciPy's solvers", "adapters.ode_solvers", ("scipy",), "https://scipy.org", "BSD-3-Clause"),
-    Library("cvode", "CVODE (SUNDIALS)", "adapters.ode_solvers", ("scikit-sundae",),
-            "https://github.com/NREL/scikit-sundae", "BSD-3-Clause"),
-    Library("diffrax", "diffrax", "adapters.ode_solvers.diffrax", ("diffrax",), "https://docs.kidger.site/diffrax",
-            "Apache-2.0"),
+    EngineLibrary("reference", "barchain's own engines", "adapters.reference", (), "", "MIT"),
+    EngineLibrary("exudyn", "Exudyn", "adapters.exudyn", ("exudyn",), "https://github.com/jgerstmayr/EXUDYN",
+                  "EXUDYN General License"),
+    EngineLibrary("rebound", "REBOUND", "adapters.rebound", ("rebound",), "https://github.com/hannorein/rebound",
+                  "GPL-3.0"),
+    EngineLibrary("pymunk", "pymunk", "adapters.pymunk", ("pymunk",), "https://www.pymunk.org", "MIT"),
+    EngineLibrary("heyoka", "heyoka", "adapters.heyoka", ("heyoka",), "https://bluescarni.github.io/heyoka.py",
+                  "MPL-2.0"),
+    EngineLibrary("mujoco", "MuJoCo", "adapters.mujoco", ("mujoco",), "https://mujoco.org", "Apache-2.0"),
+    EngineLibrary("pinocchio", "Pinocchio", "adapters.pinocchio", ("pin",), "https://github.com/stack-of-tasks/pinocchio",
+                  "BSD-2-Clause; the metadata of its wheel says BSD-3-Clause"),
+    EngineLibrary("drake", "Drake", "adapters.drake", ("drake",), "https://drake.mit.edu",
+                  "BSD-3-Clause; its wheel requires Mosek's, which is proprietary"),
+    EngineLibrary("dart", "DART", "adapters.dart", ("dartpy",), "https://dartsim.github.io", "BSD-2-Clause"),
+    EngineLibrary("scipy", "SciPy's solvers", "adapters.ode_solvers", ("scipy",), "https://scipy.org", "BSD-3-Clause"),
+    EngineLibrary("cvode", "CVODE (SUNDIALS)", "adapters.ode_solvers", ("scikit-sundae",),
+                  "https://github.com/NREL/scikit-sundae", "BSD-3-Clause"),
+    EngineLibrary("diffrax", "diffrax", "adapters.ode_solvers.diffrax", ("diffrax",), "https://docs.kidger.site/diffrax",
+                  "Apache-2.0"),
 )  # fmt: skip
 """Libraries in the order of their pages; licences as their distributions declare them"""
 
 
-def library_of(engine: str) -> Library:
+def library_of(engine: str) -> EngineLibrary:
     """Library of a registered engine.
 
     Raises

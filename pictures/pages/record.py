@@ -17,7 +17,7 @@ Row = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Measured:
+class MeasuredRecord:
     """All tables of the record."""
 
     @cached_property

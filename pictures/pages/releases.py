@@ -15,8 +15,8 @@ from reports.tables.nights.releases import ReleaseState
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from pictures.pages.libraries import Library
-    from pictures.pages.record import Measured, Row
+    from pictures.pages.libraries import EngineLibrary
+    from pictures.pages.record import MeasuredRecord, Row
 
 RELEASES_PAGE = ENGINE_PAGES / "releases.md"
 NAME = "releases"
@@ -25,18 +25,18 @@ SAME = "the same digits"
 HEAD = ("releases", "released", "result", "digits", "time at equal error", "import, s:", "wheel, MB:")
 
 
-def library_releases(library: Library, measured: Measured) -> str:
+def library_releases(library: EngineLibrary, measured: MeasuredRecord) -> str:
     """Table of a library's releases; those in a row that give the same digits share a line. Empty without a record."""
     found = of_engines(measured, library.engines)
     return table(HEAD, map(line, spans(found))) if found else ""
 
 
-def is_studied(library: Library) -> bool:
+def is_studied(library: EngineLibrary) -> bool:
     """Whether the releases of one of a library's engines are measured."""
     return any(engine in STUDIED for engine in library.engines)
 
 
-def of_engines(measured: Measured, engines: Iterable[str]) -> list[Row]:
+def of_engines(measured: MeasuredRecord, engines: Iterable[str]) -> list[Row]:
     """Releases of the one of some engines whose releases were measured."""
     frame = measured.releases
     return rows(frame[frame.engine.isin(list(engines))])
@@ -98,7 +98,7 @@ def spread(values: Iterable[float | None]) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def releases_page(text: str, measured: Measured) -> str:
+def releases_page(text: str, measured: MeasuredRecord) -> str:
     """Text of the page of releases with its table rewritten; unchanged without a record."""
     frame = measured.releases
     if not len(frame):
@@ -110,7 +110,7 @@ def releases_page(text: str, measured: Measured) -> str:
     return re.sub(f"{re.escape(start)}.*{re.escape(end)}", lambda _: new, text, flags=re.DOTALL)
 
 
-def introduction(measured: Measured) -> str:
+def introduction(measured: MeasuredRecord) -> str:
     """Sentence on the measurement."""
     run = next(facts for stage, facts in measured.runs.items() if stage.startswith(NAME))
     return (

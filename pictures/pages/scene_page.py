@@ -15,7 +15,7 @@ from reports.text.numerals import each
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from pictures.pages.record import Measured
+    from pictures.pages.record import MeasuredRecord
     from scenarios import Scene
 
 EFFECT_PAGES = {"gravity": "gravity", "impulse": "thrust", "thrust": "thrust"}
@@ -25,7 +25,7 @@ HARD = "hard/"
 LEAST_ORBITS = 0.01  # below, seconds say more
 
 
-def scene_page(scene: Scene, alt: str, measured: Measured) -> str:
+def scene_page(scene: Scene, alt: str, measured: MeasuredRecord) -> str:
     """Markdown of a scene's page."""
     page = page_of(scene.name)
     return render(
@@ -115,7 +115,7 @@ def effect_file(name: str) -> str:
     return f"{EFFECT_PAGES.get(first, first)}.md"
 
 
-def certified_sentences(scene: Scene, measured: Measured) -> list[str]:
+def certified_sentences(scene: Scene, measured: MeasuredRecord) -> list[str]:
     """What is known about the scene's certified solution."""
     row = measured.certified.get(scene.name, {})
     source = row.get("source", "")
@@ -139,7 +139,7 @@ def error_bars(row: dict[str, Any]) -> list[str]:
     return [f"{short(row[name], unit)} {words[unit]}" for name, unit in known if row[name] is not None]
 
 
-def hard_sentences(scene: Scene, measured: Measured) -> list[str]:
+def hard_sentences(scene: Scene, measured: MeasuredRecord) -> list[str]:
     """Predictability limit, growth and condition of a hard scene, as the stability study measured them."""
     row = measured.hard.get(scene.name)
     if row is None or row["limit_s"] is None:
@@ -154,7 +154,7 @@ def hard_sentences(scene: Scene, measured: Measured) -> list[str]:
     return found
 
 
-def engine_tables(scene: Scene, measured: Measured) -> list[tuple[str, str, str]]:
+def engine_tables(scene: Scene, measured: MeasuredRecord) -> list[tuple[str, str, str]]:
     """Heading, table and reasons of each kind of engines; kinds without a result are left out."""
     found = []
     for external, heading in KINDS:
@@ -166,7 +166,7 @@ def engine_tables(scene: Scene, measured: Measured) -> list[tuple[str, str, str]
     return found
 
 
-def reasons(scene: Scene, engines: list[str], measured: Measured) -> str:
+def reasons(scene: Scene, engines: list[str], measured: MeasuredRecord) -> str:
     """List of the reasons of outcomes below a table: sentences make its last column leave the page."""
     known: dict[str, list[str]] = {}
     for engine in engines:
@@ -183,7 +183,7 @@ def engine_link(scene: Scene, page: str, engine: str) -> str:
 
 
 def comparison_rows(
-    scene: Scene, names: list[tuple[str, str]], measured: Measured
+    scene: Scene, names: list[tuple[str, str]], measured: MeasuredRecord
 ) -> tuple[tuple[str, ...], list[list[str]]]:
     """Head and rows of a compared scene."""
     head = (
@@ -214,7 +214,7 @@ def compared_to(scene: Scene, limit_s: float) -> str:
 
 
 def stability_rows(
-    scene: Scene, names: list[tuple[str, str]], measured: Measured
+    scene: Scene, names: list[tuple[str, str]], measured: MeasuredRecord
 ) -> tuple[tuple[str, ...], list[list[str]]]:
     """Head and rows of a hard scene."""
     pairs = [(page, e, measured.stability.get((scene.name, e), "")) for page, e in names]

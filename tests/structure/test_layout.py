@@ -40,9 +40,9 @@ def imported(path: Path) -> Iterator[str]:
             yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
 
-def test_no_two_classes_of_the_product_share_a_name() -> None:
+def test_no_two_classes_of_the_product_and_its_tools_share_a_name() -> None:
     places = defaultdict(list)
-    for path in python_files(*PACKAGES):
+    for path in python_files(*PACKAGES, "pictures", "benchmarks"):
         for each in classes(path):
             places[each.name].append(f"{relative(path)}:{each.lineno}")
     shared = [f"{name}: {', '.join(where)}" for name, where in sorted(places.items()) if len(where) > 1]
