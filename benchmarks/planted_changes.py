@@ -219,7 +219,7 @@ def verdict(plant: Plant, facts: dict) -> tuple[bool, bool | None, str]:  # type
 
 
 def in_words(plant: Plant, ok: bool) -> str:
-    """What was expected, and whether it came."""
+    """Expected finding, and whether it came."""
     if plant.told == "same":
         return "nothing to tell, nothing told" if ok else "FALSE ALARM"
     return "told" if ok else "MISSED"

@@ -334,7 +334,7 @@ def statements(report: ConformanceReport) -> list[Check]:
 
 
 def named_by(check: Check) -> str:
-    """What a check says of a mistake, without the sizes of the differences; empty if it names none."""
+    """Words of a check on a mistake, without the sizes of the differences; empty if it names none."""
     words = check.words.partition(" Off: ")[0]
     return "" if words.startswith(UNKNOWN) else words
 

@@ -29,7 +29,7 @@ REPORT = "report"
 
 @dataclass(frozen=True)
 class Options:
-    """Where a stage works, and how it tells what it does."""
+    """Folder of a stage, and its way to tell its progress."""
 
     work: Path
     """Folder of the runs' results; a stage goes on from results that are there"""

@@ -226,7 +226,7 @@ def made_class(
 
 
 def reduced(made: type[OutsideEngine]) -> Any:
-    """How a class is pickled: the general one by name, one of an engine by what it has declared."""
+    """Form of a pickled class: its name, or of an engine's class what it has declared."""
     return "OutsideEngine" if made is OutsideEngine else (made_class, (made.registration, made.said, made.noises))
 
 

@@ -143,7 +143,7 @@ def several_runs(registration: Registration, runs: list[tuple[Scene, Setting, Ar
 
 
 def behaviour(registration: Registration, scene: Scene, setting: Setting, times: int) -> Answer:
-    """What runs leave behind: run several times, and look at the process before, after the first, and at the end."""
+    """Traces of runs: run several times, and look at the process before, after the first, and at the end."""
     folder = Path.cwd()  # an engine may change to a folder that others use
     before = process_state(folder)
     first = run(registration, frozenset(), scene, setting)[1]

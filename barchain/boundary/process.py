@@ -192,7 +192,7 @@ def failed_reply(header: dict[str, Any]) -> Reply:
 
 
 def read_end(folder: Path) -> dict[str, Any]:
-    """How an engine's process ended, by its supervisor."""
+    """End of an engine's process, as its supervisor tells it."""
     try:
         found: dict[str, Any] = json.loads((folder / END).read_text(encoding="ascii"))
     except (OSError, ValueError):

@@ -25,7 +25,7 @@ def exception_words(error: BaseException) -> str:
 
 
 def place_words(error: BaseException) -> str:
-    """Where an exception was raised, in parentheses after a space; empty if no code but barchain's was running."""
+    """Place of an exception, in parentheses after a space; empty if no code but barchain's was running."""
     frames = [*traceback.walk_tb(error.__traceback__)]
     outside = [k for k, (frame, _) in enumerate(frames) if package(frame) not in CALLERS and module(frame) != BASE]
     if not outside:

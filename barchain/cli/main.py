@@ -98,7 +98,7 @@ def output_is_unread() -> bool:
 
 
 def resume_hint(arguments: list[str]) -> str:
-    """How to go on with an interrupted command; empty of a command that can't."""
+    """Advice on going on with an interrupted command; empty of a command that can't."""
     command = next((cli.commands[a] for a in arguments if a in cli.commands), None)
     resumable = command is not None and any(p.name == "resume" for p in command.params)
     return ", and --resume goes on from them" if resumable else ""

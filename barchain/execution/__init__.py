@@ -1,4 +1,4 @@
-"""Where calls run: in processes of this machine, or beside the workers of a Dask cluster.
+"""Places of calls: in processes of this machine, or beside the workers of a Dask cluster.
 
 A call is a function of a module with its arguments, a limit of time and a pool of processes that it may share. Its
 answer is bytes, or the reason why there is none. :mod:`barchain.execution.executors` has both places behind one

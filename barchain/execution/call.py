@@ -30,7 +30,7 @@ class Call:
 
 
 class CallEnd(StrEnum):
-    """How a call ended."""
+    """End of a call."""
 
     ANSWERED = "answered"
     RAISED = "raised"

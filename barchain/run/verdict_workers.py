@@ -28,7 +28,7 @@ VerdictT = TypeVar("VerdictT")
 
 @dataclass(frozen=True)
 class VerdictCodec(Generic[VerdictT]):
-    """How a verdict comes back from another process: as bytes that are read without running code."""
+    """Form of a verdict from another process: bytes that are read without running code."""
 
     encode: Callable[[VerdictT], bytes]
     """A function of a module"""

@@ -116,7 +116,7 @@ def effect_file(name: str) -> str:
 
 
 def certified_sentences(scene: Scene, measured: MeasuredRecord) -> list[str]:
-    """What is known about the scene's certified solution."""
+    """Sentences on the scene's certified solution."""
     row = measured.certified.get(scene.name, {})
     source = row.get("source", "")
     if source not in (SHIPPED, TABLE):

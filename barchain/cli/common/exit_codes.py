@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class ExitCode(IntEnum):
-    """How a command ended; docs/reference/command_line.md holds the same table."""
+    """End of a command; docs/reference/command_line.md holds the same table."""
 
     OK = 0
     FINDINGS = 1

@@ -91,7 +91,7 @@ def effects_of(scene: Scene) -> tuple[str, ...]:
 
 
 def having(found: list[Scene], option: str, wanted: str, labels: Mapping[str, Iterable[str]]) -> list[Scene]:
-    """Those of some scenes that have a label.
+    """Scenes that have a label, of some scenes.
 
     Raises
     ------
@@ -108,7 +108,7 @@ def having(found: list[Scene], option: str, wanted: str, labels: Mapping[str, It
 
 
 def tagged(found: list[Scene], tag: str) -> list[Scene]:
-    """Those of some scenes that carry `tag`; none is bad usage."""
+    """Scenes that carry `tag`, of some scenes; none is bad usage."""
     return having(found, "tag", tag, {s.name: s.tags for s in found})
 
 

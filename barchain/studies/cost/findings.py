@@ -115,7 +115,7 @@ def price_table(points: pd.DataFrame) -> pd.DataFrame:
 
 
 def front_of(points: pd.DataFrame) -> Array:
-    """Which points no other engine of the same kind beats in attitude error and time, (n,) bool."""
+    """Points that no other engine of the same kind beats in attitude error and time, (n,) bool."""
     error, cost = points.attitude_error_rad.to_numpy(float), points.seconds.to_numpy(float)
     good = (points.outcome == Outcome.PASS.value).to_numpy()
     told = np.maximum(error, TELLS * points.attitude_floor_rad.to_numpy(float))

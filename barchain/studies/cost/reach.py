@@ -57,7 +57,7 @@ class Reached:
         return interval(self.cost, parts(self.curve, self.position))
 
     def over(self, other: Reached) -> Interval:
-        """How many times the other's cost it takes, with the interval of the ratio."""
+        """Cost relative to the other's, with the interval of the ratio."""
         if other.engine == self.engine:
             return Interval(1.0, 1.0, 1.0)
         made_of = [*parts(self.curve, self.position), *parts(other.curve, other.position, -1.0)]

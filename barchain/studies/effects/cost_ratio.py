@@ -60,7 +60,7 @@ class Price:
 
 
 def timed_span_s(scene: Scene, pass_s: float, seconds: float, rounds: int = LEAST_ROUNDS) -> float:
-    """How much of a run is timed: all of it, or the part of which some rounds, and one to get warm, fit in a time.
+    """Timed part of a run: all of it, or the part of which some rounds, and one to get warm, fit in a time.
 
     Parameters
     ----------

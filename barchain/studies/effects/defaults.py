@@ -32,9 +32,9 @@ class Default:
     value: Any
     """Of the scene's `Effects`"""
     said: str
-    """What is assumed"""
+    """Assumption, in words"""
     caveat: str = ""
-    """What that can't tell in this scene, in a sentence"""
+    """Limit of the assumption in this scene, in a sentence"""
 
 
 def need_earth(scene: Scene) -> None:

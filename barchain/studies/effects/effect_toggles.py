@@ -53,7 +53,7 @@ class Switch:
     on: bool
     """Whether the scene as it is has it"""
     said: str
-    """What is assumed of it"""
+    """Assumption on the effect, in words"""
     scene: Scene | None
     """The scene with it switched on, or off; None if that can't be"""
     part: Effects | None = None
@@ -61,7 +61,7 @@ class Switch:
     reason: str = ""
     """Why it can't be switched"""
     caveat: str = ""
-    """What its default can't tell in this scene"""
+    """Limit of its default in this scene"""
 
 
 def switches(scene: Scene, heights: Heights | None = None) -> tuple[Switch, ...]:

@@ -44,7 +44,7 @@ class SwitchResponse:
     largest: dict[str, float]
     """``com`` (m), ``attitude`` (rad), ``reaction`` (N), the largest over what was compared"""
     noise: dict[str, float]
-    """What the numerics may have made of it, alike"""
+    """Numerical error of each change, by the same names"""
     compared_s: float
     """Until when"""
 

@@ -37,7 +37,7 @@ class Reading:
     quantity: str
     check: str
     ratio: float
-    """What was found over what is allowed; infinite where a check knows no more or less"""
+    """Ratio of the value found to the allowed one; infinite where a check knows no more or less"""
     killed: bool
     reason: str
 

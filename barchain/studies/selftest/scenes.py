@@ -25,7 +25,7 @@ class Stage:
     duration_s: float
     samples: int
     shows: str
-    """What it is there for"""
+    """Purpose of the scene"""
 
     def scene(self) -> Scene:
         """The scene, cut."""

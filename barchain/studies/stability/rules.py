@@ -37,7 +37,7 @@ class Finding:
     slow: bool = False
     """Whether a faster machine might see another outcome"""
     quantity: str = ""
-    """What drifts"""
+    """Drifting quantity; empty if there is none"""
     law: GrowthLaw | None = None
     """How"""
 

@@ -88,7 +88,7 @@ class AlarmEntry(Entry):
 
 
 class NightRunEntry(Entry):
-    """What the night did of its plan."""
+    """Parts of the plan that the night ran or left."""
 
     plan: str
     minutes: float
@@ -136,7 +136,7 @@ class AgainstEntry(Entry):
 
 
 class NightlyFile(Entry):
-    """What is told of a night."""
+    """Contents of the file of a night."""
 
     schema_version: Literal[1] = 1
     sentence: str

@@ -23,7 +23,7 @@ MOST_FALSE_ALARMS = 0.005
 
 @dataclass(frozen=True)
 class Rate:
-    """How often something happened, of n times that it could."""
+    """Rate of an event, of n times that it could happen."""
 
     what: str
     by: str

@@ -29,7 +29,7 @@ class Judged(NamedTuple):
 
     cell: CampaignCell
     limits: dict[str, DetectionLimit]
-    """What the verdict says that it would detect"""
+    """Detection limits that the verdict states, by quantity"""
     further_runs: tuple[Role, ...]
     """Further runs that would settle it"""
 

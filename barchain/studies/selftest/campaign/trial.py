@@ -89,7 +89,7 @@ class DetectionLimit:
     share: float
     """Of the quantity's scale"""
     until_s: float
-    """Where the comparison with the reference solution ends, s"""
+    """End of the comparison with the reference solution, s"""
 
 
 @dataclass(frozen=True)

@@ -57,7 +57,7 @@ def numbers_of(scene: Scene, setting: Setting) -> Generator:
 
 @dataclass(frozen=True)
 class Size:
-    """How large a continuous fault is; no fault at all at `none`."""
+    """Size of a continuous fault; no fault at all at `none`."""
 
     natural: float
     """As it would be met"""
@@ -89,7 +89,7 @@ class Fault:
 
     name: str
     words: str
-    """What is wrong"""
+    """Fault in words"""
     stands_for: str
     """Mistake that it stands for"""
     group: FaultGroup
@@ -99,7 +99,7 @@ class Fault:
     """Code of the reference, for as long as the context holds"""
     output: OutputChange | None = None
     fresh: FreshChange | None = None
-    """What is read out, by random numbers that are other ones in every run, and the same when a run is repeated"""
+    """Change of the output by random numbers that differ in every run, and are the same when a run is repeated"""
     declares: Declaration | None = None
     """Attributes of the class that are wrong, given the host and its own main run"""
     stuck: bool = False

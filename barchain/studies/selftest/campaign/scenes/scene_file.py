@@ -20,7 +20,7 @@ ANGLES = {"angle_rad", "longitude_rad", "amplitude_rad", "direction_rad", "rest_
 TABLES = ("prescribed_rotation", "third_body", "thrust", "impulse")
 """Effects of which there may be several"""
 DERIVED = {"third_body": ("rate_rad_s",)}
-"""What a file does not say, as it follows from the rest"""
+"""Fields that follow from the others, and that a file does not hold"""
 RENAMED = {"third_body": {"name": "body"}}
 NEIGHBOURS = 3  # units in the last place: a degree that is a given number of radians is as near, if there is one
 
