@@ -13,8 +13,14 @@ from barchain.judge.diagnosis.channels import channels_of
 from barchain.judge.diagnosis.diagnose import diagnose
 from barchain.judge.diagnosis.fit import QUANTITY_OF
 from barchain.judge.diagnosis.search import BRIEF
-from barchain.judge.diagnosis.verdicts import diagnosed_verdict, needs_diagnosis, verdict_tolerance
+from barchain.judge.diagnosis.verdicts import (
+    diagnosed_verdict,
+    diagnosis_of_verdict,
+    needs_diagnosis,
+    verdict_tolerance,
+)
 from barchain.solutions.reference_runs import solution_engine
+from barchain.solutions.sampling import closely_sampled
 from barchain.solutions.shipped import shipped_solution
 from scenarios import load_scene
 from tests.diagnosis.planting import RTOL, run, runs_of, solution, unequal_chain, verdict_on
@@ -127,3 +133,19 @@ def test_another_scene_than_the_solution_s_is_rejected() -> None:
     solved = solution(SCENE)
     with pytest.raises(ValueError, match="not of"):
         diagnose(unequal_chain(samples=51), run(SCENE, RTOL), solved, {})
+
+
+@pytest.mark.parametrize("name", ["two_bars_free", "one_bar_point", "one_bar_gradient"])
+@pytest.mark.parametrize("rtol", [1e-12, 3e-13, 1e-13])
+def test_a_fixed_tolerance_is_no_mistake_of_the_scene(name: str, rtol: float) -> None:
+    """The tolerance of an altered scene's run is wider than the request, and many altered scenes move alike."""
+    scene = closely_sampled(load_scene(f"conform/{name}"))
+    solved, setting = shipped_solution(scene), Setting(AccuracyParameter.RTOL, 1e-14)
+    assert solved is not None
+    main = run(scene, rtol)
+    verdict = verdict_on(main, main, solved, solution_engine(), setting=setting)
+    if not needs_diagnosis(verdict):
+        return
+    found = diagnosis_of_verdict(verdict, main, solved)
+    assert not found.explanations, str(found)
+    assert not found.parts, str(found)

@@ -107,6 +107,8 @@ class GivenResult:
     """(n,) for each quantity, SI units"""
     scale: dict[str, float]
     """Size of each quantity in the scene"""
+    right_tolerance: Tolerance | None = None
+    """Tolerance of the right motion, where `tolerance` allows for the error of another motion too"""
 
     @property
     def n(self) -> int:
@@ -126,7 +128,9 @@ class GivenResult:
     def at(self, rows: NDArray[np.intp]) -> GivenResult:
         """The same at some samples."""
         tolerance = {name: values[rows] for name, values in self.tolerance.items()}
-        return GivenResult(self.scene, self.given.samples(rows), self.right.samples(rows), tolerance, self.scale)
+        right = self.right_tolerance and {name: values[rows] for name, values in self.right_tolerance.items()}
+        given, motion = self.given.samples(rows), self.right.samples(rows)
+        return GivenResult(self.scene, given, motion, tolerance, self.scale, right)
 
     def perturbed(self, motion: Trajectory) -> Trajectory:
         """A motion with every value off by the tolerance of its quantity, with random signs."""
@@ -182,7 +186,7 @@ class GivenResult:
             size = known(apart[name][:n]) if name in apart else np.full(n, math.inf)
             inside = np.isfinite(allowed[name][:n])
             ratio[name] = max(0.0, worst(size, allowed[name][:n], inside)[0])
-            own[name] = max(0.0, worst(size, self.tolerance[name][:n], inside)[0])
+            own[name] = max(0.0, worst(size, (self.right_tolerance or self.tolerance)[name][:n], inside)[0])
             relative[name] = float(size[inside].max(initial=0.0)) / self.scale[name]
         return Fit(ratio, own, relative)
 

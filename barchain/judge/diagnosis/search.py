@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from barchain.judge.diagnosis.altered_scenes.catalogue import SCENES
-from barchain.judge.diagnosis.altered_scenes.runs import AlteredRuns, run_errors
-from barchain.judge.diagnosis.explanation import Explanation, ranked
+from barchain.judge.diagnosis.altered_scenes.runs import ALTERED, AlteredRuns, run_errors
+from barchain.judge.diagnosis.explanation import MIN_GAIN, Explanation, ranked
 from barchain.judge.diagnosis.fit import merged
 from barchain.judge.diagnosis.mistake import ReadingMistake, SceneMistake
 from barchain.judge.diagnosis.readings.catalogue import READINGS, TIMINGS
@@ -23,7 +23,7 @@ from barchain.metrics.quantities import differences
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from adapters.trajectory import Trajectory
+    from adapters.trajectory import Array, Trajectory
     from barchain.judge.diagnosis.fit import Fit, GivenResult
     from barchain.judge.diagnosis.mistake import Mistake
     from barchain.solutions.reference import ReferenceSolution
@@ -112,16 +112,42 @@ class MistakeSearch:
 
     @cached_property
     def scenes(self) -> list[Tried]:
-        """Mistakes in the scene alone, those whose runs are short enough."""
+        """Mistakes in the scene alone, those whose runs are short enough and show another motion."""
         made = [(m, self.runs.run(m)) for m in SCENES]
-        return [Tried(m, s, self.result_of_run.fit(s)) for m, s in made if s is not None]
+        return [Tried(m, s, self.result_of_run.fit(s)) for m, s in made if s is not None and self.is_another(s)]
+
+    def is_another(self, motion: Trajectory, *, any_turns: bool = False) -> bool:
+        """Whether a supposed motion is another than the right one, by far more than the error of a run.
+
+        A single bar in point gravity moves alike with any moment of inertia, but for rounding; and two mistakes may
+        cancel.
+        """
+        n, right = len(motion.t_s), self.judging.trajectory
+        if n < self.result.n:
+            return True
+        if any_turns:
+            motion, right = self.result.with_turns(motion), self.result.with_turns(right)
+        apart = differences(motion, right.samples(slice(n)))
+        for q in self.result.quantities & set(apart):
+            error = self.run_errors[q][:n] if q in self.run_errors else 0.0
+            if np.any(apart[q] > MIN_GAIN * (error + ALTERED.value * self.result.scale[q])):
+                return True
+        return False
+
+    @cached_property
+    def run_errors(self) -> dict[str, Array]:
+        """Error of a run of an altered scene, (n,) for each quantity, SI units."""
+        return run_errors(self.judging)
 
     @cached_property
     def result_of_run(self) -> GivenResult:
-        """The result with tolerances that allow for the error of a run of an altered scene."""
-        errors, n = run_errors(self.judging), self.result.n
+        """The result with tolerances that allow for the error of a run of an altered scene.
+
+        What a mistake gains is counted in tolerances of the right motion: wider ones would be a gain by themselves.
+        """
+        errors, n = self.run_errors, self.result.n
         tolerance = {q: v + errors[q][:n] if q in errors else v for q, v in self.result.tolerance.items()}
-        return dataclasses.replace(self.result, tolerance=tolerance)
+        return dataclasses.replace(self.result, tolerance=tolerance, right_tolerance=self.result.tolerance)
 
     @cached_property
     def alone(self) -> list[Explanation]:
@@ -185,7 +211,8 @@ class MistakeSearch:
             fit = result.fit(supposed, any_turns=turns, tolerance=tolerance)
             if fit.outside:
                 return
-        yield Explanation((first.mistake, second), fit)
+        if not isinstance(first.mistake, SceneMistake) or self.is_another(supposed, any_turns=turns):
+            yield Explanation((first.mistake, second), fit)
 
     def scene_pairs(self) -> Iterator[Explanation]:
         """Pairs of altered scenes that explain the first samples, and then the whole run."""
@@ -198,7 +225,7 @@ class MistakeSearch:
                 early.append(Explanation((a, b), fit))
         for pair in ranked(early)[:MOST_WHOLE]:
             whole = self.runs.run(composed_scenes(*(m for m in pair.mistakes if isinstance(m, SceneMistake))))
-            if whole is not None:
+            if whole is not None and self.is_another(whole):
                 yield Explanation(pair.mistakes, self.result_of_run.fit(whole))
 
     @cached_property
