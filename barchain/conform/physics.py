@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from adapters.common.equal_steps import finer_setting
@@ -10,9 +11,11 @@ from barchain.conform.checks import Check, CheckState, Group
 from barchain.conform.runs import results
 from barchain.conform.scenes import STAGES, scene_of, solved
 from barchain.judge.comparison.compare import judge
+from barchain.judge.declared_noise import noise
 from barchain.judge.diagnosis.verdicts import diagnosis_of_verdict
 from barchain.judge.diagnosis.words import QUANTITY_WORDS
 from barchain.judge.evidence import Evidence, follow_up_jobs, gathered
+from barchain.judge.scales import scales
 from barchain.judge.support import unsupported
 from barchain.run.job import Role
 from reports.tables.crossval import QUANTITY_UNITS
@@ -90,6 +93,9 @@ def scene_check(engine: Examined, name: str, runs: dict[Role, RunResult]) -> Che
     """Check of one scene, with a diagnosis where the engine is wrong."""
     evidence = gathered(runs)
     assert evidence is not None
+    noise = noise_fault(engine, name)
+    if noise:
+        return Check(Group.PHYSICS, short(name), CheckState.FAILED, noise, f"{PAGE}#declarations", scene=name)
     verdict = verdict_of(engine, name, evidence, runs)
     if verdict.outcome is Outcome.PASS:
         return Check(Group.PHYSICS, short(name), CheckState.PASSED, agreement(verdict), scene=name)
@@ -106,6 +112,27 @@ def scene_check(engine: Examined, name: str, runs: dict[Role, RunResult]) -> Che
     return Check(
         Group.PHYSICS, short(name), CheckState.FAILED, f"{found} Off: {sizes}", page, bool(found.explanations), name
     )
+
+
+def noise_fault(engine: Examined, name: str) -> str:
+    """Fault of declared noise that is larger at the end than a quantity of the scene; empty without one.
+
+    The verdict believes no such noise, and would pass a right result: nobody would see the wrong declaration.
+    """
+    loaded, solution = engine.load(), solved(name)
+    try:
+        said = noise(loaded, loaded.sweep.setting(), solution, solution.trajectory.t_s)
+    except EngineError as error:
+        return str(error)
+    size = scales(solution)
+    for quantity, values in said.items():
+        if float(values[-1]) > size.get(quantity, math.inf):
+            unit, words = QUANTITY_UNITS[quantity], QUANTITY_WORDS[quantity]
+            return (
+                f"declared noise of {values[-1]:.3g} {unit} is larger than the {words} of the scene, "
+                f"{size[quantity]:.3g} {unit}: nothing can be judged"
+            )
+    return ""
 
 
 def verdict_of(engine: Examined, name: str, evidence: Evidence, runs: dict[Role, RunResult]) -> Verdict:

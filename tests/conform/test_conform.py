@@ -68,6 +68,12 @@ def test_an_error_that_does_not_follow_the_setting_is_a_finding_by_itself() -> N
     assert "times the bound at rtol=1e-" in found["errors inside the bound"]
 
 
+def test_noise_beyond_a_scenes_forces_is_told_with_both_numbers() -> None:
+    said = failed(examined("Noisy"))["two bars free"]
+    assert said.startswith("declared noise of 1e+06 N is larger than the reactions of the scene, ")
+    assert said.endswith(" N: nothing can be judged")
+
+
 @pytest.mark.parametrize(
     ("name", "check", "words"),
     [

@@ -14,7 +14,7 @@ from adapters.engine import AccuracyParameter, AccuracySweep, Engine, Setting
 from adapters.reference.compiled_engine import ReferenceFast
 
 if TYPE_CHECKING:
-    from adapters.trajectory import Trajectory
+    from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
 
 
@@ -54,6 +54,15 @@ class IgnoresSetting(ReferenceFast):
 
     def build(self, scene: Scene, setting: Setting) -> None:
         super().build(scene, Setting(setting.parameter, 1e-6))
+
+
+class Noisy(ReferenceFast):
+    """Noise of more than the scene's own forces."""
+
+    @classmethod
+    def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
+        del scene, setting, t_s
+        return {"reaction": 1e6}
 
 
 class OrderOfChosenSteps(ReferenceFast):
