@@ -19,7 +19,18 @@ import psutil
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine
 from adapters.trajectory import Observable
 from barchain.boundary.message import plain_text
-from barchain.boundary.questions import Answer, DeclarationError, declared, failed, loaded, noise, overrides, run
+from barchain.boundary.questions import (
+    Answer,
+    DeclarationError,
+    declared,
+    failed,
+    finished,
+    loaded,
+    noise,
+    overrides,
+    run,
+    sendable,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -39,6 +50,8 @@ DECLARED: dict[str, tuple[type, ...]] = {
 OWN_MODULES = frozenset({"adapters", "barchain", "numpy", "reference_impl", "scenarios", "scipy"})
 """Packages that an adapter may import at its top: barchain, and what it needs itself"""
 REPORTED_LIBRARIES = 6
+CONSTANT = frozenset({"t_s"})
+"""Arrays that a scene may give to all its runs"""
 
 
 def examined_class(registration: Registration) -> Answer:
@@ -137,25 +150,31 @@ def several_runs(registration: Registration, runs: list[tuple[Scene, Setting, Ar
         except Exception as error:
             header, found, errors = failed(error), {}, {}
         headers.append(header)
-        arrays |= {f"{k}.{name}": values for name, values in found.items()}
+        arrays |= {f"{k}.{name}": values.copy() for name, values in found.items()}  # a later run may write into them
         arrays |= {f"{k}.noise.{name}": values for name, values in errors.items()}
     return {"runs": headers, "noise": declares}, arrays
 
 
 def behaviour(registration: Registration, scene: Scene, setting: Setting, times: int) -> Answer:
-    """Traces of runs: run several times, and look at the process before, after the first, and at the end."""
+    """Traces of runs: run several times, and look at the process before, after the first, and at the end.
+
+    ``reused`` names arrays of the first run that a later run has written into, or that a later trajectory shares.
+    """
     folder = Path.cwd()  # an engine may change to a folder that others use
     before = process_state(folder)
-    first = run(registration, frozenset(), scene, setting)[1]
+    own = sendable(finished(registration, frozenset(), scene, setting)[1], keep_order=True)
+    first = {name: values.copy() for name, values in own.items()}
     after_first = process_state(folder)
-    same = True
+    same, reused = True, set[str]()
     for _ in range(times - 1):
-        again = run(registration, frozenset(), scene, setting)[1]
+        again = sendable(finished(registration, frozenset(), scene, setting)[1], keep_order=True)
         same &= set(again) == set(first) and all(np.array_equal(again[name], first[name]) for name in first)
+        reused |= {name for name, values in own.items() if not np.array_equal(values, first[name], equal_nan=True)}
+        reused |= {name for name in set(own) & set(again) if np.may_share_memory(own[name], again[name])}
     return {
         "before": before, "after_first": after_first, "after": process_state(folder), "same": bool(same),
-        "times": times,
-    }, first  # fmt: skip
+        "times": times, "reused": sorted(reused - CONSTANT),
+    }, {name: np.ascontiguousarray(values) for name, values in first.items()}  # fmt: skip
 
 
 def process_state(folder: Path) -> dict[str, Any]:

@@ -143,6 +143,14 @@ def noise(registration: Registration, scene: Scene, setting: Setting, t_s: Array
 
 def run(registration: Registration, options: frozenset[str], scene: Scene, setting: Setting) -> Answer:
     """Build, simulate and read, each timed."""
+    header, result = finished(registration, options, scene, setting)
+    return header, sendable(result)
+
+
+def finished(
+    registration: Registration, options: frozenset[str], scene: Scene, setting: Setting
+) -> tuple[dict[str, Any], Trajectory]:
+    """Header of an answer, and the engine's own trajectory."""
     seconds: dict[str, float] = {}
     engine = loaded(registration)(**dict.fromkeys(options, True))
     timed(seconds, "build", lambda: engine.build(scene, setting))
@@ -155,7 +163,7 @@ def run(registration: Registration, options: frozenset[str], scene: Scene, setti
         raise MessageError(f"ended is a {type(ended).__name__}, expected text")
     info = plain_info(result.info)
     spent = {phase: plain_number(s) or 0.0 for phase, s in seconds.items()}
-    return {"seconds": spent, "ended": plain_text(ended), "info": info}, sendable(result)
+    return {"seconds": spent, "ended": plain_text(ended), "info": info}, result
 
 
 def first_run(

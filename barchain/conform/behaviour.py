@@ -55,6 +55,7 @@ def behaviour(engine: Examined) -> Iterator[Check]:
     same = not again.problem and set(again.arrays) == set(first.arrays)
     same = same and all(np.array_equal(again.arrays[k], v) for k, v in first.arrays.items())
     yield same_check(bool(first.header["same"]), same, name)
+    yield told("arrays of its own", reused_words(first.header["reused"]), CheckState.FAILED)
     yield end_check(engine, scene, setting)
 
 
@@ -78,6 +79,11 @@ def left_behind(header: dict[str, Any]) -> Iterator[Check]:
     grown = (after["memory_B"] - after_first["memory_B"]) / further
     said_memory = f"{grown / 2**20:.1f} MB more after each run" if grown > MEMORY_B else ""
     yield told("memory", said_memory, CheckState.WARNING)
+
+
+def reused_words(names: list[str]) -> str:
+    """Fault of arrays that several runs share; empty without one."""
+    return f"a later run writes into or shares {', '.join(names)} of an earlier one; return copies" if names else ""
 
 
 def told(name: str, fault: str, state: CheckState) -> Check:

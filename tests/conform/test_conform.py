@@ -103,6 +103,12 @@ def test_runs_that_differ_in_the_last_bit_are_told() -> None:
     assert "differ" in failed(examined("Random"))["same bits again"]
 
 
+def test_an_array_that_all_runs_share_is_told_and_each_scene_is_judged_by_its_own_run() -> None:
+    found = failed(examined("OneBuffer"))
+    assert list(found) == ["arrays of its own"]
+    assert "angle_rad" in found["arrays of its own"]
+
+
 def test_one_line_tests_an_engine_in_the_continuous_integration_of_its_package() -> None:
     with pytest.raises(AssertionError, match="degrees"):
         assert_conforms(f"{HERE}:Degrees")

@@ -6,7 +6,7 @@ import os
 import signal
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -102,6 +102,19 @@ class Random(ReferenceFast):
         found = super().read()
         assert found.angle_rad is not None
         return found.replace(angle_rad=found.angle_rad * (1.0 + 2e-16 * (time.perf_counter_ns() % 3)))
+
+
+class OneBuffer(ReferenceFast):
+    """Angles in one array for all runs."""
+
+    buffers: ClassVar[dict[tuple[int, ...], np.ndarray]] = {}
+
+    def read(self) -> Trajectory:
+        found = super().read()
+        assert found.angle_rad is not None
+        buffer = self.buffers.setdefault(found.angle_rad.shape, np.empty_like(found.angle_rad))
+        buffer[:] = found.angle_rad
+        return found.replace(angle_rad=buffer)
 
 
 class Unfinished(Engine):
