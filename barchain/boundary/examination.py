@@ -6,6 +6,7 @@ import contextlib
 import ctypes
 import inspect
 import os
+import random
 import signal
 import sys
 import threading
@@ -50,6 +51,8 @@ DECLARED: dict[str, tuple[type, ...]] = {
 OWN_MODULES = frozenset({"adapters", "barchain", "numpy", "reference_impl", "scenarios", "scipy"})
 """Packages that an adapter may import at its top: barchain, and what it needs itself"""
 REPORTED_LIBRARIES = 6
+SEED = 20_411_987
+"""A seed that no engine chooses"""
 CONSTANT = frozenset({"t_s"})
 """Arrays that a scene may give to all its runs"""
 
@@ -161,19 +164,26 @@ def behaviour(registration: Registration, scene: Scene, setting: Setting, times:
     ``reused`` names arrays of the first run that a later run has written into, or that a later trajectory shares.
     """
     folder = Path.cwd()  # an engine may change to a folder that others use
-    before = process_state(folder)
+    before, variables = process_state(folder), dict(os.environ)
     own = sendable(finished(registration, frozenset(), scene, setting)[1], keep_order=True)
     first = {name: values.copy() for name, values in own.items()}
-    after_first = process_state(folder)
-    same, reused = True, set[str]()
-    for _ in range(times - 1):
+    after_first, first_variables = process_state(folder), dict(os.environ)
+    same, reused, drawn, set_again = True, set[str](), set[str](), set[str]()
+    for k in range(times - 1):
+        seed_globals(SEED + k)
+        known = random_states()
+        if k == times - 2:  # variables of the first run are looked for again: its import may have set them
+            set_again |= changed_variables(first_variables)
+            set_variables(variables)
         again = sendable(finished(registration, frozenset(), scene, setting)[1], keep_order=True)
+        drawn |= {name for name, state in random_states().items() if state != known[name]}
         same &= set(again) == set(first) and all(np.array_equal(again[name], first[name]) for name in first)
         reused |= {name for name, values in own.items() if not np.array_equal(values, first[name], equal_nan=True)}
         reused |= {name for name in set(own) & set(again) if np.may_share_memory(own[name], again[name])}
     return {
         "before": before, "after_first": after_first, "after": process_state(folder), "same": bool(same),
         "times": times, "reused": sorted(reused - CONSTANT),
+        "random": sorted(drawn), "sets": sorted(plain_text(v, 80) for v in set_again | changed_variables(variables)),
     }, {name: np.ascontiguousarray(values) for name, values in first.items()}  # fmt: skip
 
 
@@ -187,12 +197,34 @@ def process_state(folder: Path) -> dict[str, Any]:
         "children": len(own.children(recursive=True)),
         "files": sorted(plain_text(p.name, 60) for p in folder.iterdir())[:20],
         "folder": plain_text(Path.cwd()),
-        "variables": {plain_text(k, 80): hash(v) for k, v in os.environ.items()},
         "handlers": {int(n): handler_name(n) for n in signal.valid_signals()},
         "float_errors": {k: str(v) for k, v in np.geterr().items()},
-        "random": hash(np.random.get_state(legacy=True)[1].tobytes()),  # type: ignore[index]  # noqa: NPY002
         "memory_B": own.memory_info().rss,
     }
+
+
+def random_states() -> dict[str, int]:
+    """States of the global random numbers of NumPy and of Python."""
+    state = np.random.get_state(legacy=True)  # noqa: NPY002
+    return {"NumPy": hash((state[1].tobytes(), state[2])), "Python": hash(random.getstate())}  # type: ignore[index]
+
+
+def seed_globals(seed: int) -> None:
+    """Bring all global random numbers into a known state, another one before each run."""
+    np.random.seed(seed)  # noqa: NPY002
+    random.seed(seed)
+
+
+def changed_variables(earlier: dict[str, str]) -> set[str]:
+    """Names of variables that differ from an earlier moment."""
+    return {name for name in {*earlier, *os.environ} if os.environ.get(name) != earlier.get(name)}
+
+
+def set_variables(wanted: dict[str, str]) -> None:
+    """Give the environment the variables of an earlier moment."""
+    for name in set(os.environ) - set(wanted):
+        del os.environ[name]
+    os.environ.update(wanted)
 
 
 def flush() -> None:

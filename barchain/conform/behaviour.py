@@ -35,7 +35,6 @@ STATE = {
     "handlers": "changes signal handlers",
     "float_errors": "changes NumPy's treatment of floating-point errors",
 }
-DRAWS = "draws from NumPy's global random numbers"
 
 
 def behaviour(engine: Examined) -> Iterator[Check]:
@@ -66,9 +65,8 @@ def left_behind(header: dict[str, Any]) -> Iterator[Check]:
     printed = (after["printed_B"] - after_first["printed_B"]) / further
     yield told("output", f"prints {printed:.0f} bytes in a run" if printed > 0 else "", CheckState.WARNING)
     changed = [words for key, words in STATE.items() if before[key] != after[key]]
-    changed += [DRAWS] if after_first["random"] != after["random"] else []  # an import may draw once
-    variables = sorted(k for k in after["variables"] if before["variables"].get(k) != after["variables"][k])
-    changed += [f"sets {', '.join(variables[:4])}"] if after["variables"] != after_first["variables"] else []
+    changed += [f"draws from or seeds {name}'s global random numbers in later runs" for name in header["random"]]
+    changed += [f"sets {', '.join(header['sets'][:4])} in later runs"] if header["sets"] else []
     yield told("state of the process", "; ".join(changed), CheckState.FAILED)
     threads, children = after["threads"] - after_first["threads"], after["children"] - before["children"]
     said = [f"{threads} more threads after {further} runs"] if threads >= further else []

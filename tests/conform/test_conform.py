@@ -103,6 +103,13 @@ def test_runs_that_differ_in_the_last_bit_are_told() -> None:
     assert "differ" in failed(examined("Random"))["same bits again"]
 
 
+def test_global_random_numbers_and_variables_are_told_though_each_build_sets_the_same() -> None:
+    said = failed(examined("Seeds"))["state of the process"]
+    assert "seeds NumPy's global random numbers" in said
+    assert "seeds Python's global random numbers" in said
+    assert "sets MY_THREADS in later runs" in said
+
+
 def test_an_array_that_all_runs_share_is_told_and_each_scene_is_judged_by_its_own_run() -> None:
     found = failed(examined("OneBuffer"))
     assert list(found) == ["arrays of its own"]
