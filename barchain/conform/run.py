@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import time
+import traceback
 from typing import TYPE_CHECKING
 
+from barchain.boundary.message import plain_text
+from barchain.boundary.raised import line
 from barchain.conform.accuracy import accuracy
 from barchain.conform.behaviour import behaviour
 from barchain.conform.checks import Check, CheckState, ConformanceReport, Group
@@ -18,6 +21,7 @@ if TYPE_CHECKING:
 
     from barchain.conform.target import Examined
 
+PAGE = "docs/howto/conform.md"
 SHAPES = "types and shapes"
 MISTAKE = "known mistake"
 """Entry of a failure that a known mistake explains; an unexplained one may be a matter of accuracy"""
@@ -66,6 +70,16 @@ def assert_conforms(given: str) -> None:
         raise AssertionError("\n".join([f"{report.engine} does not conform:", *(lines or ["no scene was passed"])]))
 
 
+def guarded(group: Group, made: Iterator[Check]) -> Iterator[Check]:
+    """Checks of a group; an exception in one becomes a failed check, and ends the group."""
+    try:
+        yield from made
+    except Exception as error:
+        frame, number = list(traceback.walk_tb(error.__traceback__))[-1]
+        words = f"{type(error).__name__}: {plain_text(error)} ({line(frame, number)})"
+        yield Check(group, "examination", CheckState.FAILED, f"ended by an exception: {words}", PAGE)
+
+
 def checks(engine: Examined) -> Iterator[Check]:
     """Checks in order."""
     failed: dict[str, str] = {}
@@ -80,7 +94,7 @@ def checks(engine: Examined) -> Iterator[Check]:
         if reason:
             yield Check(group, str(group), CheckState.NOT_RUN, f"{reason} fails")
             continue
-        for check in make(engine):
+        for check in guarded(group, make(engine)):
             if check.state is CheckState.FAILED:
                 failed.setdefault(group, check.name)
                 if check.name in {SHAPES, "a first run"}:

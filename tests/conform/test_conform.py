@@ -134,6 +134,27 @@ def test_the_command_exits_with_1_and_gives_the_checks_as_json_and_junit(
     assert suite.get("failures") == "1"
 
 
+def test_an_exception_in_a_check_is_a_failed_check_and_all_files_are_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*_: object) -> None:
+        raise ZeroDivisionError("no step")
+
+    monkeypatch.setattr("barchain.conform.physics.agreement", broken)
+    monkeypatch.setattr("barchain.conform.accuracy.setting_error", broken)
+    junit = tmp_path / "junit.xml"
+    assert run(["conform", f"{HERE}:Right", "--json", "--junit", str(junit)]) == 1
+    (found,) = json.loads(capsys.readouterr().out)
+    said = {c["group"]: c["words"] for c in found["checks"] if c["state"] == "failed"}
+    assert set(said) == {"physics", "accuracy"}
+    assert said["physics"].startswith("ended by an exception: ZeroDivisionError: no step (tests.conform.test_conform:")
+    assert said["physics"].endswith(" in broken)")
+    assert {c["state"] for c in found["checks"] if c["group"] == "behaviour"} == {"passed"}
+    suite = ElementTree.parse(junit).getroot().find("testsuite")
+    assert suite is not None
+    assert suite.get("failures") == "2"
+
+
 def test_an_unknown_engine_is_one_line_with_the_nearest_name(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["conform", "mujoko"]) == 2
     error = capsys.readouterr().err
