@@ -45,6 +45,8 @@ class Check:
     """Whether a known mistake explains the failure"""
     scene: str = ""
     """Scene that shows a failure: `barchain compare SCENE --engine NAME` runs it again"""
+    seconds: float = 0.0
+    """Time since the check before"""
 
 
 @dataclass(frozen=True)
@@ -72,5 +74,11 @@ class ConformanceReport:
         """Content as JSON values."""
         return {
             "engine": self.engine, "version": self.version, "passed": self.passed, "seconds": round(self.seconds, 3),
-            "checks": [{key: str(value) for key, value in asdict(c).items()} for c in self.checks],
+            "checks": [json_values(c) for c in self.checks],
         }  # fmt: skip
+
+
+def json_values(check: Check) -> dict[str, Any]:
+    """Fields of a check: text, whether it is explained, and seconds as a number."""
+    values = {key: str(value) for key, value in asdict(check).items()}
+    return values | {"explained": check.explained, "seconds": round(check.seconds, 3)}

@@ -40,7 +40,7 @@ def write_junit(path: Path, reports: Iterable[ConformanceReport]) -> None:
 
 def case(engine: str, check: Check) -> TestCase:
     """Case of one check: a failure, skipped if it was not run or is not supported."""
-    made = TestCase(check.name, f"{engine}.{check.group}", 0.0)
+    made = TestCase(check.name, f"{engine}.{check.group}", round(check.seconds, 3))
     if check.state is CheckState.FAILED:
         made.result = [Failure(printable(f"{check.words} ({check.page})"), "failed")]
     elif check.state in {CheckState.UNSUPPORTED, CheckState.NOT_RUN}:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 import traceback
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from barchain.boundary.message import plain_text
@@ -43,9 +44,12 @@ def conform(given: str, report: Callable[[Check], None] = lambda _: None) -> Con
         If no engine has the name.
     """
     engine, start, found = examined(given), time.perf_counter(), []
-    for check in checks(engine):
+    before = start
+    for made in checks(engine):
+        check = replace(made, seconds=(now := time.perf_counter()) - before)
         found.append(check)
         report(check)
+        before = now
     return ConformanceReport(engine.name, engine.registration.version, tuple(found), time.perf_counter() - start)
 
 

@@ -129,9 +129,12 @@ def test_the_command_exits_with_1_and_gives_the_checks_as_json_and_junit(
     found = json.loads(capsys.readouterr().out)
     assert found[0]["passed"] is False
     assert {c["state"] for c in found[0]["checks"]} == {"warning", "failed", "not run"}
+    assert {c["explained"] for c in found[0]["checks"]} == {False}
+    assert sum(c["seconds"] for c in found[0]["checks"]) == pytest.approx(found[0]["seconds"], rel=0.05, abs=0.05)
     suite = ElementTree.parse(junit).getroot().find("testsuite")
     assert suite is not None
     assert suite.get("failures") == "1"
+    assert float(suite.get("time", "0")) == pytest.approx(found[0]["seconds"], rel=0.05, abs=0.05)
 
 
 def test_an_exception_in_a_check_is_a_failed_check_and_all_files_are_written(
