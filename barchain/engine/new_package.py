@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +16,8 @@ from adapters.registry import RESERVED, engines, printable
 
 NAME = r"[A-Za-z0-9](?:[A-Za-z0-9_-]{0,38}[A-Za-z0-9])?"
 """Form of an engine's name: that of the registry, shortened by what distribution and module add to it"""
+PACKAGES = frozenset({"adapters", "barchain", "reference_impl", "reports", "scenarios"})
+"""Packages of barchain, which tracebacks and tables would not tell from an engine of their name"""
 OPEN_FOLDER = 0o755  # a temporary folder is closed to others, a package is not
 
 
@@ -71,6 +74,13 @@ def package_names(name: str) -> PackageNames:
             raise PackageError(f"{name} given, and {owner} registers an engine of that name; choose another")
     if name.lower() in RESERVED:
         raise PackageError(f"{name} given, which names barchain's own files; choose another")
+    plain = name.lower().replace("-", "_")
+    if plain in PACKAGES or plain in {m.lower() for m in sys.stdlib_module_names}:
+        owner = "barchain" if plain in PACKAGES else "Python's library"
+        raise PackageError(
+            f"{name} given, which names a package of {owner}; allowed: any name but those of engines, of Python's "
+            f"library and {', '.join(sorted(PACKAGES))}"
+        )
     return PackageNames(name)
 
 
