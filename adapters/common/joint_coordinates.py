@@ -100,7 +100,10 @@ def from_joint_coordinates(length_m: Array, q: Array, q_t: Array) -> BarsInFrame
     -------
     BarsInFrame
     """
-    return BarsInFrame(positions(length_m, q), velocities(length_m, q, q_t), angles(q), angles(q_t))
+    angle_rad, rate_rad_s, half = angles(q), angles(q_t), 0.5 * length_m[:, None]
+    along, across = directions(angle_rad)
+    position, velocity = bar_centres(q, half * along), bar_centres(q_t, half * rate_rad_s[..., None] * across)
+    return BarsInFrame(position, velocity, angle_rad, rate_rad_s)
 
 
 def angles(q: Array) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 
 from adapters.engine import EngineError
 from barchain.conform.checks import Check, CheckState, Group
-from barchain.conform.physics import main_and_finer, reason_against
+from barchain.conform.physics import ask_about_scenes, main_and_finer, reason_against
 from barchain.conform.scenes import FIRST, solved
 from barchain.judge.error_model import ErrorModel
 from barchain.metrics.quantities import differences
@@ -38,6 +38,7 @@ keep nine digits of a bar's angle"""
 
 def conventions(engine: Examined) -> Iterator[Check]:
     """Checks of the form of a result, and of its first sample."""
+    ask_about_scenes(engine)
     name = next((n for n in FIRST if reason_against(engine, n) is None), None)
     if name is None:
         reasons = dict.fromkeys(str((reason_against(engine, n) or ("", ""))[1]) for n in FIRST)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from adapters.common.equal_steps import finer_setting
 from adapters.engine import EngineError
+from barchain.boundary.declared import OutsideEngine
 from barchain.conform.checks import Check, CheckState, Group
 from barchain.conform.runs import results
 from barchain.conform.scenes import STAGES, scene_of, solved
@@ -68,6 +70,14 @@ def reason_against(engine: Examined, name: str) -> tuple[CheckState, str] | None
     except EngineError as error:
         return CheckState.FAILED, str(error)
     return None if reason is None else (CheckState.UNSUPPORTED, reason)
+
+
+def ask_about_scenes(engine: Examined) -> None:
+    """Ask an engine about all scenes at once: a process for each of them would take half of the examination."""
+    loaded = engine.load()
+    if issubclass(loaded, OutsideEngine):
+        with suppress(EngineError):  # told with the scene that causes it
+            loaded.prepare(scene_of(name) for stage in STAGES for name in stage.scenes)
 
 
 def main_and_finer(engine: Examined, names: list[str]) -> dict[str, dict[Role, RunResult]]:
