@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import inspect
+import math
 import os
 import random
 import signal
@@ -51,6 +52,8 @@ DECLARED: dict[str, tuple[type, ...]] = {
 OWN_MODULES = frozenset({"adapters", "barchain", "numpy", "reference_impl", "scenarios", "scipy"})
 """Packages that an adapter may import at its top: barchain, and what it needs itself"""
 REPORTED_LIBRARIES = 6
+SLOWER = 3.0
+"""Ratio of the times of two runs at neighbouring settings"""
 SEED = 20_411_987
 """A seed that no engine chooses"""
 CONSTANT = frozenset({"t_s"})
@@ -138,15 +141,24 @@ def package_of(value: object) -> str:
     return str(value.__module__).partition(".")[0] if inspect.isclass(value) or inspect.isroutine(value) else ""
 
 
-def several_runs(registration: Registration, runs: list[tuple[Scene, Setting, Array]]) -> Answer:
+def several_runs(
+    registration: Registration, runs: list[tuple[Scene, Setting, Array]], budget_s: float = math.inf
+) -> Answer:
     """Several runs in one process, each with the noise that the engine declares at some instants.
 
     Entry k of ``runs`` is the answer to run k; its arrays are called ``k.name``, and the noise ``k.noise.name``.
+    No run begins that would last beyond the budget if it took :data:`SLOWER` times as long as the run before.
     """
     headers: list[dict[str, Any]] = []
     arrays: dict[str, Array] = {}
     declares = overrides(loaded(registration), "noise")
+    start = before = time.perf_counter()
     for k, (scene, setting, t_s) in enumerate(runs):
+        now = time.perf_counter()
+        expected_s = SLOWER * (now - before) if k > 1 else 0.0  # the first run imports and compiles
+        if k and now - start + expected_s > budget_s:
+            break
+        before = now
         try:
             header, found = run(registration, frozenset(), scene, setting)
             errors = noise(registration, scene, setting, t_s)[1] if declares else {}

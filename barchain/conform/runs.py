@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import time
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
@@ -22,7 +24,9 @@ START_S = 30.0
 """Time for the import of an engine's library"""
 
 
-def results(engine: Examined, jobs: Sequence[Job], t_s: Sequence[Array], limit_s: float) -> list[RunResult]:
+def results(
+    engine: Examined, jobs: Sequence[Job], t_s: Sequence[Array], limit_s: float, budget_s: float = math.inf
+) -> list[RunResult]:
     """Results of runs, in their order.
 
     Parameters
@@ -33,14 +37,18 @@ def results(engine: Examined, jobs: Sequence[Job], t_s: Sequence[Array], limit_s
         Instants, for each run, at which the engine is asked for its noise.
     limit_s : float
         Longest time of one run.
+    budget_s : float, optional
+        Time after which no further run begins: the last results are then missing. No limit by default.
     """
     if not jobs:
         return []
     asked = [(job.scene, job.setting, t) for job, t in zip(jobs, t_s, strict=True)]
-    limits = OutsideLimits(START_S + limit_s * len(jobs))
-    reply = ask("several_runs", engine.registration, asked, limits=limits)
-    if reply.problem or len(reply.header.get("runs", ())) != len(jobs):
-        return [one_run(job, START_S + limit_s) for job in jobs]  # to see which run ends the process
+    start, limits = time.monotonic(), OutsideLimits(START_S + min(limit_s * len(jobs), budget_s))
+    reply = ask("several_runs", engine.registration, asked, budget_s, limits=limits)
+    if not reply.problem and budget_s < math.inf:
+        jobs = jobs[: len(reply.header.get("runs", ()))]
+    if reply.problem or len(reply.header.get("runs", ())) != len(jobs):  # to see which run ends the process
+        return [one_run(job, START_S + limit_s) for job in jobs if time.monotonic() - start < budget_s]
     if reply.header["noise"]:
         with suppress(DeclarationError):  # a fault of the declaration is told with the first sample
             remember_noise(engine, jobs, t_s, reply)

@@ -10,7 +10,8 @@ import pytest
 
 from adapters.registry import engines
 from barchain.cli.main import run
-from barchain.conform import assert_conforms, conform
+from barchain.conform import assert_conforms, conform, target
+from barchain.conform.accuracy import accuracy
 from barchain.conform.checks import CheckState, Group
 
 if TYPE_CHECKING:
@@ -108,6 +109,14 @@ def test_global_random_numbers_and_variables_are_told_though_each_build_sets_the
     assert "seeds NumPy's global random numbers" in said
     assert "seeds Python's global random numbers" in said
     assert "sets MY_THREADS in later runs" in said
+
+
+def test_a_slow_engine_is_tried_at_the_settings_that_fit_into_the_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("barchain.conform.accuracy.ALL_RUNS_S", 5.0)
+    found = {c.name: c for c in accuracy(target.examined(f"{HERE}:Slow"))}
+    assert found["time of runs"].state is CheckState.WARNING
+    assert found["time of runs"].words == "2 of 5 settings end within 5 s"
+    assert found["errors inside the bound"].state is CheckState.PASSED
 
 
 def test_an_array_that_all_runs_share_is_told_and_each_scene_is_judged_by_its_own_run() -> None:

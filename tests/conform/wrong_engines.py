@@ -115,6 +115,18 @@ class Seeds(ReferenceFast):
         super().build(scene, setting)
 
 
+class Slow(ReferenceFast):
+    """Seconds for each run at a fine setting."""
+
+    def simulate(self) -> None:
+        time.sleep(1.5 if self.requested < 1e-5 else 0.0)
+        super().simulate()
+
+    def build(self, scene: Scene, setting: Setting) -> None:
+        self.requested = setting.value
+        super().build(scene, setting)
+
+
 class OneBuffer(ReferenceFast):
     """Angles in one array for all runs."""
 
