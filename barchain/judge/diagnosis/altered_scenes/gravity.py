@@ -130,6 +130,7 @@ TORQUES = (
     ("half", "the torque of the gravity gradient is half the right value", 0.5),
     ("twice", "the torque of the gravity gradient is twice the right value", 2.0),
     ("third", "the torque of the gravity gradient lacks its factor 3", 1.0 / 3.0),
+    ("two-thirds", "the torque of the gravity gradient has the factor 2 instead of 3", 2.0 / 3.0),
 )
 MISTAKES = (
     SceneMistake("gradient-missing", "the torque of the gravity gradient is missing", SECTION, without_torque),
