@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from barchain.nightly.history.store import NightStore
     from reports.tables.nights.facts import NightlyFile
 
-LONG = 2 * DENSE_NIGHTS
+LONG = 60
 OTHER_CLASS = dataclasses.replace(ENVIRONMENT, cpu="Other CPU")
 
 
