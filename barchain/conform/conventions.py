@@ -31,6 +31,8 @@ FIELDS = {
     "reaction": ("reaction_N", "reactions", "reactions"),
 }
 """Array, name and section of the page of each quantity at the start"""
+LEAST_VALUES = 10
+"""Different values that tell of the precision: zeros and a few round numbers do not"""
 START_SLACK = 1e-9
 """Largest difference at t = 0 relative to a quantity's scale: nothing was integrated yet, and absolute coordinates
 keep nine digits of a bar's angle"""
@@ -52,7 +54,24 @@ def conventions(engine: Examined) -> Iterator[Check]:
     n = len(run.trajectory.t_s)
     said = f"{len(run.trajectory.observables)} quantities of {n} samples, float64"
     yield Check(Group.CONVENTIONS, "types and shapes", CheckState.PASSED, said, f"{PAGE}#samples", scene=name)
+    yield precision_check(run.trajectory, name)
     yield from start_checks(engine, name, run.trajectory)
+
+
+def precision_check(run: Trajectory, scene: str) -> Check:
+    """Check that no quantity was computed or kept in single precision."""
+    single = [words for field, words, _ in FIELDS.values() if in_single_precision(getattr(run, field))]
+    said = f"all values of {', '.join(single)} are numbers of single precision" if single else ""
+    state = CheckState.FAILED if single else CheckState.PASSED
+    return Check(Group.CONVENTIONS, "double precision", state, said, f"{PAGE}#samples", scene=scene)
+
+
+def in_single_precision(values: Array | None) -> bool:
+    """Whether 32 bits hold all values (n, ...) after the first sample, and they are more than a few round ones."""
+    if values is None:
+        return False
+    later = values[1:]
+    return len(np.unique(later)) >= LEAST_VALUES and np.array_equal(later, later.astype(np.float32))
 
 
 def start_checks(engine: Examined, name: str, run: Trajectory) -> Iterator[Check]:

@@ -63,6 +63,10 @@ def test_single_precision_is_a_fault_of_types_and_ends_the_examination() -> None
     }  # fmt: skip
 
 
+def test_single_precision_inside_an_array_of_double_precision_is_told() -> None:
+    assert failed(examined("SingleInside"))["double precision"] == "all values of rates are numbers of single precision"
+
+
 def test_an_error_that_does_not_follow_the_setting_is_a_finding_by_itself() -> None:
     found = failed(examined("IgnoresSetting"))
     assert "does not follow the setting" in found["errors fall with the setting"]

@@ -50,6 +50,15 @@ class SinglePrecision(ReferenceFast):
         return found.replace(angle_rad=found.angle_rad.astype(np.float32))  # type: ignore[arg-type]
 
 
+class SingleInside(ReferenceFast):
+    """Rates that were computed in single precision and are given in double."""
+
+    def read(self) -> Trajectory:
+        found = super().read()
+        assert found.rate_rad_s is not None
+        return found.replace(rate_rad_s=found.rate_rad_s.astype(np.float32).astype(float))
+
+
 class IgnoresSetting(ReferenceFast):
     """One accuracy whatever is requested: finer settings give no smaller error."""
 

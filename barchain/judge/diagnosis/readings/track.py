@@ -90,6 +90,17 @@ def position_of_point(point: Point) -> ReadingChange:
     return read
 
 
+def velocity_of_point(point: Point) -> ReadingChange:
+    """Velocities of another point than the centre of mass; positions of the centre of mass."""
+
+    def read(scene: Scene, right: Trajectory) -> Trajectory:
+        if right.angle_rad is None or right.rate_rad_s is None:
+            return right
+        return right.replace(com_velocity_m_s=point(scene, right)[1])
+
+    return read
+
+
 def of_point(point: Point) -> ReadingChange:
     """Track of another point than the centre of mass."""
 
@@ -142,6 +153,13 @@ MISTAKES = (
         ReadingMistake(
             f"position-of-{name}", f"the positions alone are those of {what}", "centre-of-mass",
             position_of_point(point),
+        )
+        for name, what, point in POINTS
+    ),
+    *(
+        ReadingMistake(
+            f"velocity-of-{name}", f"the velocities alone are those of {what}", "centre-of-mass",
+            velocity_of_point(point),
         )
         for name, what, point in POINTS
     ),
