@@ -32,7 +32,7 @@ def test_an_effect_that_is_none_but_for_rounding_is_said_to_be_none():
 def test_the_report_writes_them_so(tmp_path):
     from reports.render import render  # plots take a second to import
 
-    folder = build(tmp_path, ["basics/libration"], faults=False, samples=41)
+    folder = build(tmp_path, ["basics/libration", "paper/fig13"], faults=False, samples=41)
     for page in render(folder):
         text = page.read_text(encoding="utf-8")
         assert "√3 n" in text
