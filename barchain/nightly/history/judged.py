@@ -16,7 +16,7 @@ from barchain.nightly.history.faults import HistoryError
 from barchain.nightly.history.model.figures import FigureKind
 from barchain.nightly.history.presence import StoredPresence
 from barchain.nightly.history.series import load
-from barchain.nightly.history.sparse import load_levels
+from barchain.nightly.history.sparse import load_gone, load_levels
 from barchain.nightly.history.storage.connection import told, writing
 from barchain.nightly.history.storage.tables import acceptances
 from barchain.nightly.history.storage.vocabulary import insert_new
@@ -54,7 +54,11 @@ def judge(store: NightStore, name: str = "latest", *, false_alarms: float = FALS
     before = comparable(before)
     stepped = same_class(before)[-WINDOW:]
     settled = [kind for kind in FigureKind if kind not in STEPPED]
-    series = (*load_levels(store, before, settled), *load(store, stepped, kinds=STEPPED))
+    series = (
+        *load_levels(store, before, settled),
+        *load(store, stepped, kinds=STEPPED),
+        *load_gone(store, before, stepped, STEPPED),
+    )
     return judge_night(series, before, false_alarms, StoredPresence(store, before))
 
 

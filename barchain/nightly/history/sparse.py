@@ -8,10 +8,11 @@ nights are judged in this way: a change for the worse stands however long ago it
 from __future__ import annotations
 
 import itertools
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
+from barchain.nightly.history.model.figures import FigureKind
 from barchain.nightly.history.series import load, ordered
 from barchain.nightly.history.storage.connection import told
 from barchain.nightly.history.storage.rows import read_figures
@@ -20,14 +21,16 @@ from barchain.nightly.history.storage.tables import figures, nights, series
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Sequence
 
-    from sqlalchemy import ColumnElement, Connection
+    from sqlalchemy import ColumnElement, Connection, Label
 
-    from barchain.nightly.history.model.figures import Figure, FigureKind
+    from barchain.nightly.history.model.figures import Figure
     from barchain.nightly.history.model.series_model import FigureSeries, NightSummary
     from barchain.nightly.history.store import NightStore
 
 DENSE_NIGHTS = 16
 """Last nights of which every figure is read: two turns of parts that divide their scenes among a week, and two more"""
+JUDGED = ("value", "word_id", "tolerance", "low", "high")
+"""Columns that the rules look at"""
 MOST_PLACES = 5000
 """Figures that one query reads by series and night"""
 
@@ -41,8 +44,11 @@ def load_levels(
         return recent
     here = {night.number for night in known[-dense:]}
     with told(store.given), store.engine.connect() as connection:
-        wanted = moved(connection, kinds) | (of_kinds(connection, kinds) - on_night(connection, here))
-        places = turning(connection, known, wanted)
+        changed = moved(connection, kinds)
+        once = {s.id for s in counted(connection, here) if s.nights == 1}
+        absent = of_kinds(connection, kinds) - {s.id for s in counted(connection, here)}
+        places = turning(connection, known, changed | absent | (once & of_kinds(connection, kinds)))
+        places |= every_place(connection, known, changed & of_kinds(connection, [FigureKind.BITS]))
         found = [entry for chunk in chunks(sorted(places)) for entry in figures_at(connection, chunk)]
     own = [(number, figure) for number, figure in found if number not in here]
     for one in recent:
@@ -54,15 +60,9 @@ def moved(connection: Connection, kinds: Collection[FigureKind]) -> set[int]:
     """Numbers of the series that are not the same on all nights of the store, whether a night is judged or not."""
     absent = sa.and_(figures.c.value.is_(None), figures.c.word_id.is_(None))
     missing = sa.func.sum(sa.case((absent, 1), else_=0))
-    value, word = figures.c.value, figures.c.word_id
+    varying = [sa.func.min(figures.c[name]) != sa.func.max(figures.c[name]) for name in JUDGED]
     query = sa.select(figures.c.series_id).group_by(figures.c.series_id)
-    query = query.having(
-        sa.or_(
-            sa.func.min(value) != sa.func.max(value),
-            sa.func.min(word) != sa.func.max(word),
-            sa.and_(missing > 0, missing < sa.func.count()),
-        )
-    )
+    query = query.having(sa.or_(*varying, sa.and_(missing > 0, missing < sa.func.count()), partly_known()))
     return set(connection.execute(query).scalars()) & of_kinds(connection, kinds)
 
 
@@ -71,11 +71,38 @@ def of_kinds(connection: Connection, kinds: Collection[FigureKind]) -> set[int]:
     return set(connection.execute(sa.select(series.c.id).where(series.c.kind.in_([str(k) for k in kinds]))).scalars())
 
 
-def on_night(connection: Connection, numbers: Collection[int]) -> set[int]:
-    """Numbers of the series that some nights have."""
-    return set(
-        connection.execute(sa.select(figures.c.series_id).where(figures.c.night_id.in_(numbers)).distinct()).scalars()
-    )
+def partly_known() -> ColumnElement[bool]:
+    """Condition on a group of figures that some have a share of rounding and others have none."""
+    known = sa.func.count(figures.c.tolerance)
+    return sa.and_(known > 0, known < sa.func.count())
+
+
+def counted(connection: Connection, numbers: Collection[int]) -> Sequence[Any]:
+    """Series that some nights have, ``id``, each with the number of these nights, ``nights``."""
+    query = sa.select(figures.c.series_id.label("id"), sa.func.count().label("nights"))
+    return connection.execute(query.where(figures.c.night_id.in_(numbers)).group_by(figures.c.series_id)).all()
+
+
+def every_place(connection: Connection, known: Sequence[NightSummary], wanted: Collection[int]) -> set[tuple[int, int]]:
+    """Series and night of each figure: of bits, which are compared with the last night of the same parts."""
+    query = sa.select(figures.c.series_id, figures.c.night_id)
+    chosen = among(known_numbers(known), figures.c.night_id), among(wanted, figures.c.series_id)
+    return {(r.series_id, r.night_id) for r in connection.execute(query.where(*chosen))}
+
+
+def load_gone(
+    store: NightStore, known: Sequence[NightSummary], recent: Sequence[NightSummary], kinds: Collection[FigureKind]
+) -> tuple[FigureSeries, ...]:
+    """Last figures of the series that the `recent` ones of some nights lack."""
+    here = {night.number for night in recent}
+    with told(store.given), store.engine.connect() as connection:
+        absent = of_kinds(connection, kinds) - {s.id for s in counted(connection, here)}
+        place = {night.number: k for k, night in enumerate(known)}
+        last: dict[int, int] = {}
+        for number, night in every_place(connection, known, absent):
+            last[number] = max(last.get(number, night), night, key=place.__getitem__)
+        found = [entry for chunk in chunks(sorted(last.items())) for entry in figures_at(connection, chunk)]
+    return ordered(found, known, place)
 
 
 def turning(connection: Connection, known: Sequence[NightSummary], wanted: Collection[int]) -> set[tuple[int, int]]:
@@ -86,18 +113,22 @@ def turning(connection: Connection, known: Sequence[NightSummary], wanted: Colle
     """
     in_order = all(a.number < b.number for a, b in itertools.pairwise(known))
     order = (figures.c.night_id,) if in_order else (nights.c.started, nights.c.id)
-    before, old_value, old_word, after = (
-        neighbour(column).over(partition_by=figures.c.series_id, order_by=order)
-        for neighbour, column in (
-            (sa.func.lag, figures.c.night_id), (sa.func.lag, figures.c.value), (sa.func.lag, figures.c.word_id),
-            (sa.func.lead, figures.c.night_id),
+
+    def lag(name: str) -> Label[Any]:
+        """Value of a column in the row before."""
+        return sa.func.lag(figures.c[name]).over(partition_by=figures.c.series_id, order_by=order).label(f"lag_{name}")
+
+    def lead(name: str) -> Label[Any]:
+        """Value of a column in the row after."""
+        return (
+            sa.func.lead(figures.c[name]).over(partition_by=figures.c.series_id, order_by=order).label(f"lead_{name}")
         )
-    )  # fmt: skip
+
     source = figures if in_order else figures.join(nights, figures.c.night_id == nights.c.id)
     every = (
         sa.select(
-            figures.c.series_id, figures.c.night_id, figures.c.value, figures.c.word_id,
-            before.label("before"), old_value.label("old_value"), old_word.label("old_word"), after.label("after"),
+            figures.c.series_id, figures.c.night_id, *(figures.c[name] for name in JUDGED),
+            *(lag(name) for name in ("night_id", *JUDGED)), lead("night_id"),
         )
         .select_from(source)
         .where(among(known_numbers(known), figures.c.night_id), among(wanted, figures.c.series_id))
@@ -105,14 +136,13 @@ def turning(connection: Connection, known: Sequence[NightSummary], wanted: Colle
     )  # fmt: skip
     c = every.c
     chosen = sa.or_(
-        c.before.is_(None),
-        c.after.is_(None),
-        c.value.is_distinct_from(c.old_value),
-        c.word_id.is_distinct_from(c.old_word),
+        c.lag_night_id.is_(None),
+        c.lead_night_id.is_(None),
+        *(c[name].is_distinct_from(c[f"lag_{name}"]) for name in JUDGED),
         sa.and_(c.value.is_(None), c.word_id.is_(None)),
     )
-    rows = connection.execute(sa.select(c.series_id, c.night_id, c.before).where(chosen)).all()
-    return {(r.series_id, night) for r in rows for night in (r.night_id, r.before) if night is not None}
+    rows = connection.execute(sa.select(c.series_id, c.night_id, c.lag_night_id).where(chosen)).all()
+    return {(r.series_id, night) for r in rows for night in (r.night_id, r.lag_night_id) if night is not None}
 
 
 def figures_at(connection: Connection, places: Sequence[tuple[int, int]]) -> list[tuple[int, Figure]]:

@@ -82,7 +82,7 @@ def night_facts(
         sentence=opening(
             tonight, judged=judged.judged, earlier=len(judged.compared_with), void=night.void,
             complete=night.complete, baseline=baseline, standing=len(standing),
-            replanned=(night.figures - judged.judged, judged.left_out) if judged.replanned and not baseline else None,
+            replanned=(judged.new, judged.left_out) if judged.replanned and night.complete and not baseline else None,
         ),
         night=night_entry(night),
         against=against(judged, baseline),

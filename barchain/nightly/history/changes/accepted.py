@@ -71,7 +71,9 @@ def acceptance_of(
 
 
 def accepting(change: Change, known: Iterable[Acceptance], at: datetime.datetime) -> Acceptance | None:
-    """Latest acceptance that covers a change at an instant; None if there is none."""
+    """Latest acceptance that covers a change at an instant; None if there is none, or the run is not reproducible."""
+    if change.irreproducible:
+        return None
     covering = [a for a in known if a.figure == change.identity.name and covers(a, change, at)]
     return max(covering, key=lambda a: a.accepted, default=None)
 

@@ -36,6 +36,8 @@ class JudgedNight:
     """Differences of this night from the one before that rounding or intervals explain"""
     judged: int = 0
     """Figures that have an earlier one, those among them that are gone since tonight"""
+    new: int = 0
+    """Figures of this night that have no earlier one"""
     left_out: int = 0
     """Figures of the night before that this night lacks, if that night had another plan"""
 
@@ -84,7 +86,7 @@ def judge_night(
     ]
     noisy = [restricted(one, alike) for one in own if one.identity.kind in STEPPED]
     stepped, fresh = time_changes([one for one in noisy if one.nights], false_alarms)
-    gone = vanished(own, alike, presence)
+    gone = vanished(own, kept, presence)
     changes = sorted([*settled, *stepped, *gone], key=lambda c: (not c.irreproducible, c.since))
     steps = {change.id for change in stepped}
     new = [c for c in changes if c.since == tonight.name and c.id not in steps]
@@ -92,6 +94,7 @@ def judge_night(
         tonight, tuple(kept[:-1]), tuple(changes), (*new, *fresh),
         tuple(c for one in current if one.identity.kind in RULES for c in same_changes(one)),
         sum(len(one.nights) > 1 for one in current) + sum(c.since == tonight.name for c in gone),
+        sum(len(one.nights) == 1 for one in current),
     )  # fmt: skip
     return replace(judged, left_out=left_out(own, kept[-2].number)) if judged.replanned else judged
 

@@ -53,7 +53,7 @@ def time_changes(
         All changes, and those that the last night tells for the first time.
     """
     present = [measured(one) for one in series]
-    last = max((night.started for one in present for night in one.nights), default=None)
+    last = max((night.started for one in series for night in one.nights), default=None)
     before = [shortened(one, last) for one in present]
     steps, earlier = all_steps(present, false_alarms), all_steps(before, false_alarms)
     changes, fresh = [], []

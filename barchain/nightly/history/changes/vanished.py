@@ -60,6 +60,8 @@ def vanished(
 ) -> tuple[Change, ...]:
     """Figures that are gone up to the last of some nights, each since the first occasion without it.
 
+    A figure that is gone stays so on the nights of other plans and machines.
+
     Parameters
     ----------
     series : sequence of FigureSeries
@@ -71,15 +73,16 @@ def vanished(
         return ()
     presence = presence or PresenceInSeries(series, nights)
     tonight = nights[-1]
-    plan = [night for night in nights if night.plan == tonight.plan]
+    plans = [[night for night in nights if night.plan == plan] for plan in {night.plan: None for night in nights}]
     current = [one for one in series if one.nights and one.nights[-1].number == tonight.number]
     not_run = {place(one.identity) for one in current if one.figures[-1].not_run}
     found = []
     for one in series:
         absent = bool(one.nights) and one.nights[-1].number != tonight.number and not one.figures[-1].missing
-        if absent and place(one.identity) not in not_run:
-            change = vanished_figure(one, plan, presence)
-            found += [change] if change else []
+        changes = [vanished_figure(one, plan, presence) for plan in plans] if absent else []
+        gone = min((c for c in changes if c), key=lambda c: c.since, default=None)
+        if gone and not (gone.since == tonight.name and place(one.identity) in not_run):
+            found.append(gone)
     return tuple(found)
 
 
