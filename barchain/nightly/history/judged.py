@@ -11,6 +11,7 @@ import sqlalchemy as sa
 from barchain.nightly.history.changes.accepted import Acceptance, acceptance_of, accepting
 from barchain.nightly.history.changes.judging import STEPPED, comparable, judge_night, same_class
 from barchain.nightly.history.changes.model import Direction
+from barchain.nightly.history.changes.standing import still_holding
 from barchain.nightly.history.changes.times import FALSE_ALARMS, WINDOW
 from barchain.nightly.history.faults import HistoryError
 from barchain.nightly.history.model.figures import FigureKind
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from barchain.nightly.history.changes.model import Change
     from barchain.nightly.history.store import NightStore
 
+NO_ACCEPTANCE = "a run that is not reproducible can't be accepted"
 COLUMNS = ("figure", "was", "became", "value", "word", "since", "who", "accepted", "reason", "until")
 
 
@@ -81,13 +83,16 @@ def change_named(judged: JudgedNight, name: str) -> Change:
 
 def changes_named(judged: JudgedNight, name: str) -> list[Change]:
     """Changes of a name as :func:`change_named`, or the last change of each figure that fits a pattern with ``*``."""
-    if "*" not in name:
-        return [change_named(judged, name)]
     last = {change.identity.name: change for change in sorted(judged.changes, key=lambda c: c.since)}
-    fitting = [change for figure, change in last.items() if fnmatch.fnmatchcase(figure, name)]
-    if not fitting:
-        raise HistoryError(f"{name[:80]}: fits none of {len(last)} changed figures up to {judged.night.name}")
-    return [change for change in fitting if not change.irreproducible]
+    last |= {change.identity.name: change for change in still_holding(judged)}  # not a recovery in part after it
+    if name in last or "*" not in name:
+        return [last[name] if name in last else change_named(judged, name)]
+    fitting = [change for figure, change in last.items() if fnmatch.fnmatchcase(figure, name.replace("[", "[[]"))]
+    allowed = [change for change in fitting if not change.irreproducible]
+    if not allowed:
+        fault = NO_ACCEPTANCE if fitting else f"fits none of {len(last)} changed figures up to {judged.night.name}"
+        raise HistoryError(f"{name[:80]}: {fault}")
+    return allowed
 
 
 def accept(
@@ -102,7 +107,7 @@ def accept(
     """
     now = datetime.datetime.now(datetime.UTC)
     if change.irreproducible:
-        raise HistoryError(f"{change.identity.name}: a run that is not reproducible can't be accepted")
+        raise HistoryError(f"{change.identity.name}: {NO_ACCEPTANCE}")
     if until is not None and until <= now:
         raise HistoryError(f"--until {until.date()}: has passed; allowed: a later date")
     made = acceptance_of(change, who, now, reason, until)

@@ -9,8 +9,8 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from barchain.nightly.history.changes.accepted import accepting
-from barchain.nightly.history.changes.levels import is_worse
-from barchain.nightly.history.changes.model import Direction, result_words
+from barchain.nightly.history.changes.model import result_words
+from barchain.nightly.history.changes.standing import still_holding
 from barchain.nightly.history.changes.suspects import state_words, suspicion
 from barchain.nightly.history.model.figures import FigureKind
 from barchain.nightly.telling.sentence import opening
@@ -112,22 +112,6 @@ def weight(change: ChangeEntry) -> tuple[bool, bool, int, bool, float]:
     direction = ("worse", "better", "changed").index(change.direction)
     is_verdict = change.kind == FigureKind.VERDICT
     return not change.irreproducible, change.accepted is not None, direction, not is_verdict, -factor
-
-
-def still_holding(judged: JudgedNight) -> list[Change]:
-    """Last change for the worse of each figure on an earlier night, if the figure is still worse than before it.
-
-    A run that was not reproducible is an event of its night, and no state that holds.
-    """
-    now = {change.identity: change.now for change in sorted(judged.changes, key=lambda c: c.since)}
-    latest = {
-        change.identity: change
-        for change in sorted(judged.changes, key=lambda c: c.since)
-        if change.direction is Direction.WORSE and not change.irreproducible
-        if change.now is now[change.identity] or is_worse(change.was, now[change.identity])
-    }
-    told = {change.id for change in judged.tonight}
-    return [change for change in latest.values() if change.id not in told]
 
 
 def change_entry(

@@ -5,14 +5,17 @@ from __future__ import annotations
 import datetime
 from typing import TYPE_CHECKING
 
-from barchain.nightly.history.changes.accepted import accepting
+from barchain.nightly.history.changes.accepted import STEPPED, accepting
 from barchain.nightly.history.changes.model import Direction
+from barchain.nightly.history.changes.rank_test import FEWEST_NEW, FEWEST_OLD
+from barchain.nightly.history.changes.standing import still_holding
+from barchain.nightly.history.changes.vanished import OCCASIONS
 from barchain.nightly.history.judged import accepted, judge
-from barchain.nightly.telling.facts import still_holding
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
+    from barchain.nightly.history.changes.accepted import Acceptance
     from barchain.nightly.history.changes.judging import JudgedNight
     from barchain.nightly.history.changes.model import Change
     from barchain.nightly.history.store import NightStore
@@ -26,7 +29,7 @@ def needed_nights(store: NightStore) -> frozenset[str]:
     return frozenset(
         name
         for each in judged
-        for name in needed_by(each, [c for c in standing(each) if accepting(c, known, now) is None])
+        for name in needed_by(each, [c for c in standing(each) if not accepted_for_ever(c, known, now)])
     )
 
 
@@ -35,9 +38,24 @@ def standing(judged: JudgedNight) -> list[Change]:
     return [*(change for change in judged.tonight if change.direction is Direction.WORSE), *still_holding(judged)]
 
 
+def accepted_for_ever(change: Change, known: Iterable[Acceptance], now: datetime.datetime) -> bool:
+    """Whether somebody accepted a change without an end."""
+    covering = accepting(change, known, now)
+    return covering is not None and covering.until is None
+
+
 def needed_by(judged: JudgedNight, changes: Iterable[Change]) -> Iterator[str]:
-    """Last night before each change, the one before that, and the first night after."""
-    names = [night.name for night in (*judged.compared_with, judged.night)]
+    """Nights that each change is judged from.
+
+    These are the night on which the earlier level began, the last nights of the same plan before the change, as many as
+    a step of noisy figures and a figure that is gone need, and the first ones after it.
+    """
+    nights = (*judged.compared_with, judged.night)
+    names = [night.name for night in nights]
     for change in changes:
-        place = names.index(change.last)
-        yield from (*names[max(place - 1, 0) : place + 1], change.since)
+        stepped = change.identity.kind in STEPPED
+        last, since = names.index(change.last), names.index(change.since)
+        alike = [night.name for night in nights[: last + 1] if night.plan == nights[last].plan]
+        yield from alike[-(2 * FEWEST_OLD if stepped else OCCASIONS) :]
+        yield from names[since : since + (FEWEST_NEW if stepped else 1)]
+        yield from (change.level,) if change.level else ()

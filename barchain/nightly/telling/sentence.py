@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
 SMALL = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
 MOST_CAUSES = 3
+MOST_SUSPECTS = 3
 NOT_JUDGED = "Nothing was judged: no figure of this night has an earlier one."
 
 
@@ -126,11 +127,10 @@ def cause(change: ChangeEntry) -> str:
         return f"{since}, {change.confirmed.partition(':')[0]}" if change.confirmed else since
     if change.confirmed:
         return f"by real runs {change.confirmed}"
-    if len(change.suspects) == 2:
-        first, second = change.suspects
-        return f"with the suspects {first.name} and {second.name}"
     if change.suspects:
-        return f"with {amount(len(change.suspects))} suspects"
+        names = [suspect.name for suspect in change.suspects]
+        more = len(names) - MOST_SUSPECTS
+        return f"with the suspects {listed([*names[:MOST_SUSPECTS], f'{amount(more)} more'] if more > 0 else names)}"
     return "with unknown cause" if change.unknown else "without a change of any part"
 
 

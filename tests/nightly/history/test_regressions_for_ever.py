@@ -5,13 +5,16 @@ from __future__ import annotations
 import dataclasses
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pytest
 
 from barchain.cli.common.exit_codes import ExitCode
 from barchain.cli.nightly.documents import exit_code
 from barchain.nightly.history.changes.judging import judge_night
 from barchain.nightly.history.changes.model import Direction
-from barchain.nightly.history.judged import accept, accepted, judge
+from barchain.nightly.history.changes.standing import still_holding
+from barchain.nightly.history.faults import HistoryError
+from barchain.nightly.history.judged import accept, accepted, changes_named, judge
 from barchain.nightly.history.model.figures import Figure, FigureKind, FigureUnit, NightPart
 from barchain.nightly.history.pair import judge_pair
 from barchain.nightly.history.series import all_series
@@ -20,7 +23,7 @@ from barchain.nightly.history.store import open_store
 from barchain.nightly.run_facts import NightRun, PartResult, PartState
 from barchain.nightly.telling.facts import night_facts
 from barchain.nightly.telling.needed import needed_nights
-from tests.nightly.history.synthetic import ENVIRONMENT, NAMES, PARTS, error, identity, night, verdict
+from tests.nightly.history.synthetic import ENVIRONMENT, NAMES, PARTS, bits, error, identity, night, ratio, verdict
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -102,7 +105,7 @@ def test_pruning_spares_the_nights_that_a_regression_is_compared_with(store: Nig
     for k in range(20):
         store.add(night(error(1e-9 if k < 5 else 1e-5), verdict(), number=k))
     gone = store.prune(keep=3, spared=needed_nights(store))
-    assert len(gone) == 14
+    assert len(gone) == 13
     assert red(store)
 
 
@@ -173,3 +176,51 @@ def test_a_history_read_without_its_quiet_nights_gives_the_changes_of_the_whole(
     whole = judge_night(all_series(store), store.nights())
     assert {change.id for change in judge(store).changes} == {change.id for change in whole.changes}
     assert len(whole.changes) > 10
+
+
+def test_a_night_with_another_share_of_rounding_is_read_in_a_long_history(store: NightStore) -> None:
+    for k in range(LONG):
+        store.add(night(error(1e-5 if k < 5 else 2e-5, tolerance=1e-12 if k < 5 or k == 8 else 2e-5), number=k))
+    whole = judge_night(all_series(store), store.nights())
+    assert [change.id for change in judge(store).changes] == [change.id for change in whole.changes] != []
+
+
+def test_bits_are_compared_with_the_last_night_of_the_same_parts_however_long_ago(store: NightStore) -> None:
+    newer = (NightPart("engine:mujoco", "3.4.0", "ff"), *PARTS[1:])
+    for k in range(LONG):
+        store.add(night(bits("bb" if k == LONG - 1 else "aa"), number=k, parts=newer if k in {3, LONG - 1} else PARTS))
+    (change,) = judge(store).tonight
+    assert change.irreproducible
+
+
+def test_a_figure_of_two_nights_far_apart_is_judged(store: NightStore) -> None:
+    for k in range(LONG):
+        rare = [error(1e-5, "rare.max")] if k in {0, LONG - 1} else []
+        store.add(night(error(), *rare, number=k))
+    assert judge(store).judged == 2
+
+
+@pytest.mark.parametrize("other", [{"plan": "another"}, {"environment": OTHER_CLASS}])
+def test_what_is_gone_stays_gone_on_another_plan_or_machine(store: NightStore, other: dict[str, object]) -> None:
+    for k in range(12):
+        lost = [error(1e-5, "lost.max")] if k < 4 else []
+        store.add(night(error(), *lost, number=k, **(other if k >= 8 else {})))
+        assert red(store) is (k >= 4)
+
+
+def test_a_recovered_slow_down_holds_no_longer_and_a_step_keeps_its_name(store: NightStore) -> None:
+    random = np.random.default_rng(0)
+    for k in range(90):
+        level = 3.0 if 30 <= k < 60 else 2.0
+        store.add(night(ratio(level * float(np.exp(0.01 * random.standard_normal()))), number=k))
+    nights = [one.name for one in store.nights()]
+    assert len({c.id for name in nights[45:55] for c in judge(store, name).changes}) == 1
+    assert still_holding(judge(store, nights[55]))
+    assert not still_holding(judge(store))
+
+
+def test_a_run_that_is_not_reproducible_is_not_accepted_by_a_pattern(store: NightStore) -> None:
+    store.add(night(bits("aa"), number=0))
+    store.add(night(bits("bb"), number=1))
+    with pytest.raises(HistoryError, match="not reproducible can't be accepted"):
+        changes_named(judge(store), "*")

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
+from barchain.nightly.history.model.figures import FigureKind
 from barchain.nightly.history.model.identity import content_digest
 
 if TYPE_CHECKING:
@@ -56,10 +57,17 @@ class Change:
     """Ends of the factor's 95 % interval, of times and memory"""
     factor_high: float | None = None
     irreproducible: bool = False
+    level: str = ""
+    """Name of the night on which the earlier level began; of levels only"""
 
     @property
     def id(self) -> str:
-        """Name of the change: the same as long as figure, nights and values are."""
+        """Name of the change: the same as long as figure, nights and values are.
+
+        That of a step has figure, night and direction only: the values after a step are other ones on each night.
+        """
+        if self.identity.kind in {FigureKind.RATIO, FigureKind.MEMORY} and not self.now.missing:
+            return content_digest([self.identity, self.since, str(self.direction)])[:ID_DIGITS]
         return content_digest([self.identity, self.last, self.since, self.now.word, self.now.value])[:ID_DIGITS]
 
 
