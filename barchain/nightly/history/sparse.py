@@ -29,7 +29,8 @@ if TYPE_CHECKING:
 
 DENSE_NIGHTS = 16
 """Last nights of which every figure is read: two turns of parts that divide their scenes among a week, and two more"""
-JUDGED = ("value", "word_id", "tolerance", "low", "high")
+VARYING = ("value", "word_id", "tolerance")
+JUDGED = (*VARYING, "low", "high")
 """Columns that the rules look at"""
 MOST_PLACES = 5000
 """Figures that one query reads by series and night"""
@@ -57,10 +58,13 @@ def load_levels(
 
 
 def moved(connection: Connection, kinds: Collection[FigureKind]) -> set[int]:
-    """Numbers of the series that are not the same on all nights of the store, whether a night is judged or not."""
+    """Numbers of the series that are not the same on all nights of the store, whether a night is judged or not.
+
+    The interval of a number hardly varies without the number: only results and shares of rounding are looked at.
+    """
     absent = sa.and_(figures.c.value.is_(None), figures.c.word_id.is_(None))
     missing = sa.func.sum(sa.case((absent, 1), else_=0))
-    varying = [sa.func.min(figures.c[name]) != sa.func.max(figures.c[name]) for name in JUDGED]
+    varying = [sa.func.min(figures.c[name]) != sa.func.max(figures.c[name]) for name in VARYING]
     query = sa.select(figures.c.series_id).group_by(figures.c.series_id)
     query = query.having(sa.or_(*varying, sa.and_(missing > 0, missing < sa.func.count()), partly_known()))
     return set(connection.execute(query).scalars()) & of_kinds(connection, kinds)
