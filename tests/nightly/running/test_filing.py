@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 import json
 import shutil
+import time
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -207,8 +208,9 @@ def test_a_clock_that_was_in_the_future_once_stops_no_turns_and_is_told(plan: Ni
         future = replace(night(error()), started=ahead, plan=plan.identity)
         store.add(future, run=replace(one_night_run(plan), turn=7))
     notes: list[str] = []
-    turns = [one_night(plan, tmp_path, notes).run.turn for _ in range(2)]
-    assert turns == [8, 9]
+    first = one_night(plan, tmp_path, notes).run.turn
+    time.sleep(1.1)  # nights of one second with the same content are one night
+    assert (first, one_night(plan, tmp_path, notes).run.turn) == (8, 9)
     said = f"history: a night starts later than now, e.g. {future.name}; a clock was or is wrong"
     assert notes == [said, said]
     with open_store(str(tmp_path / "history.sqlite")) as store:
