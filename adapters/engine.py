@@ -91,8 +91,13 @@ def check_number(name: str, value: object) -> None:
     SettingError
         With the given value.
     """
-    if not isinstance(value, numbers.Real) or isinstance(value, bool):
+    if not is_number(value):
         raise SettingError(f"{name}={shorten(value)} given, allowed: a number")
+
+
+def is_number(value: object) -> bool:
+    """Whether a value is a real number; True and False are not."""
+    return isinstance(value, numbers.Real) and not isinstance(value, bool)
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,8 @@ ENTRY_POINT_GROUP = "barchain.engines"  # for third parties; barchain's own engi
 
 SAFE_NAME = r"[A-Za-z0-9][A-Za-z0-9_-]{0,59}"
 TARGET = r"[A-Za-z_][\w.]*:[A-Za-z_]\w*"
+PACKAGES = ("barchain", "adapters", "reference_impl", "scenarios", "reports")
+"""Top-level packages of barchain"""
 RESERVED = frozenset({
     "solution", "solution-check", "solution-dense", "perturbed-start", "close-start", "amplification",
 })  # fmt: skip

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from scenarios.plural import plural
+
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
@@ -165,11 +167,6 @@ class Trajectory:
         """Some of the samples, in every array, as a trajectory."""
         arrays = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
         return self.replace(**{name: v[rows] for name, v in arrays.items() if isinstance(v, np.ndarray)})
-
-
-def plural(count: int, noun: str) -> str:
-    """``1 bar``, ``5 bars``."""
-    return f"{count} {noun}{'' if count == 1 else 's'}"
 
 
 def to_frame(trajectory: Trajectory) -> pd.DataFrame:

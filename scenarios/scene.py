@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from scenarios.display import html
 from scenarios.effect_types import Effects, Gravity
+from scenarios.plural import plural
 from scenarios.text import check_scene_name
 
 Array = NDArray[np.float64]
@@ -178,12 +179,11 @@ class Scene:
 
     def __repr__(self) -> str:
         """Name, size, duration and effects in one line; all values would fill a screen."""
-        bars = f"{self.bars} bar{'' if self.bars == 1 else 's'}"
         orbits = f"{self.run.duration_s / self.period_s:.4g}"
         lasts = f"{self.run.duration_s:.6g} s ({orbits} orbit{'' if orbits == '1' else 's'})"
         others = sorted({name.partition(".")[0] for name in self.effects.names} - {"gravity"})
         effects = ", ".join([f"gravity {self.effects.gravity}", *others])
-        return f"<Scene {self.name}: {bars}, {lasts}, {self.run.samples} samples; {effects}>"
+        return f"<Scene {self.name}: {plural(self.bars, 'bar')}, {lasts}, {self.run.samples} samples; {effects}>"
 
     def _repr_html_(self) -> str | None:
         """Picture and physics for a notebook; None, so the text alone, before any public name of barchain is used."""

@@ -26,6 +26,7 @@ from reports.tables.crossval import ALL_SCENES, FILES, JUDGING_SOLUTION, is_engi
 from reports.tables.outcome import Outcome
 from scenarios import Scene, load_scene
 from scenarios.display import html
+from scenarios.plural import plural
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -83,8 +84,7 @@ class ComparisonResult:
     def __repr__(self) -> str:
         """Size, verdict and number of each outcome in one line; :meth:`to_frame` has the table."""
         table = self.to_frame()
-        words = zip(table.shape, ("scene", "engine"), strict=True)
-        size = ", ".join(f"{n} {word}{'' if n == 1 else 's'}" for n, word in words)
+        size = ", ".join(map(plural, table.shape, ("scene", "engine")))
         counts = Counter(cell for cell in table.to_numpy().flat if cell)
         found = ", ".join(f"{n} {word}" for word, n in counts.most_common()) or "nothing compared"
         return f"<ComparisonResult of {size}: {'passed' if self.passed else 'not passed'}; {found}>"

@@ -12,12 +12,10 @@ from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from adapters.registry import RESERVED, engines, printable
+from adapters.registry import PACKAGES, RESERVED, engines, printable
 
 NAME = r"[A-Za-z0-9](?:[A-Za-z0-9_-]{0,38}[A-Za-z0-9])?"
 """Form of an engine's name: that of the registry, shortened by what distribution and module add to it"""
-PACKAGES = frozenset({"adapters", "barchain", "reference_impl", "reports", "scenarios"})
-"""Packages of barchain, which tracebacks and tables would not tell from an engine of their name"""
 OPEN_FOLDER = 0o755  # a temporary folder is closed to others, a package is not
 
 

@@ -8,6 +8,7 @@ import os
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from adapters.engine import is_number
 from adapters.registry import engines, find_engine
 from barchain.run.settings import SettingError
 from scenarios import Scene, scene_names
@@ -156,8 +157,3 @@ def check_callable(name: str, given: Any, arguments: str) -> None:
     """
     if given is not None and not callable(given):
         raise wrong(name, given, f"a function of {arguments}, or None")
-
-
-def is_number(given: object) -> bool:
-    """Whether a value is a real number; True and False are not."""
-    return isinstance(given, numbers.Real) and not isinstance(given, bool)

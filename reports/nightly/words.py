@@ -38,7 +38,7 @@ def change_rows(changes: Iterable[ChangeEntry]) -> list[ChangeRow]:
     """Rows of the table of changes."""
     return [
         ChangeRow(
-            change, shortened(change, change.was), shortened(change, change.became),
+            change, shortened(change.kind, change.was), shortened(change.kind, change.became),
             SIGNS[change.direction], "aside" if change.accepted else CLASSES[change.direction],
             factor_words(change), suspect_words(change), change.confirmed or "not tried",
             acceptance_words(change.accepted),
@@ -91,9 +91,9 @@ def by_cause(rows: Iterable[ChangeRow]) -> list[CauseGroup]:
     return [CauseGroup(*key, tuple(own)) for key, own in found.items()]
 
 
-def shortened(change: ChangeEntry, result: str) -> str:
+def shortened(kind: str, result: str) -> str:
     """Result as a table shows it: of a digest the first digits, as of suspects."""
-    return result[:DIGITS] if change.kind == "bits" else result
+    return result[:DIGITS] if kind == "bits" else result
 
 
 def factor_words(change: ChangeEntry) -> str:

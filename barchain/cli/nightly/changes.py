@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 HEADINGS = ("change", "figure", "was", "is", "direction", "since", "suspects", "accepted")
 UNKNOWN_USER = "unknown"
-DIGITS = 8
 
 
 @click.command("changes")
@@ -85,7 +84,9 @@ def accept_change(
 
 def in_columns(row: dict[str, Any]) -> tuple[str, ...]:
     """Values of a change in the columns of the list; of a digest the first digits, as of suspects."""
-    short = row | ({"was": row["was"][:DIGITS], "is": row["is"][:DIGITS]} if row["kind"] == "bits" else {})
+    from reports.nightly.words import shortened  # noqa: PLC0415
+
+    short = row | {name: shortened(row["kind"], row[name]) for name in ("was", "is")}
     return tuple(str(short[name]) for name in ("id", *HEADINGS[1:]))
 
 

@@ -126,7 +126,7 @@ class GivenResult:
         return all(bool(np.isfinite(v).all()) for v in channels_of(self.given).values())
 
     def at(self, rows: NDArray[np.intp]) -> GivenResult:
-        """The same at some samples."""
+        """Result at some samples."""
         tolerance = {name: values[rows] for name, values in self.tolerance.items()}
         right = self.right_tolerance and {name: values[rows] for name, values in self.right_tolerance.items()}
         given, motion = self.given.samples(rows), self.right.samples(rows)

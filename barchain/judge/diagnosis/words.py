@@ -64,7 +64,7 @@ def diagnosis_words(
 
 
 def nearest_words(wrong: tuple[WrongQuantity, ...], nearest: Explanation) -> str:
-    """What the nearest explanation leaves, and its name if it makes the difference far smaller."""
+    """Residual of the nearest explanation, and its name if it makes the difference far smaller."""
     left = remainder(nearest)
     without = max((w.difference / w.size for w in wrong if w.size > 0.0), default=0.0)
     if nearest.fit.relative_error > NEAR * without:

@@ -15,11 +15,11 @@ from barchain.nightly.attribution.cells import REPEATS, CellPlace, CellRunner, c
 from barchain.nightly.attribution.search import EndsError, bisect
 from barchain.nightly.attribution.swaps import NightTrees, pins_of, swaps_of
 from barchain.nightly.environments.sources import commit_tree
-from barchain.nightly.history.changes.judging import STEPPED
 from barchain.nightly.history.changes.model import result_words
 from barchain.nightly.history.changes.suspects import differing
 from barchain.nightly.history.faults import HistoryError
 from barchain.nightly.history.model.environment import capture
+from barchain.nightly.history.model.figures import STEPPED
 from barchain.nightly.releases.index import releases_of
 from barchain.studies.study import ignore
 from scenarios.nearest import nearest

@@ -11,8 +11,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from adapters.registry import PACKAGES
 from barchain.nightly.environments.faults import PinnedEnvironmentError
-from barchain.nightly.history.model.parts import PACKAGES
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import sqlalchemy as sa
 
 from barchain.nightly.history.changes.accepted import Acceptance, acceptance_of, accepting
-from barchain.nightly.history.changes.judging import STEPPED, comparable, judge_night, same_class
+from barchain.nightly.history.changes.judging import comparable, judge_night, same_class
 from barchain.nightly.history.changes.model import Direction
 from barchain.nightly.history.changes.standing import still_holding
 from barchain.nightly.history.changes.times import FALSE_ALARMS, WINDOW
 from barchain.nightly.history.faults import HistoryError
-from barchain.nightly.history.model.figures import FigureKind
+from barchain.nightly.history.model.figures import STEPPED, FigureKind
 from barchain.nightly.history.presence import StoredPresence
 from barchain.nightly.history.series import load
 from barchain.nightly.history.sparse import load_gone, load_levels

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from barchain.nightly.history.changes.judging import STEPPED, JudgedNight, judge_night
+from barchain.nightly.history.changes.judging import JudgedNight, judge_night
 from barchain.nightly.history.changes.model import Change, Direction
 from barchain.nightly.history.changes.vanished import SAMPLED
-from barchain.nightly.history.model.figures import Figure
+from barchain.nightly.history.model.figures import STEPPED, Figure
 from barchain.nightly.history.model.series_model import FigureSeries, NightSummary
 
 if TYPE_CHECKING:

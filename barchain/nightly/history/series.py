@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
     from pathlib import Path
 
-    from sqlalchemy import ColumnElement, Select
+    from sqlalchemy import ColumnElement, Connection, Select
 
     from barchain.nightly.history.model.figures import Figure, FigureIdentity, FigureKind
     from barchain.nightly.history.model.series_model import NightSummary
@@ -72,12 +72,20 @@ def load(
         chosen &= figures.c.series_id.in_(numbers)
     with told(store.given), store.engine.connect() as connection:
         if kinds:
-            chosen &= series.c.kind.in_([str(kind) for kind in kinds])
-            own = connection.execute(sa.select(series.c.id).where(series.c.kind.in_([str(k) for k in kinds]))).scalars()
-            few = list(itertools.islice(own, FEW + 1))
-            if len(few) <= FEW:  # figures lie in the order of series: a few series are found at once
-                chosen &= figures.c.series_id.in_(few)
+            own = of_kinds(connection, kinds)
+            few = len(own) <= FEW  # figures lie in the order of series: a few series are found at once
+            chosen &= figures.c.series_id.in_(own) if few else series.c.kind.in_(names_of(kinds))
         return ordered(read_figures(connection, chosen), known, order)
+
+
+def of_kinds(connection: Connection, kinds: Collection[FigureKind]) -> set[int]:
+    """Numbers of the series of some kinds."""
+    return set(connection.execute(sa.select(series.c.id).where(series.c.kind.in_(names_of(kinds)))).scalars())
+
+
+def names_of(kinds: Collection[FigureKind]) -> list[str]:
+    """Names of kinds, as they are stored."""
+    return [str(kind) for kind in kinds]
 
 
 def ordered(
@@ -105,7 +113,7 @@ def positive_values(
     query = (
         sa.select(figures.c.series_id, figures.c.night_id, figures.c.value)
         .join(series)
-        .where(figures.c.night_id.in_(numbers), figures.c.value > 0.0, series.c.kind.in_([str(k) for k in kinds]))
+        .where(figures.c.night_id.in_(numbers), figures.c.value > 0.0, series.c.kind.in_(names_of(kinds)))
         .order_by(figures.c.series_id, figures.c.night_id)
     )
     with told(store.given), store.engine.connect() as connection:

@@ -13,13 +13,14 @@ from typing import TYPE_CHECKING, Any
 import sqlalchemy as sa
 
 from barchain.nightly.history.model.figures import FigureKind
-from barchain.nightly.history.series import load, ordered
+from barchain.nightly.history.series import load, of_kinds, ordered
 from barchain.nightly.history.storage.connection import told
 from barchain.nightly.history.storage.rows import read_figures
-from barchain.nightly.history.storage.tables import figures, nights, series
+from barchain.nightly.history.storage.tables import figures, nights
+from barchain.nightly.history.storage.vocabulary import pieces
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Sequence
+    from collections.abc import Collection, Iterable, Sequence
 
     from sqlalchemy import ColumnElement, Connection, Label
 
@@ -32,6 +33,8 @@ DENSE_NIGHTS = 16
 VARYING = ("value", "word_id", "tolerance")
 JUDGED = (*VARYING, "low", "high")
 """Columns that the rules look at"""
+FEWEST = 2
+"""Dense nights of a figure from which on its earlier ones are not needed, if nothing moved"""
 MOST_PLACES = 5000
 """Figures that one query reads by series and night"""
 
@@ -45,53 +48,41 @@ def load_levels(
         return recent
     here = {night.number for night in known[-dense:]}
     with told(store.given), store.engine.connect() as connection:
-        changed = moved(connection, kinds)
-        once = {s.id for s in counted(connection, here) if s.nights == 1}
-        absent = of_kinds(connection, kinds) - {s.id for s in counted(connection, here)}
-        places = turning(connection, known, changed | absent | (once & of_kinds(connection, kinds)))
-        places |= every_place(connection, known, changed & of_kinds(connection, [FigureKind.BITS]))
-        found = [entry for chunk in chunks(sorted(places)) for entry in figures_at(connection, chunk)]
+        every, there = of_kinds(connection, kinds), nights_of_series(connection, here)
+        changed = moved(connection) & every
+        rare = {number for number in every if there.get(number, 0) < FEWEST}
+        places = turning(connection, known, changed | rare)
+        places |= places_of(connection, known, changed & of_kinds(connection, [FigureKind.BITS]))
+        found = figures_at(connection, places)
     own = [(number, figure) for number, figure in found if number not in here]
     for one in recent:
         own += [(night.number, figure) for night, figure in zip(one.nights, one.figures, strict=True)]
     return ordered(own, known, {night.number: k for k, night in enumerate(known)})
 
 
-def moved(connection: Connection, kinds: Collection[FigureKind]) -> set[int]:
+def moved(connection: Connection) -> set[int]:
     """Numbers of the series that are not the same on all nights of the store, whether a night is judged or not.
 
     The interval of a number hardly varies without the number: only results and shares of rounding are looked at.
     """
     absent = sa.and_(figures.c.value.is_(None), figures.c.word_id.is_(None))
-    missing = sa.func.sum(sa.case((absent, 1), else_=0))
+    missing, rounded = sa.func.sum(sa.case((absent, 1), else_=0)), sa.func.count(figures.c.tolerance)
     varying = [sa.func.min(figures.c[name]) != sa.func.max(figures.c[name]) for name in VARYING]
-    query = sa.select(figures.c.series_id).group_by(figures.c.series_id)
-    query = query.having(sa.or_(*varying, sa.and_(missing > 0, missing < sa.func.count()), partly_known()))
-    return set(connection.execute(query).scalars()) & of_kinds(connection, kinds)
+    partly = [sa.and_(number > 0, number < sa.func.count()) for number in (missing, rounded)]
+    query = sa.select(figures.c.series_id).group_by(figures.c.series_id).having(sa.or_(*varying, *partly))
+    return set(connection.execute(query).scalars())
 
 
-def of_kinds(connection: Connection, kinds: Collection[FigureKind]) -> set[int]:
-    """Numbers of the series of some kinds."""
-    return set(connection.execute(sa.select(series.c.id).where(series.c.kind.in_([str(k) for k in kinds]))).scalars())
+def nights_of_series(connection: Connection, numbers: Collection[int]) -> dict[int, int]:
+    """Number of nights, of some nights, by the number of the series that they have."""
+    query = sa.select(figures.c.series_id, sa.func.count().label("nights")).where(figures.c.night_id.in_(numbers))
+    return {row.series_id: row.nights for row in connection.execute(query.group_by(figures.c.series_id))}
 
 
-def partly_known() -> ColumnElement[bool]:
-    """Condition on a group of figures that some have a share of rounding and others have none."""
-    known = sa.func.count(figures.c.tolerance)
-    return sa.and_(known > 0, known < sa.func.count())
-
-
-def counted(connection: Connection, numbers: Collection[int]) -> Sequence[Any]:
-    """Series that some nights have, ``id``, each with the number of these nights, ``nights``."""
-    query = sa.select(figures.c.series_id.label("id"), sa.func.count().label("nights"))
-    return connection.execute(query.where(figures.c.night_id.in_(numbers)).group_by(figures.c.series_id)).all()
-
-
-def every_place(connection: Connection, known: Sequence[NightSummary], wanted: Collection[int]) -> set[tuple[int, int]]:
-    """Series and night of each figure: of bits, which are compared with the last night of the same parts."""
-    query = sa.select(figures.c.series_id, figures.c.night_id)
-    chosen = among(known_numbers(known), figures.c.night_id), among(wanted, figures.c.series_id)
-    return {(r.series_id, r.night_id) for r in connection.execute(query.where(*chosen))}
+def places_of(connection: Connection, known: Sequence[NightSummary], wanted: Collection[int]) -> set[tuple[int, int]]:
+    """Series and night of each figure of some series."""
+    query = sa.select(figures.c.series_id, figures.c.night_id).where(of_series_on(known, wanted))
+    return {(r.series_id, r.night_id) for r in connection.execute(query)}
 
 
 def load_gone(
@@ -100,12 +91,12 @@ def load_gone(
     """Last figures of the series that the `recent` ones of some nights lack."""
     here = {night.number for night in recent}
     with told(store.given), store.engine.connect() as connection:
-        absent = of_kinds(connection, kinds) - {s.id for s in counted(connection, here)}
+        absent = of_kinds(connection, kinds) - set(nights_of_series(connection, here))
         place = {night.number: k for k, night in enumerate(known)}
         last: dict[int, int] = {}
-        for number, night in every_place(connection, known, absent):
+        for number, night in places_of(connection, known, absent):
             last[number] = max(last.get(number, night), night, key=place.__getitem__)
-        found = [entry for chunk in chunks(sorted(last.items())) for entry in figures_at(connection, chunk)]
+        found = figures_at(connection, last.items())
     return ordered(found, known, place)
 
 
@@ -118,24 +109,20 @@ def turning(connection: Connection, known: Sequence[NightSummary], wanted: Colle
     in_order = all(a.number < b.number for a, b in itertools.pairwise(known))
     order = (figures.c.night_id,) if in_order else (nights.c.started, nights.c.id)
 
-    def lag(name: str) -> Label[Any]:
-        """Value of a column in the row before."""
-        return sa.func.lag(figures.c[name]).over(partition_by=figures.c.series_id, order_by=order).label(f"lag_{name}")
-
-    def lead(name: str) -> Label[Any]:
-        """Value of a column in the row after."""
-        return (
-            sa.func.lead(figures.c[name]).over(partition_by=figures.c.series_id, order_by=order).label(f"lead_{name}")
-        )
+    def beside(which: str, name: str) -> Label[Any]:
+        """Value of a column in the row before (``lag``) or after (``lead``)."""
+        row = getattr(sa.func, which)(figures.c[name]).over(partition_by=figures.c.series_id, order_by=order)
+        value: Label[Any] = row.label(f"{which}_{name}")
+        return value
 
     source = figures if in_order else figures.join(nights, figures.c.night_id == nights.c.id)
     every = (
         sa.select(
             figures.c.series_id, figures.c.night_id, *(figures.c[name] for name in JUDGED),
-            *(lag(name) for name in ("night_id", *JUDGED)), lead("night_id"),
+            *(beside("lag", name) for name in ("night_id", *JUDGED)), beside("lead", "night_id"),
         )
         .select_from(source)
-        .where(among(known_numbers(known), figures.c.night_id), among(wanted, figures.c.series_id))
+        .where(of_series_on(known, wanted))
         .subquery()
     )  # fmt: skip
     c = every.c
@@ -149,23 +136,21 @@ def turning(connection: Connection, known: Sequence[NightSummary], wanted: Colle
     return {(r.series_id, night) for r in rows for night in (r.night_id, r.lag_night_id) if night is not None}
 
 
-def figures_at(connection: Connection, places: Sequence[tuple[int, int]]) -> list[tuple[int, Figure]]:
-    """Figures of some series and nights."""
-    return read_figures(connection, sa.tuple_(figures.c.series_id, figures.c.night_id).in_(places))
+def figures_at(connection: Connection, places: Iterable[tuple[int, int]]) -> list[tuple[int, Figure]]:
+    """Figures of some series and nights, each with the number of its night."""
+    place = sa.tuple_(figures.c.series_id, figures.c.night_id)
+    return [one for some in pieces(sorted(places), MOST_PLACES) for one in read_figures(connection, place.in_(some))]
 
 
-def chunks(places: Sequence[tuple[int, int]]) -> Iterator[Sequence[tuple[int, int]]]:
-    """Pieces that a query takes: databases limit the number of parameters."""
-    for begin in range(0, len(places), MOST_PLACES):
-        yield places[begin : begin + MOST_PLACES]
-
-
-def known_numbers(known: Sequence[NightSummary]) -> list[int]:
-    """Numbers of nights."""
-    return [night.number for night in known]
+def of_series_on(known: Sequence[NightSummary], wanted: Collection[int]) -> ColumnElement[bool]:
+    """Condition that a figure is of some series and some nights."""
+    return sa.and_(among([night.number for night in known], figures.c.night_id), among(wanted, figures.c.series_id))
 
 
 def among(numbers: Collection[int], column: ColumnElement[int]) -> ColumnElement[bool]:
-    """Condition that a column has one of some numbers, which stand in the text of the query."""
+    """Condition that a column has one of some numbers.
+
+    They stand in the text of the query: databases limit the number of parameters.
+    """
     wanted: sa.BindParameter[Sequence[int]] = sa.bindparam(None, sorted(numbers), expanding=True, literal_execute=True)
     return column.in_(wanted)

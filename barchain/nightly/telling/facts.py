@@ -12,7 +12,7 @@ from barchain.nightly.history.changes.accepted import accepting
 from barchain.nightly.history.changes.model import result_words
 from barchain.nightly.history.changes.standing import still_holding
 from barchain.nightly.history.changes.suspects import state_words, suspicion
-from barchain.nightly.history.model.figures import FigureKind
+from barchain.nightly.history.model.figures import STEPPED, FigureKind
 from barchain.nightly.telling.sentence import opening
 from reports.tables.nights.facts import (
     AcceptanceEntry,
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 VERSIONED = ("engine:", "library:", "python")
 COMPARISON_VERDICT = "verdict"
-OWN = frozenset({FigureKind.BITS, FigureKind.RATIO, FigureKind.MEMORY})
+OWN = STEPPED | {FigureKind.BITS}
 """Kinds whose changes are attributed by themselves"""
 
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import datetime
 from typing import TYPE_CHECKING
 
-from barchain.nightly.history.changes.accepted import STEPPED, accepting
+from barchain.nightly.history.changes.accepted import accepting
 from barchain.nightly.history.changes.model import Direction
 from barchain.nightly.history.changes.rank_test import FEWEST_NEW, FEWEST_OLD
 from barchain.nightly.history.changes.standing import still_holding
 from barchain.nightly.history.changes.vanished import OCCASIONS
 from barchain.nightly.history.judged import accepted, judge
+from barchain.nightly.history.model.figures import STEPPED
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING
 
+from scenarios.plural import plural
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -137,7 +139,7 @@ def cause(change: ChangeEntry) -> str:
 def amount(count: int, noun: str = "") -> str:
     """``three figures``: numbers up to twelve in words."""
     number = SMALL[count] if count < len(SMALL) else f"{count}"
-    return f"{number} {noun}{'' if count == 1 else 's'}" if noun else number
+    return plural(count, noun, number) if noun else number
 
 
 def listed(words: Sequence[str]) -> str:

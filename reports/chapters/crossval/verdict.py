@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from reports.tables.outcome import Outcome
 from reports.text.numerals import significant
 from reports.text.words import joined
+from scenarios.plural import plural
 
 if TYPE_CHECKING:
     from reports.chapters.crossval.summary import QuantityRow, RunCell, Summary
@@ -83,11 +84,11 @@ def headline(summary: Summary, failed: tuple[RunCell, ...], gaps: list[str]) -> 
     so_far = "" if summary.finished else " so far"
     if failed:
         also = f", and {unsolved}" if unsolved else ""
-        return f"{len(failed)} of {count(len(judged), 'comparison')} failed{so_far}{also}."
+        return f"{len(failed)} of {plural(len(judged), 'comparison')} failed{so_far}{also}."
     but = f", but {' and '.join(gaps)}" if gaps else ""
     if len(judged) == 1:
         return f"The one comparison passed{so_far}{but}."
-    return f"All {count(len(judged), 'comparison')} passed{so_far}{but}."
+    return f"All {plural(len(judged), 'comparison')} passed{so_far}{but}."
 
 
 def counts(summary: Summary, failures: tuple[RunCell, ...]) -> str:
@@ -103,8 +104,8 @@ def counts(summary: Summary, failures: tuple[RunCell, ...]) -> str:
     parts += [f"{len(reported)} {be(reported)} reported without a criterion"] if reported else []
     not_run = cells - len(summary.all)
     parts += [f"{not_run} {'was' if not_run == 1 else 'were'} not run"] if not_run else []
-    scenes, engines = count(len(summary.scenes), "scene"), count(len(summary.engines), "engine")
-    return f"Of {scenes} times {engines} ({count(cells, 'run')}), {', '.join(parts[:-1])} and {parts[-1]}."
+    scenes, engines = plural(len(summary.scenes), "scene"), plural(len(summary.engines), "engine")
+    return f"Of {scenes} times {engines} ({plural(cells, 'run')}), {', '.join(parts[:-1])} and {parts[-1]}."
 
 
 def independent_words(summary: Summary, passed: list[RunCell]) -> str:
@@ -177,11 +178,6 @@ def failure_words(cell: RunCell) -> str:
     if cell.outcome is Outcome.EXCEEDS_BOUND and row.bound is not None:
         return f"{row.name}: {significant(row.largest)} {row.unit_words}, bound {significant(row.bound)}"
     return cell.outcome.advice
-
-
-def count(n: int, noun: str) -> str:
-    """``1 scene``, ``2 scenes``."""
-    return f"{n} {noun}{'' if n == 1 else 's'}"
 
 
 def be(cells: list[RunCell]) -> str:

@@ -8,8 +8,9 @@ import numpy as np
 
 from reports.chapters.roundoff.run_charts import METHODS
 from reports.chapters.roundoff.series import ABSOLUTE, DOUBLE, LOST, RELATIVE, SINGLE, exponents_text, fit_of, law_of
-from reports.chapters.roundoff.words import between, counted, exponent_words, listed, size, spelled, unit_text
+from reports.chapters.roundoff.words import between, exponent_words, listed, size, spelled, unit_text
 from reports.tables.files import flags
+from scenarios.plural import plural
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -30,7 +31,7 @@ def orbit_sentences(study: RoundoffData) -> tuple[str, ...]:
     words = f" ({unit_text(law)} by {METHODS.get(method, method)}; {exponent_words(law)})" if law else ""
     said = (f"The smallest error of the attitude over an orbit{on} in double precision is "
             f"{at_ends(study, in_absolute)} in absolute coordinates{words}, and {bounded(in_relative)} in relative "
-            f"ones at each of {counted(len(in_relative), 'size')}.")  # fmt: skip
+            f"ones at each of {plural(len(in_relative), 'size')}.")  # fmt: skip
     return (said, *optimum_sentences(study), *single_orbit_sentences(study))
 
 

@@ -27,7 +27,6 @@ from reports.chapters.roundoff.series import (
 )  # fmt: skip
 from reports.chapters.roundoff.words import (
     between,
-    counted,
     digits_between,
     exponent_words,
     length,
@@ -37,6 +36,7 @@ from reports.chapters.roundoff.words import (
     unit_text,
 )
 from reports.text.record import is_complete
+from scenarios.plural import plural
 
 if TYPE_CHECKING:
     from collections.abc import Hashable
@@ -201,7 +201,7 @@ def shared_loss(study: RoundoffData, key: Key, what: str) -> tuple[str, ...]:
     in_relative, in_absolute = (study.error(k, longest) for k in (key, other(key, formulation=ABSOLUTE)))
     if in_relative is None or in_absolute is None or law.constant < COSTLY * plain.constant:
         return ()
-    lost = counted(round(math.log10(law.constant / plain.constant)), "digit")
+    lost = plural(round(math.log10(law.constant / plain.constant)), "digit")
     here = f"for bars of {size(study, longest)}"
     if in_absolute.median > ALIKE * in_relative.median:
         return (f"{what} cost {lost} in relative coordinates ({unit_text(law)}), and more in absolute ones: "

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from reports.text.numerals import as_given, prefixed, typed, typographic
 from reports.text.ratios import short
+from scenarios.plural import plural
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -64,15 +65,10 @@ def between(values: Sequence[float], digits: int = 2) -> str:
 def exponent_words(law: ErrorLaw) -> str:
     """Fitted exponent beside the theoretical one."""
     if law.exponent is None:
-        return f"from {counted(law.points, 'size')}, too few for a slope"
+        return f"from {plural(law.points, 'size')}, too few for a slope"
     expected = as_given(law.expected).replace("-", "\N{MINUS SIGN}")
     fitted = law.text.replace("(", "[").replace(")", "]")
     return f"exponent {fitted}, {'not the ' if law.off else 'theory '}{expected}{' of theory' if law.off else ''}"
-
-
-def counted(number: int, thing: str) -> str:
-    """``1 size``, ``3 sizes``."""
-    return f"{number} {thing}{'s' * (number != 1)}"
 
 
 def digits_between(values: Sequence[float]) -> str:

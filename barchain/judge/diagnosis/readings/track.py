@@ -79,36 +79,17 @@ def unweighted_centre(scene: Scene, right: Trajectory) -> tuple[Array, Array]:
     return place.mean(axis=1), velocity.mean(axis=1)
 
 
-def position_of_point(point: Point) -> ReadingChange:
-    """Positions of another point than the centre of mass; velocities of the centre of mass."""
+def of_point(point: Point, *, position: bool = True, velocity: bool = True) -> ReadingChange:
+    """Positions, velocities, or both, of another point than the centre of mass."""
 
     def read(scene: Scene, right: Trajectory) -> Trajectory:
         if right.angle_rad is None or right.rate_rad_s is None:
             return right
-        return right.replace(com_m=point(scene, right)[0])
-
-    return read
-
-
-def velocity_of_point(point: Point) -> ReadingChange:
-    """Velocities of another point than the centre of mass; positions of the centre of mass."""
-
-    def read(scene: Scene, right: Trajectory) -> Trajectory:
-        if right.angle_rad is None or right.rate_rad_s is None:
-            return right
-        return right.replace(com_velocity_m_s=point(scene, right)[1])
-
-    return read
-
-
-def of_point(point: Point) -> ReadingChange:
-    """Track of another point than the centre of mass."""
-
-    def read(scene: Scene, right: Trajectory) -> Trajectory:
-        if right.angle_rad is None or right.rate_rad_s is None:
-            return right
-        place, velocity = point(scene, right)
-        return right.replace(com_m=place, com_velocity_m_s=velocity)
+        com_m, com_velocity_m_s = point(scene, right)
+        return right.replace(
+            com_m=com_m if position else right.com_m,
+            com_velocity_m_s=com_velocity_m_s if velocity else right.com_velocity_m_s,
+        )
 
     return read
 
@@ -152,14 +133,14 @@ MISTAKES = (
     *(
         ReadingMistake(
             f"position-of-{name}", f"the positions alone are those of {what}", "centre-of-mass",
-            position_of_point(point),
+            of_point(point, velocity=False),
         )
         for name, what, point in POINTS
     ),
     *(
         ReadingMistake(
             f"velocity-of-{name}", f"the velocities alone are those of {what}", "centre-of-mass",
-            velocity_of_point(point),
+            of_point(point, position=False),
         )
         for name, what, point in POINTS
     ),

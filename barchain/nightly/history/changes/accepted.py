@@ -10,7 +10,7 @@ from barchain.nightly.history.changes.levels import compared
 from barchain.nightly.history.changes.model import Direction, result_words
 from barchain.nightly.history.changes.steps import LEAST_EFFECT
 from barchain.nightly.history.model.checked_text import FigureError, need_text
-from barchain.nightly.history.model.figures import FigureKind
+from barchain.nightly.history.model.figures import STEPPED, FigureKind
 from barchain.nightly.history.model.identity import content_digest
 
 if TYPE_CHECKING:
@@ -19,9 +19,6 @@ if TYPE_CHECKING:
 
     from barchain.nightly.history.changes.model import Change
     from barchain.nightly.history.model.figures import Figure
-
-STEPPED = frozenset({FigureKind.RATIO, FigureKind.MEMORY})
-"""Kinds whose changes are steps of noisy levels"""
 
 
 @dataclass(frozen=True)

@@ -10,15 +10,13 @@ from barchain.nightly.history.changes.levels import RULES, level_changes, same_c
 from barchain.nightly.history.changes.model import Change, Direction
 from barchain.nightly.history.changes.times import FALSE_ALARMS, time_changes
 from barchain.nightly.history.changes.vanished import vanished
-from barchain.nightly.history.model.figures import FigureKind
+from barchain.nightly.history.model.figures import STEPPED
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from barchain.nightly.history.changes.vanished import Presence
     from barchain.nightly.history.model.series_model import FigureSeries, NightSummary
-
-STEPPED = (FigureKind.RATIO, FigureKind.MEMORY)
 
 
 @dataclass(frozen=True)
@@ -90,18 +88,19 @@ def judge_night(
     changes = sorted([*settled, *stepped, *gone], key=lambda c: (not c.irreproducible, c.since))
     steps = {change.id for change in stepped}
     new = [c for c in changes if c.since == tonight.name and c.id not in steps]
-    judged = JudgedNight(
+    return JudgedNight(
         tonight, tuple(kept[:-1]), tuple(changes), (*new, *fresh),
         tuple(c for one in current if one.identity.kind in RULES for c in same_changes(one)),
         sum(len(one.nights) > 1 for one in current) + sum(c.since == tonight.name for c in gone),
-        sum(len(one.nights) == 1 for one in current),
+        sum(len(one.nights) == 1 for one in current), left_out(own, kept),
     )  # fmt: skip
-    return replace(judged, left_out=left_out(own, kept[-2].number)) if judged.replanned else judged
 
 
-def left_out(series: Sequence[FigureSeries], before: int) -> int:
-    """Number of figures that a night had last."""
-    return sum(one.nights[-1].number == before for one in series)
+def left_out(series: Sequence[FigureSeries], nights: Sequence[NightSummary]) -> int:
+    """Number of figures that the night before had last, if it had another plan than the last one."""
+    if len(nights) < 2 or nights[-2].plan == nights[-1].plan:
+        return 0
+    return sum(one.nights[-1].number == nights[-2].number for one in series)
 
 
 def comparable(nights: Sequence[NightSummary]) -> list[NightSummary]:

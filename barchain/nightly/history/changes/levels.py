@@ -49,33 +49,31 @@ def level_changes(series: FigureSeries) -> tuple[Change, ...]:
     A run that a busy machine had no time for is no change, until it has been left out :data:`PATIENCE` nights in a row.
     """
     found: list[Change] = []
-    level: Figure | None = None
-    began = ""  # night of the level
+    begin: int | None = None  # place of the night on which the level began
+    known: int | None = None  # the same of the last level that was not missing
     told: Figure | None = None  # the last figure that was told to be neither better nor worse than its level
-    known: Figure | None = None  # the last level that was not missing
-    known_began = ""
     left_out = 0
     for k, now in enumerate(series.figures):
         left_out = left_out + 1 if now.not_run else 0
-        if 0 < left_out < PATIENCE or (level is None and now.not_run):
+        if 0 < left_out < PATIENCE or (begin is None and now.not_run):
             continue
-        if level is not None and level.missing and known is not None and is_worse(known, now):
-            level, began = known, known_began  # a figure that comes back worse than it was has not become better
-        judged = compared(level, now) if level is not None else None
-        if level is None:
-            level, began = now, series.nights[k].name
-        elif judged is not None and judged.direction is not Direction.SAME and not is_told(told, now, judged):
+        if begin is None:
+            begin = k
+        if series.figures[begin].missing and known is not None and is_worse(series.figures[known], now):
+            begin = known  # a figure that comes back worse than it was has not become better
+        level = series.figures[begin]
+        judged = compared(level, now) if begin < k else None
+        if judged is not None and judged.direction is not Direction.SAME and not is_told(told, now, judged):
             last, since = series.nights[k - 1].name, series.nights[k].name
             found.append(
                 Change(
                     series.identity, level, now, last, since, judged.direction, judged.reason, judged.factor,
-                    level=began,
+                    level=series.nights[begin].name,
                 )
             )  # fmt: skip
             undecided = judged.direction is Direction.CHANGED and series.identity.kind is FigureKind.ERROR
-            told, level, began = (now, level, began) if undecided else (None, now, since)
-        if not level.missing:
-            known, known_began = level, began
+            told, begin = (now, begin) if undecided else (None, k)
+        known = known if series.figures[begin].missing else begin
     return tuple(found)
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
-from barchain.nightly.history.model.figures import FigureKind
+from barchain.nightly.history.model.figures import STEPPED
 from barchain.nightly.history.model.identity import content_digest
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ class Change:
 
         That of a step has figure, night and direction only: the values after a step are other ones on each night.
         """
-        if self.identity.kind in {FigureKind.RATIO, FigureKind.MEMORY} and not self.now.missing:
+        if self.identity.kind in STEPPED and not self.now.missing:
             return content_digest([self.identity, self.since, str(self.direction)])[:ID_DIGITS]
         return content_digest([self.identity, self.last, self.since, self.now.word, self.now.value])[:ID_DIGITS]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from barchain.nightly.history.changes.accepted import STEPPED
 from barchain.nightly.history.changes.levels import is_worse
 from barchain.nightly.history.changes.model import Direction
 from barchain.nightly.history.changes.steps import LEAST_EFFECT
+from barchain.nightly.history.model.figures import STEPPED
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

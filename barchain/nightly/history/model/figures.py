@@ -61,6 +61,8 @@ class FigureUnit(StrEnum):
 
 
 WORDED = frozenset({FigureKind.BITS, FigureKind.VERDICT})
+STEPPED = frozenset({FigureKind.RATIO, FigureKind.MEMORY})
+"""Noisy kinds: they change by steps of their levels"""
 """Kinds whose result is a word, not a number"""
 UNITS_OF = {
     FigureKind.BITS: {FigureUnit.NONE},
@@ -162,7 +164,7 @@ class Figure:
             raise self.wrong(f"{value} given, allowed: a whole number from 0 to 2^53")
         if kind is FigureKind.ERROR and value < 0.0:
             raise self.wrong(f"{value} given, allowed: an error of at least 0")
-        if kind in {FigureKind.RATIO, FigureKind.MEMORY} and not value > 0.0:
+        if kind in STEPPED and not value > 0.0:
             raise self.wrong(f"{value} given, allowed: a positive number")
         if (self.low is not None and self.low > value) or (self.high is not None and self.high < value):
             raise self.wrong("the value lies outside its interval")

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from adapters.registry import find_engine
+from adapters.registry import PACKAGES, find_engine
 from barchain.nightly.history.model.environment import capture
 from barchain.nightly.history.model.figures import Environment, NightPart
 from barchain.nightly.history.model.identity import content_digest
-from barchain.nightly.history.model.parts import PACKAGES, commit, installed_parts
+from barchain.nightly.history.model.parts import commit, installed_parts
 from barchain.record.environment import package_version
 from barchain.record.sources import digest_of
 

@@ -9,7 +9,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from adapters.registry import engines, find_engine
+from adapters.registry import PACKAGES, engines, find_engine
 from barchain.nightly.history.model.checked_text import MOST_TEXT
 from barchain.nightly.history.model.figures import MACHINE, REQUIREMENTS, FigureKind, NightPart
 from barchain.nightly.history.model.identity import content_digest
@@ -30,8 +30,6 @@ SOURCES = {
     SHARED: ("adapters.common", "adapters.bar_loads", "adapters.engine", "adapters.trajectory", "adapters.registry"),
 }
 """Packages of each part of barchain that figures of all engines depend on"""
-PACKAGES = ("barchain", "adapters", "reference_impl", "scenarios", "reports")
-"""Top-level packages of barchain"""
 LIBRARIES = ("numpy", "scipy")
 """Libraries that every engine's figures depend on: they read, judge, and step"""
 COMPILER = "llvmlite"

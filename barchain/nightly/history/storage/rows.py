@@ -8,7 +8,7 @@ import sqlalchemy as sa
 
 from barchain.nightly.history.model.figures import Figure
 from barchain.nightly.history.storage.tables import figures, series, texts
-from barchain.nightly.history.storage.vocabulary import CHUNK, depends_of, depends_text, identity_of
+from barchain.nightly.history.storage.vocabulary import depends_of, depends_text, identity_of, pieces
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence, Set
@@ -87,7 +87,5 @@ def figures_of(connection: Connection, rows: Set[tuple[Any, ...]]) -> dict[tuple
 
 def chunked(connection: Connection, table: sa.Table, numbers: Iterable[int | None]) -> Iterable[Any]:
     """Rows of a table by their numbers."""
-    wanted = sorted(number for number in numbers if number is not None)
-    for first in range(0, len(wanted), CHUNK):
-        some = wanted[first : first + CHUNK]
+    for some in pieces(sorted(number for number in numbers if number is not None)):
         yield from connection.execute(sa.select(table).where(table.c.id.in_(some)))

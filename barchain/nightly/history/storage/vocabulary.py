@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import sqlalchemy as sa
 from sqlalchemy.dialects import postgresql, sqlite
@@ -15,10 +15,11 @@ from barchain.nightly.history.model.identity import content_digest
 from barchain.nightly.history.storage.tables import environments, night_parts, parts, series, texts
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from sqlalchemy import Connection, Table
 
+ItemT = TypeVar("ItemT")
 CHUNK = 400
 """Values in one query; SQLite of old allows 999 parameters"""
 
@@ -42,13 +43,17 @@ def numbers_by_digest(connection: Connection, table: Table, rows: Mapping[str, M
 
 def present(connection: Connection, table: Table, digests: Iterable[str]) -> dict[str, int]:
     """Numbers of the rows that are there, by digest."""
-    wanted = list(digests)
     found: dict[str, int] = {}
-    for first in range(0, len(wanted), CHUNK):
-        some = wanted[first : first + CHUNK]
+    for some in pieces(list(digests)):
         rows = connection.execute(sa.select(table.c.digest, table.c.id).where(table.c.digest.in_(some)))
         found |= {row.digest: row.id for row in rows}
     return found
+
+
+def pieces(items: Sequence[ItemT], most: int = CHUNK) -> Iterator[Sequence[ItemT]]:
+    """Pieces of a sequence that one query takes: databases limit the number of parameters."""
+    for first in range(0, len(items), most):
+        yield items[first : first + most]
 
 
 def text_numbers(connection: Connection, wanted: Iterable[str]) -> dict[str, int]:
@@ -103,8 +108,7 @@ def parts_by_night(connection: Connection, nights: Sequence[int]) -> dict[int, t
     """Parts of some nights."""
     chosen = sa.select(night_parts.c.night_id, parts.c.name, parts.c.version, parts.c.digest).join(parts)
     found: dict[int, list[NightPart]] = {number: [] for number in nights}
-    for first in range(0, len(nights), CHUNK):
-        some = nights[first : first + CHUNK]
+    for some in pieces(nights):
         for row in connection.execute(chosen.where(night_parts.c.night_id.in_(some)).order_by(parts.c.name)):
             found[row.night_id].append(NightPart(row.name, row.version, row.digest))
     return {number: tuple(own) for number, own in found.items()}
