@@ -77,7 +77,7 @@ def accept_change(
     with opened(url) as store:
         judged = judge(store, night)
         chosen = {change.id: change for name in names for change in changes_named(judged, name)}
-        for made in [accept(store, change, user(), reason, end) for change in chosen.values()]:
+        for made in accept(store, list(chosen.values()), user(), reason, end):
             ending = f" until {made.until.date()}" if made.until else ""
             say(f"{made.figure}: {made.became} (before {made.was}) accepted by {made.who}{ending}: {made.reason}")
 

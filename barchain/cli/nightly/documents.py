@@ -82,8 +82,9 @@ def write_documents(
     from barchain.nightly.history.attributed import kept_attributions  # noqa: PLC0415
     from barchain.nightly.history.judged import accepted, judge  # noqa: PLC0415
     from barchain.nightly.history.pair import judge_pair  # noqa: PLC0415
-    from barchain.nightly.history.runs import keep_judgement, kept_judgements, run_of_night  # noqa: PLC0415
+    from barchain.nightly.history.runs import run_of_night  # noqa: PLC0415
     from barchain.nightly.history.series import positive_values  # noqa: PLC0415
+    from barchain.nightly.history.told import keep_judgement, kept_judgements  # noqa: PLC0415
     from barchain.nightly.telling.facts import night_facts  # noqa: PLC0415
     from barchain.nightly.telling.junit import write_junit  # noqa: PLC0415
     from barchain.nightly.telling.trends import SHOWN, calendar, drawn_nights, trend_charts  # noqa: PLC0415
@@ -95,7 +96,6 @@ def write_documents(
     summary, night = store.summary(name), store.night(name)
     if baseline is None:
         judged = judge(store, summary.name)
-        keep_judgement(store, judged)
     else:
         before = baseline_night(store, baseline)
         judged = judge_pair(before, night)
@@ -103,6 +103,8 @@ def write_documents(
     run = run_of_night(store, summary)
     confirmed = {change: one.words for change, one in kept_attributions(store).items()}
     facts = night_facts(judged, accepted(store), night.figures, run, baseline=baseline or "", confirmed=confirmed)
+    if baseline is None:
+        keep_judgement(store, judged, {change.id for change in facts.changes if change.accepted})
     nights = [each for each in store.nights() if each.started <= summary.started]
     charts = trend_charts(positive_values(store, drawn_nights(nights), SHOWN), nights, judged.changes)
     out.mkdir(parents=True, exist_ok=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import datetime
 import fnmatch
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
@@ -21,6 +21,7 @@ from barchain.nightly.history.sparse import load_gone, load_levels
 from barchain.nightly.history.storage.connection import told, writing
 from barchain.nightly.history.storage.tables import acceptances
 from barchain.nightly.history.storage.vocabulary import insert_new
+from barchain.nightly.history.told import note_accepted, told_steps
 from scenarios.nearest import nearest
 
 if TYPE_CHECKING:
@@ -61,7 +62,7 @@ def judge(store: NightStore, name: str = "latest", *, false_alarms: float = FALS
         *load(store, stepped, kinds=STEPPED),
         *load_gone(store, before, stepped, STEPPED),
     )
-    return judge_night(series, before, false_alarms, StoredPresence(store, before))
+    return judge_night(series, before, false_alarms, StoredPresence(store, before), told_steps(store, chosen.name))
 
 
 def change_named(judged: JudgedNight, name: str) -> Change:
@@ -82,12 +83,20 @@ def change_named(judged: JudgedNight, name: str) -> Change:
 
 
 def changes_named(judged: JudgedNight, name: str) -> list[Change]:
-    """Changes of a name as :func:`change_named`, or the last change of each figure that fits a pattern with ``*``."""
-    last = {change.identity.name: change for change in sorted(judged.changes, key=lambda c: c.since)}
-    last |= {change.identity.name: change for change in still_holding(judged)}  # not a recovery in part after it
-    if name in last or "*" not in name:
-        return [last[name] if name in last else change_named(judged, name)]
-    fitting = [change for figure, change in last.items() if fnmatch.fnmatchcase(figure, name.replace("[", "[[]"))]
+    """Change of an id, or the last change of each figure of a name, or that fits a pattern with ``*``.
+
+    Raises
+    ------
+    HistoryError
+        If there is none.
+    """
+    last = {change.identity: change for change in sorted(judged.changes, key=lambda c: c.since)}
+    last |= {change.identity: change for change in still_holding(judged)}  # not a recovery in part after it
+    named = [change for change in last.values() if change.identity.name == name]
+    if named or "*" not in name:
+        return named or [change_named(judged, name)]
+    pattern = name.replace("[", "[[]")
+    fitting = [change for change in last.values() if fnmatch.fnmatchcase(change.identity.name, pattern)]
     allowed = [change for change in fitting if not change.irreproducible]
     if not allowed:
         fault = NO_ACCEPTANCE if fitting else f"fits none of {len(last)} changed figures up to {judged.night.name}"
@@ -96,26 +105,33 @@ def changes_named(judged: JudgedNight, name: str) -> list[Change]:
 
 
 def accept(
-    store: NightStore, change: Change, who: str, reason: str, until: datetime.datetime | None = None
-) -> Acceptance:
-    """Store that somebody accepts a change.
+    store: NightStore, changes: Sequence[Change], who: str, reason: str, until: datetime.datetime | None = None
+) -> list[Acceptance]:
+    """Store that somebody accepts some changes: all of them, or none.
 
     Raises
     ------
     HistoryError
-        If the change is that a run is not reproducible, or the end has passed already.
+        If a change is that a run is not reproducible, or the end has passed already.
     """
     now = datetime.datetime.now(datetime.UTC)
-    if change.irreproducible:
-        raise HistoryError(f"{change.identity.name}: {NO_ACCEPTANCE}")
+    refused = next((change for change in changes if change.irreproducible), None)
+    if refused is not None:
+        raise HistoryError(f"{refused.identity.name}: {NO_ACCEPTANCE}; nothing was accepted")
     if until is not None and until <= now:
         raise HistoryError(f"--until {until.date()}: has passed; allowed: a later date")
-    made = acceptance_of(change, who, now, reason, until)
+    made = [acceptance_of(change, who, now, reason, until) for change in changes]
+    with told(store.given), writing(store.engine) as connection:
+        insert_new(connection, acceptances, [acceptance_row(one) for one in made])
+        note_accepted(connection, [change.id for change in changes])
+    return made
+
+
+def acceptance_row(made: Acceptance) -> dict[str, Any]:
+    """Row of an acceptance."""
     row = {column: getattr(made, column) for column in COLUMNS} | {"digest": made.digest}
     row["series"] = row.pop("figure")
-    with told(store.given), writing(store.engine) as connection:
-        insert_new(connection, acceptances, [row])
-    return made
+    return row
 
 
 def accepted(store: NightStore) -> tuple[Acceptance, ...]:

@@ -1,4 +1,4 @@
-"""What nights did of their plans, and how many changes they told, beside the nights in the store."""
+"""What nights did of their plans, beside the nights in the store."""
 
 from __future__ import annotations
 
@@ -6,13 +6,11 @@ from typing import TYPE_CHECKING
 
 import sqlalchemy as sa
 
-from barchain.nightly.history.changes.model import Direction
-from barchain.nightly.history.storage.connection import told, writing
-from barchain.nightly.history.storage.tables import judgements, nights, runs
+from barchain.nightly.history.storage.connection import told
+from barchain.nightly.history.storage.tables import runs
 from barchain.nightly.run_facts import NightRun
 
 if TYPE_CHECKING:
-    from barchain.nightly.history.changes.judging import JudgedNight
     from barchain.nightly.history.model.series_model import NightSummary
     from barchain.nightly.history.store import NightStore
 
@@ -40,21 +38,3 @@ def last_run(store: NightStore, plan: str) -> NightRun | None:
     with told(store.given), store.engine.connect() as connection:
         found = connection.execute(latest).scalar()
     return None if found is None else NightRun.from_json(found)
-
-
-def keep_judgement(store: NightStore, judged: JudgedNight) -> None:
-    """Keep how many changes a night told; an earlier judgement of the night is replaced."""
-    worse = sum(change.direction is Direction.WORSE for change in judged.tonight)
-    row = {"worse": worse, "changes": len(judged.tonight), "judged": judged.judged}
-    with told(store.given), writing(store.engine) as connection:
-        connection.execute(sa.delete(judgements).where(judgements.c.night_id == judged.night.number))
-        connection.execute(sa.insert(judgements), [row | {"night_id": judged.night.number}])
-
-
-def kept_judgements(store: NightStore) -> dict[str, tuple[int, int]]:
-    """Numbers of changes for the worse and of all changes, by the name of the night that told them."""
-    query = sa.select(nights.c.name, judgements.c.worse, judgements.c.changes).join(
-        judgements, judgements.c.night_id == nights.c.id
-    )
-    with told(store.given), store.engine.connect() as connection:
-        return {row.name: (row.worse, row.changes) for row in connection.execute(query)}

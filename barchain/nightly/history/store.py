@@ -21,6 +21,7 @@ from barchain.nightly.history.storage.tables import (
     runs,
     series,
     texts,
+    told_changes,
 )
 from barchain.nightly.history.storage.vocabulary import (
     environment_number,
@@ -195,6 +196,7 @@ def remove_incomplete(connection: Connection, name: str) -> None:
     if connection.execute(sa.select(nights.c.complete).where(nights.c.id == number)).scalar_one():
         raise HistoryError(f"{name}: is complete, and no other night replaces it")
     remove(connection, [number])
+    connection.execute(sa.delete(told_changes).where(told_changes.c.night == name))  # tells them itself
 
 
 def remove(connection: Connection, numbers: Sequence[int]) -> None:

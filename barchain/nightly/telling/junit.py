@@ -77,14 +77,22 @@ def by_engine(figures: Iterable[Figure]) -> dict[str, dict[str, list[Figure]]]:
 
 
 def plan_suite(facts: NightlyFile) -> TestSuite:
-    """Suite of the parts of the plan: a void night, and a part that failed or was left, are errors."""
+    """Suite of the parts of the plan.
+
+    A void or incomplete night, a baseline without a common figure, and a part that failed or was left, are errors.
+    """
     suite = TestSuite(PLAN)
     parts_s = sum(part.duration_s for part in facts.run.parts) if facts.run else 0.0
     night = TestCase("night", PLAN, round(max(facts.night.duration_s - parts_s, 0.0), 3))  # the rest: times add up
     if facts.night.void:
         night.result = [Error(plain_text(facts.night.void), "void")]
+    parts = facts.run.parts if facts.run else ()
+    if facts.night.state == "incomplete" and all(part.state == "done" for part in parts):
+        night.result = [Error("the night is incomplete", "incomplete")]
+    if facts.against.baseline and not facts.counts.judged:
+        night.result = [Error(plain_text(f"{facts.against.baseline} has no figure of this night"), "not compared")]
     suite.add_testcase(night)
-    for part in facts.run.parts if facts.run else ():
+    for part in parts:
         case = TestCase(part.name, PLAN, round(part.duration_s, 3))
         if part.state != "done":
             left = f"; left: {', '.join(part.left)}" if part.left else ""

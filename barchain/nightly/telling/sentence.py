@@ -79,7 +79,7 @@ def replanned_words(figures: tuple[int, int] | None) -> str:
     if figures is None:
         return ""
     new, gone = (f"{amount(n, 'figure')} {'is' if n == 1 else 'are'}" for n in figures)
-    return f"The plan is another one than on the night before: {new} new, {gone} no longer measured."
+    return f"The plan is another one than on the night before: {new} new, {gone} not measured tonight."
 
 
 def standing_words(count: int) -> str:

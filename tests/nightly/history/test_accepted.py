@@ -72,7 +72,7 @@ def test_acceptances_are_stored_once_and_outlive_their_nights(store: NightStore)
     for k, value in enumerate((1e-5, 3e-5)):
         store.add(night(error(value), number=k))
     judged = judge(store)
-    made = accept(store, change_named(judged, error().identity.name), "someone", "a looser tolerance")
+    (made,) = accept(store, [change_named(judged, error().identity.name)], "someone", "a looser tolerance")
     assert accepted(store) == (made,)
     assert worse_and_not_accepted(judged, accepted(store), AT) == []
     assert len(worse_and_not_accepted(judged, [], AT)) == 1
@@ -85,7 +85,7 @@ def test_a_run_that_is_not_reproducible_can_not_be_accepted(store: NightStore) -
         store.add(night(bits(word), number=k))
     (change,) = judge(store).tonight
     with pytest.raises(HistoryError, match="can't be accepted"):
-        accept(store, change, "someone", "never mind")
+        accept(store, [change], "someone", "never mind")
 
 
 @pytest.fixture

@@ -60,7 +60,7 @@ def test_export_and_prune_say_how_much(filled: Path, tmp_path: Path, capsys: pyt
     assert printed(capsys, "export", "--parquet", str(path)) == f"{path}: 9 figures\n"
     with open_store(str(filled)) as store:
         for change in judge(store).changes:
-            accept(store, change, "Ada", "meant")
+            accept(store, [change], "Ada", "meant")
     assert "0 nights removed" in printed(capsys, "prune", "--keep-nights", "3")
     assert "2 nights removed" in printed(capsys, "prune", "--keep-nights", "1")
 

@@ -96,7 +96,7 @@ def test_an_acceptance_that_ended_does_not_come_back(store: NightStore) -> None:
     for k in range(LONG):
         store.add(night(error(1e-5 if 5 <= k < 8 or k >= 10 else 1e-9), number=k))
         if k == 5:
-            accept(store, judge(store).tonight[0], "Ada", "known")
+            accept(store, judge(store).tonight[:1], "Ada", "known")
             assert not red(store)
     assert red(store)
 

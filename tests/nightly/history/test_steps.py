@@ -65,6 +65,27 @@ def test_the_autocorrelation_of_all_series_is_found_and_no_step_moves_it() -> No
     assert 0.45 < found < 0.8
 
 
+@pytest.mark.parametrize("size", [0.05, 0.2, 1.0])
+def test_a_step_in_a_short_series_does_not_make_the_series_look_correlated(size: float) -> None:
+    """With one disturbed difference left in, a step of 20 % was told later than one of 5 %."""
+    x = noise(2, 25, 21, 0.005, 0.3, "normal")
+    plain = autocorrelations(list(x))
+    x[0, 12:] += size
+    assert autocorrelations(list(x)) == pytest.approx(plain, abs=0.1)
+
+
+@pytest.mark.parametrize("size", [0.1, 0.2, 1.0])
+def test_a_larger_step_is_told_no_later(size: float) -> None:
+    x = noise(2, 25, 21, 0.005, 0.3, "normal")
+
+    def first_night(step: float) -> int:
+        moved = x.copy()
+        moved[0, 12:] += step
+        return next(night for night in range(14, 22) if told(moved[:, :night])[0])
+
+    assert first_night(size) <= first_night(0.08)
+
+
 def test_constant_series_have_no_steps_and_a_constant_that_jumps_has_one() -> None:
     assert find_steps(np.zeros(60), 1e-3) == ()
     jumped = np.where(np.arange(60) < 50, 0.0, np.log(1.2))

@@ -18,6 +18,7 @@ from barchain.nightly.history.judged import accept, change_named, judge
 from barchain.nightly.history.model.figures import NightPart
 from barchain.nightly.history.night_file import write_night
 from barchain.nightly.history.store import open_store
+from barchain.nightly.history.told import kept_judgements
 from barchain.nightly.run_facts import AlarmTest, NightRun, PartResult, PartState
 from reports.tables.nights.facts import NightlyFile, read_nightly
 from tests.nightly.history.synthetic import PARTS, bits, count, error, night, ratio, verdict
@@ -98,21 +99,44 @@ def test_a_void_night_ends_with_3_and_is_an_error_of_its_plan(history: str, tmp_
 def test_an_incomplete_night_ends_with_3_unless_something_is_worse(history: str, tmp_path: Path) -> None:
     add(history, usual(number=0), usual(number=1, complete=False))
     assert report(history, tmp_path / "out")[0] == 3
+    assert plan_errors(tmp_path / "out") == 1
     add(history, usual(2.0, number=2, complete=False))
     assert report(history, tmp_path / "out")[0] == 1
+
+
+def plan_errors(out: Path) -> int:
+    """Errors of the suite of the plan."""
+    return next(suite.errors for suite in JUnitXml.fromfile(str(out / "junit.xml")) if suite.name == "plan")
+
+
+def test_a_baseline_without_a_common_figure_ends_with_3_and_is_an_error(history: str, tmp_path: Path) -> None:
+    add(history, night(error(quantity="place"), number=0), night(error(), number=1))
+    with open_store(history) as store:
+        first = store.nights()[0].name
+    assert report(history, tmp_path / "out", "--baseline", first)[0] == 3
+    assert plan_errors(tmp_path / "out") == 1
 
 
 def test_an_accepted_change_is_shown_as_such_and_does_not_fail(history: str, tmp_path: Path) -> None:
     add(history, usual(number=0), usual(2.0, number=1, parts=NEWER))
     with open_store(history) as store:
         worse = change_named(judge(store), error().identity.name)
-        accept(store, worse, "Ada", "fewer steps on purpose")
+        accept(store, [worse], "Ada", "fewer steps on purpose")
     code, facts = report(history, tmp_path / "out")
     assert code == 0
     assert facts.counts.accepted == 1
     assert "fewer steps on purpose" in (tmp_path / "out" / "nightly.html").read_text("utf-8")
     failures = sum(suite.failures for suite in JUnitXml.fromfile(str(tmp_path / "out" / "junit.xml")))
     assert failures == 0
+
+
+def test_the_calendar_forgives_what_was_accepted_later(history: str, tmp_path: Path) -> None:
+    add(history, usual(number=0), usual(2.0, number=1, parts=NEWER))
+    report(history, tmp_path / "out")
+    with open_store(history) as store:
+        assert [worse for worse, _ in kept_judgements(store).values()] == [1]
+        accept(store, [change_named(judge(store), error().identity.name)], "Ada", "fewer steps on purpose")
+        assert [worse for worse, _ in kept_judgements(store).values()] == [0]
 
 
 def test_an_earlier_change_for_the_worse_stands_until_it_is_mended(history: str, tmp_path: Path) -> None:
@@ -132,7 +156,7 @@ def test_an_earlier_change_for_the_worse_stands_until_it_is_mended(history: str,
 def test_an_earlier_change_for_the_worse_no_longer_fails_once_it_is_accepted(history: str, tmp_path: Path) -> None:
     add(history, usual(number=0), usual(2.0, number=1), usual(2.0, number=2))
     with open_store(history) as store:
-        accept(store, change_named(judge(store), error().identity.name), "Ada", "fewer steps on purpose")
+        accept(store, [change_named(judge(store), error().identity.name)], "Ada", "fewer steps on purpose")
     code, facts = report(history, tmp_path / "out")
     assert code == 0
     assert facts.standing == ()
@@ -224,7 +248,7 @@ def test_a_verdict_that_is_worse_comes_first_in_the_table(history: str, tmp_path
 def test_another_plan_is_told_with_the_figures_that_come_and_go(history: str, tmp_path: Path) -> None:
     add(history, usual(number=0), usual(number=1), night(error(1e-5), error(2e-5, "place"), number=2, plan="other"))
     _, facts = report(history, tmp_path / "out")
-    assert "The plan is another one than on the night before: one figure is new, four figures are no longer" in (
+    assert "The plan is another one than on the night before: one figure is new, four figures are not measured" in (
         facts.sentence
     )
     assert facts.counts.judged == 1

@@ -89,7 +89,7 @@ def test_an_incomplete_night_says_so_too() -> None:
 def test_another_plan_is_told_with_the_figures_that_come_and_go() -> None:
     assert said(replanned=(39, 1)) == (
         "Nothing changed tonight among 900 figures. The plan is another one than on the night before: 39 figures are "
-        "new, one figure is no longer measured."
+        "new, one figure is not measured tonight."
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from barchain.nightly.history.changes.bits import bit_changes
@@ -15,6 +16,7 @@ from barchain.nightly.history.model.figures import STEPPED
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from barchain.nightly.history.changes.times import ToldChanges
     from barchain.nightly.history.changes.vanished import Presence
     from barchain.nightly.history.model.series_model import FigureSeries, NightSummary
 
@@ -55,6 +57,7 @@ def judge_night(
     nights: Sequence[NightSummary],
     false_alarms: float = FALSE_ALARMS,
     presence: Presence | None = None,
+    told: ToldChanges = MappingProxyType({}),
 ) -> JudgedNight:
     """Judge the last of some nights.
 
@@ -68,6 +71,8 @@ def judge_night(
         Probability of a false alarm in a night, of times and memory together.
     presence : Presence, optional
         Nights on which scenes and figures were measured, for figures that are gone; default: those of `series`.
+    told : mapping
+        Steps of times and memory that earlier nights told, by figure.
     """
     tonight = nights[-1]
     if tonight.void is not None:
@@ -83,7 +88,7 @@ def judge_night(
         for change in (level_changes(one) if one.identity.kind in RULES else bit_changes(one))
     ]
     noisy = [restricted(one, alike) for one in own if one.identity.kind in STEPPED]
-    stepped, fresh = time_changes([one for one in noisy if one.nights], false_alarms)
+    stepped, fresh = time_changes([one for one in noisy if one.nights], false_alarms, told)
     gone = vanished(own, kept, presence)
     changes = sorted([*settled, *stepped, *gone], key=lambda c: (not c.irreproducible, c.since))
     steps = {change.id for change in stepped}

@@ -71,6 +71,15 @@ class Change:
         return content_digest([self.identity, self.last, self.since, self.now.word, self.now.value])[:ID_DIGITS]
 
 
+@dataclass(frozen=True)
+class ToldChange:
+    """Change that an earlier night told first."""
+
+    since: str
+    """Name of the first night with the new value"""
+    direction: Direction
+
+
 def result_words(figure: Figure) -> str:
     """Result of a figure in words."""
     if figure.missing:

@@ -33,8 +33,12 @@ MOST_EXACT = 12
 """Largest group whose statistic has its exact distribution; two larger ones have the normal one, which is wider in the
 tails"""
 MOST_CORRELATION = 0.9
-KEPT = 0.9
-"""Share of the differences that the autocorrelation is estimated from, the smallest ones"""
+LEFT_OUT = 0.1
+"""Share of the differences that the autocorrelation is not estimated from: the largest ones"""
+FEWEST_LEFT_OUT = 2
+"""Differences over two nights that one step disturbs, or over one night one outlier: at least as many are left out.
+With one of two left in, a step of ten times the noise made its own series look correlated and was told later than a
+small one"""
 OWN_NIGHTS = 100
 """Nights from which on a series' own autocorrelation counts as much as that of all series"""
 SEED = 20020812  # fixed, so that equal histories give equal answers
@@ -63,13 +67,14 @@ def autocorrelation(x: Array) -> float | None:
     """Correlation of neighbours in a series (n,); None without noise.
 
     Of a first-order autoregression differences over two nights have the variance 2 s² (1 - r²), those over one night
-    2 s² (1 - r): their ratio is 1 + r. Mean sizes take the place of deviations, as tails are heavy. A step disturbs two
-    differences at most: the largest ones are left out.
+    2 s² (1 - r): their ratio is 1 + r. Mean sizes take the place of deviations, as tails are heavy. A step disturbs one
+    difference over one night and two over two nights: the largest ones are left out.
     """
     if len(x) < FEWEST_OLD:
         return None
+    left_out = max(FEWEST_LEFT_OUT, math.floor(LEFT_OUT * len(x)))
     sizes = (np.sort(np.abs(x[k:] - x[:-k])) for k in (1, 2))
-    one, two = (float(np.mean(size[: math.ceil(KEPT * len(size))])) for size in sizes)
+    one, two = (float(np.mean(size[:-left_out])) for size in sizes)
     return (two / one) ** 2 - 1.0 if one > 0.0 else None
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from barchain.nightly.history.changes.rank_test import FEWEST_NEW, FEWEST_OLD, split_levels
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from collections.abc import Collection, Sequence
 
     from numpy.typing import NDArray
 
@@ -22,6 +22,8 @@ LEAST_EFFECT = 0.05
 AS_LIKELY = 1000.0
 """Places at which a part changed may be so many times less clear than the clearest one: a level hardly ever changes by
 itself, and an outlier beside the step is common"""
+SHIFT = 5
+"""Nights by which the place of a step may move when nights are added"""
 NEAR = 3
 """Nights from the most likely place within which another may be that of the step"""
 CONFIDENCE_SIGMAS = 1.96
@@ -41,6 +43,18 @@ class Step:
     high: float
     probability: float
     """That equal levels give so clear a step anywhere in the series"""
+    held: bool = False
+    """Whether only an earlier night found the step clear enough"""
+
+
+@dataclass(frozen=True)
+class ToldStep:
+    """Step that an earlier night told."""
+
+    place: int
+    """First element of the new level"""
+    slower: bool
+    """Whether the new level is the larger one"""
 
 
 def find_steps(x: Array, threshold: float, correlation: float = 0.0, likely: Collection[int] = ()) -> tuple[Step, ...]:
@@ -63,6 +77,33 @@ def find_steps(x: Array, threshold: float, correlation: float = 0.0, likely: Col
         for i, (place, probability) in enumerate(places)
     ]
     return tuple(step for step in found if abs(math.log(step.factor)) >= math.log1p(LEAST_EFFECT))
+
+
+def with_told(x: Array, found: Sequence[Step], told: Collection[ToldStep], correlation: float) -> tuple[Step, ...]:
+    """Steps of a series (n,) with those that earlier nights told, in their order.
+
+    A step that was told keeps its place. It is held, though the last nights make it less clear, as long as the levels
+    before and after it differ in its direction by half the least effect: a figure would be told and taken back in turns
+    otherwise.
+    """
+    steps = list(found)
+    for one in told:
+        same = next((k for k, step in enumerate(steps) if alike(step.place, step.factor > 1.0, one)), None)
+        if same is not None:
+            steps[same] = replace(steps[same], place=one.place)
+            continue
+        first = max((step.place for step in steps if step.place < one.place), default=0)
+        end = min((step.place for step in steps if step.place > one.place), default=len(x))
+        if first < one.place < end and all(step.place != one.place for step in steps):
+            held = step_at(x[first : one.place], x[one.place : end], one.place, math.nan, correlation)
+            size = math.log(held.factor) * (1.0 if one.slower else -1.0)
+            steps += [replace(held, held=True)] * (size >= math.log1p(LEAST_EFFECT) / 2.0)
+    return tuple(sorted(steps, key=lambda step: step.place))
+
+
+def alike(place: int, slower: bool, told: ToldStep) -> bool:
+    """Whether a step of a series is one that was told: its place moves a little when nights are added."""
+    return abs(place - told.place) <= SHIFT and slower is told.slower
 
 
 def divided(

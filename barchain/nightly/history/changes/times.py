@@ -9,6 +9,7 @@ so that a night has a false alarm with at most the probability :data:`FALSE_ALAR
 from __future__ import annotations
 
 from dataclasses import replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,28 +17,29 @@ from scipy.stats import false_discovery_control
 
 from barchain.nightly.history.changes.model import Change, Direction
 from barchain.nightly.history.changes.rank_test import FEWEST_NEW, FEWEST_OLD, autocorrelations, split_levels
-from barchain.nightly.history.changes.steps import LEAST_EFFECT, Step, find_steps
+from barchain.nightly.history.changes.steps import LEAST_EFFECT, Step, ToldStep, alike, find_steps, with_told
 from barchain.nightly.history.changes.suspects import differing
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
+    from barchain.nightly.history.changes.model import ToldChange
+    from barchain.nightly.history.model.figures import FigureIdentity
     from barchain.nightly.history.model.series_model import FigureSeries
 
+    ToldChanges = Mapping[FigureIdentity, Sequence[ToldChange]]
     Array = NDArray[np.float64]
 
 FALSE_ALARMS = 1.0 / 120.0
 """Largest probability of a false alarm in a night: one in four months, half a one in 60 nights"""
 WINDOW = 200
 """Nights that are looked at: longer ago, machines and their systems differ in too much"""
-SHIFT = 5
-"""Nights by which the place of a step may move when nights are added"""
 
 
 def time_changes(
-    series: Sequence[FigureSeries], false_alarms: float = FALSE_ALARMS
+    series: Sequence[FigureSeries], false_alarms: float = FALSE_ALARMS, told: ToldChanges = MappingProxyType({})
 ) -> tuple[tuple[Change, ...], tuple[Change, ...]]:
     """Changes of times and memory.
 
@@ -46,6 +48,8 @@ def time_changes(
     series : sequence of FigureSeries
         All series of these kinds, over the nights of one machine class; the last night is judged.
     false_alarms : float
+    told : mapping
+        Changes that earlier nights told, by figure.
 
     Returns
     -------
@@ -56,12 +60,17 @@ def time_changes(
     last = max((night.started for one in series for night in one.nights), default=None)
     before = [shortened(one, last) for one in present]
     steps, earlier = all_steps(present, false_alarms), all_steps(before, false_alarms)
+    correlations = autocorrelations([logarithms(one) for one in present])
     changes, fresh = [], []
-    for one, found, known in zip(present, steps, earlier, strict=True):
-        for step in found:
+    for one, values, found, known, r in zip(
+        present, map(logarithms, present), steps, earlier, correlations, strict=True
+    ):
+        kept = told_steps(one, told.get(one.identity, ()))
+        shown = [*kept, *(ToldStep(step.place, step.factor > 1.0) for step in known)]
+        for step in with_told(values, found, kept, r):
             change = change_of(one, step)
             changes.append(change)
-            if not any(alike(step, other) for other in known):
+            if not any(alike(step.place, step.factor > 1.0, other) for other in shown):
                 fresh.append(change)
     return tuple(changes), tuple(fresh)
 
@@ -121,18 +130,20 @@ def part_changes(series: FigureSeries) -> set[int]:
     }
 
 
-def alike(step: Step, other: Step) -> bool:
-    """Whether two steps of a series are the same one."""
-    return abs(step.place - other.place) <= SHIFT and (step.factor > 1.0) == (other.factor > 1.0)
+def told_steps(series: FigureSeries, told: Sequence[ToldChange]) -> list[ToldStep]:
+    """Steps of a series that earlier nights told, as far as their nights are still there."""
+    place = {night.name: k for k, night in enumerate(series.nights)}
+    return [ToldStep(place[one.since], one.direction is Direction.WORSE) for one in told if one.since in place]
 
 
 def change_of(series: FigureSeries, step: Step) -> Change:
     """Change at a step; more time, or more memory, is worse."""
     nights = len(series.figures) - step.place
     words = f"{step.factor:.3f} times the earlier level ({step.low:.3f} to {step.high:.3f})"
+    chance = "less clear than when it was told" if step.held else f"by chance with {step.probability:.1g}"
     return Change(
         series.identity, series.figures[step.place - 1], series.figures[-1], series.nights[step.place - 1].name,
         series.nights[step.place].name, Direction.WORSE if step.factor > 1.0 else Direction.BETTER,
-        f"{words} in {nights} nights since; by chance with {step.probability:.1g}; least effect {LEAST_EFFECT:.0%}",
+        f"{words} in {nights} nights since; {chance}; least effect {LEAST_EFFECT:.0%}",
         step.factor, step.low, step.high,
     )  # fmt: skip

@@ -25,7 +25,7 @@ from sqlalchemy.types import TypeDecorator
 if TYPE_CHECKING:
     from sqlalchemy.engine.interfaces import Dialect
 
-HEAD = "0002"
+HEAD = "0003"
 """Revision of the migrations that these tables belong to"""
 NAMES = {
     "ix": "ix_%(table_name)s_%(column_0_name)s",
@@ -172,6 +172,20 @@ figures = Table(
     sqlite_with_rowid=False,
 )
 """In the order of the series: one figure over all nights lies together"""
+
+told_changes = Table(
+    "told_changes",
+    metadata,
+    Column("night", String(40), primary_key=True),
+    Column("change", String(16), primary_key=True),
+    Column("figure", String(64), nullable=False),
+    Column("since", String(40), nullable=False),
+    Column("direction", String(10), nullable=False),
+    Column("accepted", Boolean, nullable=False),
+    Index("ix_told_changes_change", "change"),
+)
+"""Changes that each night told first; they refer to nights and figures by name and digest, and stay when nights are
+pruned"""
 
 acceptances = Table(
     "acceptances",

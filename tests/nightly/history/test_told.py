@@ -1,0 +1,136 @@
+"""What a night told is held on to: steps of times, names of changes, acceptances of several changes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from barchain.nightly.history.changes.model import Direction
+from barchain.nightly.history.changes.steps import LEAST_EFFECT, ToldStep, find_steps, with_told
+from barchain.nightly.history.changes.times import WINDOW
+from barchain.nightly.history.faults import HistoryError
+from barchain.nightly.history.judged import accept, accepted, change_named, changes_named, judge
+from barchain.nightly.history.model.figures import FigureKind, FigureUnit
+from barchain.nightly.history.store import open_store
+from barchain.nightly.history.told import keep_judgement, told_steps
+from barchain.nightly.telling.facts import still_holding
+from barchain.nightly.telling.needed import needed_nights
+from tests.nightly.history.noise import noise, told
+from tests.nightly.history.synthetic import Figure, bits, error, identity, night, ratio
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from barchain.nightly.history.store import NightStore
+
+QUANTITY = "time_ratio"
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[NightStore]:
+    with open_store(str(tmp_path / "history.sqlite"), create=True) as opened:
+        yield opened
+
+
+def run_night(store: NightStore, number: int, *values: float) -> list[Direction]:
+    """Add a night of some ratios, tell what changed, and give what is red on it: new or still holding."""
+    store.add(night(*(ratio(v, f"{QUANTITY}.{k}") for k, v in enumerate(values)), number=number))
+    judged = judge(store)
+    keep_judgement(store, judged)
+    return [c.direction for c in (*judged.tonight, *still_holding(judged)) if c.direction is Direction.WORSE]
+
+
+@pytest.mark.parametrize("seed", [21, 24, 36])
+def test_a_slow_down_near_the_threshold_does_not_turn_green_and_red_in_turns(seed: int, store: NightStore) -> None:
+    x = noise(seed, 6, 60, 0.02, 0.3)
+    x[0, 30:] += 0.08
+    alone = [bool(told(x[:, : k + 1])[0]) for k in range(60)]
+    first = alone.index(True)
+    assert not all(alone[first:])  # the step is clear enough on some nights only
+    red = [bool(run_night(store, k, *np.exp(x[:, k]))) for k in range(60)]
+    assert red == [k >= first for k in range(60)]
+
+
+def test_a_step_is_told_on_one_night_and_keeps_its_name(store: NightStore) -> None:
+    x = noise(12, 6, 60, 0.02, 0.3)
+    x[0, 30:] += 0.15
+    count, names = 0, set()
+    for k in range(60):
+        run_night(store, k, *np.exp(x[:, k]))
+        judged = judge(store)
+        count += len(judged.tonight)
+        names |= {change.id for change in judged.changes}
+    assert count == len(names) == 1
+
+
+def test_a_held_step_is_given_up_where_the_levels_no_longer_differ() -> None:
+    x = noise(13, 1, 80, 0.01, 0.0)[0]
+    known = [ToldStep(40, slower=True)]
+    for size, held in ((0.6 * LEAST_EFFECT, True), (0.3 * LEAST_EFFECT, False), (-0.05, False)):
+        moved = x.copy()
+        moved[40:] += size
+        found = find_steps(moved, 1e-12)
+        assert [step.held for step in with_told(moved, found, known, 0.0) if step.factor > 1.0] == [True] * held
+
+
+def test_a_busy_night_tells_no_step_again(store: NightStore) -> None:
+    for k in range(35):
+        run_night(store, k, 1.5 if k >= 20 else 1.0 + 0.001 * (k % 3), 1.0 + 0.001 * (k % 3))
+    busy = [
+        Figure(ratio(1.0, f"{QUANTITY}.{k}").identity, reason="other processes used 1.2 processors") for k in (0, 1)
+    ]
+    store.add(night(*busy, number=35))
+    judged = judge(store)
+    assert judged.tonight == ()
+    assert [c.direction for c in still_holding(judged)] == [Direction.WORSE]
+
+
+def test_a_figure_that_is_gone_stays_red_longer_than_steps_are_looked_for(store: NightStore) -> None:
+    for k in range(WINDOW + 20):
+        own = [ratio(1.0 + 0.001 * (k % 3), "gone")] if k < 12 else []
+        store.add(night(error(), *own, number=k))
+    assert [c.identity.quantity for c in still_holding(judge(store))] == ["gone"]
+
+
+def test_steps_that_earlier_nights_told_are_those_of_nights_before(store: NightStore) -> None:
+    for k in range(40):
+        run_night(store, k, 1.5 if k >= 20 else 1.0, 1.0 + 0.001 * (k % 3))
+    names = [each.name for each in store.nights()]
+    (found,) = told_steps(store, names[-1]).values()
+    assert [one.since for one in found] == [names[20]]
+    assert told_steps(store, names[20]) == {}
+
+
+def test_pruning_spares_the_nights_from_which_a_slow_down_is_judged(store: NightStore) -> None:
+    x = noise(14, 4, 60, 0.01, 0.0)
+    x[0, 30:] += 0.3
+    for k in range(60):
+        run_night(store, k, *np.exp(x[:, k]))
+    assert len(store.prune(keep=5, spared=needed_nights(store))) > 20
+    judged = judge(store)
+    assert [c.direction for c in still_holding(judged)] == [Direction.WORSE]
+
+
+def test_of_several_changes_all_are_accepted_or_none(store: NightStore) -> None:
+    store.add(night(error(1e-5), bits("aa"), number=0))
+    store.add(night(error(3e-5), bits("bb"), number=1))
+    judged = judge(store)
+    assert len(judged.tonight) == 2
+    with pytest.raises(HistoryError, match="nothing was accepted"):
+        accept(store, judged.tonight, "Ada", "known")
+    assert accepted(store) == ()
+
+
+def test_figures_of_one_name_and_two_units_are_accepted_both(store: NightStore) -> None:
+    def both(number: int, value: float) -> None:
+        places = (identity(unit=FigureUnit.RADIAN), identity(unit=FigureUnit.METRE))
+        store.add(night(*(Figure(i, value, tolerance=1e-12) for i in places), number=number))
+
+    both(0, 1e-5)
+    both(1, 2e-5)
+    assert len(changes_named(judge(store), "*")) == 2
+    assert len(changes_named(judge(store), identity(unit=FigureUnit.METRE).name)) == 2
+    assert change_named(judge(store), identity(unit=FigureUnit.METRE).name).identity.kind is FigureKind.ERROR
