@@ -110,7 +110,7 @@ def plan_errors(out: Path) -> int:
 
 
 def test_a_baseline_without_a_common_figure_ends_with_3_and_is_an_error(history: str, tmp_path: Path) -> None:
-    add(history, night(error(quantity="place"), number=0), night(error(), number=1))
+    add(history, night(error(quantity="place"), number=0, plan="other"), night(error(), number=1))
     with open_store(history) as store:
         first = store.nights()[0].name
     assert report(history, tmp_path / "out", "--baseline", first)[0] == 3
