@@ -20,7 +20,7 @@ from adapters.common.initial_state import InitialState, chain_model
 from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import COMPILED, ENGINES
-from barchain.judge.declared_noise import MAX_ATTITUDE_NOISE_RAD
+from barchain.judge.declared_noise import MAX_ATTITUDE_NOISE_RAD, noise
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.error_units import NORM_SLACK
 from barchain.metrics.quantities import differences
@@ -192,6 +192,14 @@ class RestartErrorModel(ErrorModel):
         self.whole, self.first = whole, first
 
     @cached_property
+    def declared_noise(self) -> dict[str, Array]:
+        """Noise that the engine declares at these instants of the whole run: asking again takes a process each time."""
+        last = self.first + self.n
+        if last > self.whole.n:
+            return noise(self.engine, self.setting, self.solution, self.t_s)
+        return {name: values[self.first : last] for name, values in self.whole.declared_noise.items()}
+
+    @cached_property
     def before(self) -> dict[str, float]:
         """Errors of reading of the whole run up to the first sample, by quantity; empty in scenes without events."""
         shown = self.whole.local.immediate if self.scene.effects.breaks_s else {}
@@ -222,8 +230,8 @@ def declared_noise_rad(errors: ErrorModel, first: int) -> float:
 
     The floor of the run does not count: round-off since the start is part of the state that the engine goes on from.
     """
-    noise = errors.noise.get("rate")
-    said = 0.0 if noise is None else float(noise[min(first, errors.n - 1)]) / own_rate(errors.scene)
+    rate = errors.noise.get("rate")
+    said = 0.0 if rate is None else float(rate[min(first, errors.n - 1)]) / own_rate(errors.scene)
     return min(said, MAX_ATTITUDE_NOISE_RAD)
 
 
