@@ -136,7 +136,8 @@ def _robotics(name: str, requires: str, imported: str) -> Registration:
 
 def _solver(module: str, name: str, requires: str, imported: str = "", *, compiled: bool = False) -> Registration:
     """Registration of a library's integrator on barchain's equations; `compiled` if these are the compiled ones."""
-    install = "pip install '.[fast,more-engines]'" if compiled else "pip install '.[more-engines]'"
+    extras = [name for name, needed in (("fast", compiled), ("more-engines", requires != "scipy")) if needed]
+    install = f"pip install '.[{','.join(extras)}]'" if extras else "pip install scipy"
     return Registration(
         f"adapters.{module}:{name}",
         requires,

@@ -33,5 +33,5 @@ def new_engine(name: str, out: Path | None) -> None:
         raise click.UsageError(str(error)) from error
     say("\n".join(f"{folder / file}" for file in written))
     if not quiet():
-        trial = f"barchain compare paper/fig05 --engine reference --engine {name}"
+        trial = f"barchain compare paper/fig05 --engine reference --engine {name} --out {name}-fig05"
         say(f"Next: pip install -e {folder} && {trial}", err=True)

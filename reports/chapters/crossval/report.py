@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter, defaultdict
 from typing import TYPE_CHECKING, Any
 
 from reports.chapter import fitting
@@ -20,9 +21,10 @@ from reports.tables.schema import RECORD
 from reports.tables.writing import write_atomically
 from reports.text.glossary import Glossary
 from reports.text.mathematics import written, written_row
-from reports.text.numerals import number
+from reports.text.numerals import number, unpadded
 from reports.text.record import mapping, rows
 from reports.text.words import run_anchor
+from scenarios.plural import plural
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -132,8 +134,21 @@ def context(results: Results, summary: Summary) -> dict[str, Any]:
         "figures": figures,
         "metric_heads": METRIC_HEADS,
         "run_anchor": run_anchor,
+        "settings": compared_settings(summary),
         "coverage_words": coverage_words,
     }
+
+
+def compared_settings(summary: Summary) -> dict[str, str]:
+    """Settings of each engine's compared runs, with the number of scenes where they differ."""
+    found: dict[str, Counter[str]] = defaultdict(Counter)
+    for cell in summary.cells.values():
+        if cell.setting:
+            found[cell.engine][unpadded(cell.setting)] += 1
+    several = {
+        engine: [f"{s} ({plural(n, 'scene')})" for s, n in counted.most_common()] for engine, counted in found.items()
+    }
+    return {engine: ", ".join(several[engine] if len(counted) > 1 else counted) for engine, counted in found.items()}
 
 
 RUN_KEYS = ("scene", "engine", "role", "setting")
@@ -176,15 +191,26 @@ def orbits(summary: Summary, cell: RunCell) -> str:
         return ""
     end_s = cell.limit_s or cell.duration_s
     if cell.judged_share is not None and cell.judged_share < SHORT_OF_THE_RUN:
-        return f"{cell.judged_share:.0%} of the run judged"
+        return judged_part(
+            cell.judged_share, cell.duration_s / scene.period_s if scene.closed and cell.duration_s else None
+        )
     if cell.shows_first_orbit and scene.closed and end_s:
-        return f"first of {orbit_count(end_s / scene.period_s)} orbits"
+        return f"compared to {orbit_count(end_s / scene.period_s)} orbits"
     if cell.limit_s is None:
         return ""
     then = "" if cell.judged_share is None else ", then restarted"
     if not scene.closed:
         return f"to {cell.limit_s:.3g} s{then}"
     return f"to {cell.limit_s / scene.period_s:.2f} orbits{then}"
+
+
+def judged_part(share: float, whole: float | None) -> str:
+    """Judged part of a run of `whole` orbits; None for an orbit that is not closed."""
+    return (
+        f"{share:.0%} of the run judged"
+        if whole is None
+        else f"{share * whole:.2f} of {orbit_count(whole)} orbits judged"
+    )
 
 
 def orbit_count(orbits: float) -> str:
