@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 @optional_scenes
 @click.option("--fault", "faults", multiple=True, metavar="NAME",
               help="Insert this fault. May be repeated; default: every fault that `--list` shows.")  # fmt: skip
-@engine_option("reference, which faults in the code itself need; with --random: the engines marked as default in "
+@engine_option("reference, which faults in the code itself need; with --random: the engines of the default set in "
                "`barchain engines`, judged unmodified", "engines")  # fmt: skip
 @click.option(
     "--smallest", is_flag=True, help="Find the smallest size of each continuous fault that is still detected."

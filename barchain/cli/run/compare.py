@@ -55,7 +55,7 @@ def run_options(command: Callable[..., None]) -> Callable[..., None]:
 @click.command()
 @required_scenes
 @engine_option("one of each library")
-@click.option("--all-engines", is_flag=True, help="Take all engines marked as default in `barchain engines`.")
+@click.option("--all-engines", is_flag=True, help="Take all engines of the default set in `barchain engines`.")
 @out_option(LOOK, help_text=OUT)
 @click.option("--baseline", metavar="DIR", type=NamedPath(path_type=Path, file_okay=False),
               help="Tell what changed since the results in this folder; exit with 1 if a figure is worse.")  # fmt: skip
@@ -89,7 +89,7 @@ def compare(
 def crossval(tag: str | None, out: Path, **options: Any) -> None:
     """Compare all default engines on the core suite, and write a report.
 
-    The core suite is the scenes of paper/ and basics/; the engines are those marked as default in `barchain engines`.
+    The core suite is the scenes of paper/ and basics/; the engines are those of the default set in `barchain engines`.
     Exits with 1 where `barchain compare` does, and also for each scene that no engine with independent physics passes.
     """
     from barchain.cli.run.scenes import tagged  # noqa: PLC0415

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from adapters.registry import Registration
 
-HEADINGS = ("engine", "version", "default", "setting", "what")
+HEADINGS = ("engine", "version", "default set", "setting", "what")
 
 
 @click.command()
@@ -68,6 +68,8 @@ def show_engines(registered: Mapping[str, Registration]) -> None:
 
 def row(known: Mapping[str, Any]) -> tuple[str, ...]:
     """Cells of an engine."""
+    from reports.text.numerals import unpadded  # noqa: PLC0415
+
     default = "yes" if known["default"] else ""
     words = known["missing"] or known.get("fault") or known["title"]
-    return known["name"], known["version"] or "missing", default, known.get("setting", ""), words
+    return known["name"], known["version"] or "missing", default, unpadded(known.get("setting", "")), words
