@@ -1,0 +1,40 @@
+"""The measured order against the declared one, and the steps that were taken."""
+
+from __future__ import annotations
+
+import pytest
+
+from adapters.engine import AccuracyParameter, Setting
+from barchain.conform.accuracy import ErrorAtSetting, order_check
+from barchain.conform.checks import CheckState
+
+
+def errors(order: float, *settings: float, error: float = 1e-4) -> list[ErrorAtSetting]:
+    """Errors that fall with an order, from a first one on."""
+    first = settings[0]
+    return [
+        ErrorAtSetting(
+            Setting(AccuracyParameter.STEPS_PER_ORBIT, s), 0.1 * first / s, error * (first / s) ** order, 0.0, True, 0.1, s
+        )
+        for s in settings
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("measured", "state"),
+    [(4.0, CheckState.PASSED), (3.6, CheckState.PASSED), (3.4, CheckState.FAILED), (5.2, CheckState.WARNING)],
+)
+def test_a_lost_order_fails_and_one_too_high_warns(measured: float, state: CheckState) -> None:
+    assert order_check(errors(measured, 100, 200, 400), 4.0, "a/scene").state is state
+
+
+def test_one_pair_of_coarse_settings_is_no_evidence_of_another_method() -> None:
+    assert order_check(errors(5.2, 100, 200), 4.0, "a/scene").state is CheckState.PASSED
+    assert order_check(errors(3.4, 100, 200), 4.0, "a/scene").state is CheckState.FAILED
+
+
+def test_steps_that_samples_do_not_divide_are_told() -> None:
+    setting = Setting(AccuracyParameter.STEPS_PER_ORBIT, 1000)
+    rounded, exact = (ErrorAtSetting(setting, 0.25, 1e-6, 0.0, True, 0.1, taken) for taken in (1465.0, 1000.0))
+    assert str(rounded) == "1.0e-06 at steps_per_orbit=1000 (1465 steps taken)"
+    assert str(exact) == "1.0e-06 at steps_per_orbit=1000"
