@@ -11,13 +11,9 @@ from barchain.conform.checks import CheckState
 
 def errors(order: float, *settings: float, error: float = 1e-4) -> list[ErrorAtSetting]:
     """Errors that fall with an order, from a first one on."""
-    first = settings[0]
-    return [
-        ErrorAtSetting(
-            Setting(AccuracyParameter.STEPS_PER_ORBIT, s), 0.1 * first / s, error * (first / s) ** order, 0.0, True, 0.1, s
-        )
-        for s in settings
-    ]  # fmt: skip
+    made = [Setting(AccuracyParameter.STEPS_PER_ORBIT, s) for s in settings]
+    finer = [settings[0] / s for s in settings]
+    return [ErrorAtSetting(s, f, error * f**order, 0.0, True, 0.1, s.value) for s, f in zip(made, finer, strict=True)]
 
 
 @pytest.mark.parametrize(

@@ -79,12 +79,12 @@ def write_documents(
     OSError
         If a file can't be written.
     """
-    from barchain.nightly.history.attributed import kept_attributions  # noqa: PLC0415
     from barchain.nightly.history.judged import accepted, judge  # noqa: PLC0415
+    from barchain.nightly.history.kept.attributed import kept_attributions  # noqa: PLC0415
+    from barchain.nightly.history.kept.runs import run_of_night  # noqa: PLC0415
+    from barchain.nightly.history.kept.told import keep_judgement, kept_judgements  # noqa: PLC0415
     from barchain.nightly.history.pair import judge_pair  # noqa: PLC0415
-    from barchain.nightly.history.runs import run_of_night  # noqa: PLC0415
     from barchain.nightly.history.series import positive_values  # noqa: PLC0415
-    from barchain.nightly.history.told import keep_judgement, kept_judgements  # noqa: PLC0415
     from barchain.nightly.telling.facts import night_facts  # noqa: PLC0415
     from barchain.nightly.telling.junit import write_junit  # noqa: PLC0415
     from barchain.nightly.telling.trends import SHOWN, calendar, drawn_nights, trend_charts  # noqa: PLC0415

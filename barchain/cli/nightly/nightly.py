@@ -80,7 +80,7 @@ def list_jobs(plan: NightPlan, url: str | None, out: Path) -> None:
 
 def next_jobs(plan: NightPlan, url: str | None) -> tuple[NightJob, ...]:
     """Jobs of the next night."""
-    from barchain.nightly.history.runs import last_run  # noqa: PLC0415
+    from barchain.nightly.history.kept.runs import last_run  # noqa: PLC0415
     from barchain.nightly.plan.jobs import night_jobs  # noqa: PLC0415
     from barchain.nightly.running.budget import leftovers, waiting_parts  # noqa: PLC0415
     from barchain.nightly.running.night import next_turn  # noqa: PLC0415

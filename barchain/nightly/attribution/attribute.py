@@ -12,10 +12,10 @@ from barchain.boundary.threads import one_thread_each, temporary_root
 from barchain.nightly.attribution.cells import REPEATS, CellPlace, CellRunner, command_of, middle, shows
 from barchain.nightly.attribution.search import AttributionVerdict, find_causes
 from barchain.nightly.attribution.swaps import NightTrees, pins_of, swaps_of
-from barchain.nightly.history.attributed import Attribution, keep_attribution
 from barchain.nightly.history.changes.model import result_words
 from barchain.nightly.history.changes.suspects import suspicion
 from barchain.nightly.history.faults import HistoryError
+from barchain.nightly.history.kept.attributed import Attribution, keep_attribution
 from barchain.nightly.history.model.figures import STEPPED, FigureKind
 from barchain.studies.study import ignore
 

@@ -14,6 +14,7 @@ from barchain.nightly.history.changes.model import Direction
 from barchain.nightly.history.changes.standing import still_holding
 from barchain.nightly.history.changes.times import FALSE_ALARMS, WINDOW
 from barchain.nightly.history.faults import HistoryError
+from barchain.nightly.history.kept.told import note_accepted, told_steps
 from barchain.nightly.history.model.figures import STEPPED, FigureKind
 from barchain.nightly.history.presence import StoredPresence
 from barchain.nightly.history.series import load
@@ -21,7 +22,6 @@ from barchain.nightly.history.sparse import load_gone, load_levels
 from barchain.nightly.history.storage.connection import told, writing
 from barchain.nightly.history.storage.tables import acceptances
 from barchain.nightly.history.storage.vocabulary import insert_new
-from barchain.nightly.history.told import note_accepted, told_steps
 from scenarios.nearest import nearest
 
 if TYPE_CHECKING:

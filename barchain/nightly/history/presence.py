@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import sqlalchemy as sa
 
 from barchain.nightly.history.changes.vanished import Subject, subject_of
-from barchain.nightly.history.runs import runs_of_nights
+from barchain.nightly.history.kept.runs import runs_of_nights
 from barchain.nightly.history.storage.connection import told
 from barchain.nightly.history.storage.tables import figures, series
 from barchain.nightly.history.storage.vocabulary import identity_of

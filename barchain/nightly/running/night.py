@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from barchain.nightly.history.faults import HistoryError
+from barchain.nightly.history.kept.runs import last_run
 from barchain.nightly.history.model.installation import code_of, installation_here
-from barchain.nightly.history.runs import last_run
 from barchain.nightly.plan.jobs import NightJob, night_jobs, plan_engines
 from barchain.nightly.plan.tables import LOGS
 from barchain.nightly.run_facts import NightRun, PartResult, PartState

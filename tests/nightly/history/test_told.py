@@ -12,9 +12,9 @@ from barchain.nightly.history.changes.steps import LEAST_EFFECT, ToldStep, find_
 from barchain.nightly.history.changes.times import WINDOW
 from barchain.nightly.history.faults import HistoryError
 from barchain.nightly.history.judged import accept, accepted, change_named, changes_named, judge
+from barchain.nightly.history.kept.told import keep_judgement, told_steps
 from barchain.nightly.history.model.figures import FigureKind, FigureUnit
 from barchain.nightly.history.store import open_store
-from barchain.nightly.history.told import keep_judgement, told_steps
 from barchain.nightly.telling.facts import still_holding
 from barchain.nightly.telling.needed import needed_nights
 from tests.nightly.history.noise import noise, told

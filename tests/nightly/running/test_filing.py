@@ -14,10 +14,10 @@ import pytest
 
 from barchain.cli.main import run
 from barchain.nightly.history.faults import HistoryError
+from barchain.nightly.history.kept.runs import last_run
 from barchain.nightly.history.model import installation as installed
 from barchain.nightly.history.model.figures import NightPart
 from barchain.nightly.history.model.installation import code_of, installation_here, installation_of
-from barchain.nightly.history.runs import last_run
 from barchain.nightly.history.store import NightStore, open_store
 from barchain.nightly.plan.loading import load_plan
 from barchain.nightly.running import night as running

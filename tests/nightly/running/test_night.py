@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from barchain.nightly.history.judged import judge
-from barchain.nightly.history.runs import last_run, run_of_night
+from barchain.nightly.history.kept.runs import last_run, run_of_night
 from barchain.nightly.history.store import open_store
 from barchain.nightly.plan.loading import load_plan
 from barchain.nightly.run_facts import PartState

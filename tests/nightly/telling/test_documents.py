@@ -15,10 +15,10 @@ from junitparser import JUnitXml
 
 from barchain.cli.main import cli
 from barchain.nightly.history.judged import accept, change_named, judge
+from barchain.nightly.history.kept.told import kept_judgements
 from barchain.nightly.history.model.figures import NightPart
 from barchain.nightly.history.night_file import write_night
 from barchain.nightly.history.store import open_store
-from barchain.nightly.history.told import kept_judgements
 from barchain.nightly.run_facts import AlarmTest, NightRun, PartResult, PartState
 from reports.tables.nights.facts import NightlyFile, read_nightly
 from tests.nightly.history.synthetic import PARTS, bits, count, error, night, ratio, verdict
