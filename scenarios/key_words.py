@@ -29,7 +29,7 @@ WORDS = {
     "length_m": "lengths",
     "inertia_kg_m2": "moments of inertia",
     "angle_rad": "angles",
-    "angle_from": "horizontal that the angles start from",
+    "angle_from": "angles count from the local horizontal of the",
     "longitude_rad": "longitude from the z1 axis",
     "j2": "zonal coefficient J2",
     "at_s": "instant",
