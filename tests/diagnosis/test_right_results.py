@@ -12,7 +12,7 @@ from adapters.registry import ENGINES
 from barchain.judge.diagnosis.channels import channels_of
 from barchain.judge.diagnosis.diagnose import diagnose
 from barchain.judge.diagnosis.fit import QUANTITY_OF
-from barchain.judge.diagnosis.search import BRIEF
+from barchain.judge.diagnosis.search import BRIEF, FULL
 from barchain.judge.diagnosis.verdicts import (
     diagnosed_verdict,
     diagnosis_of_verdict,
@@ -84,6 +84,15 @@ def test_noise_names_nothing(times: float, seed: int) -> None:
     found = diagnose(SCENE, result, solution(SCENE), tolerance, BRIEF)
     assert not found.explanations, str(found)
     assert not found.parts, str(found)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("times", [1.5, 1e3])
+def test_noise_names_no_pair_of_altered_scenes(times: float) -> None:
+    result, tolerance = noisy(times, 0)
+    found = diagnose(SCENE, result, solution(SCENE), tolerance, FULL)
+    assert found.wrong
+    assert not found.explanations, str(found)
 
 
 @pytest.mark.parametrize("rtol", [1e-3, 1e-4, 1e-5, 1e-6])
