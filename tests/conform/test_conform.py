@@ -178,8 +178,13 @@ def test_an_unknown_engine_is_one_line_with_the_nearest_name(capsys: pytest.Capt
     assert "did you mean mujoco" in error
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", [name for name, r in engines().items() if not r.missing])
+def marked(name: str) -> object:
+    """Parameter of an engine; forms of other engines that take half a minute are examined by hand and nightly."""
+    slower = name.endswith("-numpy") or name in {"reference-absolute", "heyoka-quad"}
+    return pytest.param(name, marks=pytest.mark.exhaustive if slower else pytest.mark.slow)
+
+
+@pytest.mark.parametrize("name", [marked(name) for name, r in engines().items() if not r.missing])
 def test_every_engine_of_barchain_conforms(name: str) -> None:
     report = conform(name)
     assert report.passed, failed(report)

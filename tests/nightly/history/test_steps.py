@@ -150,7 +150,7 @@ def test_false_alarms_stay_rare_where_all_series_share_the_nights_noise() -> Non
     assert len(set(alarms(x, 13))) <= 1
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_nights_until_a_step_is_found() -> None:
     """Table of docs/howto/history.md: median nights of twelve histories, 300 series, noise of 2 %."""
     table = {}
