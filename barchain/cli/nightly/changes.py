@@ -72,10 +72,12 @@ def accept_change(
 
     need_extra()
     from barchain.nightly.history.judged import accept, changes_named, judge  # noqa: PLC0415
+    from barchain.nightly.history.kept.told import keep_judgement  # noqa: PLC0415
 
     end = None if until is None else until.replace(tzinfo=datetime.UTC)
     with opened(url) as store:
         judged = judge(store, night)
+        keep_judgement(store, judged)  # a step keeps the name under which it is accepted
         chosen = {change.id: change for name in names for change in changes_named(judged, name)}
         for made in accept(store, list(chosen.values()), user(), reason, end):
             ending = f" until {made.until.date()}" if made.until else ""

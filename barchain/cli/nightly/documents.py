@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -103,14 +104,13 @@ def write_documents(
     run = run_of_night(store, summary)
     confirmed = {change: one.words for change, one in kept_attributions(store).items()}
     facts = night_facts(judged, accepted(store), night.figures, run, baseline=baseline or "", confirmed=confirmed)
-    if baseline is None:
-        keep_judgement(store, judged, {change.id for change in facts.changes if change.accepted})
+    keep_judgement(store, judged if baseline is None else judge(store, summary.name))
     nights = [each for each in store.nights() if each.started <= summary.started]
     charts = trend_charts(positive_values(store, drawn_nights(nights), SHOWN), nights, judged.changes)
     out.mkdir(parents=True, exist_ok=True)
     write_atomically(out / FILE, facts.model_dump_json(indent=1) + "\n")
     write_summary(out, facts)
-    write_page(out, facts, charts, calendar(nights, kept_judgements(store)))
+    write_page(out, facts, charts, calendar(nights, kept_judgements(store, datetime.datetime.now(datetime.UTC))))
     write_junit(junit or out / JUNIT, facts, night.figures, fail_on)
     return facts
 

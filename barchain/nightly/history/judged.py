@@ -14,7 +14,7 @@ from barchain.nightly.history.changes.model import Direction
 from barchain.nightly.history.changes.standing import still_holding
 from barchain.nightly.history.changes.times import FALSE_ALARMS, WINDOW
 from barchain.nightly.history.faults import HistoryError
-from barchain.nightly.history.kept.told import note_accepted, told_steps
+from barchain.nightly.history.kept.told import told_steps
 from barchain.nightly.history.model.figures import STEPPED, FigureKind
 from barchain.nightly.history.presence import StoredPresence
 from barchain.nightly.history.series import load
@@ -90,13 +90,15 @@ def changes_named(judged: JudgedNight, name: str) -> list[Change]:
     HistoryError
         If there is none.
     """
+    holding = still_holding(judged)  # not a recovery in part after one
     last = {change.identity: change for change in sorted(judged.changes, key=lambda c: c.since)}
-    last |= {change.identity: change for change in still_holding(judged)}  # not a recovery in part after it
-    named = [change for change in last.values() if change.identity.name == name]
+    others = [change for identity, change in last.items() if identity not in {c.identity for c in holding}]
+    every = [*holding, *others]
+    named = [change for change in every if change.identity.name == name]
     if named or "*" not in name:
         return named or [change_named(judged, name)]
     pattern = name.replace("[", "[[]")
-    fitting = [change for change in last.values() if fnmatch.fnmatchcase(change.identity.name, pattern)]
+    fitting = [change for change in every if fnmatch.fnmatchcase(change.identity.name, pattern)]
     allowed = [change for change in fitting if not change.irreproducible]
     if not allowed:
         fault = NO_ACCEPTANCE if fitting else f"fits none of {len(last)} changed figures up to {judged.night.name}"
@@ -123,7 +125,6 @@ def accept(
     made = [acceptance_of(change, who, now, reason, until) for change in changes]
     with told(store.given), writing(store.engine) as connection:
         insert_new(connection, acceptances, [acceptance_row(one) for one in made])
-        note_accepted(connection, [change.id for change in changes])
     return made
 
 

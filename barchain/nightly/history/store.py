@@ -13,6 +13,7 @@ from barchain.nightly.history.model.series_model import NightSummary
 from barchain.nightly.history.storage.connection import connected, shown, told, writing
 from barchain.nightly.history.storage.rows import figure_rows, read_figures
 from barchain.nightly.history.storage.tables import (
+    acceptances,
     environments,
     figures,
     night_parts,
@@ -88,6 +89,7 @@ class NightStore:
         with told(self.given), writing(self.engine) as connection:
             if replaces is not None and replaces != night.name:
                 remove_incomplete(connection, replaces)
+                rename_night(connection, replaces, night.name)
             return add_night(connection, night, run)
 
     def nights(self, last: int | None = None) -> tuple[NightSummary, ...]:
@@ -196,7 +198,13 @@ def remove_incomplete(connection: Connection, name: str) -> None:
     if connection.execute(sa.select(nights.c.complete).where(nights.c.id == number)).scalar_one():
         raise HistoryError(f"{name}: is complete, and no other night replaces it")
     remove(connection, [number])
-    connection.execute(sa.delete(told_changes).where(told_changes.c.night == name))  # tells them itself
+
+
+def rename_night(connection: Connection, old: str, new: str) -> None:
+    """Let changes, acceptances and what was told begin with the night that replaces another one."""
+    connection.execute(sa.delete(told_changes).where(told_changes.c.night == old))  # the new night tells them itself
+    for table in (told_changes, acceptances):
+        connection.execute(sa.update(table).where(table.c.since == old).values(since=new))
 
 
 def remove(connection: Connection, numbers: Sequence[int]) -> None:

@@ -48,7 +48,7 @@ def write_junit(path: Path, facts: NightlyFile, figures: Iterable[Figure], fail_
 def junit_text(facts: NightlyFile, figures: Iterable[Figure], fail_on: str = "worse") -> bytes:
     """JUnit XML of a night, as :func:`write_junit`."""
     document = JUnitXml(NIGHT)
-    document.add_testsuite(plan_suite(facts))
+    document.add_testsuite(plan_suite(facts, Error if FAILING[fail_on] else Skipped))
     cells = by_engine(figures)
     changes: dict[tuple[str, str], list[ChangeEntry]] = defaultdict(list)
     for change in (*facts.changes, *facts.standing):
@@ -76,27 +76,28 @@ def by_engine(figures: Iterable[Figure]) -> dict[str, dict[str, list[Figure]]]:
     return found
 
 
-def plan_suite(facts: NightlyFile) -> TestSuite:
+def plan_suite(facts: NightlyFile, fault: type[Error | Skipped] = Error) -> TestSuite:
     """Suite of the parts of the plan.
 
-    A void or incomplete night, a baseline without a common figure, and a part that failed or was left, are errors.
+    A void or incomplete night, a baseline without a common figure, and a part that failed or was left, are errors; with
+    `--fail-on never` they are skipped.
     """
     suite = TestSuite(PLAN)
     parts_s = sum(part.duration_s for part in facts.run.parts) if facts.run else 0.0
     night = TestCase("night", PLAN, round(max(facts.night.duration_s - parts_s, 0.0), 3))  # the rest: times add up
     if facts.night.void:
-        night.result = [Error(plain_text(facts.night.void), "void")]
+        night.result = [fault(plain_text(facts.night.void), "void")]
     parts = facts.run.parts if facts.run else ()
     if facts.night.state == "incomplete" and all(part.state == "done" for part in parts):
-        night.result = [Error("the night is incomplete", "incomplete")]
+        night.result = [fault("the night is incomplete", "incomplete")]
     if facts.against.baseline and not facts.counts.judged:
-        night.result = [Error(plain_text(f"{facts.against.baseline} has no figure of this night"), "not compared")]
+        night.result = [fault(plain_text(f"{facts.against.baseline} has no figure of this night"), "not compared")]
     suite.add_testcase(night)
     for part in parts:
         case = TestCase(part.name, PLAN, round(part.duration_s, 3))
         if part.state != "done":
             left = f"; left: {', '.join(part.left)}" if part.left else ""
-            case.result = [Error(plain_text(f"{part.reason or part.state}{left}"), part.state)]
+            case.result = [fault(plain_text(f"{part.reason or part.state}{left}"), part.state)]
         suite.add_testcase(case)
     suite.update_statistics()  # type: ignore[no-untyped-call]
     return suite

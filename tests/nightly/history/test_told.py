@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import datetime
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
+from barchain.nightly.history.changes.accepted import accepting
 from barchain.nightly.history.changes.model import Direction
-from barchain.nightly.history.changes.steps import LEAST_EFFECT, ToldStep, find_steps, with_told
+from barchain.nightly.history.changes.steps import LEAST_EFFECT, ToldStep, find_steps
 from barchain.nightly.history.changes.times import WINDOW
 from barchain.nightly.history.faults import HistoryError
 from barchain.nightly.history.judged import accept, accepted, change_named, changes_named, judge
-from barchain.nightly.history.kept.told import keep_judgement, told_steps
+from barchain.nightly.history.kept.told import keep_judgement, kept_judgements, told_steps
 from barchain.nightly.history.model.figures import FigureKind, FigureUnit
 from barchain.nightly.history.store import open_store
 from barchain.nightly.telling.facts import still_holding
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
     from barchain.nightly.history.store import NightStore
 
 QUANTITY = "time_ratio"
+LATER = datetime.datetime(2100, 1, 1, tzinfo=datetime.UTC)
 
 
 @pytest.fixture
@@ -72,8 +75,92 @@ def test_a_held_step_is_given_up_where_the_levels_no_longer_differ() -> None:
     for size, held in ((0.6 * LEAST_EFFECT, True), (0.3 * LEAST_EFFECT, False), (-0.05, False)):
         moved = x.copy()
         moved[40:] += size
-        found = find_steps(moved, 1e-12)
-        assert [step.held for step in with_told(moved, found, known, 0.0) if step.factor > 1.0] == [True] * held
+        steps = find_steps(moved, 1e-12, told=known)
+        assert [step.held for step in steps if step.factor > 1.0] == [True] * held
+
+
+@pytest.mark.parametrize("second", [0.1, 0.7, -0.1])
+def test_a_second_step_of_a_figure_is_told_as_soon_as_a_first_one(second: float) -> None:
+    """Also where nobody recorded the first one: the clearest step of a night is no measure for the others."""
+    x = noise(0, 20, 112, 0.02, 0.3)
+    x[0, 60:] += 0.1
+    x[0, 100:] += second
+    assert any(len(told(x[:, :night])[0]) == 2 for night in range(101, 112))
+
+
+def test_a_doubling_after_an_accepted_slow_down_is_told(store: NightStore) -> None:
+    x = noise(15, 4, 70, 0.01, 0.0)
+    x[0, 30:] += 0.1
+    x[0, 45:] += 0.69
+    for k in range(70):
+        run_night(store, k, *np.exp(x[:, k]))
+        if k == 44:
+            accept(store, still_holding(judge(store)), "Ada", "more checks")
+    red = [c for c in still_holding(judge(store)) if accepting(c, accepted(store), LATER) is None]
+    assert [c.factor for c in red] == pytest.approx([2.0], rel=0.05)
+    assert [c.factor for c in judge(store).changes] == pytest.approx([1.1, 2.0], rel=0.05)
+
+
+def test_a_regression_stays_when_a_later_one_is_undone(store: NightStore) -> None:
+    red = []
+    for k, value in enumerate((1e-5, 2e-5, 4e-5, 2e-5, 2e-5, 1e-5)):
+        store.add(night(error(value), number=k))
+        judged = judge(store)
+        red.append(any(c.direction is Direction.WORSE for c in (*judged.tonight, *still_holding(judged))))
+    assert red == [False, True, True, True, True, False]
+
+
+def test_a_slow_down_stays_when_a_later_one_is_accepted(store: NightStore) -> None:
+    x = noise(16, 4, 60, 0.01, 0.0)
+    x[0, 20:] += 0.3
+    x[0, 40:] += 0.1
+    for k in range(60):
+        run_night(store, k, *np.exp(x[:, k]))
+    first, second = sorted(still_holding(judge(store)), key=lambda c: c.since)
+    accept(store, [second], "Ada", "more checks")
+    assert accepting(first, accepted(store), LATER) is None
+    assert accepting(second, accepted(store), LATER) is not None
+
+
+def test_a_step_whose_first_night_was_not_judged_is_held(store: NightStore) -> None:
+    x = noise(21, 6, 60, 0.02, 0.3)
+    x[0, 30:] += 0.08
+    red = []
+    for k in range(60):
+        values = [ratio(v, f"{QUANTITY}.{i}") for i, v in enumerate(np.exp(x[:, k]))]
+        store.add(night(*values, number=k))
+        if k > 35:  # the first clear night, 35, was judged against a baseline, say
+            judged = judge(store)
+            keep_judgement(store, judged)
+            red.append(bool(judged.tonight or still_holding(judged)))
+    assert all(red)
+
+
+def test_the_calendar_forgives_until_an_acceptance_ends(store: NightStore) -> None:
+    for k, value in enumerate((1e-5, 2e-5)):
+        store.add(night(error(value), number=k))
+    judged = judge(store)
+    keep_judgement(store, judged)
+    end = datetime.datetime(2999, 1, 1, tzinfo=datetime.UTC)
+    accept(store, judged.tonight, "Ada", "known", end)
+    at = (end - datetime.timedelta(days=1), end)
+    assert [kept_judgements(store, when)[judged.night.name] for when in at] == [(0, 1), (1, 1)]
+
+
+def test_a_step_keeps_its_name_when_its_first_night_is_resumed(store: NightStore) -> None:
+    x = noise(17, 4, 50, 0.01, 0.0)
+    x[0, 30:] += 0.3
+    for k in range(50):
+        values = [ratio(v, f"{QUANTITY}.{i}") for i, v in enumerate(np.exp(x[:, k]))]
+        store.add(night(*values, number=k, complete=k != 30))
+        keep_judgement(store, judge(store))
+    (before,) = judge(store).changes
+    values = [ratio(v, f"{QUANTITY}.{i}") for i, v in enumerate(np.exp(x[:, 30]))]
+    store.add(night(*values, error(), number=30), replaces=before.since)
+    (after,) = judge(store).changes
+    assert judge(store).tonight == ()
+    assert after.since != before.since
+    assert [one.since for one in told_steps(store, judge(store).night.name)[after.identity.name]] == [after.since]
 
 
 def test_a_busy_night_tells_no_step_again(store: NightStore) -> None:

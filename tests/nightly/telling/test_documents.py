@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 import json
 import re
 from pathlib import Path
@@ -23,6 +24,7 @@ from barchain.nightly.run_facts import AlarmTest, NightRun, PartResult, PartStat
 from reports.tables.nights.facts import NightlyFile, read_nightly
 from tests.nightly.history.synthetic import PARTS, bits, count, error, night, ratio, verdict
 
+NOW = datetime.datetime.now(datetime.UTC)
 SCHEMA = Path(__file__).with_name("junit-10.xsd")
 NEWER = (NightPart("engine:mujoco", "4.0.0", "ee"), *PARTS[1:])
 RUN = NightRun(
@@ -134,9 +136,9 @@ def test_the_calendar_forgives_what_was_accepted_later(history: str, tmp_path: P
     add(history, usual(number=0), usual(2.0, number=1, parts=NEWER))
     report(history, tmp_path / "out")
     with open_store(history) as store:
-        assert [worse for worse, _ in kept_judgements(store).values()] == [1]
+        assert [worse for worse, _ in kept_judgements(store, NOW).values()] == [1]
         accept(store, [change_named(judge(store), error().identity.name)], "Ada", "fewer steps on purpose")
-        assert [worse for worse, _ in kept_judgements(store).values()] == [0]
+        assert [worse for worse, _ in kept_judgements(store, NOW).values()] == [0]
 
 
 def test_an_earlier_change_for_the_worse_stands_until_it_is_mended(history: str, tmp_path: Path) -> None:

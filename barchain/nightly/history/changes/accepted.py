@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -81,8 +80,8 @@ def covers(acceptance: Acceptance, change: Change, at: datetime.datetime) -> boo
     A change whose earlier value is of a night after the accepted one is another change, though it may lead to the same
     value.
 
-    A time, or memory, is there if its step is: the same night, or a factor within the least effect. Any other figure is
-    there by the rule of its kind.
+    A time, or memory, is there if its step is: of the same night, and as large within its interval and the least
+    effect. Any other figure is there by the rule of its kind.
     """
     if acceptance.until is not None and at >= acceptance.until:
         return False
@@ -92,11 +91,11 @@ def covers(acceptance: Acceptance, change: Change, at: datetime.datetime) -> boo
 
 
 def same_step(acceptance: Acceptance, change: Change) -> bool:
-    """Whether a step is as large as the accepted one, and not of a later night."""
-    if acceptance.value is None or change.factor is None:
+    """Whether a step is the accepted one: of the same night, and as large within its interval and the least effect."""
+    if acceptance.value is None or change.factor is None or change.since != acceptance.since:
         return False
-    near = abs(math.log(change.factor / acceptance.value)) < math.log1p(LEAST_EFFECT)
-    return near and change.since[: len("2026-01-01")] <= acceptance.accepted.isoformat()[: len("2026-01-01")]
+    low, high = change.factor_low or change.factor, change.factor_high or change.factor
+    return low / (1.0 + LEAST_EFFECT) <= acceptance.value <= high * (1.0 + LEAST_EFFECT)
 
 
 def same_result(acceptance: Acceptance, now: Figure) -> bool:

@@ -72,7 +72,7 @@ def judge_night(
     presence : Presence, optional
         Nights on which scenes and figures were measured, for figures that are gone; default: those of `series`.
     told : mapping
-        Steps of times and memory that earlier nights told, by figure.
+        Steps of times and memory that earlier nights told, by name of the figure.
     """
     tonight = nights[-1]
     if tonight.void is not None:

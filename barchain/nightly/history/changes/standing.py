@@ -15,20 +15,30 @@ if TYPE_CHECKING:
 
     from barchain.nightly.history.changes.judging import JudgedNight
     from barchain.nightly.history.changes.model import Change
+    from barchain.nightly.history.model.figures import FigureIdentity
 
 
 def still_holding(judged: JudgedNight) -> list[Change]:
-    """Last change for the worse of each figure on an earlier night, if the figure is still worse than before it.
+    """Changes for the worse of earlier nights, before which the figure was still better than it is.
 
-    A run that was not reproducible is an event of its night, and no state that holds.
+    Of a figure the last one stands for those before it, as the figure is where that one led. Steps of times and memory
+    are factors, and stand for themselves. A run that was not reproducible is an event of its night, and no state that
+    holds.
     """
-    ordered = sorted(judged.changes, key=lambda c: c.since)
-    own: dict[object, list[Change]] = {}
-    for change in ordered:
+    own: dict[FigureIdentity, list[Change]] = {}
+    for change in sorted(judged.changes, key=lambda c: c.since):
         own.setdefault(change.identity, []).append(change)
-    latest = {c.identity: c for c in ordered if c.direction is Direction.WORSE and not c.irreproducible}
     told = {change.id for change in judged.tonight}
-    return [c for c in latest.values() if c.id not in told and holds(c, own[c.identity])]
+    found = []
+    for identity, changes in own.items():
+        holding = [c for c in changes if is_regression(c) and holds(c, changes)]
+        found += [c for c in (holding if identity.kind in STEPPED else holding[-1:]) if c.id not in told]
+    return found
+
+
+def is_regression(change: Change) -> bool:
+    """Whether a change is for the worse, and a state that can hold."""
+    return change.direction is Direction.WORSE and not change.irreproducible
 
 
 def holds(change: Change, own: Sequence[Change]) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from barchain.nightly.history.changes.rank_test import FEWEST_NEW, FEWEST_OLD, split_levels
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    from collections.abc import Callable, Collection, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -24,6 +25,8 @@ AS_LIKELY = 1000.0
 itself, and an outlier beside the step is common"""
 SHIFT = 5
 """Nights by which the place of a step may move when nights are added"""
+MOST_LIKELY = 0.5
+"""Probability by chance above which a place is no step, however near a change of a part"""
 NEAR = 3
 """Nights from the most likely place within which another may be that of the step"""
 CONFIDENCE_SIGMAS = 1.96
@@ -44,7 +47,7 @@ class Step:
     probability: float
     """That equal levels give so clear a step anywhere in the series"""
     held: bool = False
-    """Whether only an earlier night found the step clear enough"""
+    """Whether an earlier night told the step; its probability is not computed again then"""
 
 
 @dataclass(frozen=True)
@@ -57,8 +60,14 @@ class ToldStep:
     """Whether the new level is the larger one"""
 
 
-def find_steps(x: Array, threshold: float, correlation: float = 0.0, likely: Collection[int] = ()) -> tuple[Step, ...]:
+def find_steps(
+    x: Array, threshold: float, correlation: float = 0.0, likely: Collection[int] = (), told: Sequence[ToldStep] = ()
+) -> tuple[Step, ...]:
     """Steps of at least :data:`LEAST_EFFECT` in a series (n,) of logarithms, in their order.
+
+    Steps that earlier nights told divide the series first. Each is held at its place, though the last nights make it
+    less clear, as long as the levels before and after it differ in its direction by half the least effect: it would be
+    told and taken back in turns otherwise.
 
     Parameters
     ----------
@@ -69,36 +78,64 @@ def find_steps(x: Array, threshold: float, correlation: float = 0.0, likely: Col
         Of neighbours.
     likely : collection of int
         Places at which a part changed: among places that fit about as well, one of these is taken.
+    told : sequence of ToldStep
+        Steps that earlier nights told.
     """
-    places = divided(x, 0, threshold, correlation, likely)
-    ends = [0, *(place for place, _ in places), len(x)]
-    found = [
-        step_at(x[ends[i] : ends[i + 1]], x[ends[i + 1] : ends[i + 2]], place, probability, correlation)
-        for i, (place, probability) in enumerate(places)
-    ]
-    return tuple(step for step in found if abs(math.log(step.factor)) >= math.log1p(LEAST_EFFECT))
+    held = {one.place: one for one in told if 0 < one.place < len(x)}
+    probability = found_between(x, held, threshold, correlation, likely)
+    while True:
+        steps = sized(x, {**dict.fromkeys(held, math.nan), **probability}, correlation)
+        weak = {step.place: size(step, held) for step in steps if size(step, held) < least_size(step, held)}
+        weak |= {place: -1.0 for place in map(repeated(held), steps) if place is not None}
+        if not weak:
+            return tuple(replace(step, held=step.place in held) for step in steps)
+        weakest = min(weak, key=lambda place: weak[place])
+        if weakest in held:  # what lies around it is searched again without it
+            del held[weakest]
+            probability = found_between(x, held, threshold, correlation, likely)
+        else:
+            del probability[weakest]
 
 
-def with_told(x: Array, found: Sequence[Step], told: Collection[ToldStep], correlation: float) -> tuple[Step, ...]:
-    """Steps of a series (n,) with those that earlier nights told, in their order.
+def found_between(
+    x: Array, held: Collection[int], threshold: float, correlation: float, likely: Collection[int]
+) -> dict[int, float]:
+    """Probabilities of new steps by their places, between those that are held."""
+    parts = segments(x, held)
+    return dict(step for first, part in parts for step in divided(part, first, threshold, correlation, likely))
 
-    A step that was told keeps its place. It is held, though the last nights make it less clear, as long as the levels
-    before and after it differ in its direction by half the least effect: a figure would be told and taken back in turns
-    otherwise.
-    """
-    steps = list(found)
-    for one in told:
-        same = next((k for k, step in enumerate(steps) if alike(step.place, step.factor > 1.0, one)), None)
-        if same is not None:
-            steps[same] = replace(steps[same], place=one.place)
-            continue
-        first = max((step.place for step in steps if step.place < one.place), default=0)
-        end = min((step.place for step in steps if step.place > one.place), default=len(x))
-        if first < one.place < end and all(step.place != one.place for step in steps):
-            held = step_at(x[first : one.place], x[one.place : end], one.place, math.nan, correlation)
-            size = math.log(held.factor) * (1.0 if one.slower else -1.0)
-            steps += [replace(held, held=True)] * (size >= math.log1p(LEAST_EFFECT) / 2.0)
-    return tuple(sorted(steps, key=lambda step: step.place))
+
+def segments(x: Array, places: Collection[int]) -> list[tuple[int, Array]]:
+    """Parts of a series between some places, each with the place of its first element."""
+    ends = [0, *sorted(places), len(x)]
+    return [(first, x[first:last]) for first, last in pairwise(ends)]
+
+
+def sized(x: Array, probability: Mapping[int, float], correlation: float) -> list[Step]:
+    """Steps at some places, each between the levels up to its neighbours."""
+    places = sorted(probability)
+    parts = [part for _, part in segments(x, places)]
+    return [step_at(parts[k], parts[k + 1], place, probability[place], correlation) for k, place in enumerate(places)]
+
+
+def size(step: Step, held: Mapping[int, ToldStep]) -> float:
+    """Size of a step in logarithms: of a held one in its direction, of another one absolute."""
+    log = math.log(step.factor)
+    return abs(log) if step.place not in held else log if held[step.place].slower else -log
+
+
+def least_size(step: Step, held: Collection[int]) -> float:
+    """Size below which a step is not told, or no longer held."""
+    return math.log1p(LEAST_EFFECT) * (0.5 if step.place in held else 1.0)
+
+
+def repeated(held: Mapping[int, ToldStep]) -> Callable[[Step], int | None]:
+    """Place of a new step that is a held one found again beside its place; None of any other step."""
+    return lambda step: (
+        step.place
+        if step.place not in held and any(alike(step.place, step.factor > 1.0, one) for one in held.values())
+        else None
+    )
 
 
 def alike(place: int, slower: bool, told: ToldStep) -> bool:
@@ -125,7 +162,8 @@ def divided(
 def chosen(probability: Array, best: int, likely: Collection[int]) -> int:
     """Place of a step: the most likely one at which a part changed, of those that fit about as well as the best."""
     near = range(max(best - NEAR, 0), min(best + NEAR + 1, len(probability)))
-    fitting = [k for k in near if k in likely and probability[k] <= AS_LIKELY * probability[best]]
+    most = min(AS_LIKELY * float(probability[best]), MOST_LIKELY)
+    fitting = [k for k in near if k in likely and probability[k] <= most]
     return min(fitting, key=lambda k: (float(probability[k]), abs(k - best)), default=best)
 
 

@@ -17,7 +17,7 @@ from scipy.stats import false_discovery_control
 
 from barchain.nightly.history.changes.model import Change, Direction
 from barchain.nightly.history.changes.rank_test import FEWEST_NEW, FEWEST_OLD, autocorrelations, split_levels
-from barchain.nightly.history.changes.steps import LEAST_EFFECT, Step, ToldStep, alike, find_steps, with_told
+from barchain.nightly.history.changes.steps import LEAST_EFFECT, Step, ToldStep, alike, find_steps, segments
 from barchain.nightly.history.changes.suspects import differing
 
 if TYPE_CHECKING:
@@ -26,10 +26,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from barchain.nightly.history.changes.model import ToldChange
-    from barchain.nightly.history.model.figures import FigureIdentity
     from barchain.nightly.history.model.series_model import FigureSeries
 
-    ToldChanges = Mapping[FigureIdentity, Sequence[ToldChange]]
+    ToldChanges = Mapping[str, Sequence[ToldChange]]
     Array = NDArray[np.float64]
 
 FALSE_ALARMS = 1.0 / 120.0
@@ -49,7 +48,7 @@ def time_changes(
         All series of these kinds, over the nights of one machine class; the last night is judged.
     false_alarms : float
     told : mapping
-        Changes that earlier nights told, by figure.
+        Changes that earlier nights told, by name of the figure.
 
     Returns
     -------
@@ -59,15 +58,12 @@ def time_changes(
     present = [measured(one) for one in series]
     last = max((night.started for one in series for night in one.nights), default=None)
     before = [shortened(one, last) for one in present]
-    steps, earlier = all_steps(present, false_alarms), all_steps(before, false_alarms)
-    correlations = autocorrelations([logarithms(one) for one in present])
+    kept = [told_steps(one, told.get(one.identity.name, ())) for one in present]
+    steps, earlier = all_steps(present, kept, false_alarms), all_steps(before, kept, false_alarms)
     changes, fresh = [], []
-    for one, values, found, known, r in zip(
-        present, map(logarithms, present), steps, earlier, correlations, strict=True
-    ):
-        kept = told_steps(one, told.get(one.identity, ()))
-        shown = [*kept, *(ToldStep(step.place, step.factor > 1.0) for step in known)]
-        for step in with_told(values, found, kept, r):
+    for one, found, own, known in zip(present, steps, kept, earlier, strict=True):
+        shown = [*own, *(ToldStep(step.place, step.factor > 1.0) for step in known)]
+        for step in found:
             change = change_of(one, step)
             changes.append(change)
             if not any(alike(step.place, step.factor > 1.0, other) for other in shown):
@@ -88,21 +84,29 @@ def shortened(series: FigureSeries, last: object) -> FigureSeries:
     return replace(series, nights=series.nights[:-1], figures=series.figures[:-1])
 
 
-def all_steps(series: Sequence[FigureSeries], false_alarms: float) -> list[tuple[Step, ...]]:
-    """Steps of each series, with one threshold for all."""
+def all_steps(
+    series: Sequence[FigureSeries], told: Sequence[Sequence[ToldStep]], false_alarms: float
+) -> list[tuple[Step, ...]]:
+    """Steps of each series, with one threshold for all; what was told before is no discovery, and does not widen it."""
     values = [logarithms(one) for one in series]
     correlations = autocorrelations(values)
-    threshold = common_threshold(values, correlations, false_alarms)
+    between = [
+        (part, correlation)
+        for x, correlation, own in zip(values, correlations, told, strict=True)
+        for _, part in segments(x, [one.place for one in own if one.place < len(x)])
+    ]
+    threshold = common_threshold([part for part, _ in between], [r for _, r in between], false_alarms)
     return [
-        find_steps(x, threshold, correlation, part_changes(one)) if threshold > 0.0 else ()
-        for x, correlation, one in zip(values, correlations, series, strict=True)
+        find_steps(x, threshold, correlation, part_changes(one), own)
+        for x, correlation, one, own in zip(values, correlations, series, told, strict=True)
     ]
 
 
 def common_threshold(values: Sequence[Array], correlations: Sequence[float], false_alarms: float) -> float:
-    """Largest probability of a step that is a discovery on this night; 0 if there is none.
+    """Largest probability of a step that is a discovery on this night, by Benjamini and Hochberg; 0 if there is none.
 
-    Only series that are long enough for a step count.
+    It is the procedure's level, and not the probability of the least clear discovery: another step of the same series
+    need not be as clear as the clearest one. Only series that are long enough for a step count.
     """
     tested = [
         float(split_levels(x, correlation).min())
@@ -112,7 +116,7 @@ def common_threshold(values: Sequence[Array], correlations: Sequence[float], fal
     if not tested:
         return 0.0
     adjusted = false_discovery_control(np.array(tested), method="bh")
-    return max((p for p, q in zip(tested, adjusted, strict=True) if q <= false_alarms), default=0.0)
+    return false_alarms * float(np.count_nonzero(adjusted <= false_alarms)) / len(tested)
 
 
 def logarithms(series: FigureSeries) -> Array:
@@ -140,7 +144,7 @@ def change_of(series: FigureSeries, step: Step) -> Change:
     """Change at a step; more time, or more memory, is worse."""
     nights = len(series.figures) - step.place
     words = f"{step.factor:.3f} times the earlier level ({step.low:.3f} to {step.high:.3f})"
-    chance = "less clear than when it was told" if step.held else f"by chance with {step.probability:.1g}"
+    chance = "told on an earlier night" if step.held else f"by chance with {step.probability:.1g}"
     return Change(
         series.identity, series.figures[step.place - 1], series.figures[-1], series.nights[step.place - 1].name,
         series.nights[step.place].name, Direction.WORSE if step.factor > 1.0 else Direction.BETTER,

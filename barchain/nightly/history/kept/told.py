@@ -2,48 +2,43 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from typing import TYPE_CHECKING
 
 import sqlalchemy as sa
 
 from barchain.nightly.history.changes.model import Direction, ToldChange
 from barchain.nightly.history.model.figures import STEPPED
-from barchain.nightly.history.model.identity import content_digest
 from barchain.nightly.history.storage.connection import told, writing
-from barchain.nightly.history.storage.tables import judgements, nights, series, told_changes
-from barchain.nightly.history.storage.vocabulary import identity_of, insert_new, pieces
+from barchain.nightly.history.storage.tables import acceptances, judgements, nights, told_changes
+from barchain.nightly.history.storage.vocabulary import insert_new
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    import datetime
+    from collections.abc import Iterator
+    from typing import Any
 
     from sqlalchemy import Connection
 
     from barchain.nightly.history.changes.judging import JudgedNight
-    from barchain.nightly.history.model.figures import FigureIdentity
+    from barchain.nightly.history.changes.model import Change
     from barchain.nightly.history.store import NightStore
 
 
-def keep_judgement(store: NightStore, judged: JudgedNight, accepted: Collection[str] = ()) -> None:
+def keep_judgement(store: NightStore, judged: JudgedNight) -> None:
     """Keep which changes a night told; an earlier judgement of the night is replaced.
 
-    Parameters
-    ----------
-    store : NightStore
-    judged : JudgedNight
-    accepted : collection of str
-        Ids of its changes that are accepted.
+    A step that no night recorded, because the night that told it was not judged here, is recorded with this one: later
+    nights hold on to it, too.
     """
     night = judged.night
     worse = sum(change.direction is Direction.WORSE for change in judged.tonight)
     row = {"worse": worse, "changes": len(judged.tonight), "judged": judged.judged, "night_id": night.number}
-    changes = [
-        {
-            "night": night.name, "change": c.id, "figure": content_digest(c.identity), "since": c.since,
-            "direction": str(c.direction), "accepted": c.id in accepted,
-        }
-        for c in judged.tonight
-    ]  # fmt: skip
+    known = told_steps(store, night.name)
+    unrecorded = [c for c in judged.changes if is_step(c) and not is_recorded(c, known.get(c.identity.name, ()))]
+    tonight = {change.id: change for change in judged.tonight}
+    every = {change.id: change for change in unrecorded} | tonight
+    changes = [told_row(night.name, change, name in tonight) for name, change in every.items()]
     with told(store.given), writing(store.engine) as connection:
         connection.execute(sa.delete(judgements).where(judgements.c.night_id == night.number))
         connection.execute(sa.insert(judgements), [row])
@@ -51,40 +46,62 @@ def keep_judgement(store: NightStore, judged: JudgedNight, accepted: Collection[
         insert_new(connection, told_changes, changes)
 
 
-def note_accepted(connection: Connection, changes: Sequence[str]) -> None:
-    """Note that changes of some ids are accepted, on the nights that told them."""
-    for some in pieces(changes):
-        connection.execute(sa.update(told_changes).where(told_changes.c.change.in_(some)).values(accepted=True))
+def is_step(change: Change) -> bool:
+    """Whether a change is a step of times or memory."""
+    return change.identity.kind in STEPPED and not change.now.missing
 
 
-def kept_judgements(store: NightStore) -> dict[str, tuple[int, int]]:
-    """Numbers of changes for the worse, accepted ones left out, and of all changes, by the night that told them."""
-    forgiven = (
-        sa.select(told_changes.c.night, sa.func.count().label("many"))
-        .where(told_changes.c.accepted, told_changes.c.direction == str(Direction.WORSE))
-        .group_by(told_changes.c.night)
-        .subquery()
-    )
-    query = (
-        sa.select(nights.c.name, judgements.c.worse, judgements.c.changes, forgiven.c.many)
-        .join(judgements, judgements.c.night_id == nights.c.id)
-        .outerjoin(forgiven, forgiven.c.night == nights.c.name)
+def is_recorded(change: Change, known: list[ToldChange] | tuple[()]) -> bool:
+    """Whether an earlier night recorded a step."""
+    return any(one.since == change.since and one.direction is change.direction for one in known)
+
+
+def told_row(night: str, change: Change, tonight: bool) -> dict[str, Any]:
+    """Row of a change that a night told."""
+    return {
+        "night": night, "change": change.id, "figure": change.identity.name, "kind": str(change.identity.kind),
+        "since": change.since, "direction": str(change.direction), "tonight": tonight,
+    }  # fmt: skip
+
+
+def kept_judgements(store: NightStore, at: datetime.datetime) -> dict[str, tuple[int, int]]:
+    """Numbers of changes for the worse and of all changes, by the name of the night that told them.
+
+    Changes for the worse that somebody accepted are left out, unless the acceptance ended before `at`.
+    """
+    query = sa.select(nights.c.name, judgements.c.worse, judgements.c.changes).join(
+        judgements, judgements.c.night_id == nights.c.id
     )
     with told(store.given), store.engine.connect() as connection:
-        rows = connection.execute(query).all()
-    return {row.name: (row.worse - (row.many or 0), row.changes) for row in rows}
+        rows, forgiven = connection.execute(query).all(), Counter(forgiven_nights(connection, at))
+    return {row.name: (row.worse - forgiven[row.name], row.changes) for row in rows}
 
 
-def told_steps(store: NightStore, before: str) -> dict[FigureIdentity, list[ToldChange]]:
-    """Steps of times and memory that were told on the nights before one, by figure, in the order of the nights."""
+def forgiven_nights(connection: Connection, at: datetime.datetime) -> Iterator[str]:
+    """Names of the nights that told changes for the worse, once for each that is accepted at an instant."""
     query = (
-        sa.select(told_changes.c.since, told_changes.c.direction, series)
-        .join(series, series.c.digest == told_changes.c.figure)
-        .where(told_changes.c.night < before, series.c.kind.in_(sorted(map(str, STEPPED))))
+        sa.select(told_changes.c.night, told_changes.c.change)
+        .join(
+            acceptances,
+            sa.and_(acceptances.c.series == told_changes.c.figure, acceptances.c.since == told_changes.c.since),
+        )
+        .where(told_changes.c.tonight, told_changes.c.direction == str(Direction.WORSE))
+        .where(sa.or_(acceptances.c.until.is_(None), acceptances.c.until > at))
+        .distinct()
+    )
+    for row in connection.execute(query):
+        yield row.night
+
+
+def told_steps(store: NightStore, before: str) -> dict[str, list[ToldChange]]:
+    """Steps of times and memory that were told on the nights before one, by name of the figure, in order of nights."""
+    query = (
+        sa.select(told_changes.c.figure, told_changes.c.since, told_changes.c.direction)
+        .where(told_changes.c.night < before, told_changes.c.kind.in_(sorted(map(str, STEPPED))))
         .order_by(told_changes.c.night)
     )
-    found: dict[FigureIdentity, list[ToldChange]] = defaultdict(list)
+    found: dict[str, list[ToldChange]] = defaultdict(list)
     with told(store.given), store.engine.connect() as connection:
         for row in connection.execute(query):
-            found[identity_of(row)].append(ToldChange(row.since, Direction(row.direction)))
+            found[row.figure].append(ToldChange(row.since, Direction(row.direction)))
     return found

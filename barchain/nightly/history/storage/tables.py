@@ -178,14 +178,14 @@ told_changes = Table(
     metadata,
     Column("night", String(40), primary_key=True),
     Column("change", String(16), primary_key=True),
-    Column("figure", String(64), nullable=False),
+    Column("figure", Text, nullable=False),
+    Column("kind", String(10), nullable=False),
     Column("since", String(40), nullable=False),
     Column("direction", String(10), nullable=False),
-    Column("accepted", Boolean, nullable=False),
-    Index("ix_told_changes_change", "change"),
+    Column("tonight", Boolean, nullable=False),
 )
-"""Changes that each night told first; they refer to nights and figures by name and digest, and stay when nights are
-pruned"""
+"""Changes that each night told first, and steps that an earlier night told unrecorded (not `tonight`); they refer to
+nights and figures by name, and stay when nights are pruned"""
 
 acceptances = Table(
     "acceptances",

@@ -16,9 +16,9 @@ def upgrade() -> None:
     op.create_table(
         "told_changes",
         *(sa.Column(name, sa.String(size), nullable=False) for name, size in (("night", 40), ("change", 16))),
-        *(sa.Column(name, sa.String(size), nullable=False) for name, size in (("figure", 64), ("since", 40))),
+        sa.Column("figure", sa.Text(), nullable=False),
+        *(sa.Column(name, sa.String(size), nullable=False) for name, size in (("kind", 10), ("since", 40))),
         sa.Column("direction", sa.String(10), nullable=False),
-        sa.Column("accepted", sa.Boolean(), nullable=False),
+        sa.Column("tonight", sa.Boolean(), nullable=False),
         sa.PrimaryKeyConstraint("night", "change", name="pk_told_changes"),
     )
-    op.create_index("ix_told_changes_change", "told_changes", ["change"])
