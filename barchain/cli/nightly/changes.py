@@ -13,6 +13,7 @@ from barchain.cli.common.numbers import WORDS
 from barchain.cli.common.options import json_option
 from barchain.cli.common.terminal import say
 from barchain.cli.nightly.options import history_option, opened
+from scenarios.plural import plural
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -71,7 +72,7 @@ def accept_change(
     from barchain.nightly.history.faults import need_extra  # noqa: PLC0415
 
     need_extra()
-    from barchain.nightly.history.judged import accept, changes_named, judge  # noqa: PLC0415
+    from barchain.nightly.history.judged import accept, changes_named, irreproducible, judge  # noqa: PLC0415
     from barchain.nightly.history.kept.told import keep_judgement  # noqa: PLC0415
 
     end = None if until is None else until.replace(tzinfo=datetime.UTC)
@@ -82,6 +83,8 @@ def accept_change(
         for made in accept(store, list(chosen.values()), user(), reason, end):
             ending = f" until {made.until.date()}" if made.until else ""
             say(f"{made.figure}: {made.became} (before {made.was}) accepted by {made.who}{ending}: {made.reason}")
+    if left := irreproducible(judged, names):
+        say(f"left out: {plural(left, 'run')} that {'is' if left == 1 else 'are'} not reproducible", err=True)
 
 
 def in_columns(row: dict[str, Any]) -> tuple[str, ...]:

@@ -90,20 +90,38 @@ def changes_named(judged: JudgedNight, name: str) -> list[Change]:
     HistoryError
         If there is none.
     """
-    holding = still_holding(judged)  # not a recovery in part after one
-    last = {change.identity: change for change in sorted(judged.changes, key=lambda c: c.since)}
-    others = [change for identity, change in last.items() if identity not in {c.identity for c in holding}]
-    every = [*holding, *others]
+    every = acceptable(judged)
     named = [change for change in every if change.identity.name == name]
     if named or "*" not in name:
         return named or [change_named(judged, name)]
-    pattern = name.replace("[", "[[]")
-    fitting = [change for change in every if fnmatch.fnmatchcase(change.identity.name, pattern)]
-    allowed = [change for change in fitting if not change.irreproducible]
-    if not allowed:
-        fault = NO_ACCEPTANCE if fitting else f"fits none of {len(last)} changed figures up to {judged.night.name}"
+    fitting = [change for change in every if fits(change, name)]
+    if not fitting:
+        refused = any(fits(change, name) for change in judged.changes)
+        changed = len({change.identity for change in judged.changes})
+        fault = NO_ACCEPTANCE if refused else f"fits none of {changed} changed figures up to {judged.night.name}"
         raise HistoryError(f"{name[:80]}: {fault}")
-    return allowed
+    return fitting
+
+
+def acceptable(judged: JudgedNight) -> list[Change]:
+    """Changes that a name or a pattern accepts: those that hold, new steps, and the last ones of all other figures."""
+    steps = [change for change in judged.tonight if change.identity.kind in STEPPED]
+    found = [*still_holding(judged), *steps]  # not a recovery in part after a change that holds
+    last = {change.identity: change for change in sorted(judged.changes, key=lambda c: c.since)}
+    taken = {change.identity for change in found}
+    found += [change for identity, change in last.items() if identity not in taken]
+    return [change for change in found if not change.irreproducible]
+
+
+def fits(change: Change, pattern: str) -> bool:
+    """Whether the name of a change's figure fits a pattern, in which * stands for any text."""
+    return fnmatch.fnmatchcase(change.identity.name, pattern.replace("[", "[[]"))
+
+
+def irreproducible(judged: JudgedNight, names: Sequence[str]) -> int:
+    """Number of tonight's runs that are not reproducible and fit a pattern: an acceptance leaves them out."""
+    wild = [change for change in judged.tonight if change.irreproducible]
+    return sum(any("*" in name and fits(change, name) for name in names) for change in wild)
 
 
 def accept(

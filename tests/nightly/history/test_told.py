@@ -211,6 +211,19 @@ def test_of_several_changes_all_are_accepted_or_none(store: NightStore) -> None:
     assert accepted(store) == ()
 
 
+def test_a_pattern_accepts_all_steps_that_hold_and_new_ones(store: NightStore) -> None:
+    x = noise(18, 4, 60, 0.01, 0.0)
+    x[0, 20:] += 0.3
+    x[0, 45:] += 0.3
+    for k in range(60):
+        run_night(store, k, *np.exp(x[:, k]))
+        if judge(store).tonight and k > 45:
+            break
+    chosen = changes_named(judge(store), "*")
+    assert len(chosen) == 2
+    assert {c.id for c in chosen} == {c.id for c in judge(store).changes}
+
+
 def test_figures_of_one_name_and_two_units_are_accepted_both(store: NightStore) -> None:
     def both(number: int, value: float) -> None:
         places = (identity(unit=FigureUnit.RADIAN), identity(unit=FigureUnit.METRE))
