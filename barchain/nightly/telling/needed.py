@@ -30,7 +30,10 @@ def needed_nights(store: NightStore) -> frozenset[str]:
     return frozenset(
         name
         for each in judged
-        for name in needed_by(each, [c for c in standing(each) if not accepted_for_ever(c, known, now)])
+        for name in (
+            *needed_by(each, [c for c in standing(each) if not accepted_for_ever(c, known, now)]),
+            *first_nights_of_steps(each),
+        )
     )
 
 
@@ -43,6 +46,15 @@ def accepted_for_ever(change: Change, known: Iterable[Acceptance], now: datetime
     """Whether somebody accepted a change without an end."""
     covering = accepting(change, known, now)
     return covering is not None and covering.until is None
+
+
+def first_nights_of_steps(judged: JudgedNight) -> Iterator[str]:
+    """First nights of the new levels of all steps: told steps and acceptances name them."""
+    names = [night.name for night in (*judged.compared_with, judged.night)]
+    for change in judged.changes:
+        if change.identity.kind in STEPPED:
+            since = names.index(change.since)
+            yield from names[since : since + FEWEST_NEW]
 
 
 def needed_by(judged: JudgedNight, changes: Iterable[Change]) -> Iterator[str]:

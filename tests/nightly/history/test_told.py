@@ -224,6 +224,55 @@ def test_a_pattern_accepts_all_steps_that_hold_and_new_ones(store: NightStore) -
     assert {c.id for c in chosen} == {c.id for c in judge(store).changes}
 
 
+def test_a_step_that_is_given_up_hides_no_real_one_beside_it(store: NightStore) -> None:
+    """A speed-up is told, and a few nights later the figure is slower than it ever was."""
+    x = noise(1, 6, 80, 0.02, 0.3)
+    x[0, 40:] -= 0.11
+    x[0, 46:] += 0.26
+    red = [bool(run_night(store, k, *np.exp(x[:, k]))) for k in range(80)]
+    assert red[-1]
+    assert all(red[red.index(True) :])
+
+
+def test_a_figure_that_is_gone_on_purpose_can_be_accepted(store: NightStore) -> None:
+    for k in range(16):
+        own = [ratio(1.0 + 0.001 * (k % 3), "gone")] if k < 12 else []
+        store.add(night(error(), *own, number=k))
+        if k == 12:
+            accept(store, judge(store).tonight, "Ada", "no longer of interest")
+    (left,) = still_holding(judge(store))
+    assert accepting(left, accepted(store), LATER) is not None
+
+
+def test_pruning_keeps_an_accepted_step_accepted(store: NightStore) -> None:
+    x = noise(19, 4, 100, 0.01, 0.0)
+    x[0, 30:] += 0.2
+    x[1, 60:] += 0.2
+    for k in range(100):
+        run_night(store, k, *np.exp(x[:, k]))
+    second = max(still_holding(judge(store)), key=lambda c: c.since)
+    accept(store, [second], "Ada", "more checks")
+    store.prune(keep=20, spared=needed_nights(store))
+    run_night(store, 100, *np.exp(x[:, 99]))
+    held = {c.identity: accepting(c, accepted(store), LATER) is not None for c in still_holding(judge(store))}
+    assert held[second.identity]
+    assert sorted(held.values()) == [False, True]
+
+
+def test_a_report_of_an_earlier_night_changes_no_name(store: NightStore) -> None:
+    x = noise(3, 6, 60, 0.02, 0.3)
+    x[0, 30:] += 0.12
+    for k in range(60):
+        store.add(night(*(ratio(v, f"{QUANTITY}.{i}") for i, v in enumerate(np.exp(x[:, k]))), number=k))
+    nights = [each.name for each in store.nights()]
+    keep_judgement(store, judge(store, nights[45]))
+    keep_judgement(store, judge(store))
+    before = [c.id for c in judge(store).changes]
+    for k in (40, 38, 36, 35, 34):
+        keep_judgement(store, judge(store, nights[k]))
+    assert [c.id for c in judge(store).changes] == before != []
+
+
 def test_figures_of_one_name_and_two_units_are_accepted_both(store: NightStore) -> None:
     def both(number: int, value: float) -> None:
         places = (identity(unit=FigureUnit.RADIAN), identity(unit=FigureUnit.METRE))

@@ -85,7 +85,7 @@ def covers(acceptance: Acceptance, change: Change, at: datetime.datetime) -> boo
     """
     if acceptance.until is not None and at >= acceptance.until:
         return False
-    if change.identity.kind in STEPPED:
+    if change.identity.kind in STEPPED and not change.now.missing:
         return same_step(acceptance, change)
     return change.last < acceptance.since and same_result(acceptance, change.now)
 

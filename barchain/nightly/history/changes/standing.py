@@ -44,10 +44,10 @@ def is_regression(change: Change) -> bool:
 def holds(change: Change, own: Sequence[Change]) -> bool:
     """Whether a figure is still worse than before a change, from all of its changes in their order.
 
-    Steps of times and memory multiply: a slow-down holds until later steps have taken it back. One without later steps
-    holds as long as it is there.
+    Steps of times and memory multiply: a slow-down holds until later steps have taken it back, up to half the least
+    effect. One without later steps holds as long as it is there.
     """
     if change.identity.kind in STEPPED and change.factor is not None:
         steps = [c.factor for c in own if c.since >= change.since and c.factor is not None]
-        return len(steps) == 1 or math.prod(steps) >= 1.0 + LEAST_EFFECT
+        return len(steps) == 1 or math.prod(steps) >= 1.0 + LEAST_EFFECT / 2.0
     return change.now is own[-1].now or is_worse(change.was, own[-1].now)

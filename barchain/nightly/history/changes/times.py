@@ -87,19 +87,26 @@ def shortened(series: FigureSeries, last: object) -> FigureSeries:
 def all_steps(
     series: Sequence[FigureSeries], told: Sequence[Sequence[ToldStep]], false_alarms: float
 ) -> list[tuple[Step, ...]]:
-    """Steps of each series, with one threshold for all; what was told before is no discovery, and does not widen it."""
+    """Steps of each series, with one threshold for all; what is held is no discovery, and does not widen it."""
     values = [logarithms(one) for one in series]
     correlations = autocorrelations(values)
+    held = [held_steps(x, r, own) for x, r, own in zip(values, correlations, told, strict=True)]
     between = [
         (part, correlation)
-        for x, correlation, own in zip(values, correlations, told, strict=True)
-        for _, part in segments(x, [one.place for one in own if one.place < len(x)])
+        for x, correlation, own in zip(values, correlations, held, strict=True)
+        for _, part in segments(x, [one.place for one in own])
     ]
     threshold = common_threshold([part for part, _ in between], [r for _, r in between], false_alarms)
     return [
         find_steps(x, threshold, correlation, part_changes(one), own)
-        for x, correlation, one, own in zip(values, correlations, series, told, strict=True)
+        for x, correlation, one, own in zip(values, correlations, series, held, strict=True)
     ]
+
+
+def held_steps(x: Array, correlation: float, told: Sequence[ToldStep]) -> list[ToldStep]:
+    """Those of the told steps that still hold: one that is given up must not hide another one beside its place."""
+    places = {step.place for step in find_steps(x, 0.0, correlation, told=told)}
+    return [one for one in told if one.place in places]
 
 
 def common_threshold(values: Sequence[Array], correlations: Sequence[float], false_alarms: float) -> float:

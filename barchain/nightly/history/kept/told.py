@@ -25,11 +25,15 @@ if TYPE_CHECKING:
     from barchain.nightly.history.store import NightStore
 
 
+STEPS = sorted(map(str, STEPPED))
+"""Kinds of figures that change by steps"""
+
+
 def keep_judgement(store: NightStore, judged: JudgedNight) -> None:
     """Keep which changes a night told; an earlier judgement of the night is replaced.
 
     A step that no night recorded, because the night that told it was not judged here, is recorded with this one: later
-    nights hold on to it, too.
+    nights hold on to it, too. Once later nights have told changes, the steps of a night stay as they were recorded.
     """
     night = judged.night
     worse = sum(change.direction is Direction.WORSE for change in judged.tonight)
@@ -38,12 +42,14 @@ def keep_judgement(store: NightStore, judged: JudgedNight) -> None:
     unrecorded = [c for c in judged.changes if is_step(c) and not is_recorded(c, known.get(c.identity.name, ()))]
     tonight = {change.id: change for change in judged.tonight}
     every = {change.id: change for change in unrecorded} | tonight
-    changes = [told_row(night.name, change, name in tonight) for name, change in every.items()]
     with told(store.given), writing(store.engine) as connection:
         connection.execute(sa.delete(judgements).where(judgements.c.night_id == night.number))
         connection.execute(sa.insert(judgements), [row])
-        connection.execute(sa.delete(told_changes).where(told_changes.c.night == night.name))
-        insert_new(connection, told_changes, changes)
+        later = connection.execute(sa.select(told_changes.c.night).where(told_changes.c.night > night.name)).first()
+        replaced = sa.delete(told_changes).where(told_changes.c.night == night.name)
+        connection.execute(replaced.where(told_changes.c.kind.not_in(STEPS)) if later else replaced)
+        changes = [c for c in every.values() if not (later and is_step(c))]
+        insert_new(connection, told_changes, [told_row(night.name, c, c.id in tonight) for c in changes])
 
 
 def is_step(change: Change) -> bool:
@@ -97,7 +103,7 @@ def told_steps(store: NightStore, before: str) -> dict[str, list[ToldChange]]:
     """Steps of times and memory that were told on the nights before one, by name of the figure, in order of nights."""
     query = (
         sa.select(told_changes.c.figure, told_changes.c.since, told_changes.c.direction)
-        .where(told_changes.c.night < before, told_changes.c.kind.in_(sorted(map(str, STEPPED))))
+        .where(told_changes.c.night < before, told_changes.c.kind.in_(STEPS))
         .order_by(told_changes.c.night)
     )
     found: dict[str, list[ToldChange]] = defaultdict(list)
