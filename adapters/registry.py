@@ -136,7 +136,7 @@ def _robotics(name: str, requires: str, imported: str) -> Registration:
 
 def _solver(module: str, name: str, requires: str, imported: str = "", *, compiled: bool = False) -> Registration:
     """Registration of a library's integrator on barchain's equations; `compiled` if these are the compiled ones."""
-    extras = [name for name, needed in (("fast", compiled), ("more-engines", requires != "scipy")) if needed]
+    extras = [extra for extra, needed in (("fast", compiled), ("more-engines", requires != "scipy")) if needed]
     install = f"pip install '.[{','.join(extras)}]'" if extras else "pip install scipy"
     return Registration(
         f"adapters.{module}:{name}",

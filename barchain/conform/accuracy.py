@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from adapters.common.equal_steps import step_s, steps_between_samples
 from adapters.engine import AccuracyParameter, Setting
 from adapters.trajectory import Observable
 from barchain.conform.checks import Check, CheckState, Group
@@ -125,13 +126,7 @@ def step_of(setting: Setting, scene: Scene) -> float:
     """Equal steps relative to the distance of two samples, which holds an even number; or the requested error."""
     if setting.parameter is AccuracyParameter.RTOL:
         return setting.value
-    between = scene.run.duration_s / (scene.run.samples - 1)
-    return 0.5 / math.ceil(0.5 * setting.value * between / scene.step_period_s - 1e-9)
-
-
-def taken_steps(step: float, scene: Scene) -> float:
-    """Steps in an orbit, of a step relative to the distance of two samples."""
-    return scene.step_period_s / (step * scene.run.duration_s / (scene.run.samples - 1))
+    return 1.0 / steps_between_samples(scene, setting.value)
 
 
 def setting_error(engine: Examined, name: str, setting: Setting, result: RunResult) -> ErrorAtSetting:
@@ -146,10 +141,11 @@ def setting_error(engine: Examined, name: str, setting: Setting, result: RunResu
     noise = {q: NORM_SLACK * errors.unbounded_floor[q][:n] for q in apart}
     bounds = {q: errors.bound[q][:n] + solution.error[q][:n] + noise[q] for q in apart}
     ratio = max(float(np.max(v[:n] / np.where(bounds[q] > 0.0, bounds[q], np.inf))) for q, v in apart.items())
-    step = step_of(setting, scene_of(name))
+    scene = scene_of(name)
     floor = float(errors.unbounded_floor[worst].max()) / errors.scale[worst]
-    taken = None if setting.parameter is AccuracyParameter.RTOL else taken_steps(step, scene_of(name))
-    return ErrorAtSetting(setting, step, relative[worst], floor, n == errors.n, ratio, taken)
+    equal_steps = setting.parameter is AccuracyParameter.STEPS_PER_ORBIT
+    taken = scene.step_period_s / step_s(scene, setting.value) if equal_steps else None
+    return ErrorAtSetting(setting, step_of(setting, scene), relative[worst], floor, n == errors.n, ratio, taken)
 
 
 def bound_check(found: list[ErrorAtSetting], name: str) -> Check:

@@ -95,16 +95,16 @@ def write_documents(
     from reports.tables.writing import write_atomically  # noqa: PLC0415
 
     summary, night = store.summary(name), store.night(name)
-    if baseline is None:
-        judged = judge(store, summary.name)
-    else:
-        before = baseline_night(store, baseline)
+    before = None if baseline is None else baseline_night(store, baseline)
+    judged = judge(store, summary.name)
+    keep_judgement(store, judged)
+    against = baseline or ""
+    if before is not None:
         judged = judge_pair(before, night)
-        baseline += f" (a night of another plan, {before.plan})" if before.plan != night.plan else ""
+        against += f" (a night of another plan, {before.plan})" if before.plan != night.plan else ""
     run = run_of_night(store, summary)
     confirmed = {change: one.words for change, one in kept_attributions(store).items()}
-    facts = night_facts(judged, accepted(store), night.figures, run, baseline=baseline or "", confirmed=confirmed)
-    keep_judgement(store, judged if baseline is None else judge(store, summary.name))
+    facts = night_facts(judged, accepted(store), night.figures, run, baseline=against, confirmed=confirmed)
     nights = [each for each in store.nights() if each.started <= summary.started]
     charts = trend_charts(positive_values(store, drawn_nights(nights), SHOWN), nights, judged.changes)
     out.mkdir(parents=True, exist_ok=True)

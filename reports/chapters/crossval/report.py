@@ -145,10 +145,14 @@ def compared_settings(summary: Summary) -> dict[str, str]:
     for cell in summary.cells.values():
         if cell.setting:
             found[cell.engine][unpadded(cell.setting)] += 1
-    several = {
-        engine: [f"{s} ({plural(n, 'scene')})" for s, n in counted.most_common()] for engine, counted in found.items()
-    }
-    return {engine: ", ".join(several[engine] if len(counted) > 1 else counted) for engine, counted in found.items()}
+    return {engine: setting_words(counted) for engine, counted in found.items()}
+
+
+def setting_words(counted: Counter[str]) -> str:
+    """One setting, or several with their numbers of scenes."""
+    if len(counted) == 1:
+        return next(iter(counted))
+    return ", ".join(f"{setting} ({plural(count, 'scene')})" for setting, count in counted.most_common())
 
 
 RUN_KEYS = ("scene", "engine", "role", "setting")

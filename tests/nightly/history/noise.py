@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from barchain.nightly.history.changes.rank_test import autocorrelations
-from barchain.nightly.history.changes.steps import Step, ToldStep, alike, find_steps
+from barchain.nightly.history.changes.steps import Step, alike, find_steps
 from barchain.nightly.history.changes.times import FALSE_ALARMS, common_threshold
 
 Array = NDArray[np.float64]
@@ -49,8 +49,7 @@ def alarms(x: Array, first: int) -> list[int]:
     for night in range(first, x.shape[1] + 1):
         steps = told(x[:, :night])
         for own, before in zip(steps, known, strict=True):
-            shown = [ToldStep(step.place, step.factor > 1.0) for step in before]
-            found += [night for s in own if not any(alike(s.place, s.factor > 1.0, other) for other in shown)]
+            found += [night for step in own if not any(alike(step, other) for other in before)]
         known = steps
     return found
 

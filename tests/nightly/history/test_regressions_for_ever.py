@@ -19,14 +19,13 @@ from barchain.nightly.history.model.figures import Figure, FigureKind, FigureUni
 from barchain.nightly.history.pair import judge_pair
 from barchain.nightly.history.series import all_series
 from barchain.nightly.history.sparse import DENSE_NIGHTS
-from barchain.nightly.history.store import open_store
 from barchain.nightly.run_facts import NightRun, PartResult, PartState
 from barchain.nightly.telling.facts import night_facts
 from barchain.nightly.telling.needed import needed_nights
 from tests.nightly.history.synthetic import ENVIRONMENT, NAMES, PARTS, bits, error, identity, night, ratio, verdict
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
     from pathlib import Path
 
     from barchain.nightly.history.store import NightStore
@@ -37,9 +36,9 @@ OTHER_CLASS = dataclasses.replace(ENVIRONMENT, cpu="Other CPU")
 
 
 @pytest.fixture
-def store(tmp_path: Path) -> Iterator[NightStore]:
-    with open_store(str(tmp_path / "history.sqlite"), create=True) as opened:
-        yield opened
+def url(tmp_path: Path) -> str:
+    """Of an SQLite file alone: the rules of change know no database."""
+    return str(tmp_path / "history.sqlite")
 
 
 def facts(store: NightStore) -> NightlyFile:

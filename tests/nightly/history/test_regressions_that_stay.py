@@ -11,12 +11,10 @@ import pytest
 from barchain.nightly.history.changes.accepted import acceptance_of, covers
 from barchain.nightly.history.judged import judge
 from barchain.nightly.history.pair import judge_pair
-from barchain.nightly.history.store import open_store
 from barchain.nightly.telling.facts import still_holding
 from tests.nightly.history.synthetic import error, night, verdict
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from pathlib import Path
 
     from barchain.nightly.history.store import NightStore
@@ -25,9 +23,9 @@ LATER = datetime.datetime(2100, 1, 1, tzinfo=datetime.UTC)
 
 
 @pytest.fixture
-def store(tmp_path: Path) -> Iterator[NightStore]:
-    with open_store(str(tmp_path / "history.sqlite"), create=True) as opened:
-        yield opened
+def url(tmp_path: Path) -> str:
+    """Of an SQLite file alone: the rules of change know no database."""
+    return str(tmp_path / "history.sqlite")
 
 
 def standing(store: NightStore) -> list[str]:

@@ -1,4 +1,4 @@
-"""What a night told is held on to: steps of times, names of changes, acceptances of several changes."""
+"""Told changes are held: steps of times, names of changes, acceptances of several changes."""
 
 from __future__ import annotations
 
@@ -16,16 +16,15 @@ from barchain.nightly.history.faults import HistoryError
 from barchain.nightly.history.judged import accept, accepted, change_named, changes_named, judge
 from barchain.nightly.history.kept.told import keep_judgement, kept_judgements, told_steps
 from barchain.nightly.history.model.figures import FigureKind, FigureUnit
-from barchain.nightly.history.store import open_store
 from barchain.nightly.telling.facts import still_holding
 from barchain.nightly.telling.needed import needed_nights
-from tests.nightly.history.noise import noise, told
+from tests.nightly.history.noise import Array, noise, told
 from tests.nightly.history.synthetic import Figure, bits, error, identity, night, ratio
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from pathlib import Path
 
+    from barchain.nightly.history.changes.judging import JudgedNight
     from barchain.nightly.history.store import NightStore
 
 QUANTITY = "time_ratio"
@@ -33,17 +32,32 @@ LATER = datetime.datetime(2100, 1, 1, tzinfo=datetime.UTC)
 
 
 @pytest.fixture
-def store(tmp_path: Path) -> Iterator[NightStore]:
-    with open_store(str(tmp_path / "history.sqlite"), create=True) as opened:
-        yield opened
+def url(tmp_path: Path) -> str:
+    """Of an SQLite file alone: the rules of change know no database."""
+    return str(tmp_path / "history.sqlite")
 
 
-def run_night(store: NightStore, number: int, *values: float) -> list[Direction]:
-    """Add a night of some ratios, tell what changed, and give what is red on it: new or still holding."""
-    store.add(night(*(ratio(v, f"{QUANTITY}.{k}") for k, v in enumerate(values)), number=number))
+def ratios(*values: float) -> list[Figure]:
+    """Figures of a night."""
+    return [ratio(value, f"{QUANTITY}.{k}") for k, value in enumerate(values)]
+
+
+def is_red(judged: JudgedNight) -> bool:
+    """Whether a change for the worse is new on a night, or still holds."""
+    return any(change.direction is Direction.WORSE for change in (*judged.tonight, *still_holding(judged)))
+
+
+def run_night(store: NightStore, number: int, *values: float) -> bool:
+    """Add a night of some ratios, keep what it tells, and give whether it is red."""
+    store.add(night(*ratios(*values), number=number))
     judged = judge(store)
     keep_judgement(store, judged)
-    return [c.direction for c in (*judged.tonight, *still_holding(judged)) if c.direction is Direction.WORSE]
+    return is_red(judged)
+
+
+def run_nights(store: NightStore, x: Array) -> list[bool]:
+    """Add nights of ratios with the logarithms (series, nights), and give which are red."""
+    return [run_night(store, k, *np.exp(column)) for k, column in enumerate(x.T)]
 
 
 @pytest.mark.parametrize("seed", [21, 24, 36])
@@ -53,7 +67,7 @@ def test_a_slow_down_near_the_threshold_does_not_turn_green_and_red_in_turns(see
     alone = [bool(told(x[:, : k + 1])[0]) for k in range(60)]
     first = alone.index(True)
     assert not all(alone[first:])  # the step is clear enough on some nights only
-    red = [bool(run_night(store, k, *np.exp(x[:, k]))) for k in range(60)]
+    red = run_nights(store, x)
     assert red == [k >= first for k in range(60)]
 
 
@@ -106,7 +120,7 @@ def test_a_regression_stays_when_a_later_one_is_undone(store: NightStore) -> Non
     for k, value in enumerate((1e-5, 2e-5, 4e-5, 2e-5, 2e-5, 1e-5)):
         store.add(night(error(value), number=k))
         judged = judge(store)
-        red.append(any(c.direction is Direction.WORSE for c in (*judged.tonight, *still_holding(judged))))
+        red.append(is_red(judged))
     assert red == [False, True, True, True, True, False]
 
 
@@ -114,8 +128,7 @@ def test_a_slow_down_stays_when_a_later_one_is_accepted(store: NightStore) -> No
     x = noise(16, 4, 60, 0.01, 0.0)
     x[0, 20:] += 0.3
     x[0, 40:] += 0.1
-    for k in range(60):
-        run_night(store, k, *np.exp(x[:, k]))
+    run_nights(store, x)
     first, second = sorted(still_holding(judge(store)), key=lambda c: c.since)
     accept(store, [second], "Ada", "more checks")
     assert accepting(first, accepted(store), LATER) is None
@@ -127,8 +140,7 @@ def test_a_step_whose_first_night_was_not_judged_is_held(store: NightStore) -> N
     x[0, 30:] += 0.08
     red = []
     for k in range(60):
-        values = [ratio(v, f"{QUANTITY}.{i}") for i, v in enumerate(np.exp(x[:, k]))]
-        store.add(night(*values, number=k))
+        store.add(night(*ratios(*np.exp(x[:, k])), number=k))
         if k > 35:  # the first clear night, 35, was judged against a baseline, say
             judged = judge(store)
             keep_judgement(store, judged)
@@ -151,12 +163,10 @@ def test_a_step_keeps_its_name_when_its_first_night_is_resumed(store: NightStore
     x = noise(17, 4, 50, 0.01, 0.0)
     x[0, 30:] += 0.3
     for k in range(50):
-        values = [ratio(v, f"{QUANTITY}.{i}") for i, v in enumerate(np.exp(x[:, k]))]
-        store.add(night(*values, number=k, complete=k != 30))
+        store.add(night(*ratios(*np.exp(x[:, k])), number=k, complete=k != 30))
         keep_judgement(store, judge(store))
     (before,) = judge(store).changes
-    values = [ratio(v, f"{QUANTITY}.{i}") for i, v in enumerate(np.exp(x[:, 30]))]
-    store.add(night(*values, error(), number=30), replaces=before.since)
+    store.add(night(*ratios(*np.exp(x[:, 30])), error(), number=30), replaces=before.since)
     (after,) = judge(store).changes
     assert judge(store).tonight == ()
     assert after.since != before.since
@@ -194,8 +204,7 @@ def test_steps_that_earlier_nights_told_are_those_of_nights_before(store: NightS
 def test_pruning_spares_the_nights_from_which_a_slow_down_is_judged(store: NightStore) -> None:
     x = noise(14, 4, 60, 0.01, 0.0)
     x[0, 30:] += 0.3
-    for k in range(60):
-        run_night(store, k, *np.exp(x[:, k]))
+    run_nights(store, x)
     assert len(store.prune(keep=5, spared=needed_nights(store))) > 20
     judged = judge(store)
     assert [c.direction for c in still_holding(judged)] == [Direction.WORSE]
@@ -229,7 +238,7 @@ def test_a_step_that_is_given_up_hides_no_real_one_beside_it(store: NightStore) 
     x = noise(1, 6, 80, 0.02, 0.3)
     x[0, 40:] -= 0.11
     x[0, 46:] += 0.26
-    red = [bool(run_night(store, k, *np.exp(x[:, k]))) for k in range(80)]
+    red = run_nights(store, x)
     assert red[-1]
     assert all(red[red.index(True) :])
 
@@ -248,8 +257,7 @@ def test_pruning_keeps_an_accepted_step_accepted(store: NightStore) -> None:
     x = noise(19, 4, 100, 0.01, 0.0)
     x[0, 30:] += 0.2
     x[1, 60:] += 0.2
-    for k in range(100):
-        run_night(store, k, *np.exp(x[:, k]))
+    run_nights(store, x)
     second = max(still_holding(judge(store)), key=lambda c: c.since)
     accept(store, [second], "Ada", "more checks")
     store.prune(keep=20, spared=needed_nights(store))
@@ -263,7 +271,7 @@ def test_a_report_of_an_earlier_night_changes_no_name(store: NightStore) -> None
     x = noise(3, 6, 60, 0.02, 0.3)
     x[0, 30:] += 0.12
     for k in range(60):
-        store.add(night(*(ratio(v, f"{QUANTITY}.{i}") for i, v in enumerate(np.exp(x[:, k]))), number=k))
+        store.add(night(*ratios(*np.exp(x[:, k])), number=k))
     nights = [each.name for each in store.nights()]
     keep_judgement(store, judge(store, nights[45]))
     keep_judgement(store, judge(store))

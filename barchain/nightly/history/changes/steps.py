@@ -12,7 +12,7 @@ import numpy as np
 from barchain.nightly.history.changes.rank_test import FEWEST_NEW, FEWEST_OLD, split_levels
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Mapping, Sequence
+    from collections.abc import Collection, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -48,6 +48,11 @@ class Step:
     """That equal levels give so clear a step anywhere in the series"""
     held: bool = False
     """Whether an earlier night told the step; its probability is not computed again then"""
+
+    @property
+    def slower(self) -> bool:
+        """Whether the new level is the larger one."""
+        return self.factor > 1.0
 
 
 @dataclass(frozen=True)
@@ -86,7 +91,6 @@ def find_steps(
     while True:
         steps = sized(x, {**dict.fromkeys(held, math.nan), **probability}, correlation)
         weak = {step.place: size(step, held) for step in steps if size(step, held) < least_size(step, held)}
-        weak |= {place: -1.0 for place in map(repeated(held), steps) if place is not None}
         if not weak:
             return tuple(replace(step, held=step.place in held) for step in steps)
         weakest = min(weak, key=lambda place: weak[place])
@@ -119,9 +123,14 @@ def sized(x: Array, probability: Mapping[int, float], correlation: float) -> lis
 
 
 def size(step: Step, held: Mapping[int, ToldStep]) -> float:
-    """Size of a step in logarithms: of a held one in its direction, of another one absolute."""
-    log = math.log(step.factor)
-    return abs(log) if step.place not in held else log if held[step.place].slower else -log
+    """Size of a step in logarithms: of a held one in its direction.
+
+    A new one that is a held one found again beside its place is smaller than all others.
+    """
+    known, log = held.get(step.place), math.log(step.factor)
+    if known is not None:
+        return log if known.slower else -log
+    return -math.inf if any(alike(step, one) for one in held.values()) else abs(log)
 
 
 def least_size(step: Step, held: Collection[int]) -> float:
@@ -129,18 +138,9 @@ def least_size(step: Step, held: Collection[int]) -> float:
     return math.log1p(LEAST_EFFECT) * (0.5 if step.place in held else 1.0)
 
 
-def repeated(held: Mapping[int, ToldStep]) -> Callable[[Step], int | None]:
-    """Place of a new step that is a held one found again beside its place; None of any other step."""
-    return lambda step: (
-        step.place
-        if step.place not in held and any(alike(step.place, step.factor > 1.0, one) for one in held.values())
-        else None
-    )
-
-
-def alike(place: int, slower: bool, told: ToldStep) -> bool:
-    """Whether a step of a series is one that was told: its place moves a little when nights are added."""
-    return abs(place - told.place) <= SHIFT and slower is told.slower
+def alike(step: Step | ToldStep, other: Step | ToldStep) -> bool:
+    """Whether two steps of a series are the same one: its place moves a little when nights are added."""
+    return abs(step.place - other.place) <= SHIFT and step.slower is other.slower
 
 
 def divided(

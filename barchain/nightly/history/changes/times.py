@@ -62,11 +62,11 @@ def time_changes(
     steps, earlier = all_steps(present, kept, false_alarms), all_steps(before, kept, false_alarms)
     changes, fresh = [], []
     for one, found, own, known in zip(present, steps, kept, earlier, strict=True):
-        shown = [*own, *(ToldStep(step.place, step.factor > 1.0) for step in known)]
+        shown: list[Step | ToldStep] = [*own, *known]
         for step in found:
             change = change_of(one, step)
             changes.append(change)
-            if not any(alike(step.place, step.factor > 1.0, other) for other in shown):
+            if not any(alike(step, other) for other in shown):
                 fresh.append(change)
     return tuple(changes), tuple(fresh)
 
@@ -154,7 +154,7 @@ def change_of(series: FigureSeries, step: Step) -> Change:
     chance = "told on an earlier night" if step.held else f"by chance with {step.probability:.1g}"
     return Change(
         series.identity, series.figures[step.place - 1], series.figures[-1], series.nights[step.place - 1].name,
-        series.nights[step.place].name, Direction.WORSE if step.factor > 1.0 else Direction.BETTER,
+        series.nights[step.place].name, Direction.WORSE if step.slower else Direction.BETTER,
         f"{words} in {nights} nights since; {chance}; least effect {LEAST_EFFECT:.0%}",
         step.factor, step.low, step.high,
     )  # fmt: skip

@@ -1,1 +1,1 @@
-"""What is kept beside the figures of nights: their runs, what they told, and attributions."""
+"""Records beside the figures of nights: runs, told changes, attributions."""

@@ -1,9 +1,9 @@
-"""What each night told: numbers for the calendar, and changes, which later nights hold on to."""
+"""Changes that each night told, which later nights hold on to, and their numbers for the calendar."""
 
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
@@ -16,14 +16,12 @@ from barchain.nightly.history.storage.vocabulary import insert_new
 if TYPE_CHECKING:
     import datetime
     from collections.abc import Iterator
-    from typing import Any
 
     from sqlalchemy import Connection
 
     from barchain.nightly.history.changes.judging import JudgedNight
     from barchain.nightly.history.changes.model import Change
     from barchain.nightly.history.store import NightStore
-
 
 STEPS = sorted(map(str, STEPPED))
 """Kinds of figures that change by steps"""
@@ -38,18 +36,18 @@ def keep_judgement(store: NightStore, judged: JudgedNight) -> None:
     night = judged.night
     worse = sum(change.direction is Direction.WORSE for change in judged.tonight)
     row = {"worse": worse, "changes": len(judged.tonight), "judged": judged.judged, "night_id": night.number}
-    known = told_steps(store, night.name)
-    unrecorded = [c for c in judged.changes if is_step(c) and not is_recorded(c, known.get(c.identity.name, ()))]
-    tonight = {change.id: change for change in judged.tonight}
-    every = {change.id: change for change in unrecorded} | tonight
+    known = {(figure, one) for figure, own in told_steps(store, night.name).items() for one in own}
+    tonight = {change.id for change in judged.tonight}
+    unrecorded = {c.id for c in judged.changes if is_step(c) and (c.identity.name, told_change(c)) not in known}
+    kept = [c for c in judged.changes if c.id in tonight | unrecorded]
     with told(store.given), writing(store.engine) as connection:
         connection.execute(sa.delete(judgements).where(judgements.c.night_id == night.number))
         connection.execute(sa.insert(judgements), [row])
         later = connection.execute(sa.select(told_changes.c.night).where(told_changes.c.night > night.name)).first()
         replaced = sa.delete(told_changes).where(told_changes.c.night == night.name)
         connection.execute(replaced.where(told_changes.c.kind.not_in(STEPS)) if later else replaced)
-        changes = [c for c in every.values() if not (later and is_step(c))]
-        insert_new(connection, told_changes, [told_row(night.name, c, c.id in tonight) for c in changes])
+        rows = [told_row(night.name, c, c.id in tonight) for c in kept if not (later and is_step(c))]
+        insert_new(connection, told_changes, rows)
 
 
 def is_step(change: Change) -> bool:
@@ -57,9 +55,9 @@ def is_step(change: Change) -> bool:
     return change.identity.kind in STEPPED and not change.now.missing
 
 
-def is_recorded(change: Change, known: list[ToldChange] | tuple[()]) -> bool:
-    """Whether an earlier night recorded a step."""
-    return any(one.since == change.since and one.direction is change.direction for one in known)
+def told_change(change: Change) -> ToldChange:
+    """Change as later nights know it."""
+    return ToldChange(change.since, change.direction)
 
 
 def told_row(night: str, change: Change, tonight: bool) -> dict[str, Any]:
