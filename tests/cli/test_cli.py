@@ -73,7 +73,7 @@ def test_a_users_own_scene_is_compared_and_its_report_rendered_again_from_tables
 
 
 def test_a_failed_comparison_exits_with_1(tmp_path, capsys):
-    code = run(["compare", QUICK, "--engine", "exudyn", "--time-limit", "0.01", "--out", str(tmp_path)])
+    code = run(["compare", "paper/fig09", "--engine", "exudyn", "--time-limit", "0.01", "--out", str(tmp_path)])
     assert code == 1
     assert "failed" in capsys.readouterr().out
 

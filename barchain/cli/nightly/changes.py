@@ -13,7 +13,6 @@ from barchain.cli.common.numbers import WORDS
 from barchain.cli.common.options import json_option
 from barchain.cli.common.terminal import say
 from barchain.cli.nightly.options import history_option, opened
-from scenarios.plural import plural
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -74,6 +73,7 @@ def accept_change(
     need_extra()
     from barchain.nightly.history.judged import accept, changes_named, irreproducible, judge  # noqa: PLC0415
     from barchain.nightly.history.kept.told import keep_judgement  # noqa: PLC0415
+    from scenarios.plural import plural  # noqa: PLC0415
 
     end = None if until is None else until.replace(tzinfo=datetime.UTC)
     with opened(url) as store:
