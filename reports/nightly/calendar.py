@@ -19,7 +19,7 @@ STATES = {
     "worse": ("▲", "a figure is worse"),
     "void": ("×", "void"),
     "incomplete": ("◐", "incomplete"),
-    "changed": ("△", "changed, nothing worse"),
+    "changed": ("△", "changed; nothing is worse, or all that is worse is accepted"),
     "quiet": ("·", "nothing changed"),
 }
 """Sign and words of each state, the gravest first: of several nights of a day the gravest is shown"""

@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from reports.nightly.calendar import STATES, year_blocks
 from reports.nightly.charts import small_chart
-from reports.nightly.words import by_cause, change_rows, factor_words, seconds_words
+from reports.nightly.words import NOT_TRIED, by_cause, change_rows, factor_words, seconds_words
 from reports.page import templates
 from reports.plotting.palette import variables
 from reports.tables.writing import write_atomically
@@ -57,9 +57,11 @@ def rendered(facts: NightlyFile, trends: Sequence[TrendChart], nights: Sequence[
     """Text of the page."""
     touched = {(c.scene, c.engine, c.kind) for c in (*facts.changes, *facts.standing)}
     changed = [t for t in trends if (t.scene, t.engine, t.kind) in touched]
+    rows = change_rows(facts.changes)
     return templates().get_template(TEMPLATE).render(
         facts=facts,
-        changes=by_cause(change_rows(facts.changes)),
+        changes=by_cause(rows),
+        untried=any(row.confirmed == NOT_TRIED for row in rows),
         standing=by_cause(change_rows(facts.standing)),
         changed=[small_chart(t, len(nights)) for t in changed],
         engines=by_engine(trends, len(nights)),

@@ -15,6 +15,7 @@ DIGITS = 8
 MOST_OPEN = 12
 """Changes of a cause that the page shows at once; the others are folded"""
 NOT_REPRODUCIBLE = "not reproducible: the parts are the same, the bits are others"
+NOT_TRIED = "not tried"
 SIGNS = {"worse": "▲", "better": "▼", "changed": "△", "same": "·"}
 CLASSES = {"worse": "fail", "better": "pass", "changed": "gone", "same": "aside"}
 
@@ -32,6 +33,8 @@ class ChangeRow:
     suspects: str
     confirmed: str
     accepted: str
+    acceptor: str
+    """Who accepted it and when, for a table that gives the reason above"""
 
 
 def change_rows(changes: Iterable[ChangeEntry]) -> list[ChangeRow]:
@@ -40,8 +43,8 @@ def change_rows(changes: Iterable[ChangeEntry]) -> list[ChangeRow]:
         ChangeRow(
             change, shortened(change.kind, change.was), shortened(change.kind, change.became),
             SIGNS[change.direction], "aside" if change.accepted else CLASSES[change.direction],
-            factor_words(change), suspect_words(change), change.confirmed or "not tried",
-            acceptance_words(change.accepted),
+            factor_words(change), suspect_words(change), confirmed_words(change), acceptance_words(change.accepted),
+            f"{change.accepted.who}, {change.accepted.when.date()}" if change.accepted else "",
         )
         for change in changes
     ]  # fmt: skip
@@ -113,6 +116,11 @@ def suspect_words(change: ChangeEntry) -> str:
     if change.unknown:
         return f"no known one; of unknown state: {', '.join(change.unknown)}"
     return "none: all parts that the figure depends on are the same"
+
+
+def confirmed_words(change: ChangeEntry) -> str:
+    """Whether real runs confirm the suspects."""
+    return change.confirmed or (NOT_TRIED if change.suspects else "")
 
 
 def acceptance_words(acceptance: AcceptanceEntry | None) -> str:

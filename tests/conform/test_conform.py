@@ -178,10 +178,17 @@ def test_an_unknown_engine_is_one_line_with_the_nearest_name(capsys: pytest.Capt
     assert "did you mean mujoco" in error
 
 
+OTHER_FORMS = {
+    "reference-absolute", "heyoka-quad", "heyoka-long", "diffrax-dopri8", "exudyn-index3", "exudyn-absolute",
+    "exudyn-absolute-index3", "pymunk-absolute", "scipy-lsoda", "scipy-rk45", "scipy-radau",
+}  # fmt: skip
+"""Further forms of engines, which are examined by hand and nightly; CI examines one or two of each library"""
+
+
 def marked(name: str) -> object:
-    """Parameter of an engine; forms of other engines that take half a minute are examined by hand and nightly."""
-    slower = name.endswith("-numpy") or name in {"reference-absolute", "heyoka-quad"}
-    return pytest.param(name, marks=pytest.mark.exhaustive if slower else pytest.mark.slow)
+    """Parameter of an engine."""
+    other = name.endswith("-numpy") or name in OTHER_FORMS
+    return pytest.param(name, marks=pytest.mark.exhaustive if other else pytest.mark.slow)
 
 
 @pytest.mark.parametrize("name", [marked(name) for name, r in engines().items() if not r.missing])

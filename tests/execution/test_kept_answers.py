@@ -96,16 +96,19 @@ def test_an_answer_behind_a_symbolic_link_is_not_read_and_not_written(tmp_path: 
     assert elsewhere.read_bytes() == before
 
 
-@pytest.mark.slow
+EFFECTS = "effects basics/two_bars_free --engine reference --repeats 1 --minutes 0.01"
+
+
 @pytest.mark.parametrize(
     ("command", "study"),
     [
-        ("effects basics/two_bars_free --engine reference --repeats 1 --minutes 0.01", "effects"),
-        ("selftest basics/kepler_circular --fault scale-rate", "selftest"),
-        ("selftest --random 1 --host none --engine reference --shrink-seconds 0", "campaign"),
-        ("roundoff --part engines", "roundoff"),
+        pytest.param("selftest basics/kepler_circular --fault scale-rate", "selftest", marks=pytest.mark.slow),
+        pytest.param("selftest --random 1 --host none --engine reference --shrink-seconds 0", "campaign",
+                     marks=pytest.mark.slow),
+        pytest.param(EFFECTS, "effects", marks=pytest.mark.exhaustive),
+        pytest.param("roundoff --part engines", "roundoff", marks=pytest.mark.exhaustive),
     ],
-)
+)  # fmt: skip
 def test_another_process_asks_for_nothing_that_is_there(command: str, study: str, tmp_path: Path) -> None:
     """Keys of calls do not depend on the process that makes them, nor on its seed of hashes."""
     out = tmp_path / "out"

@@ -20,6 +20,8 @@ from tests.structure.running import command, run
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from _pytest.mark import ParameterSet
+
     from tests.structure.snippets import Snippet
 
 SHELLS = ("bash", "zsh", "fish")
@@ -44,6 +46,12 @@ def name(snippet: Snippet) -> str:
     return str(snippet)
 
 
+def marked(snippet: Snippet) -> ParameterSet:
+    """Parameter of a command."""
+    by_night = snippet.text in found.ways()["by_night"]
+    return pytest.param(snippet, marks=pytest.mark.exhaustive if by_night else pytest.mark.slow)
+
+
 def test_each_snippet_is_carried_out_in_one_way() -> None:
     carried_out = {
         *found.fragments(), *found.whole_scenes(), *found.plans(), *found.scripts(),
@@ -57,7 +65,7 @@ def test_each_snippet_is_carried_out_in_one_way() -> None:
 def test_the_table_of_ways_names_nothing_that_is_gone() -> None:
     texts = [s.text for s in found.snippets()]
     ways = found.ways()
-    gone = [each for each in (*ways["as_typed"], *ways["with_less"]) if each not in texts]
+    gone = [each for each in (*ways["as_typed"], *ways["by_night"], *ways["with_less"]) if each not in texts]
     gone += [start for start in ways["not_run"] if not any(text.startswith(start) for text in texts)]
     assert not gone
 
@@ -93,8 +101,7 @@ def test_a_script_of_the_documents_runs(snippet: Snippet, tmp_path: Path) -> Non
     run([sys.executable, str(script)], tmp_path, 0)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("snippet", found.shell_commands(), ids=name)
+@pytest.mark.parametrize("snippet", [marked(s) for s in found.shell_commands()], ids=name)
 def test_a_command_of_the_documents_runs(snippet: Snippet, tmp_path: Path) -> None:
     words = f"{snippet.text} {found.ways()['with_less'].get(snippet.text, '')}"
     command(words, tmp_path)

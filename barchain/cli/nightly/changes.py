@@ -71,7 +71,14 @@ def accept_change(
     from barchain.nightly.history.faults import need_extra  # noqa: PLC0415
 
     need_extra()
-    from barchain.nightly.history.judged import accept, changes_named, irreproducible, judge  # noqa: PLC0415
+    from barchain.nightly.history.changes.accepted import accepting  # noqa: PLC0415
+    from barchain.nightly.history.judged import (  # noqa: PLC0415
+        accept,
+        accepted,
+        changes_named,
+        irreproducible,
+        judge,
+    )
     from barchain.nightly.history.kept.told import keep_judgement  # noqa: PLC0415
     from scenarios.plural import plural  # noqa: PLC0415
 
@@ -79,10 +86,15 @@ def accept_change(
     with opened(url) as store:
         judged = judge(store, night)
         keep_judgement(store, judged)  # a step keeps the name under which it is accepted
+        known = accepted(store)
         chosen = {change.id: change for name in names for change in changes_named(judged, name)}
         for made in accept(store, list(chosen.values()), user(), reason, end):
             ending = f" until {made.until.date()}" if made.until else ""
             say(f"{made.figure}: {made.became} (before {made.was}) accepted by {made.who}{ending}: {made.reason}")
+        for change in chosen.values():
+            if earlier := accepting(change, known, datetime.datetime.now(datetime.UTC)):
+                say(f"{earlier.figure}: replaces the acceptance by {earlier.who} on {earlier.accepted.date()}: "
+                    f"{earlier.reason}", err=True)  # fmt: skip
     if left := irreproducible(judged, names):
         say(f"left out: {plural(left, 'run')} that {'is' if left == 1 else 'are'} not reproducible", err=True)
 
@@ -110,12 +122,14 @@ def user() -> str:
 
 def sentence(judged: JudgedNight) -> str:
     """Judgement of a night in one sentence."""
+    from scenarios.plural import plural  # noqa: PLC0415
+
     night = judged.night
     if night.void:
         return f"{night.name} is void and not judged: {night.void}"
     if not judged.compared_with:
         return f"{night.name}: {night.figures} figures; there is no earlier night"
-    told = f"{len(judged.tonight)} changes among {judged.judged} figures with an earlier night"
+    told = f"{plural(len(judged.tonight), 'change')} among {judged.judged} figures with an earlier night"
     return f"{night.name}: {told}; {len(judged.same)} differ within rounding or their intervals"
 
 

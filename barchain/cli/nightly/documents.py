@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from reports.tables.nights.facts import NightlyFile
 
 WORSE, CHANGED, NEVER = "worse", "changed", "never"
-JUNIT = "junit.xml"
+PAGE, JUNIT = "nightly.html", "junit.xml"
+DOCUMENTS = (PAGE, "nightly.json", "summary.md", JUNIT)
 NIGHTS = Path("nights")
 NIGHT_FILE = ".json"
 
@@ -42,8 +43,8 @@ fail_option = click.option(
 @click.command("report")
 @click.argument("night", metavar="[NIGHT]", default="latest", type=WORDS)
 @click.option("--out", metavar="DIR", type=NamedPath(path_type=Path, file_okay=False),
-              help="Write the documents into this folder; default: nights, or nights/NIGHT of an earlier night.",
-              )  # fmt: skip
+              help="Write the documents into this folder; default: that of the night's results in nights, and of the "
+              "latest night also nights.")  # fmt: skip
 @junit_option
 @baseline_option
 @fail_option
@@ -58,13 +59,27 @@ def report_night(
     from barchain.nightly.history.faults import need_extra  # noqa: PLC0415
 
     need_extra("junitparser")
+    from barchain.nightly.running.state import folder_of  # noqa: PLC0415
+
     with opened(url) as store:
         name = store.summary(night).name
-        out = out or (NIGHTS if name == store.summary("latest").name else NIGHTS / name)
-        facts = write_documents(store, name, out, junit, baseline, fail_on)
+        folder = out or folder_of(NIGHTS, name) or NIGHTS / name
+        facts = write_documents(store, name, folder, junit, baseline, fail_on)
+        if out is None and name == store.summary("latest").name:
+            publish(folder, NIGHTS)
+            folder = NIGHTS
     say(facts.sentence)
-    say(f"page: {out / 'nightly.html'}")
+    say(f"page: {folder / PAGE}")
     end_night(facts, fail_on)
+
+
+def publish(folder: Path, out: Path) -> None:
+    """Copy the documents of a night beside the folders of all nights, where they stand for the latest one."""
+    from reports.tables.writing import write_atomically  # noqa: PLC0415
+
+    for name in DOCUMENTS:
+        if (folder / name).is_file():
+            write_atomically(out / name, (folder / name).read_bytes())
 
 
 def write_documents(
@@ -81,7 +96,7 @@ def write_documents(
         If a file can't be written.
     """
     from barchain.nightly.history.judged import accepted, judge  # noqa: PLC0415
-    from barchain.nightly.history.kept.attributed import kept_attributions  # noqa: PLC0415
+    from barchain.nightly.history.kept.attributed import attributed_words  # noqa: PLC0415
     from barchain.nightly.history.kept.runs import run_of_night  # noqa: PLC0415
     from barchain.nightly.history.kept.told import keep_judgement, kept_judgements  # noqa: PLC0415
     from barchain.nightly.history.pair import judge_pair  # noqa: PLC0415
@@ -103,7 +118,7 @@ def write_documents(
         judged = judge_pair(before, night)
         against += f" (a night of another plan, {before.plan})" if before.plan != night.plan else ""
     run = run_of_night(store, summary)
-    confirmed = {change: one.words for change, one in kept_attributions(store).items()}
+    confirmed = attributed_words(store, judged.changes)
     facts = night_facts(judged, accepted(store), night.figures, run, baseline=against, confirmed=confirmed)
     nights = [each for each in store.nights() if each.started <= summary.started]
     charts = trend_charts(positive_values(store, drawn_nights(nights), SHOWN), nights, judged.changes)

@@ -12,12 +12,13 @@ import click
 from barchain.cli.common.numbers import NamedPath, RealNumber
 from barchain.cli.common.terminal import say
 from barchain.cli.nightly.documents import (
-    JUNIT,
+    PAGE,
     baseline_night,
     baseline_option,
     end_night,
     fail_option,
     junit_option,
+    publish,
     write_documents,
 )
 from barchain.cli.nightly.options import exists, history_option, opened
@@ -31,8 +32,6 @@ if TYPE_CHECKING:
     from barchain.nightly.running.night import NightProgress
 
 LEAST_MINUTES, MOST_MINUTES = 0.5, 1440.0
-PAGE = "nightly.html"
-DOCUMENTS = (PAGE, "nightly.json", "summary.md", JUNIT)
 
 
 @click.command()
@@ -103,6 +102,7 @@ def run_and_tell(
 
     if junit is not None:
         need_writable(junit, "--junit")
+    next_jobs(plan, url)  # a wrong name in the plan is told before a history begins
     new = not exists(url)
     with opened(url, create=True) as store:
         if baseline is not None:
@@ -130,15 +130,6 @@ def kept_without_documents(name: str) -> Iterator[None]:
         said = f"{error.filename}: {error.strerror}" if error.filename else str(error)
         remedy = f"`barchain history report {name}` writes the documents"
         raise HistoryError(f"{said}; the night is in the history, and {remedy}") from error
-
-
-def publish(folder: Path, out: Path) -> None:
-    """Copy the documents of a night beside the folders of all nights, where they stand for the latest one."""
-    from reports.tables.writing import write_atomically  # noqa: PLC0415
-
-    for name in DOCUMENTS:
-        if (folder / name).is_file():
-            write_atomically(out / name, (folder / name).read_bytes())
 
 
 @contextlib.contextmanager

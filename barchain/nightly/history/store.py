@@ -14,6 +14,7 @@ from barchain.nightly.history.storage.connection import connected, shown, told, 
 from barchain.nightly.history.storage.rows import figure_rows, read_figures
 from barchain.nightly.history.storage.tables import (
     acceptances,
+    attributions,
     environments,
     figures,
     night_parts,
@@ -201,9 +202,9 @@ def remove_incomplete(connection: Connection, name: str) -> None:
 
 
 def rename_night(connection: Connection, old: str, new: str) -> None:
-    """Let changes, acceptances and what was told begin with the night that replaces another one."""
+    """Let changes, acceptances, attributions and what was told begin with the night that replaces another one."""
     connection.execute(sa.delete(told_changes).where(told_changes.c.night == old))  # the new night tells them itself
-    for table in (told_changes, acceptances):
+    for table in (told_changes, acceptances, attributions):
         connection.execute(sa.update(table).where(table.c.since == old).values(since=new))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import datetime
 import json
 from dataclasses import asdict, dataclass, field, replace
@@ -145,6 +146,16 @@ def new_folder(out: Path, start: datetime.datetime) -> Path:
 def night_folders(out: Path) -> list[Path]:
     """Folders of all nights, the latest first."""
     return sorted((each for each in out.iterdir() if each.is_dir()), reverse=True) if out.is_dir() else []
+
+
+def folder_of(out: Path, name: str) -> Path | None:
+    """Folder with the results of a night that the history holds under a name; None if there is none."""
+    for folder in night_folders(out):
+        with contextlib.suppress(DamagedStateError):
+            state = read_state(folder)
+            if state is not None and state.stored == name:
+                return folder
+    return None
 
 
 def unfinished(out: Path) -> Iterator[tuple[Path, NightState]]:

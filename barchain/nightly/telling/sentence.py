@@ -60,9 +60,14 @@ def opening(
     told = [change for change in changes if change.accepted is None]
     wild = sum(change.irreproducible for change in told)
     tame = plain([change for change in told if not change.irreproducible], since, judged)
-    quiet = "" if wild else f"Nothing changed{since} among {judged} figures." if judged else NOT_JUDGED
-    said = (wild_words(wild), tame or quiet, accepted_words(len(changes) - len(told)), standing_words(standing),
-            replanned_words(replanned))  # fmt: skip
+    accepted = len(changes) - len(told)
+    if told:
+        rest = more_accepted_words(accepted)
+    elif accepted:
+        rest = only_accepted_words(accepted, since, judged)
+    else:
+        rest = f"Nothing changed{since} among {judged} figures." if judged else NOT_JUDGED
+    said = (wild_words(wild), tame, rest, standing_words(standing), replanned_words(replanned))
     return " ".join(part for part in said if part) + ending
 
 
@@ -88,9 +93,15 @@ def standing_words(count: int) -> str:
     return f"{noun} for the worse still {'holds' if count == 1 else 'hold'}." if count else ""
 
 
-def accepted_words(count: int) -> str:
-    """Sentence on accepted changes; empty without any."""
-    return f"{amount(count, 'change').capitalize()} {'is' if count == 1 else 'are'} accepted." if count else ""
+def more_accepted_words(count: int) -> str:
+    """Sentence on accepted changes beside others; empty without any."""
+    return f"{amount(count, 'more change').capitalize()} {'is' if count == 1 else 'are'} accepted." if count else ""
+
+
+def only_accepted_words(count: int, since: str, judged: int) -> str:
+    """Sentence on accepted changes where there are no others."""
+    every = "the change is accepted" if count == 1 else "all changes are accepted"
+    return f"{amount(count, 'figure').capitalize()} of {judged} changed{since}; {every}. Nothing else changed."
 
 
 def plain(changes: Sequence[ChangeEntry], since: str, judged: int) -> str:

@@ -137,7 +137,7 @@ def test_the_study_tells_which_releases_run_and_where_digits_change_and_goes_on_
     assert "other digits in 1 of 3 scenes" in rendered.text.read_text("utf-8")
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_two_real_releases_of_pymunk_agree_in_every_digit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("BARCHAIN_ENVIRONMENTS", str(tmp_path / "environments"))
     own = ReleasesStudy()

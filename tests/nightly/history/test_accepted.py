@@ -110,7 +110,7 @@ def test_changes_are_listed_accepted_and_then_shown_as_accepted(
     assert "accepted by" in capsys.readouterr().out
     assert run(["history", "changes"]) == 0
     text = capsys.readouterr().out
-    assert "1 changes among 2 figures with an earlier night" in text
+    assert "1 change among 2 figures with an earlier night" in text
     assert "a looser tolerance" in text
 
 
@@ -130,3 +130,20 @@ def test_a_fault_is_one_line(filled: Path, words: list[str], said: str, capsys: 
     shown = capsys.readouterr().err
     assert shown.count("\n") == 1
     assert said in shown
+
+
+def test_the_same_value_after_a_recovery_is_another_change() -> None:
+    nights = history_of([error(1e-5)], [error(3e-5)], [error(1e-5)], [error(3e-5)])
+    first, _, second = judge_night(as_series(nights), nights).changes
+    for one, other in ((first, second), (second, first)):
+        made = acceptance_of(one, "someone", AT, "a looser tolerance")
+        assert accepting(one, [made], AT) is made
+        assert accepting(other, [made], AT) is None
+
+
+def test_a_second_acceptance_says_which_one_it_replaces(filled: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["history", "accept", error().identity.name, "--reason"]
+    assert run([*words, "first"]) == 0
+    assert "replaces" not in capsys.readouterr().err
+    assert run([*words, "second"]) == 0
+    assert "first" in capsys.readouterr().err

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pandas as pd
@@ -11,6 +12,8 @@ import sqlalchemy as sa
 from hypothesis import HealthCheck, given, settings
 
 from barchain.nightly.history.faults import HistoryError, NewerSchemaError, UnknownFigureError, UnknownNightError
+from barchain.nightly.history.judged import judge
+from barchain.nightly.history.kept.attributed import Attribution, attributed_words, keep_attribution
 from barchain.nightly.history.location import full_url
 from barchain.nightly.history.model.figures import FigureKind, Night
 from barchain.nightly.history.series import all_series, export_parquet, figure_series
@@ -187,3 +190,15 @@ def test_a_closed_set_is_closed_in_the_database_too(store: NightStore) -> None:
         connection.execute(sa.text("UPDATE series SET kind = 'guess'"))
     with pytest.raises(sa.exc.IntegrityError), writing(store.engine) as connection:
         connection.execute(sa.text("UPDATE figures SET value = NULL"))
+
+
+def test_an_attribution_goes_with_a_night_that_goes_on(store: NightStore) -> None:
+    store.add(night(error(1e-5), number=0))
+    cut_off = night(error(3e-5), number=1, complete=False)
+    store.add(cut_off)
+    (change,) = judge(store).tonight
+    made = Attribution(change.id, change.identity.name, change.last, change.since, "confirmed", ("a",), "yes", FIRST)
+    keep_attribution(store, made)
+    store.add(replace(cut_off, duration_s=cut_off.duration_s + 1.0, complete=True), replaces=cut_off.name)
+    changes = judge(store).tonight
+    assert attributed_words(store, changes) == {changes[0].id: "yes"}

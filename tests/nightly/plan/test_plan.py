@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 
-from barchain.cli.main import cli
+from barchain.cli.main import cli, run
 from barchain.nightly.plan.items import tonights, tonights_faults, tonights_seed
 from barchain.nightly.plan.jobs import night_jobs
 from barchain.nightly.plan.loading import PlanError, load_plan
@@ -186,3 +186,13 @@ def test_the_list_of_a_night_s_commands_makes_no_history(tmp_path: Path) -> None
     assert done.exit_code == 0
     assert "barchain selftest" in done.output
     assert not history.parent.exists()
+
+
+def test_a_wrong_name_in_a_plan_makes_no_history(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    plan, history = tmp_path / "plan.toml", tmp_path / "nights.sqlite"
+    plan.write_text('name = "own"\n' + CORE + 'scenes = ["paper/fig55"]\n', "utf-8")
+    words = ["--plan", str(plan), "--history", str(history), "--out", str(tmp_path / "nights")]
+    assert run(["nightly", *words]) == 2
+    assert "paper/fig05" in capsys.readouterr().err
+    assert not history.exists()
+    assert not (tmp_path / "nights").exists()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,12 +22,14 @@ from barchain.nightly.history.model.figures import NightPart
 from barchain.nightly.history.night_file import write_night
 from barchain.nightly.history.store import open_store
 from barchain.nightly.run_facts import AlarmTest, NightRun, PartResult, PartState
+from barchain.nightly.running.state import NightState, write_state
 from reports.tables.nights.facts import NightlyFile, read_nightly
 from tests.nightly.history.synthetic import PARTS, bits, count, error, night, ratio, verdict
 
 NOW = datetime.datetime.now(datetime.UTC)
 SCHEMA = Path(__file__).with_name("junit-10.xsd")
 NEWER = (NightPart("engine:mujoco", "4.0.0", "ee"), *PARTS[1:])
+STATE = NightState("plan", 15.0, 0, "2026-01-01T02:00:00+00:00", "code", {}, [])
 RUN = NightRun(
     "plan", 15.0,
     (
@@ -276,3 +279,32 @@ def test_page_and_summary_group_the_changes_by_their_cause(history: str, tmp_pat
     assert "<summary>8 more of this cause</summary>" in page
     summary = (tmp_path / "out" / "summary.md").read_text("utf-8")
     assert "| judge 0.6.0 → 0.7.0 | 20 worse | mujoco in 1 scene |" in summary
+
+
+def test_a_night_is_reported_in_the_folder_of_its_results_and_the_latest_one_beside_all(
+    history: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    add(history, usual(number=0), usual(2.0, number=1, parts=NEWER))
+    with open_store(history) as store:
+        first, last = (each.name for each in store.nights())
+    kept = Path("nights") / "2026-01-01T02-00-00"
+    kept.mkdir(parents=True)
+    write_state(kept, replace(STATE, stored=first))
+    for name in (first, last):
+        CliRunner().invoke(cli, ["history", "report", name, "--history", history])
+    assert read_nightly(kept / "nightly.json").night.name == first
+    assert read_nightly(Path("nights") / "nightly.json").night.name == last
+    assert not (Path("nights") / first).exists()
+
+
+def test_who_accepted_a_change_has_a_column_of_its_own(history: str, tmp_path: Path) -> None:
+    add(history, usual(number=0), usual(2.0, number=1, parts=NEWER))
+    report(history, tmp_path / "before")
+    with open_store(history) as store:
+        accept(store, [change_named(judge(store), error().identity.name)], "Ada", "fewer steps on purpose")
+    report(history, tmp_path / "out")
+    before, page = ((tmp_path / each / "nightly.html").read_text("utf-8") for each in ("before", "out"))
+    assert "<th>accepted</th>" not in before
+    assert 'data-label="confirmed">not tried<' in page
+    assert 'data-label="accepted">Ada, ' in page

@@ -52,7 +52,10 @@ def said(*changes: ChangeEntry, **more: Any) -> str:
             (change(confirmed="confirmed: engine:mujoco 3.2.7 → 4.0.0"),),
             "One figure of 900 changed tonight, for the worse; since engine:mujoco 4.0.0, confirmed.",
         ),
-        ((change(accepted=ACCEPTED),), "Nothing changed tonight among 900 figures. One change is accepted."),
+        (
+            (change(accepted=ACCEPTED),),
+            "One figure of 900 changed tonight; the change is accepted. Nothing else changed.",
+        ),
         ((change(suspects=()),), "One figure of 900 changed tonight, for the worse; without a change of any part."),
     ],
 )  # fmt: skip

@@ -77,8 +77,8 @@ def accepting(change: Change, known: Iterable[Acceptance], at: datetime.datetime
 def covers(acceptance: Acceptance, change: Change, at: datetime.datetime) -> bool:
     """Whether an acceptance covers a change: it has not ended, and the figure has been where it was accepted since.
 
-    A change whose earlier value is of a night after the accepted one is another change, though it may lead to the same
-    value.
+    A change between other nights is another change, though it may lead to the same value: the accepted night lies after
+    the last one with the earlier value, and is no later than the first one with the new value.
 
     A time, or memory, is there if its step is: of the same night, and as large within its interval and the least
     effect. Any other figure is there by the rule of its kind.
@@ -87,7 +87,13 @@ def covers(acceptance: Acceptance, change: Change, at: datetime.datetime) -> boo
         return False
     if change.identity.kind in STEPPED and not change.now.missing:
         return same_step(acceptance, change)
-    return change.last < acceptance.since and same_result(acceptance, change.now)
+    accepted = start(acceptance.since)
+    return start(change.last) < accepted <= start(change.since) and same_result(acceptance, change.now)
+
+
+def start(night: str) -> str:
+    """Start of a night by its name, whose ending is a digest."""
+    return night.rpartition("-")[0]
 
 
 def same_step(acceptance: Acceptance, change: Change) -> bool:

@@ -13,7 +13,9 @@ from barchain.nightly.history.storage.tables import attributions
 
 if TYPE_CHECKING:
     import datetime
+    from collections.abc import Iterable
 
+    from barchain.nightly.history.changes.model import Change
     from barchain.nightly.history.store import NightStore
 
 
@@ -59,3 +61,14 @@ def kept_attributions(store: NightStore) -> dict[str, Attribution]:
         )
         for r in rows
     }  # fmt: skip
+
+
+def attributed_words(store: NightStore, changes: Iterable[Change]) -> dict[str, str]:
+    """Results of attributions in words, by the id of the change.
+
+    A night that went on has another name, and so its changes have other ids: they are found by figure and nights, too.
+    """
+    known = kept_attributions(store)
+    placed = {(one.figure, one.last, one.since): one for one in known.values()}
+    found = ((c.id, known.get(c.id) or placed.get((c.identity.name, c.last, c.since))) for c in changes)
+    return {change: one.words for change, one in found if one is not None}
