@@ -277,7 +277,7 @@ def find_engine(name: str) -> Registration:
     Raises
     ------
     UnknownEngineError
-        If there is none; the message gives the nearest name and all names.
+        If there is none; the message gives the nearest name, or all names.
     """
     known = engines()
     if not isinstance(name, str):
@@ -288,9 +288,9 @@ def find_engine(name: str) -> Registration:
         allowed = [n for n, r in known.items() if not r.rejected]
         reasons = [r.rejected for n, r in known.items() if r.rejected and n.partition(" (")[0] == name]
         said = f"; {'; '.join(reasons)}" if reasons else ""
-        raise UnknownEngineError(
-            f"{name}: no such engine{nearest(name, allowed)}; available: {', '.join(allowed)}{said}"
-        )
+        near = nearest(name, allowed)
+        there = f"`barchain engines` lists all {len(allowed)}" if near else f"allowed: {', '.join(allowed)}"
+        raise UnknownEngineError(f"{name}: no such engine{near}; {there}{said}")
     return known[name]
 
 

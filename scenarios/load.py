@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pydantic import ValidationError
 
 from scenarios.limits import MOST_LINE, LimitError
-from scenarios.nearest import nearest_scene
+from scenarios.nearest import nearest_name, nearest_scene
 from scenarios.text import is_scene_name, shorten, visible
 from scenarios.toml.faults import fault_lines
 from scenarios.toml.file import SceneFile
@@ -85,10 +85,19 @@ def is_folder(path: Path) -> bool:
         return False
 
 
+def scene_files(folder: Path) -> list[str]:
+    """Names of the TOML files in a folder; none of a folder that can't be read."""
+    try:
+        return [each.name for each in folder.iterdir() if each.suffix == ".toml"]
+    except OSError:
+        return []
+
+
 def missing(path: Path, folders: Sequence[Path]) -> str:
     """Words on a scene that is not there, with the nearest one."""
     if path.suffix == ".toml":
-        return "no such file"
+        near = nearest_name(path.name, scene_files(path.parent))
+        return f"no such file{f' (did you mean {visible(path.with_name(near))}?)' if near else ''}"
     if is_folder(path):
         return "a folder without scenes, which are files that end with .toml"
     beside = path.with_name(f"{path.name}.toml") if path.name else path

@@ -257,3 +257,9 @@ def test_all_faults_between_tables_are_told_at_once_and_one_of_several_bars_stan
         ["x.toml", "effects.thrust[0].bar"],
         ["x.toml", "effects.drag.width_m"],
     ]
+
+
+def test_a_misspelt_scene_file_suggests_the_nearest_beside_it(tmp_path):
+    (tmp_path / "pair.toml").write_text("", "utf-8")
+    with pytest.raises(SceneError, match=r"pare.toml: no such file \(did you mean .*pair.toml\?\)"):
+        load_scene(tmp_path / "pare.toml")
