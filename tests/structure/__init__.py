@@ -1,1 +1,1 @@
-"""Checks of the project's own layout: names, folders, imports of tests, paths and commands in the docs, words."""
+"""Checks of the project's own layout: names, folders, imports of tests, references in docstrings, words."""

@@ -3,7 +3,7 @@
 import re
 
 from reports.tables.outcome import Outcome
-from tests.structure.documents import ROOT
+from tests.documents.mentions import ROOT
 
 PAGE = ROOT / "docs/howto/reading_the_report.md"
 

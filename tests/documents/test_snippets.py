@@ -13,16 +13,16 @@ import pytest
 
 from barchain.nightly.plan.tables import PlanFile
 from scenarios import load_scene, scene_names
-from tests.structure import snippets as found
-from tests.structure.commands import fault
-from tests.structure.running import command, run
+from tests.documents import snippets as found
+from tests.documents.commands import fault
+from tests.documents.running import command, run
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from _pytest.mark import ParameterSet
 
-    from tests.structure.snippets import Snippet
+    from tests.documents.snippets import Snippet
 
 SHELLS = ("bash", "zsh", "fish")
 HOST = """title = "A chain that takes any effect"

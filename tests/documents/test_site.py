@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.documents.site import dead_links, loads_from_elsewhere, read_site
 from tests.structure.product import PACKAGES, ROOT
-from tests.structure.site import dead_links, loads_from_elsewhere, read_site
 
 DOCS = ROOT / "docs"
 PICTURE = re.compile(

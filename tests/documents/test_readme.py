@@ -9,7 +9,7 @@ from ruamel.yaml import YAML
 
 from adapters.registry import ENGINES
 from pictures.pages.libraries import library_of
-from tests.structure.documents import ROOT
+from tests.documents.mentions import ROOT
 
 SAME_WITH_NUMPY = "and the same with `-numpy`"
 NUMPY_NEEDS_NONE = "` (with `-numpy` none)"

@@ -8,8 +8,8 @@ import pytest
 
 from adapters.registry import Registration
 from scenarios import scene_names
-from tests.structure.commands import fault, options
-from tests.structure.documents import (
+from tests.documents.commands import fault, options
+from tests.documents.mentions import (
     command_lines,
     docstring_paths,
     documents,

@@ -9,9 +9,9 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tests.structure.documents import documents
+from tests.documents.mentions import documents
+from tests.documents.running import blocks
 from tests.structure.product import ROOT
-from tests.structure.running import blocks
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.documents.running import BLOCK, blocks, carry_out, command, shapes
 from tests.structure.product import ROOT
-from tests.structure.running import BLOCK, blocks, carry_out, command, shapes
 
 TUTORIALS = ROOT / "docs" / "tutorials"
 ELSEWHERE = {"your_own_engine": "tests/authors/test_tutorial.py", "notebook": "tests/structure/test_notebook.py"}
