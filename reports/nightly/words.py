@@ -33,8 +33,6 @@ class ChangeRow:
     suspects: str
     confirmed: str
     accepted: str
-    acceptor: str
-    """Who accepted it and when, for a table that gives the reason above"""
 
 
 def change_rows(changes: Iterable[ChangeEntry]) -> list[ChangeRow]:
@@ -44,7 +42,6 @@ def change_rows(changes: Iterable[ChangeEntry]) -> list[ChangeRow]:
             change, shortened(change.kind, change.was), shortened(change.kind, change.became),
             SIGNS[change.direction], "aside" if change.accepted else CLASSES[change.direction],
             factor_words(change), suspect_words(change), confirmed_words(change), acceptance_words(change.accepted),
-            f"{change.accepted.who}, {change.accepted.when.date()}" if change.accepted else "",
         )
         for change in changes
     ]  # fmt: skip

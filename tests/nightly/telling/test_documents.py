@@ -298,13 +298,14 @@ def test_a_night_is_reported_in_the_folder_of_its_results_and_the_latest_one_bes
     assert not (Path("nights") / first).exists()
 
 
-def test_who_accepted_a_change_has_a_column_of_its_own(history: str, tmp_path: Path) -> None:
+def test_an_accepted_change_is_told_apart_from_a_confirmed_one(history: str, tmp_path: Path) -> None:
     add(history, usual(number=0), usual(2.0, number=1, parts=NEWER))
     report(history, tmp_path / "before")
     with open_store(history) as store:
         accept(store, [change_named(judge(store), error().identity.name)], "Ada", "fewer steps on purpose")
     report(history, tmp_path / "out")
     before, page = ((tmp_path / each / "nightly.html").read_text("utf-8") for each in ("before", "out"))
-    assert "<th>accepted</th>" not in before
+    assert "<br>accepted</td>" not in before
     assert 'data-label="confirmed">not tried<' in page
-    assert 'data-label="accepted">Ada, ' in page
+    assert "worse</span><br>accepted</td>" in page
+    assert "; accepted by Ada on " in page
