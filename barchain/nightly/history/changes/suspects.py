@@ -60,6 +60,8 @@ def differing(last: NightSummary, since: NightSummary, depends: Iterable[str]) -
 
     Requirements of an engine whose own distribution differs came with it, and are no suspect beside it.
     """
+    if last.parts == since.parts:
+        return ()
     found = []
     for name in sorted(depends):
         before, after = last.part_named.get(name), since.part_named.get(name)

@@ -105,13 +105,16 @@ def link_parts(connection: Connection, night: int, wanted: Iterable[NightPart]) 
 
 
 def parts_by_night(connection: Connection, nights: Sequence[int]) -> dict[int, tuple[NightPart, ...]]:
-    """Parts of some nights."""
-    chosen = sa.select(night_parts.c.night_id, parts.c.name, parts.c.version, parts.c.digest).join(parts)
-    found: dict[int, list[NightPart]] = {number: [] for number in nights}
+    """Parts of some nights, by name. Equal parts are one object: nights share most of them."""
+    rows = connection.execute(sa.select(parts).order_by(parts.c.name))
+    known = {row.id: NightPart(row.name, row.version, row.digest) for row in rows}
+    place = {part: k for k, part in enumerate(known)}
+    found: dict[int, list[int]] = {number: [] for number in nights}
     for some in pieces(nights):
-        for row in connection.execute(chosen.where(night_parts.c.night_id.in_(some)).order_by(parts.c.name)):
-            found[row.night_id].append(NightPart(row.name, row.version, row.digest))
-    return {number: tuple(own) for number, own in found.items()}
+        chosen = sa.select(night_parts.c.night_id, night_parts.c.part_id).where(night_parts.c.night_id.in_(some))
+        for night, part in connection.execute(chosen):
+            found[night].append(part)
+    return {number: tuple(known[part] for part in sorted(own, key=place.__getitem__)) for number, own in found.items()}
 
 
 def depends_text(names: Sequence[str]) -> str:
