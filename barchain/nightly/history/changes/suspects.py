@@ -60,7 +60,7 @@ def differing(last: NightSummary, since: NightSummary, depends: Iterable[str]) -
 
     Requirements of an engine whose own distribution differs came with it, and are no suspect beside it.
     """
-    if last.parts == since.parts:
+    if last.part_named == since.part_named:
         return ()
     found = []
     for name in sorted(depends):

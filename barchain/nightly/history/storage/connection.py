@@ -24,7 +24,7 @@ BUSY_S = 60.0
 """Time that a writer waits for another; a night of 3000 figures takes less than a second"""
 CONNECT_S = 10
 CACHE_KIB = 65536
-"""Pages of a file that stay in memory; with the default of 2 MiB a history of a thousand nights is read several times"""
+"""Pages of a file that stay in memory: with the default of 2 MiB a history of a thousand nights is read repeatedly"""
 WRITES = "barchain_writes"
 LOCK = 0x6261_7263
 """Number of the lock that writers into PostgreSQL hold until their transaction ends"""
