@@ -80,7 +80,7 @@ def line(check: Check) -> str:
     """Check in one line, a failure with the page that states the convention."""
     name = f"{check.group}: {check.name}"
     said = plain(" ".join(check.words.split()))
-    page = f" See {check.page}." if check.state == "failed" and check.page else ""
+    page = f"{'' if said.endswith('.') else '.'} See {check.page}." if check.state == "failed" and check.page else ""
     return f"  {SIGNS[check.state]} {name:{NAME_WIDTH}} {said}{page}".rstrip()
 
 
