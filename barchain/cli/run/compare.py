@@ -155,7 +155,7 @@ def show_baseline(before: Night, out: Path) -> bool:
 
 
 def show_verdict(result: ComparisonResult) -> None:
-    """Print how many comparisons ended with each outcome, the failed and the unsupported ones, and where the report is."""
+    """Print the number of each outcome, the failed and the unsupported pairs with reasons, and where the report is."""
     counts = Counter(str(o) for o in result.outcomes.values())
     say(", ".join(f"{count} {outcome}" for outcome, count in counts.most_common()))
     for (scene, engine), outcome in result.outcomes.items():
@@ -164,8 +164,8 @@ def show_verdict(result: ComparisonResult) -> None:
             reasons = "; ".join(f"{r.quantity}: {r.reason}" for r in rows.itertuples())
             say(f"  {scene}  {engine}  {outcome}: {reasons}")
     idle = [engine for (_, engine), outcome in result.outcomes.items() if str(outcome) == "nothing_compared"]
-    left = result.metrics.query("outcome == 'unsupported' and engine not in @idle")
-    left = left.drop_duplicates(["scene", "engine"])
+    rows = result.metrics[(result.metrics.outcome == "unsupported") & ~result.metrics.engine.isin(idle)]
+    left = rows.drop_duplicates(["scene", "engine"])
     for (engine, reason), own in left.groupby(["engine", "reason"], sort=False):
         say(f"  {', '.join(own.scene)}  {engine}  unsupported: {reason}")
     say(f"report: {result.report}")
