@@ -166,6 +166,6 @@ def show_verdict(result: ComparisonResult) -> None:
     idle = [engine for (_, engine), outcome in result.outcomes.items() if str(outcome) == "nothing_compared"]
     rows = result.metrics[(result.metrics.outcome == "unsupported") & ~result.metrics.engine.isin(idle)]
     left = rows.drop_duplicates(["scene", "engine"])
-    for (engine, reason), own in left.groupby(["engine", "reason"], sort=False):
-        say(f"  {', '.join(own.scene)}  {engine}  unsupported: {reason}")
+    for (name, reason), own in left.groupby(["engine", "reason"], sort=False):
+        say(f"  {', '.join(own.scene)}  {name}  unsupported: {reason}")
     say(f"report: {result.report}")
