@@ -40,6 +40,7 @@ ABOVE_ROUNDING = 10.0
 """Least ratio of an error to its rounding floor at which the error tells of the method"""
 LEAST_FALL = 0.5
 """Least exponent of the error's fall relative to the method's: chosen steps leave errors of any sign"""
+FEWEST_COMPARED = 2
 FALL_SLACK = 2.0
 """Slack of the fall of an error"""
 ORDER_SLACK = 0.5
@@ -162,8 +163,11 @@ def bound_check(found: list[ErrorAtSetting], name: str) -> Check:
 
 def falling_check(found: list[ErrorAtSetting], order: float | None, name: str) -> Check:
     """Check that a finer setting gives a smaller error, down to rounding."""
-    shown = ", ".join(map(str, found))
-    for coarse, fine in pairwise(e for e in found if e.whole and e.error < ASYMPTOTIC):
+    shown, compared = ", ".join(map(str, found)), [e for e in found if e.whole and e.error < ASYMPTOTIC]
+    if len(compared) < FEWEST_COMPARED:
+        said = f"fewer than two errors are below {ASYMPTOTIC:g}, where they have to fall: {shown}"
+        return Check(Group.ACCURACY, "errors fall with the setting", CheckState.WARNING, said, PAGE, scene=name)
+    for coarse, fine in pairwise(compared):
         finer = math.log(coarse.step / fine.step) * (1.0 if order is None else order)
         if fine.tells and fine.error > FALL_SLACK * coarse.error * math.exp(-LEAST_FALL * finer):
             said = f"the error does not follow the setting: {shown}"

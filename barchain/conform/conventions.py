@@ -99,7 +99,9 @@ def start_checks(engine: Examined, name: str, run: Trajectory) -> Iterator[Check
 
 def given_and_expected(given: Array, expected: Array) -> str:
     """The two values as text."""
-    return f"given {text_of(given)}, expected {text_of(expected)}"
+    said = f"given {text_of(given)}, expected {text_of(expected)}"
+    same = text_of(given) == text_of(expected)
+    return f"{said}, difference {text_of(given - expected)}" if same else said
 
 
 def text_of(values: Array) -> str:

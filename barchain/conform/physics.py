@@ -14,6 +14,7 @@ from barchain.conform.runs import results
 from barchain.conform.scenes import STAGES, scene_of, solved
 from barchain.judge.comparison.compare import judge
 from barchain.judge.declared_noise import noise
+from barchain.judge.diagnosis.search import ONE_ENGINE
 from barchain.judge.diagnosis.verdicts import diagnosis_of_verdict
 from barchain.judge.diagnosis.words import QUANTITY_WORDS
 from barchain.judge.evidence import Evidence, follow_up_jobs, gathered
@@ -163,7 +164,7 @@ def diagnosis_of(name: str, evidence: Evidence, verdict: Verdict) -> Diagnosis |
     run = evidence.main.trajectory
     if run is None or verdict.series is None:
         return None
-    return diagnosis_of_verdict(verdict, run, solved(name))
+    return diagnosis_of_verdict(verdict, run, solved(name), ONE_ENGINE)
 
 
 def agreement(verdict: Verdict) -> str:

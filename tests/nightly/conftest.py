@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import time
 import warnings
 from typing import TYPE_CHECKING
 
@@ -29,6 +30,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
         running = pgserver.get_server(tmp_path_factory.mktemp("pg"), cleanup_mode="delete")
     address = running.get_uri().replace("postgresql://", "postgresql+psycopg://")
+    wait_for(address)
     for setting in ("fsync", "full_page_writes", "synchronous_commit"):  # no power is cut here
         command(address, f"ALTER SYSTEM SET {setting} = off")
     command(address, "SELECT pg_reload_conf()")
@@ -49,6 +51,20 @@ def store(url: str) -> Iterator[NightStore]:
     """Empty history."""
     with open_store(url, create=True) as opened:
         yield opened
+
+
+def wait_for(server: str, within_s: float = 60.0) -> None:
+    """Wait until the server takes connections: on a busy machine it refuses them for some seconds after its start."""
+    end = time.monotonic() + within_s
+    while True:
+        try:
+            command(server, "SELECT 1")
+        except sa.exc.OperationalError:
+            if time.monotonic() > end:
+                raise
+            time.sleep(0.5)
+        else:
+            return
 
 
 def command(server: str, text: str) -> None:

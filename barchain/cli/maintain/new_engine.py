@@ -34,4 +34,4 @@ def new_engine(name: str, out: Path | None) -> None:
     say("\n".join(f"{folder / file}" for file in written))
     if not quiet():
         trial = f"barchain compare paper/fig05 --engine reference --engine {name} --out {name}-fig05"
-        say(f"Next: pip install -e {folder} && {trial}", err=True)
+        say(f"Next: pip install -e {folder} && {trial}, then barchain conform {name}", err=True)

@@ -59,13 +59,18 @@ def report_night(
     from barchain.nightly.history.faults import need_extra  # noqa: PLC0415
 
     need_extra("junitparser")
-    from barchain.nightly.running.state import folder_of  # noqa: PLC0415
+    from barchain.cli.common.result_folder import need_writable  # noqa: PLC0415
+    from barchain.nightly.running.state import folders_by_name  # noqa: PLC0415
 
+    if junit is not None:
+        need_writable(junit, "--junit")
     with opened(url) as store:
         name = store.summary(night).name
-        folder = out or folder_of(NIGHTS, name) or NIGHTS / name
+        there = folders_by_name(NIGHTS)
+        foreign = there and there.keys().isdisjoint(each.name for each in store.nights())  # nights of another history
+        folder = out or there.get(name) or NIGHTS / name
         facts = write_documents(store, name, folder, junit, baseline, fail_on)
-        if out is None and name == store.summary("latest").name:
+        if out is None and not foreign and name == store.summary("latest").name:
             publish(folder, NIGHTS)
             folder = NIGHTS
     say(facts.sentence)

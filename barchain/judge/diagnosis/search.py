@@ -50,6 +50,8 @@ class Effort:
 
 FULL = Effort(scene_run_s=10.0, equation_run_s=20.0, scene_pairs=True)
 """Every mistake and every pair"""
+ONE_ENGINE = Effort(scene_run_s=1.0, equation_run_s=5.0, scene_pairs=False)
+"""For the examination of one engine: runs of NumPy's reference are affordable where nothing is compiled"""
 BRIEF = Effort(scene_run_s=0.05, equation_run_s=1.0, scene_pairs=False)
 """For many results: mistakes in the scene only where their runs are short, and no pairs of them"""
 

@@ -148,14 +148,15 @@ def night_folders(out: Path) -> list[Path]:
     return sorted((each for each in out.iterdir() if each.is_dir()), reverse=True) if out.is_dir() else []
 
 
-def folder_of(out: Path, name: str) -> Path | None:
-    """Folder with the results of a night that the history holds under a name; None if there is none."""
+def folders_by_name(out: Path) -> dict[str, Path]:
+    """Folders with the results of nights, by the names under which a history holds the nights."""
+    found = {}
     for folder in night_folders(out):
         with contextlib.suppress(DamagedStateError):
             state = read_state(folder)
-            if state is not None and state.stored == name:
-                return folder
-    return None
+            if state is not None and state.stored:
+                found[state.stored] = folder
+    return found
 
 
 def unfinished(out: Path) -> Iterator[tuple[Path, NightState]]:

@@ -83,8 +83,10 @@ def replanned_words(figures: tuple[int, int] | None) -> str:
     """Sentence on a plan that differs from that of the night before; empty if the plan is the same."""
     if figures is None:
         return ""
-    new, gone = (f"{amount(n, 'figure')} {'is' if n == 1 else 'are'}" for n in figures)
-    return f"The plan is another one than on the night before: {new} new, {gone} not measured tonight."
+    counted = zip(figures, ("new", "not measured tonight"), strict=True)
+    found = [f"{amount(count, 'figure')} {'is' if count == 1 else 'are'} {state}" for count, state in counted if count]
+    told = f": {', '.join(found)}" if found else ""
+    return f"The plan is another one than on the night before{told}."
 
 
 def standing_words(count: int) -> str:

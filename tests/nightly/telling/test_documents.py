@@ -309,3 +309,16 @@ def test_an_accepted_change_is_told_apart_from_a_confirmed_one(history: str, tmp
     assert 'data-label="confirmed">not tried<' in page
     assert "worse</span><br>accepted</td>" in page
     assert "; accepted by Ada on " in page
+
+
+def test_nights_of_another_history_keep_their_page(
+    history: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    add(history, usual(number=0))
+    kept = Path("nights") / "2026-01-01T02-00-00"
+    kept.mkdir(parents=True)
+    write_state(kept, replace(STATE, stored="2026-01-01T02-00-00-of-others"))
+    assert CliRunner().invoke(cli, ["history", "report", "--history", history]).exit_code == 0
+    assert not (Path("nights") / "nightly.json").exists()
+    assert len(list(Path("nights").glob("*/nightly.json"))) == 1

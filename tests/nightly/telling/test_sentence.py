@@ -96,6 +96,10 @@ def test_another_plan_is_told_with_the_figures_that_come_and_go() -> None:
     )
 
 
+def test_a_plan_that_comes_back_has_neither_new_nor_missing_figures_to_tell() -> None:
+    assert said(replanned=(0, 0)).endswith("The plan is another one than on the night before.")
+
+
 def test_a_baseline_is_named() -> None:
     assert "changed since release.json" in said(change(), baseline="release.json")
 

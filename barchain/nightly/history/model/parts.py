@@ -24,14 +24,22 @@ if TYPE_CHECKING:
 
 PYTHON, BLAS, HARNESS, REFERENCE, JUDGE, SHARED = "python", "blas", "harness", "reference", "judge", "adapter:shared"
 SOURCES = {
-    HARNESS: ("barchain.boundary", "barchain.execution", "barchain.run", "scenarios"),
+    HARNESS: (
+        "barchain.boundary",
+        "barchain.execution",
+        "barchain.record",
+        "barchain.run",
+        "barchain.nightly.history.folders",
+        "reports.tables",
+        "scenarios",
+    ),
     REFERENCE: ("reference_impl",),
     JUDGE: ("barchain.judge", "barchain.metrics", "barchain.solutions", "barchain.studies", "barchain.crossval"),
     SHARED: ("adapters.common", "adapters.bar_loads", "adapters.engine", "adapters.trajectory", "adapters.registry"),
 }
 """Packages of each part of barchain that figures of all engines depend on"""
-LIBRARIES = ("numpy", "scipy")
-"""Libraries that every engine's figures depend on: they read, judge, and step"""
+LIBRARIES = ("numpy", "pandas", "pyarrow", "scipy")
+"""Libraries that every engine's figures depend on: they read, judge, step, and keep tables"""
 COMPILER = "llvmlite"
 IMPORTED = {
     "adapter:ode_solvers": ("adapter:reference",),
