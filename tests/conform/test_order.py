@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from adapters.engine import AccuracyParameter, Setting
-from barchain.conform.accuracy import ErrorAtSetting, order_check
+from barchain.conform.accuracy import ErrorAtSetting, falling_check, order_check
 from barchain.conform.checks import CheckState
 
 
@@ -34,3 +34,9 @@ def test_steps_that_samples_do_not_divide_are_told() -> None:
     rounded, exact = (ErrorAtSetting(setting, 0.25, 1e-6, 0.0, True, 0.1, taken) for taken in (1465.0, 1000.0))
     assert str(rounded) == "1.0e-06 at steps_per_orbit=1000 (1465 steps taken)"
     assert str(exact) == "1.0e-06 at steps_per_orbit=1000"
+
+
+def test_errors_that_are_too_large_to_fall_do_not_pass() -> None:
+    assert falling_check(errors(0.0, 100, 200, error=0.27), 4.0, "a/scene").state is CheckState.WARNING
+    assert falling_check(errors(0.0, 100, 200), 4.0, "a/scene").state is CheckState.FAILED
+    assert falling_check(errors(4.0, 100, 200), 4.0, "a/scene").state is CheckState.PASSED
