@@ -54,7 +54,7 @@ def store(url: str) -> Iterator[NightStore]:
 
 
 def wait_for(server: str, within_s: float = 60.0) -> None:
-    """Wait until the server takes connections: on a busy machine it refuses them for some seconds after its start."""
+    """Wait until the server takes connections: on a busy machine it rejects them for some seconds after its start."""
     end = time.monotonic() + within_s
     while True:
         try:
