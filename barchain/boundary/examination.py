@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import importlib
 import inspect
 import math
 import os
@@ -33,6 +34,7 @@ from barchain.boundary.questions import (
     run,
     sendable,
 )
+from scenarios import nearest
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -68,7 +70,7 @@ def examined_class(registration: Registration) -> Answer:
     before, start = set(sys.modules), time.perf_counter()
     steps: list[list[str]] = []
     header: dict[str, Any] = {"steps": steps}
-    found = step(steps, "import", registration.load)
+    found = step(steps, "import", lambda: class_of(registration))
     header["import_s"] = time.perf_counter() - start
     header["libraries"] = imported_libraries(registration, before)
     if found is None or step(steps, "class", lambda: whole_class(registration)) is None:
@@ -78,6 +80,25 @@ def examined_class(registration: Registration) -> Answer:
     effects = getattr(found, "effects", ())
     header["effects"] = sorted(plain_text(e, 60) for e in effects) if isinstance(effects, (set, frozenset)) else []
     return header, {}
+
+
+def class_of(registration: Registration) -> type[Engine]:
+    """Class of an engine, imported.
+
+    Raises
+    ------
+    DeclarationError
+        If the module has no such class; the message gives the nearest one, or all engines of the module.
+    """
+    module, _, name = registration.target.partition(":")
+    found = vars(importlib.import_module(module))
+    if name not in found and "__getattr__" not in found:
+        engines = [n for n, value in found.items() if inspect.isclass(value) and issubclass(value, Engine)]
+        there = [n for n in engines if not inspect.isabstract(found[n])]
+        near = nearest(name, there)
+        said = near or (f"; its engines: {', '.join(map(plain_text, there))}" if there else "; it holds no engine")
+        raise DeclarationError(f"{module} has no class {name}{said}")
+    return registration.load()
 
 
 def step(steps: list[list[str]], name: str, call: Callable[[], Any]) -> Any:

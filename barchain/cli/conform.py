@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 SIGNS = {"passed": "✓", "warning": "!", "unsupported": "-", "not run": "·", "failed": "✗"}
 COLOURS = {"passed": "green", "warning": "yellow", "unsupported": "dim", "not run": "dim", "failed": "bold red"}
 NAME_WIDTH = 38
+INDENT = 6 * " "
+"""Of a check's further lines on a terminal"""
 
 
 @click.command("conform")
@@ -60,6 +63,8 @@ def conform(targets: tuple[str, ...], junit: Path | None, as_json: bool) -> None
     else:
         for report in reports:
             say(summary(report))
+        if any(check.page for report in reports for check in report.failures):
+            say("The pages are in the folder docs/ of barchain's repository.")
     if not all(report.passed for report in reports):
         raise findings()
 
@@ -73,7 +78,12 @@ def shown(as_json: bool) -> Callable[[Check], None]:
     console = Console()
     if not console.is_terminal:
         return lambda check: say(line(check))
-    return lambda check: console.print(f"[{COLOURS[check.state]}]{literal(line(check))}[/]", highlight=False)
+
+    def show(check: Check) -> None:
+        text = textwrap.fill(line(check), console.width, subsequent_indent=INDENT, break_on_hyphens=False)
+        console.print(f"[{COLOURS[check.state]}]{literal(text)}[/]", highlight=False)
+
+    return show
 
 
 def line(check: Check) -> str:

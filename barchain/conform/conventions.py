@@ -8,11 +8,10 @@ import numpy as np
 
 from adapters.engine import EngineError
 from barchain.conform.checks import Check, CheckState, Group
-from barchain.conform.physics import ask_about_scenes, main_and_finer, reason_against
+from barchain.conform.physics import ask_about_scenes, main_run, reason_against
 from barchain.conform.scenes import FIRST, solved
 from barchain.judge.error_model import ErrorModel
 from barchain.metrics.quantities import differences
-from barchain.run.job import Role
 from reports.tables.crossval import QUANTITY_UNITS
 from reports.tables.outcome import Outcome
 
@@ -31,6 +30,7 @@ FIELDS = {
     "reaction": ("reaction_N", "reactions", "reactions"),
 }
 """Array, name and section of the page of each quantity at the start"""
+FIRST_RUN = "a first run"
 LEAST_VALUES = 10
 """Different values that tell of the precision: zeros and a few round numbers do not"""
 START_SLACK = 1e-9
@@ -45,11 +45,12 @@ def conventions(engine: Examined) -> Iterator[Check]:
     if name is None:
         reasons = dict.fromkeys(str((reason_against(engine, n) or ("", ""))[1]) for n in FIRST)
         said = f"supports none of {', '.join(FIRST)}: {'; '.join(reasons)}"
-        yield Check(Group.CONVENTIONS, "a first run", CheckState.FAILED, said, PAGE)
+        yield Check(Group.CONVENTIONS, FIRST_RUN, CheckState.FAILED, said, PAGE)
         return
-    run = main_and_finer(engine, [name])[name][Role.MAIN]
+    run = main_run(engine, name)
     if run.outcome is not Outcome.PASS or run.trajectory is None:
-        yield Check(Group.CONVENTIONS, "types and shapes", CheckState.FAILED, run.reason, f"{PAGE}#samples", scene=name)
+        failed = "types and shapes" if run.seconds else FIRST_RUN  # a run that answered has times
+        yield Check(Group.CONVENTIONS, failed, CheckState.FAILED, run.reason, f"{PAGE}#samples", scene=name)
         return
     n = len(run.trajectory.t_s)
     said = f"{len(run.trajectory.observables)} quantities of {n} samples, float64"

@@ -81,6 +81,12 @@ def ask_about_scenes(engine: Examined) -> None:
             loaded.prepare(scene_of(name) for stage in STAGES for name in stage.scenes)
 
 
+def main_run(engine: Examined, name: str) -> RunResult:
+    """Run of one scene at the default setting, alone: an engine that hangs costs one time limit."""
+    job = engine.job(scene_of(name), engine.load().sweep.setting(), Role.MAIN)
+    return by_role(engine, [job])[name][Role.MAIN]
+
+
 def main_and_finer(engine: Examined, names: list[str]) -> dict[str, dict[Role, RunResult]]:
     """Runs of scenes at the default setting and the next finer one."""
     sweep, jobs = engine.load().sweep, []

@@ -12,7 +12,7 @@ from barchain.boundary.raised import line
 from barchain.conform.accuracy import accuracy
 from barchain.conform.behaviour import behaviour
 from barchain.conform.checks import Check, CheckState, ConformanceReport, Group
-from barchain.conform.conventions import conventions
+from barchain.conform.conventions import FIRST_RUN, conventions
 from barchain.conform.loading import loading
 from barchain.conform.physics import physics
 from barchain.conform.target import examined
@@ -101,7 +101,7 @@ def checks(engine: Examined) -> Iterator[Check]:
         for check in guarded(group, make(engine)):
             if check.state is CheckState.FAILED:
                 failed.setdefault(group, check.name)
-                if check.name in {SHAPES, "a first run"}:
+                if check.name in {SHAPES, FIRST_RUN}:
                     failed[SHAPES] = check.name
                 if check.explained:
                     failed.setdefault(MISTAKE, check.name)

@@ -12,6 +12,7 @@ from barchain.boundary.limits import OutsideLimits
 from barchain.boundary.process import Reply, ask, failed_reply
 from barchain.boundary.questions import DeclarationError
 from barchain.run.outside_runs import one_run, result_of
+from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -42,17 +43,42 @@ def results(
     """
     if not jobs:
         return []
+    if len(jobs) == 1 and budget_s == math.inf:
+        return [one_run(jobs[0], START_S + limit_s)]
     asked = [(job.scene, job.setting, t) for job, t in zip(jobs, t_s, strict=True)]
     start, limits = time.monotonic(), OutsideLimits(START_S + min(limit_s * len(jobs), budget_s))
     reply = ask("several_runs", engine.registration, asked, budget_s, limits=limits)
     if not reply.problem and budget_s < math.inf:
         jobs = jobs[: len(reply.header.get("runs", ()))]
     if reply.problem or len(reply.header.get("runs", ())) != len(jobs):  # to see which run ends the process
-        return [one_run(job, START_S + limit_s) for job in jobs if time.monotonic() - start < budget_s]
+        return one_by_one(jobs, limit_s, start + budget_s)
     if reply.header["noise"]:
         with suppress(DeclarationError):  # a fault of the declaration is told with the first sample
             remember_noise(engine, jobs, t_s, reply)
     return [result_of(job, part(reply, k)) for k, job in enumerate(jobs)]
+
+
+def one_by_one(jobs: Sequence[Job], limit_s: float, end: float) -> list[RunResult]:
+    """Results of runs in a process each; a scene on which the engine hangs is not run again.
+
+    Parameters
+    ----------
+    jobs : sequence of Job
+    limit_s : float
+        Longest time of one run.
+    end : float
+        Value of `time.monotonic` from which on no run begins.
+    """
+    made: list[RunResult] = []
+    hung: dict[str, RunResult] = {}
+    for job in jobs:
+        if time.monotonic() >= end:
+            break
+        result = hung.get(job.scene.name) or one_run(job, START_S + limit_s)
+        if result.outcome is Outcome.TIMED_OUT:
+            hung[job.scene.name] = result
+        made.append(result)
+    return made
 
 
 def part(reply: Reply, k: int) -> Reply:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from adapters.registry import ENGINES, RESERVED, TARGET, Registration, find_engine
+from adapters.registry import ENGINES, RESERVED, TARGET, Registration, UnknownEngineError, find_engine
 
 if TYPE_CHECKING:
     from adapters.engine import Engine, Setting
@@ -49,14 +49,25 @@ def examined(given: str) -> Examined:
     Raises
     ------
     UnknownEngineError
-        If no engine has the name.
+        If no engine has the name; the message tells how a class or a package is given.
     """
     if re.fullmatch(TARGET, given):
         here = str(Path.cwd())
         if here not in sys.path:
             sys.path.append(here)
         return Examined(short_name(given), Registration(given), registered=False)
-    return Examined(given, find_engine(given))
+    try:
+        return Examined(given, find_engine(given))
+    except UnknownEngineError as error:
+        raise UnknownEngineError(f"{error}; {how_to_give(given)}") from None
+
+
+def how_to_give(given: str) -> str:
+    """How an engine is given that no package registers."""
+    module, _, name = given.rpartition(".")
+    if module and re.fullmatch(TARGET, f"{module}:{name}"):
+        return f"a class is given as MODULE:CLASS (did you mean {module}:{name}?)"
+    return "the engine of a package is there after `pip install -e FOLDER`; a class is given as MODULE:CLASS"
 
 
 def short_name(target: str) -> str:

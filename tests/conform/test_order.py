@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
+
+import numpy as np
 import pytest
 
 from adapters.engine import AccuracyParameter, Setting
@@ -13,7 +16,11 @@ def errors(order: float, *settings: float, error: float = 1e-4) -> list[ErrorAtS
     """Errors that fall with an order, from a first one on."""
     made = [Setting(AccuracyParameter.STEPS_PER_ORBIT, s) for s in settings]
     finer = [settings[0] / s for s in settings]
-    return [ErrorAtSetting(s, f, error * f**order, 0.0, True, 0.1, s.value) for s, f in zip(made, finer, strict=True)]
+    grows, none = np.array([0.0, 0.5, 1.0]), np.zeros(3)
+    return [
+        ErrorAtSetting(s, f, error * grows * f**order, none, True, 0.1, s.value)
+        for s, f in zip(made, finer, strict=True)
+    ]
 
 
 @pytest.mark.parametrize(
@@ -31,12 +38,24 @@ def test_one_pair_of_coarse_settings_is_no_evidence_of_another_method() -> None:
 
 def test_steps_that_samples_do_not_divide_are_told() -> None:
     setting = Setting(AccuracyParameter.STEPS_PER_ORBIT, 1000)
-    rounded, exact = (ErrorAtSetting(setting, 0.25, 1e-6, 0.0, True, 0.1, taken) for taken in (1465.0, 1000.0))
-    assert str(rounded) == "1.0e-06 at steps_per_orbit=1000 (1465 steps taken)"
+    rounded, exact = (
+        ErrorAtSetting(setting, 0.25, np.array([1e-6]), np.zeros(1), True, 0.1, taken) for taken in (1465.0, 1000.0)
+    )
+    assert str(rounded) == "1.0e-06 at steps_per_orbit=1000 (1465 per orbit taken)"
     assert str(exact) == "1.0e-06 at steps_per_orbit=1000"
 
 
 def test_errors_that_are_too_large_to_fall_do_not_pass() -> None:
-    assert falling_check(errors(0.0, 100, 200, error=0.27), 4.0, "a/scene").state is CheckState.WARNING
+    whole = [dataclasses.replace(e, errors=np.full(3, 0.27)) for e in errors(0.0, 100, 200)]
+    assert falling_check(whole, 4.0, "a/scene").state is CheckState.WARNING
+    assert order_check(whole, 4.0, "a/scene").state is CheckState.WARNING
     assert falling_check(errors(0.0, 100, 200), 4.0, "a/scene").state is CheckState.FAILED
     assert falling_check(errors(4.0, 100, 200), 4.0, "a/scene").state is CheckState.PASSED
+
+
+def test_the_order_of_large_errors_shows_at_the_start_of_the_scene() -> None:
+    early = np.array([0.0, 1e-3, 1.0])
+    found = [dataclasses.replace(e, errors=early / (k + 1)) for k, e in enumerate(errors(0.0, 100, 200))]
+    check = order_check(found, 4.0, "a/scene")
+    assert check.state is CheckState.FAILED
+    assert check.words.startswith("measured 1.00, declared 4; order 1 is that of Euler's method, or of a force")

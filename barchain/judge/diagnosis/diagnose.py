@@ -96,12 +96,12 @@ def diagnose(
 
 
 def searched(search: MistakeSearch, wrong: tuple[WrongQuantity, ...]) -> Diagnosis:
-    """Diagnosis by a search: mistakes alone, then pairs, then fitted numbers, then mistakes in different quantities."""
+    """Diagnosis by a search: mistakes alone, then pairs, then fitted numbers, then several at once."""
     without = search.unaltered.own_error
     explaining = [e for e in search.alone if e.explains(without)]
     others = [e for e in search.alone if not e.explains(without)]
     if not explaining:
-        explaining = search.pairs or search.fitted
+        explaining = search.pairs or search.fitted or search.amounts
     equal = indistinguishable(explaining)
     if equal:
         return Diagnosis(wrong, equal, next((e for e in [*explaining[len(equal) :], *others]), None))

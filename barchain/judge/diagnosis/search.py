@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from barchain.judge.diagnosis.altered_scenes.amount_fit import fitted_amount
+from barchain.judge.diagnosis.altered_scenes.amounts import amounts
 from barchain.judge.diagnosis.altered_scenes.catalogue import SCENES
 from barchain.judge.diagnosis.altered_scenes.runs import ALTERED, AlteredRuns, run_errors
 from barchain.judge.diagnosis.explanation import MIN_GAIN, Explanation, ranked
@@ -32,6 +34,12 @@ SCREENED = 48
 """Samples at which combinations are tried first"""
 EARLY = 4
 """Samples at the start at which pairs of altered scenes are tried first"""
+AMOUNT_RUNS = 4
+"""Expected runs for the fit of one amount"""
+AMOUNT_GAIN = 1e3
+"""Least ratio of the residuals without and with a fitted amount: a coarse run resembles some amount, too"""
+MOVING = frozenset({"com", "com_velocity", "attitude", "rate"})
+"""Quantities that an amount in the scene alters"""
 MOST_WHOLE = 40
 """Pairs of altered scenes that are run to the end, best first"""
 
@@ -46,13 +54,15 @@ class Effort:
     """Longest expected time of one run with altered equations, of which there are few, s; 0: no runs"""
     scene_pairs: bool
     """Whether pairs of mistakes in the scene are tried"""
+    amounts_s: float
+    """Longest expected time of all fits of unknown amounts in the scene, s; 0: no fits"""
 
 
-FULL = Effort(scene_run_s=10.0, equation_run_s=20.0, scene_pairs=True)
+FULL = Effort(scene_run_s=10.0, equation_run_s=20.0, scene_pairs=True, amounts_s=60.0)
 """Every mistake and every pair"""
-ONE_ENGINE = Effort(scene_run_s=1.0, equation_run_s=5.0, scene_pairs=False)
+ONE_ENGINE = Effort(scene_run_s=1.0, equation_run_s=5.0, scene_pairs=False, amounts_s=10.0)
 """For the examination of one engine: runs of NumPy's reference are affordable where nothing is compiled"""
-BRIEF = Effort(scene_run_s=0.05, equation_run_s=1.0, scene_pairs=False)
+BRIEF = Effort(scene_run_s=0.05, equation_run_s=1.0, scene_pairs=False, amounts_s=0.0)
 """For many results: mistakes in the scene only where their runs are short, and no pairs of them"""
 
 
@@ -229,6 +239,21 @@ class MistakeSearch:
             whole = self.runs.run(composed_scenes(*(m for m in pair.mistakes if isinstance(m, SceneMistake))))
             if whole is not None and self.is_another(whole):
                 yield Explanation(pair.mistakes, self.result_of_run.fit(whole))
+
+    @cached_property
+    def amounts(self) -> list[Explanation]:
+        """Numbers of the scene that are wrong by a fitted amount and explain the result, ranked."""
+        every, n = amounts(self.judging.scene), self.result.n
+        runs = AMOUNT_RUNS * len(every)
+        if not self.unaltered.outside & MOVING or not self.runs.affordable_in(self.effort.amounts_s, runs):
+            return []
+        found = []
+        for amount in every:
+            mistake = amount.mistake(fitted_amount(amount, self.result_of_run, lambda m: self.runs.run(m, n)))
+            supposed = self.runs.run(mistake, n)
+            if supposed is not None and len(supposed.t_s) == n:
+                found.append(Explanation((mistake,), self.result_of_run.fit(supposed)))
+        return ranked(e for e in found if e.explains(self.unaltered.own_error * MIN_GAIN / AMOUNT_GAIN))
 
     @cached_property
     def in_parts(self) -> list[TriedReading]:

@@ -65,11 +65,11 @@ def diagnosis_words(
 
 def nearest_words(wrong: tuple[WrongQuantity, ...], nearest: Explanation) -> str:
     """Residual of the nearest explanation, and its name if it makes the difference far smaller."""
-    left = remainder(nearest)
+    left = f"{remainder(nearest)} of the quantity's size"
     without = max((w.difference / w.size for w in wrong if w.size > 0.0), default=0.0)
     if nearest.fit.relative_error > NEAR * without:
-        return f" The nearest leaves {left}."
-    return f" Near it, but not inside the tolerances: {nearest.words} (leaves {left})."
+        return f" With the nearest one, a difference of {left} is left."
+    return f" Near, but not inside the tolerances: {nearest.words} (leaves {left})."
 
 
 def addressed(words: str) -> str:

@@ -86,8 +86,12 @@ class AlteredRuns:
     def affordable(self, share: float = 1.0, *, equations: bool = False) -> bool:
         """Whether a share of a run is expected to be short enough; of a run with altered equations or another one."""
         longest_s = self.equation_run_s if equations else self.scene_run_s
+        return self.affordable_in(longest_s, share, equations=equations)
+
+    def affordable_in(self, longest_s: float, runs: float, *, equations: bool = False) -> bool:
+        """Whether a number of runs is expected to end within a time, s; 0: no runs."""
         compiled = not equations and solution_engine() != NUMPY
-        return longest_s > 0.0 and share * self.expected_s(compiled=compiled) <= longest_s
+        return longest_s > 0.0 and runs * self.expected_s(compiled=compiled) <= longest_s
 
     @cached_property
     def halves(self) -> Trajectory | None:

@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
-from barchain.judge.diagnosis.readings import angles, joints, signs_and_axes, timing, track, units
+from barchain.judge.diagnosis.readings import angles, differences, joints, signs_and_axes, timing, track, units
 
-READINGS = (*signs_and_axes.MISTAKES, *units.MISTAKES, *angles.MISTAKES, *joints.MISTAKES, *track.MISTAKES)
+READINGS = (
+    *signs_and_axes.MISTAKES,
+    *units.MISTAKES,
+    *angles.MISTAKES,
+    *joints.MISTAKES,
+    *track.MISTAKES,
+    *differences.MISTAKES,
+)
 TIMINGS = timing.MISTAKES

@@ -26,6 +26,13 @@ SCALED = (
     ("centre-of-mass", "the positions of the centre of mass are", COM, "centre-of-mass"),
     ("velocity", "the velocities of the centre of mass are", VELOCITY, "centre-of-mass"),
 )
+PLACES = (
+    ("reactions", "the reactions", REACTION, "reactions", "at joint"),
+    ("angles", "the angles", ANGLE, "angles", "of bar"),
+    ("rates", "the rates", RATE, "rates", "of bar"),
+)
+SAME = 1e-6
+"""Departure of a fitted factor from -1 that is not worth a number"""
 
 
 def fitted(given: Trajectory, right: Trajectory) -> Iterator[ReadingMistake]:
@@ -50,6 +57,28 @@ def fitted(given: Trajectory, right: Trajectory) -> Iterator[ReadingMistake]:
         offset = math.remainder(float(np.median(given.angle_rad - right.angle_rad)), 2.0 * math.pi)
         said = f"the angles are off by a constant {math.degrees(offset):.6g} degrees"
         yield ReadingMistake("angles-off-by-a-constant", said, "angles", offset_angle(offset), True)
+    yield from at_one_place(given, right)
+
+
+def at_one_place(given: Trajectory, right: Trajectory) -> Iterator[ReadingMistake]:
+    """Readings that are wrong by a factor at one bar or joint only."""
+    values = channels_of(given)
+    for part, words, field, section, place in PLACES:
+        right_values = getattr(right, field)
+        if field not in values or right_values is None or right_values.shape[1] == 1:
+            continue
+        for k in range(right_values.shape[1]):
+            there = right_values[:, k]
+            if not np.any(there) or np.array_equal(values[field][:, k], there):
+                continue
+            factor = fitted_factor(values[field][:, k], there)
+            how = (
+                "have the opposite sign"
+                if abs(factor + 1.0) < SAME
+                else f"are {factor_words(factor)} times the right values"
+            )
+            said = f"{words} {place} {k + 1} {how}"
+            yield ReadingMistake(f"{part}-{place.split()[-1]}-{k + 1}", said, section, times_at(k, factor, field))
 
 
 def fitted_factor(given: Array, right: Array) -> float:
@@ -61,6 +90,20 @@ def factor_words(factor: float) -> str:
     """Factor as text; one near 1 as its departure from 1."""
     departure = factor - 1.0
     return f"(1 {'-' if departure < 0.0 else '+'} {abs(departure):.3g})" if abs(departure) < 1e-3 else f"{factor:.6g}"
+
+
+def times_at(place: int, factor: float, field: str) -> ReadingChange:
+    """Values (n, k, ...) of one bar or joint times a factor."""
+
+    def scaled(values: Array) -> Array:
+        found = values.copy()
+        found[:, place] *= factor
+        return found
+
+    def read(_: Scene, right: Trajectory) -> Trajectory:
+        return changed(right, scaled, field)
+
+    return read
 
 
 def offset_angle(offset_rad: float) -> ReadingChange:

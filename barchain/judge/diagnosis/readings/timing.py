@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.judge.diagnosis.channels import CHANNELS, RATE, REACTION, VELOCITY, channels_of
+from barchain.judge.diagnosis.channels import ANGLE, CHANNELS, COM, RATE, REACTION, VELOCITY, channels_of
 from barchain.judge.diagnosis.mistake import TimingMistake
 
 if TYPE_CHECKING:
@@ -21,6 +21,11 @@ DELAYS = (
 GROUPS = (
     ("result", "the whole result is", CHANNELS),
     ("reactions", "the reactions are", (REACTION,)),
+    ("angles", "the angles are", (ANGLE,)),
+    ("angles-and-rates", "the angles and rates are", (ANGLE, RATE)),
+    ("centre-of-mass", "the positions of the centre of mass are", (COM,)),
+    ("track", "the centre of mass and its velocity are", (COM, VELOCITY)),
+    ("velocity", "the velocities of the centre of mass are", (VELOCITY,)),
     ("rates", "the rates are", (RATE,)),
     ("velocities", "the rates and velocities are", (RATE, VELOCITY)),
 )
