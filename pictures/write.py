@@ -62,7 +62,7 @@ def pages() -> dict[Path, str]:
     measured, scenes = MeasuredRecord(), gallery_scenes()
     found = {page_of(s.name): scene_page(s, alt_of(picture_file(s.name)), measured) for s in scenes}
     found |= {page_file(library): engine_page(library, measured) for library in LIBRARIES}
-    found |= {GALLERY / "index.md": gallery_index(scenes), ENGINES_INDEX: engines_index()}
+    found |= {GALLERY / "index.md": gallery_index(scenes, measured), ENGINES_INDEX: engines_index()}
     found[COST_PAGE] = cost_page(COST_PAGE.read_text(encoding="utf-8"), measured)
     return found | {RELEASES_PAGE: releases_page(RELEASES_PAGE.read_text(encoding="utf-8"), measured)}
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from adapters.registry import ENGINES
 from pictures.pages.engine_page import page_file
 from pictures.pages.libraries import LIBRARIES
 from pictures.pages.scene_page import link
@@ -13,9 +15,14 @@ from pictures.paths import DOCS, ENGINE_PAGES
 from pictures.templating import render
 
 if TYPE_CHECKING:
+    from pictures.pages.record import MeasuredRecord
     from scenarios import Scene
 
 ENGINES_INDEX = ENGINE_PAGES / "index.md"
+
+
+COUNTED = ("pass", "roundoff_limited", "nothing_compared", "unsupported", "inconsistent")
+"""Outcomes with a column in the table of all pairs"""
 
 
 @dataclass(frozen=True)
@@ -36,10 +43,33 @@ FAMILIES = (
 """Families in the order of the index"""
 
 
-def gallery_index(scenes: list[Scene]) -> str:
+def gallery_index(scenes: list[Scene], measured: MeasuredRecord) -> str:
     """Markdown of the gallery's index."""
     groups = [(family, [s for s in scenes if s.name.startswith(f"{family.folder}/")]) for family in FAMILIES]
-    return render("gallery.md.j2", groups=groups, count=len(scenes))
+    engines = len({engine for _, engine in measured.comparison if engine in independent_engines()})
+    return render("gallery.md.j2", groups=groups, count=len(scenes), engines=engines, totals=totals(measured))
+
+
+def independent_engines() -> frozenset[str]:
+    """Names of the engines that have physics of their own."""
+    return frozenset(name for name, registration in ENGINES.items() if registration.external)
+
+
+def totals(measured: MeasuredRecord) -> str:
+    """Table of the outcomes of independent engines, a row for each family that was compared."""
+    independent, rows = independent_engines(), []
+    for family in FAMILIES:
+        words = Counter(
+            row["outcome"] for (scene, engine), row in measured.comparison.items()
+            if scene.startswith(f"{family.folder}/") and engine in independent
+        )  # fmt: skip
+        if words:
+            scenes = {s for s, _ in measured.comparison if s.startswith(f"{family.folder}/")}
+            rows.append([family.title, len(scenes), words.total(), *(words[outcome] for outcome in COUNTED)])
+    both = [sum(column) for column in zip(*(row[1:] for row in rows), strict=True)]
+    assert sum(both[2:]) == both[1], "an outcome of the record has no column"
+    head = ("scenes", "number:", "pairs:", *(f"{outcome.replace('_', ' ')}:" for outcome in COUNTED))
+    return table(head, [*rows, ["all", *both]])
 
 
 def engines_index() -> str:

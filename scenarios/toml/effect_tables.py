@@ -201,13 +201,13 @@ class EffectsTable(Table):
         max_length=MOST_TABLES,
         description="bars whose rotation is given; their torque is computed",
     )
-    oblateness: OblatenessTable | None = None
+    oblateness: OblatenessTable | None = Field(None, description="flattening of the central body")
     third_body: list[ThirdBodyTable] = Field(
         default_factory=list, max_length=MOST_TABLES, description="the Moon, the Sun, others"
     )
-    drag: DragTable | None = None
-    solar_pressure: SolarPressureTable | None = None
-    joint_spring_damper: JointSpringDamperTable | None = None
+    drag: DragTable | None = Field(None, description="drag in an atmosphere that turns with the central body")
+    solar_pressure: SolarPressureTable | None = Field(None, description="pressure of sunlight on the bars")
+    joint_spring_damper: JointSpringDamperTable | None = Field(None, description="springs and dampers in the joints")
     thrust: list[ThrustTable] = Field(
         default_factory=list, max_length=MOST_TABLES, description="forces on ends of bars"
     )

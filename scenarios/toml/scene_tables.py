@@ -134,9 +134,13 @@ class SceneTables(Table):
         default_factory=list, max_length=MOST_TAGS, description="words to choose scenes by: paper, basics, chaotic, ..."
     )
     central_body: CentralBodyTable = Field(
-        default_factory=lambda: CentralBodyTable(mu_m3_s2=EARTH_MU_M3_S2, radius_m=EARTH_RADIUS_M)
+        default_factory=lambda: CentralBodyTable(mu_m3_s2=EARTH_MU_M3_S2, radius_m=EARTH_RADIUS_M),
+        description="body that the chain orbits; the Earth by default",
     )
-    orbit: OrbitTable
-    chain: ChainTable
-    effects: EffectsTable = Field(default_factory=lambda: EffectsTable(gravity="gradient"))
-    run: RunTable
+    orbit: OrbitTable = Field(description="start of the centre of mass")
+    chain: ChainTable = Field(description="bars and their initial angles and rates")
+    effects: EffectsTable = Field(
+        default_factory=lambda: EffectsTable(gravity="gradient"),
+        description="forces on the bars; gravity with its gradient torque by default",
+    )
+    run: RunTable = Field(description="length of the run and its samples")

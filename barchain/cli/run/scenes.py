@@ -14,9 +14,12 @@ from barchain.cli.common.terminal import say
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
+    from adapters.engine import Engine
     from adapters.registry import Registration
+    from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 
+DEPENDS = "supports the scene if no bar turns its other face to the wind or the Sun, which a run tells"
 HEADINGS = ("scene", "bars", "orbits", "tags", "title")
 
 
@@ -152,18 +155,39 @@ def complete(scene: Scene) -> dict[str, Any]:
 def support(scene: Scene) -> dict[str, str]:
     """For each engine "supports the scene", or the reason why the engine does not or is missing."""
     from adapters.registry import engines  # noqa: PLC0415
+    from barchain.solutions.shipped import shipped_solution  # noqa: PLC0415
 
-    return {name: r.missing or of_engine(r, scene) for name, r in engines().items()}
+    solution = shipped_solution(scene)
+    return {name: r.missing or of_engine(r, scene, solution) for name, r in engines().items()}
 
 
-def of_engine(registration: Registration, scene: Scene) -> str:
-    """An engine's own answer whether it supports a scene, or why it gives none."""
+def of_engine(registration: Registration, scene: Scene, solution: ReferenceSolution | None) -> str:
+    """An engine's own answer whether it supports a scene and its motion, or why it gives none.
+
+    Some engines support a scene as long as no bar turns its other face to the wind or the Sun: only a solution tells.
+    """
     from barchain.boundary.declared import engine_class, engine_fault  # noqa: PLC0415
+    from barchain.judge.support import unsupported  # noqa: PLC0415
 
     try:
-        return engine_class(registration).unsupported(scene) or "supports the scene"
+        engine = engine_class(registration)
+        reason = engine.unsupported(scene) or (solution and unsupported(engine, solution))
+        if reason:
+            return reason
+        return DEPENDS if solution is None and depends_on_motion(engine, scene) else "supports the scene"
     except Exception as error:
         return engine_fault(error)
+
+
+def depends_on_motion(engine: type[Engine], scene: Scene) -> bool:
+    """Whether an engine supports a scene only if no bar turns its other face to the wind or the Sun."""
+    from barchain.boundary.declared import OutsideEngine  # noqa: PLC0415
+    from barchain.boundary.questions import overrides  # noqa: PLC0415
+
+    if scene.effects.drag is None and scene.effects.solar_pressure is None:
+        return False
+    method = "unsupported_motion"
+    return method in engine.asks if issubclass(engine, OutsideEngine) else overrides(engine, method)
 
 
 def lines(values: Mapping[str, Any], prefix: str = "") -> Iterable[tuple[str, str]]:
