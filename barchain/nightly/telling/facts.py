@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from barchain.nightly.history.changes.accepted import accepting
 from barchain.nightly.history.changes.model import result_words
 from barchain.nightly.history.changes.standing import still_holding
-from barchain.nightly.history.changes.suspects import state_words, suspicion
+from barchain.nightly.history.changes.suspects import differing, state_words, suspicion
 from barchain.nightly.history.model.figures import STEPPED, FigureKind
 from barchain.nightly.telling.sentence import opening
 from reports.tables.nights.facts import (
@@ -84,7 +84,7 @@ def night_facts(
             complete=night.complete, baseline=baseline, standing=len(standing),
             replanned=(judged.new, judged.left_out) if judged.replanned and night.complete and not baseline else None,
         ),
-        night=night_entry(night),
+        night=night_entry(night, exchanged(judged)),
         against=against(judged, baseline),
         counts=counts(judged, tonight),
         verdicts=verdicts(figures),
@@ -142,7 +142,15 @@ def suspect_entry(suspect: Suspect) -> SuspectEntry:
     )
 
 
-def night_entry(night: NightSummary) -> NightEntry:
+def exchanged(judged: JudgedNight) -> tuple[SuspectEntry, ...]:
+    """Parts of the night that differ from the last night before; scenes that one of them left out tell nothing."""
+    if not judged.compared_with:
+        return ()
+    last, night = judged.compared_with[-1], judged.night
+    return tuple(map(suspect_entry, differing(last, night, set(last.part_named) & set(night.part_named))))
+
+
+def night_entry(night: NightSummary, exchanged_parts: tuple[SuspectEntry, ...]) -> NightEntry:
     """Entry of the night."""
     environment = {name: value for name, value in asdict(night.environment).items() if name != "cpu_flags"}
     versions = {p.name: p.version for p in night.parts if p.name.startswith(VERSIONED) and p.version}
@@ -150,7 +158,7 @@ def night_entry(night: NightSummary) -> NightEntry:
         name=night.name, started=night.started, duration_s=night.duration_s, plan=night.plan, barchain=night.barchain,
         commit=night.commit, state="void" if night.void else "complete" if night.complete else "incomplete",
         void=night.void, figures=night.figures, machine_class=night.environment.machine_class,
-        environment=environment, versions=versions,
+        environment=environment, versions=versions, exchanged=exchanged_parts,
     )  # fmt: skip
 
 

@@ -22,11 +22,11 @@ class Entry(BaseModel):
 
 
 class SuspectEntry(Entry):
-    """Part that may have caused a change."""
+    """Part that differs between two nights."""
 
     name: str = Field(description="part, e.g. engine:mujoco")
-    before: str = Field(description="version or digest on the last night with the old value; empty if it was not there")
-    after: str = Field(description="version or digest on the first night with the new value; empty if it is gone")
+    before: str = Field(description="version or digest on the earlier night; empty if the part was not there")
+    after: str = Field(description="version or digest on the later night; empty if the part is gone")
 
 
 class AcceptanceEntry(Entry):
@@ -112,6 +112,9 @@ class NightEntry(Entry):
     machine_class: str
     environment: dict[str, str | int]
     versions: dict[str, str] = Field(description="version of each engine's distribution and each library")
+    exchanged: tuple[SuspectEntry, ...] = Field(
+        (), description="parts that differ from the last night before, also where no figure changed"
+    )
 
 
 class CountsEntry(Entry):

@@ -311,6 +311,16 @@ def test_an_accepted_change_is_told_apart_from_a_confirmed_one(history: str, tmp
     assert "; accepted by Ada on " in page
 
 
+def test_a_part_that_was_exchanged_is_told_also_where_nothing_changed(history: str, tmp_path: Path) -> None:
+    add(history, usual(number=0), usual(number=1, parts=NEWER))
+    code, facts = report(history, tmp_path)
+    assert (code, facts.changes) == (0, ())
+    assert [(p.name, p.after) for p in facts.night.exchanged] == [("engine:mujoco", "4.0.0")]
+    told = "engine:mujoco 3.3.0 → 4.0.0"
+    assert f"Parts that differ from {facts.against.last}: {told}." in (tmp_path / "summary.md").read_text("utf-8")
+    assert told in (tmp_path / "nightly.html").read_text("utf-8")
+
+
 def test_nights_of_another_history_keep_their_page(
     history: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
