@@ -1,4 +1,4 @@
-"""Conventions: types and shapes of a result, and the state at t = 0, channel by channel."""
+"""Conventions: a first run, types and shapes of its result, and the state at t = 0, channel by channel."""
 
 from __future__ import annotations
 
@@ -49,12 +49,11 @@ def conventions(engine: Examined) -> Iterator[Check]:
         return
     run = main_run(engine, name)
     if run.outcome is not Outcome.PASS or run.trajectory is None:
-        failed = "types and shapes" if run.seconds else FIRST_RUN  # a run that answered has times
-        yield Check(Group.CONVENTIONS, failed, CheckState.FAILED, run.reason, f"{PAGE}#samples", scene=name)
+        yield Check(Group.CONVENTIONS, FIRST_RUN, CheckState.FAILED, run.reason, f"{PAGE}#samples", scene=name)
         return
     n = len(run.trajectory.t_s)
     said = f"{len(run.trajectory.observables)} quantities of {n} samples, float64"
-    yield Check(Group.CONVENTIONS, "types and shapes", CheckState.PASSED, said, f"{PAGE}#samples", scene=name)
+    yield Check(Group.CONVENTIONS, FIRST_RUN, CheckState.PASSED, said, f"{PAGE}#samples", scene=name)
     yield precision_check(run.trajectory, name)
     yield from start_checks(engine, name, run.trajectory)
 

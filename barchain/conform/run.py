@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from barchain.conform.target import Examined
 
 PAGE = "docs/howto/conform.md"
-SHAPES = "types and shapes"
 MISTAKE = "known mistake"
 """Entry of a failure that a known mistake explains; an unexplained one may be a matter of accuracy"""
 
@@ -94,15 +93,15 @@ def checks(engine: Examined) -> Iterator[Check]:
         (Group.ACCURACY, accuracy, (Group.LOADING, MISTAKE)),
         (Group.BEHAVIOUR, behaviour, (Group.LOADING,)),
     ):
-        reason = next((failed[g] for g in needs if g in failed), failed.get(SHAPES, ""))
+        reason = next((failed[g] for g in needs if g in failed), failed.get(FIRST_RUN, ""))
         if reason:
             yield Check(group, str(group), CheckState.NOT_RUN, f"{reason} fails")
             continue
         for check in guarded(group, make(engine)):
             if check.state is CheckState.FAILED:
                 failed.setdefault(group, check.name)
-                if check.name in {SHAPES, FIRST_RUN}:
-                    failed[SHAPES] = check.name
+                if check.name == FIRST_RUN:
+                    failed[FIRST_RUN] = check.name
                 if check.explained:
                     failed.setdefault(MISTAKE, check.name)
             yield check

@@ -110,9 +110,4 @@ class RunResult:
 
 def failure(outcome: Outcome, reason: str, *, rejected: bool = False) -> RunResult:
     """Result of a run without a trajectory; the reason is cut to one line."""
-    return RunResult(outcome, one_line(reason), rejected=rejected)
-
-
-def one_line(reason: str) -> str:
-    """Reason in one line of a bounded length."""
-    return " ".join(reason.split())[:500]
+    return RunResult(outcome, " ".join(reason.split())[:500], rejected=rejected)

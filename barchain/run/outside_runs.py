@@ -12,7 +12,7 @@ from barchain.boundary.limits import OutsideLimits
 from barchain.boundary.message import MessageError, plain_info, plain_number, plain_text
 from barchain.boundary.process import Reply, ask
 from barchain.boundary.questions import ARRAYS
-from barchain.run.job import RunResult, failure, one_line
+from barchain.run.job import RunResult, failure
 from barchain.run.trajectory_checks import fault, shape_fault
 from reports.tables.outcome import Outcome
 
@@ -70,7 +70,7 @@ def checked(job: Job, reply: Reply) -> RunResult:
     engine = engine_class(job.registration)
     wrong = shape_fault(job.scene, trajectory)
     if wrong:
-        return RunResult(wrong[0], one_line(wrong[1]), seconds=seconds)
+        return failure(*wrong)
     found = fault(job.scene, engine, trajectory)
     if found:
         return RunResult(found[0], found[1], trajectory, seconds)

@@ -55,9 +55,9 @@ def test_angles_in_degrees_are_named() -> None:
     assert "degrees" in failed(examined("Degrees"))["one bar free"]
 
 
-def test_single_precision_is_a_fault_of_types_and_ends_the_examination() -> None:
+def test_single_precision_is_a_fault_of_the_first_run_and_ends_the_examination() -> None:
     report = examined("SinglePrecision")
-    assert failed(report) == {"types and shapes": "angle_rad holds float32, expected float64"}
+    assert failed(report) == {"a first run": "angle_rad holds float32, expected float64"}
     assert {c.group for c in report.checks if c.state is CheckState.NOT_RUN} == {
         Group.PHYSICS, Group.ACCURACY, Group.BEHAVIOUR,
     }  # fmt: skip
@@ -87,7 +87,7 @@ def test_noise_beyond_a_scenes_forces_is_told_with_both_numbers() -> None:
         ("FineFirst", "sweep", "not sorted from coarse to fine"),
         ("Unfinished", "class", "does not define build, read, simulate"),
         ("NoEngine", "class", "is no subclass of adapters.engine.Engine"),
-        ("Missing", "import", "has no attribute"),
+        ("Missing", "import", "has no class Missing; its engines: "),
     ],
 )
 def test_a_wrong_declaration_is_named_and_nothing_is_run(name: str, check: str, words: str) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from operator import neg
 from typing import TYPE_CHECKING
 
 from barchain.judge.diagnosis.altered_scenes.changes import part, per_bar, reversed_tuple
@@ -42,6 +43,11 @@ def rates(value: Callable[[float], float]) -> PartChange:
 def other_horizontal(scene: Scene) -> str:
     """The horizontal that the angles do not count from."""
     return "bar" if scene.chain.angle_from == "chain" else "chain"
+
+
+def clockwise(scene: Scene) -> Scene:
+    """Scene with an initial velocity and initial rates of the opposite direction."""
+    return part("orbit", speed_factor=lambda s: -s.orbit.speed_factor)(part("chain", rate_factor=rates(neg))(scene))
 
 
 ANGLE_CHANGES: tuple[tuple[str, str, Callable[[Scene, float], float]], ...] = (
@@ -116,6 +122,7 @@ MISTAKES = (
         RATES,
         part("chain", rate_factor=reversed_tuple("rate_factor")),
     ),
+    SceneMistake("orbit-clockwise", "the orbit and the initial rates are clockwise", ORBIT, clockwise),
     SceneMistake("longitude-zero", "the initial longitude is zero", ORBIT, part("orbit", longitude_rad=lambda _: 0.0)),
     SceneMistake(
         "longitude-opposite",
@@ -140,6 +147,6 @@ MISTAKES = (
         "speed-factor-rooted",
         "the speed factor is taken under the root",
         ORBIT,
-        part("orbit", speed_factor=lambda s: math.sqrt(s.orbit.speed_factor)),
+        part("orbit", speed_factor=lambda s: math.sqrt(abs(s.orbit.speed_factor))),
     ),
 )

@@ -145,6 +145,11 @@ def less(angle: Reference | None, rate: Reference | None) -> ReadingChange:
     return read
 
 
+def in_orbital_rates(scene: Scene, right: Trajectory) -> Trajectory:
+    """Rates over the orbital rate at t = 0."""
+    return changed(right, lambda v: v / scene.orbital_rate_rad_s, RATE)
+
+
 RELATIVE = (
     ("previous", "relative to the previous bar", from_previous),
     ("next", "relative to the next bar", from_next),
@@ -163,6 +168,9 @@ RATE_REFERENCES: tuple[tuple[str, str, Reference], ...] = (
     ("bar-longitude", "the rate of each bar's own longitude", bar_longitude_rates_rad_s),
 )
 MISTAKES = (
+    ReadingMistake(
+        "rates-in-orbital-rates", "the rates are in units of the orbital rate at t = 0", "rates", in_orbital_rates
+    ),
     ReadingMistake(
         "angles-wrapped", "the angles are wrapped to half a turn either way", "angles", channel(wrapped, ANGLE)
     ),

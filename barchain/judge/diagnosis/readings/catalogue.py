@@ -11,5 +11,6 @@ READINGS = (
     *joints.MISTAKES,
     *track.MISTAKES,
     *differences.MISTAKES,
+    *timing.HELD_MISTAKES,
 )
 TIMINGS = timing.MISTAKES

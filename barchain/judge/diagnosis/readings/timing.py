@@ -1,4 +1,4 @@
-"""Samples that are taken half a sample or a whole sample too late or too early."""
+"""Samples that are taken half a sample or a whole sample too late or too early, or are always the first one."""
 
 from __future__ import annotations
 
@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.judge.diagnosis.channels import ANGLE, CHANNELS, COM, RATE, REACTION, VELOCITY, channels_of
-from barchain.judge.diagnosis.mistake import TimingMistake
+from barchain.judge.diagnosis.channels import ANGLE, CHANNELS, COM, RATE, REACTION, VELOCITY, changed, channels_of
+from barchain.judge.diagnosis.mistake import ReadingMistake, TimingMistake
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
+    from barchain.judge.diagnosis.mistake import ReadingChange
+    from scenarios import Scene
 
 DELAYS = (
     (1.0, "a whole sample late"),
@@ -33,6 +35,32 @@ MISTAKES = tuple(
     TimingMistake(f"{name}-{words.replace(' ', '-')}", f"{who} {words}", "samples", late, fields)
     for name, who, fields in GROUPS
     for late, words in DELAYS
+)
+
+
+def held(values: Array) -> Array:
+    """First value (n, ...) at all samples."""
+    return np.repeat(values[:1], len(values), axis=0)
+
+
+def held_at_start(*fields: str) -> ReadingChange:
+    """Some arrays whose first values are read at all samples."""
+
+    def read(_: Scene, right: Trajectory) -> Trajectory:
+        return changed(right, held, *fields)
+
+    return read
+
+
+HELD = (
+    ("angles", "the angles stay", (ANGLE,)),
+    ("rates", "the rates stay", (RATE,)),
+    ("reactions", "the reactions stay", (REACTION,)),
+    ("track", "the centre of mass and its velocity stay", (COM, VELOCITY)),
+)
+HELD_MISTAKES = tuple(
+    ReadingMistake(f"{name}-held-at-start", f"{who} as at the first sample", "samples", held_at_start(*fields))
+    for name, who, fields in HELD
 )
 
 

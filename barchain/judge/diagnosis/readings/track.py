@@ -9,6 +9,7 @@ import numpy as np
 from adapters.common.initial_state import chain_model, initial_state
 from barchain.judge.diagnosis.mistake import ReadingMistake
 from barchain.judge.diagnosis.readings.angles import bar_places, longitude_rate_rad_s
+from barchain.judge.diagnosis.readings.joints import in_axes_at
 from reference_impl.model.kinematics import directions
 
 if TYPE_CHECKING:
@@ -44,6 +45,12 @@ def rotating_velocity(rate: Callable[[Scene, Trajectory], Array]) -> ReadingChan
         return right.replace(com_velocity_m_s=right.com_velocity_m_s - rate(scene, right) * across)
 
     return read
+
+
+def velocity_in_local_axes(_: Scene, right: Trajectory) -> Trajectory:
+    """Velocity as its radial and its transverse component."""
+    longitude = np.arctan2(right.com_m[:, 1], right.com_m[:, 0])
+    return right.replace(com_velocity_m_s=in_axes_at(right.com_velocity_m_s, longitude))
 
 
 def first_bar(scene: Scene, right: Trajectory) -> tuple[Array, Array]:
@@ -125,6 +132,12 @@ MISTAKES = (
         "the velocities are relative to axes that turn with the orbit",
         "centre-of-mass",
         rotating_velocity(longitude_rate_rad_s),
+    ),
+    ReadingMistake(
+        "velocity-in-radial-axes",
+        "the velocity is given by its radial and transverse components",
+        "centre-of-mass",
+        velocity_in_local_axes,
     ),
     *(
         ReadingMistake(f"track-of-{name}", f"the track is that of {what}", "centre-of-mass", of_point(point))
