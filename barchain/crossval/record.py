@@ -10,7 +10,7 @@ from barchain.record.environment import provenance
 from barchain.record.facts import engine_facts, scene_facts
 
 if TYPE_CHECKING:
-    from barchain.crossval.suite import ComparisonPlan
+    from barchain.crossval.plan import ComparisonPlan
 
 
 def new_record(plan: ComparisonPlan, command: str) -> dict[str, Any]:

@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING
 import pandas as pd
 
 from adapters.registry import engines as registered_engines
+from barchain.crossval.plan import ComparisonPlan
 from barchain.crossval.record import new_record
-from barchain.crossval.suite import ANY_INDEPENDENT, ComparisonPlan, Suite
+from barchain.crossval.required import ANY_INDEPENDENT
+from barchain.crossval.suite import Suite
 from barchain.execution.executors import ALL_CORES
 from barchain.record.claim import claimed
 from barchain.record.folder_lock import kept_or_temporary

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import contextlib
 import time
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
 from adapters.common.equal_steps import finer_setting
 from adapters.engine import EngineError
-from adapters.registry import ENGINES
 from barchain.boundary.declared import OutsideEngine, engine_class, engine_fault
 from barchain.boundary.message import plain_text
-from barchain.crossval.default_settings import comparison_setting
-from barchain.execution.executors import ALL_CORES
+from barchain.crossval.plan import SceneProgress
+from barchain.crossval.required import required_verdicts
 from barchain.judge.comparison.compare import judge
 from barchain.judge.comparison.verdict import Verdict, no_verdict
 from barchain.judge.comparison.verdict_message import VERDICTS
@@ -49,53 +47,10 @@ if TYPE_CHECKING:
 
     from adapters.engine import Engine, Setting
     from adapters.registry import Registration
-    from barchain.execution.executors import Executor
+    from barchain.crossval.plan import ComparisonPlan
     from barchain.judge.evidence import Evidence
     from barchain.run.store import RunStore
     from scenarios import Scene
-
-ANY_INDEPENDENT = "(any independent engine)"
-SEVERAL = 2
-"""Scenes of which an engine must support at least one: its failure is then no accident of one scene"""
-
-
-@dataclass(frozen=True)
-class ComparisonPlan:
-    """Scenes and engines to compare, and how."""
-
-    scenes: list[Scene]
-    engines: dict[str, Registration]
-    time_limit_s: float = 120.0
-    executor: Executor = ALL_CORES
-    """Place of the runs and of long verdicts"""
-    settings: dict[str, Setting] = field(default_factory=dict)
-    """Setting of an engine other than its default"""
-    need_external: bool = False
-    """Whether a scene that no engine with independent physics passes is a failure"""
-    named: bool = False
-    """Whether the engines were requested by name: an engine that was compared on no scene is then a failure"""
-
-    def setting(self, name: str, engine: type[Engine], solution: ReferenceSolution | None = None) -> Setting:
-        """Setting at which an engine is judged; `solution` is the scene's, where it is known before the runs."""
-        given = self.settings.get(name)
-        if given is not None:
-            return given
-        own = name in ENGINES  # declarations of another package's engine are not asked for a choice
-        return comparison_setting(engine, solution if own else None)
-
-
-@dataclass
-class SceneProgress:
-    """Results of one scene as they come."""
-
-    scene: Scene
-    solution_runs: dict[Role, RunResult] = field(default_factory=dict)
-    runs: dict[str, dict[Role, RunResult]] = field(default_factory=dict)
-    verdicts: dict[str, Verdict] = field(default_factory=dict)
-    source: SolutionSource = SolutionSource.REFERENCE
-    """Origin of the solution that judges the scene"""
-    solution: ReferenceSolution | None = None
-    solution_failed: str = ""
 
 
 class Suite:
@@ -144,9 +99,7 @@ class Suite:
         for (scene, engine), verdict in self.doubted.items():  # the further runs failed: what was found stands
             self.diagnose_and_settle(scene, engine, verdict)
         self.collect(wait=True)
-        self.require_verdicts()
-        self.require_external()
-        self.require_compared()
+        self.settle_required()
         found = {(name, e): v for name, p in self.progress.items() for e, v in p.verdicts.items()}
         return found | {(ALL_SCENES, e): v for e, v in self.idle.items()}
 
@@ -368,50 +321,15 @@ class Suite:
         self.store.keep_rows(scene, engine, verdict.rows, verdict.series)
         self.report(scene, engine, verdict.outcome)
 
-    def require_verdicts(self) -> None:
-        """Settle pairs that were planned and left without a verdict: a fault of barchain's own, and a failure."""
-        for name, progress in self.progress.items():
-            if not progress.solution_failed:
-                for engine in (e for e in self.plan.engines if e not in progress.verdicts):
-                    reason = "no verdict was given: a fault of barchain"
-                    self.settle(name, engine, no_verdict(name, engine, None, Outcome.FAILED, reason))
-
-    def require_external(self) -> None:
-        """Settle scenes that no engine with independent physics passes: they have not been cross-validated."""
-        if not self.plan.need_external:
-            return
-        for name, progress in self.progress.items():
-            if progress.solution_failed:
-                continue
-            outside = [v.outcome for e, v in progress.verdicts.items() if self.independent(e, progress.source)]
-            if Outcome.PASS not in outside:
-                reason = "no engine with independent physics was compared and passed on this scene"
-                self.settle(
-                    name, ANY_INDEPENDENT, no_verdict(name, ANY_INDEPENDENT, None, Outcome.NOTHING_COMPARED, reason)
-                )
-
-    def independent(self, engine: str, source: SolutionSource) -> bool:
-        """Whether an engine has physics independent of barchain's equations and of the judging solution's."""
-        registration = self.plan.engines[engine]
-        return registration.external and not shares_equations(registration, source)
-
-    def require_compared(self) -> None:
-        """Reject engines compared on no scene, if they were requested by name or had several scenes to do."""
-        scenes = [p for p in self.progress.values() if not p.solution_failed]
-        if not self.plan.named and len(scenes) < SEVERAL:
-            return
-        for engine in self.plan.engines:
-            own = [p.verdicts[engine] for p in self.progress.values() if engine in p.verdicts]
-            if own and all(v.outcome is Outcome.UNSUPPORTED for v in own):
-                reasons = "; ".join(dict.fromkeys(row["reason"] for v in own for row in v.rows))
-                self.leave_idle(engine, f"compared on no scene: {reasons}")
-
-    def leave_idle(self, engine: str, reason: str) -> None:
-        """Store a verdict on an engine in all scenes together, and report it."""
-        verdict = no_verdict(ALL_SCENES, engine, None, Outcome.NOTHING_COMPARED, reason)
-        self.idle[engine] = verdict
-        self.store.keep_rows(ALL_SCENES, engine, verdict.rows)
-        self.report(ALL_SCENES, engine, verdict.outcome)
+    def settle_required(self) -> None:
+        """Settle pairs, scenes and engines that lack a verdict that the plan requires."""
+        for name, engine, verdict in required_verdicts(self.plan, self.progress):
+            if name == ALL_SCENES:
+                self.idle[engine] = verdict
+                self.store.keep_rows(ALL_SCENES, engine, verdict.rows)
+                self.report(ALL_SCENES, engine, verdict.outcome)
+            else:
+                self.settle(name, engine, verdict)
 
 
 def judge_loaded(

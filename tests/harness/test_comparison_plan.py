@@ -17,7 +17,7 @@ from barchain.crossval.default_settings import (
     turns_per_orbit,
     two_digits,
 )
-from barchain.crossval.suite import ComparisonPlan
+from barchain.crossval.plan import ComparisonPlan
 from barchain.run.job import Job, Role
 from barchain.run.order import longest_first
 from barchain.run.selection import chosen_engines, one_of_each

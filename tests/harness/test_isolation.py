@@ -8,9 +8,10 @@ import pytest
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES, Registration
+from barchain.crossval.plan import ComparisonPlan
 from barchain.crossval.record import new_record
 from barchain.crossval.run import run_comparison
-from barchain.crossval.suite import ComparisonPlan, Suite
+from barchain.crossval.suite import Suite
 from barchain.execution.executors import LocalProcesses
 from barchain.record.study_store import StudyStore
 from barchain.run.job import SOLUTION_ROLES, Job, Role, failure

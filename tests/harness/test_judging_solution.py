@@ -15,9 +15,10 @@ from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES, Registration
 from adapters.trajectory import Trajectory
 from barchain.crossval import suite as suite_module
+from barchain.crossval.plan import ComparisonPlan
 from barchain.crossval.record import new_record
 from barchain.crossval.run import run_comparison
-from barchain.crossval.suite import ComparisonPlan, Suite
+from barchain.crossval.suite import Suite
 from barchain.judge.comparison.compare import judge
 from barchain.judge.evidence import Evidence
 from barchain.metrics.quantities import differences
