@@ -48,11 +48,19 @@ class DarkVariants(SphinxTransform):
             image.parent.insert(image.parent.index(image) + 1, other)
 
 
+def in_link(image: nodes.Element) -> bool:
+    """Whether a picture is part of a link, at any depth: Sphinx puts an inline node into links to other pages."""
+    above = image.parent
+    while above is not None and not isinstance(above, nodes.reference):
+        above = above.parent
+    return above is not None
+
+
 def link_to_full_size(app: Sphinx, doctree: nodes.document, name: str) -> None:
     """Make each picture that leads nowhere a link to its own file."""
     folder = relative_uri(app.builder.get_target_uri(name), "_images")
     for image in [*doctree.findall(nodes.image)]:
-        if isinstance(image.parent, nodes.reference) or image["uri"] not in app.env.images:
+        if in_link(image) or image["uri"] not in app.env.images:
             continue
         theme = [c for c in image["classes"] if c in (LIGHT, DARK)]
         link = nodes.reference("", "", internal=True, refuri=f"{folder}/{app.env.images[image['uri']][1]}")

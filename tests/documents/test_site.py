@@ -59,6 +59,13 @@ def test_a_picture_has_a_dark_variant_where_one_lies_beside_it_and_leads_to_its_
     assert "only-dark" not in single.partition("<article")[2].partition("</article>")[0]
 
 
+@pytest.mark.slow
+def test_a_thumbnail_of_the_gallery_leads_to_the_page_of_its_scene(site: Path) -> None:
+    text = (site / "gallery" / "index.html").read_text("utf-8")
+    assert "full-size" not in text
+    assert re.search(r'<a [^>]*href="paper/fig05\.html"[^>]*>(?:<span[^>]*>)?<img [^>]*fig05-small\.svg', text)
+
+
 def test_a_dead_link_an_anchor_and_a_script_from_elsewhere_are_found(tmp_path: Path) -> None:
     (tmp_path / "a.html").write_text('<a href="b.html"></a><a href="#c"></a><script src="https://x.org/s.js"></script>')
     found = read_site(tmp_path)
