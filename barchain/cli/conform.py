@@ -80,8 +80,8 @@ def shown(as_json: bool) -> Callable[[Check], None]:
         return lambda check: say(line(check))
 
     def show(check: Check) -> None:
-        text = textwrap.fill(line(check), console.width, subsequent_indent=INDENT, break_on_hyphens=False)
-        console.print(f"[{COLOURS[check.state]}]{literal(text)}[/]", highlight=False)
+        for text in textwrap.wrap(line(check), console.width - 1, subsequent_indent=INDENT, break_on_hyphens=False):
+            console.print(f"[{COLOURS[check.state]}]{literal(text)}[/]", highlight=False)
 
     return show
 

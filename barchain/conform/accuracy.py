@@ -204,7 +204,9 @@ def falling_check(found: list[ErrorAtSetting], order: float | None, name: str) -
     """Check that a finer setting gives a smaller error, down to rounding."""
     shown, pairs = ", ".join(map(str, found)), compared(found)
     if not pairs:
-        said = f"no two errors are below {ASYMPTOTIC:g}, where they have to fall: {shown}"
+        few = "the settings of the sweep take one number of steps on this scene, so that no fall shows"
+        said = f"no two errors are below {ASYMPTOTIC:g}, where they have to fall" if len(found) > 1 else few
+        said = f"{said}: {shown}"
         return Check(Group.ACCURACY, "errors fall with the setting", CheckState.WARNING, said, PAGE, scene=name)
     for pair in pairs:
         fall = pair.finer ** (LEAST_FALL * (1.0 if order is None else order))
