@@ -101,6 +101,8 @@ class Compared:
     """Ratio of the steps, or of the requested errors"""
     tells: bool
     """Whether the finer error is that of the method, not of rounding"""
+    whole: bool
+    """Whether the part is the whole scene"""
 
     @property
     def order(self) -> float:
@@ -115,9 +117,9 @@ def compared(found: list[ErrorAtSetting]) -> list[Compared]:
         n = min(int(np.count_nonzero(coarse.errors < ASYMPTOTIC)), len(fine.errors))
         if n > 1 and coarse.errors[n - 1] > 0.0 and fine.errors[n - 1] > 0.0:
             tells = bool(fine.errors[n - 1] > ABOVE_ROUNDING * fine.floors[n - 1])
-            pairs.append(
-                Compared(float(coarse.errors[n - 1]), float(fine.errors[n - 1]), coarse.step / fine.step, tells)
-            )
+            whole = coarse.whole and n == len(coarse.errors)
+            errors = float(coarse.errors[n - 1]), float(fine.errors[n - 1])
+            pairs.append(Compared(*errors, coarse.step / fine.step, tells, whole))
     return pairs
 
 
@@ -229,7 +231,8 @@ def request_check(found: list[ErrorAtSetting], name: str) -> Check:
 
 def order_check(found: list[ErrorAtSetting], order: float, name: str) -> Check:
     """Check the declared order of a method of equal steps."""
-    slopes = [pair.order for pair in compared(found) if pair.tells]
+    pairs = [pair for pair in compared(found) if pair.tells]
+    slopes, whole = [pair.order for pair in pairs], [pair.order for pair in pairs if pair.whole]
     if not slopes:
         return Check(
             Group.ACCURACY, "order", CheckState.WARNING, "no two settings whose errors show the order", PAGE, scene=name
@@ -243,7 +246,7 @@ def order_check(found: list[ErrorAtSetting], order: float, name: str) -> Check:
             else ""
         )
         return Check(Group.ACCURACY, "order", CheckState.FAILED, f"{said}{held}", PAGE, scene=name)
-    if len(slopes) > 1 and min(slopes) > order + MOST_ABOVE:  # coarse steps alone may show more
+    if len(whole) > 1 and min(whole) > order + MOST_ABOVE:  # coarse steps and short parts may show more
         return Check(Group.ACCURACY, "order", CheckState.WARNING, said, PAGE, scene=name)
     return Check(
         Group.ACCURACY, "order", CheckState.PASSED, f"measured {measured}; declared {order:g}", PAGE, scene=name
