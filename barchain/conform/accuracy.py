@@ -51,8 +51,8 @@ SAME_STEPS = 0.01
 """Relative difference of requested and taken steps that is not worth a word"""
 ASYMPTOTIC = 1e-2
 """Largest relative error at which a method's order shows: the part of the scene before counts"""
-HELD_ORDER = 1.5
-"""Measured order below which something is probably held over a step"""
+HELD_ORDER = (0.5, 1.5)
+"""Measured orders between which something is probably held over a step"""
 
 
 @dataclass(frozen=True)
@@ -242,7 +242,7 @@ def order_check(found: list[ErrorAtSetting], order: float, name: str) -> Check:
     if slopes[-1] < order - ORDER_SLACK:
         held = (
             "; order 1 is that of Euler's method, or of a force that is held over a step"
-            if slopes[-1] < HELD_ORDER
+            if HELD_ORDER[0] < slopes[-1] < HELD_ORDER[1]
             else ""
         )
         return Check(Group.ACCURACY, "order", CheckState.FAILED, f"{said}{held}", PAGE, scene=name)

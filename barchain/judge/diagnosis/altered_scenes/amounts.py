@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     Words = Callable[[float], str]
 
+SAMPLES = "samples"
 RELATIVE = (-0.9, 9.0)
 """Range of a relative departure: a tenth to ten times the right value"""
 
@@ -48,7 +49,7 @@ class Amount:
 
 def amounts(scene: Scene) -> tuple[Amount, ...]:
     """All numbers of a scene that are fitted."""
-    return (*of_bodies(scene), *of_start(scene), *of_orbit(), *of_effects(scene), *of_events(scene))
+    return (*of_bodies(scene), *of_start(scene), *of_orbit(), *of_clock(), *of_effects(scene), *of_events(scene))
 
 
 def relative(name: str, subject: str, section: str, change: Callable[[float], SceneChange]) -> Amount:
@@ -167,6 +168,18 @@ EACH = (
     ("impulse", "the impulses are", "impulse_N_s"),
     ("prescribed_rotation", "the amplitudes of the prescribed rotations are", "amplitude_rad"),
 )
+
+
+def of_clock() -> Iterator[Amount]:
+    """Instants of the samples: a step that is a little too long adds up."""
+
+    def change(amount: float) -> SceneChange:
+        return part("run", duration_s=lambda s: (1.0 + amount) * s.run.duration_s)
+
+    def words(amount: float) -> str:
+        return f"the samples are taken at {factor_words(1.0 + amount)} times their instants"
+
+    yield Amount("clock", SAMPLES, change, words, 1e-5, (-0.1, 0.1))
 
 
 def of_effects(scene: Scene) -> Iterator[Amount]:
