@@ -95,6 +95,17 @@ def test_a_mistake_that_alters_nothing_is_not_named(name: str) -> None:
     assert found is None or (found.inside_tolerances and not found.names)
 
 
+def test_impulses_that_are_left_out_are_named() -> None:
+    scene = load_scene("effects/impulse")
+    missing = next(m for m in SCENES if m.name == "impulse-missing")
+    main, finer = (planted(scene, missing, rtol) for rtol in (RTOL, 0.1 * RTOL))
+    assert main is not None
+    assert finer is not None
+    main, finer = (t.replace(impulse_N_s=0.0 * t.reaction_N) for t in (main, finer))
+    tolerance = verdict_tolerance(verdict_on(main, finer, solution(scene)))
+    assert diagnose(scene, main, solution(scene), tolerance, BRIEF).names == {("impulse-missing",)}
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", LOADED)
 def test_mistakes_in_an_effect_are_named_or_indistinguishable(name: str) -> None:

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from barchain.judge.diagnosis.altered_scenes.amounts import amounts
+from barchain.judge.diagnosis.altered_scenes.equation_amounts import equation_amounts
 from barchain.judge.diagnosis.diagnose import diagnose
 from barchain.judge.diagnosis.search import ONE_ENGINE
 from barchain.judge.diagnosis.verdicts import verdict_tolerance
 from scenarios import Scene, load_scene
-from tests.diagnosis.planting import RTOL, run, solution, unequal_chain, verdict_on
+from tests.diagnosis.planting import RTOL, planted, run, solution, unequal_chain, verdict_on
 
 if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
@@ -43,8 +44,18 @@ def diagnosis_with(scene: Scene, amount: Amount, size: float) -> Diagnosis:
 @pytest.mark.parametrize("amount", amounts(SCENE), ids=lambda a: a.name)
 @pytest.mark.parametrize("size", [LITTLE, -2e-3])
 def test_a_wrong_number_of_the_scene_is_named_with_its_amount(amount: Amount, size: float) -> None:
-    found = diagnosis_with(SCENE, amount, size)
-    assert found.explanations[0].words == amount.words(size)
+    possible = abs(size) if amount.range[0] == 0.0 else size
+    found = diagnosis_with(SCENE, amount, possible)
+    assert found.explanations[0].words == amount.words(possible)
+
+
+@pytest.mark.parametrize("amount", equation_amounts(SCENE), ids=lambda a: a.name)
+def test_a_wrong_or_added_term_of_the_equations_is_named_with_its_amount(amount: Amount) -> None:
+    size = LITTLE * amount.range[1]
+    main, finer = (planted(SCENE, amount.mistake(size), rtol) for rtol in (RTOL, 0.1 * RTOL))
+    assert main is not None
+    assert finer is not None
+    assert diagnosis_of(SCENE, main, finer).explanations[0].words == amount.words(size)
 
 
 @pytest.mark.slow

@@ -13,6 +13,7 @@ import numpy as np
 from barchain.judge.diagnosis.altered_scenes.amount_fit import fitted_amount
 from barchain.judge.diagnosis.altered_scenes.amounts import amounts
 from barchain.judge.diagnosis.altered_scenes.catalogue import SCENES
+from barchain.judge.diagnosis.altered_scenes.equation_amounts import equation_amounts
 from barchain.judge.diagnosis.altered_scenes.runs import ALTERED, AlteredRuns, run_errors
 from barchain.judge.diagnosis.explanation import MIN_GAIN, Explanation, ranked
 from barchain.judge.diagnosis.fit import merged
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from adapters.trajectory import Array, Trajectory
+    from barchain.judge.diagnosis.altered_scenes.amounts import Amount
     from barchain.judge.diagnosis.fit import Fit, GivenResult
     from barchain.judge.diagnosis.mistake import Mistake
     from barchain.solutions.reference import ReferenceSolution
@@ -242,12 +244,21 @@ class MistakeSearch:
 
     @cached_property
     def amounts(self) -> list[Explanation]:
-        """Numbers of the scene that are wrong by a fitted amount and explain the result, ranked."""
-        every, n = amounts(self.judging.scene), self.result.n
-        runs = AMOUNT_RUNS * len(every)
-        if not self.unaltered.outside & MOVING or not self.runs.affordable_in(self.effort.amounts_s, runs):
+        """Numbers of the scene that are wrong by a fitted amount and explain the result, ranked.
+
+        Numbers in the equations are fitted if no number of the scene explains the result.
+        """
+        if not self.unaltered.outside & MOVING:
             return []
-        found = []
+        scene = self.judging.scene
+        found = self.fitted_amounts(amounts(scene), equations=False)
+        return found or self.fitted_amounts(tuple(equation_amounts(scene)), equations=True)
+
+    def fitted_amounts(self, every: tuple[Amount, ...], *, equations: bool) -> list[Explanation]:
+        """Explanations by one of several amounts, ranked; none if the fits would take too long."""
+        n, found = self.result.n, []
+        if not self.runs.affordable_in(self.effort.amounts_s, AMOUNT_RUNS * len(every), equations=equations):
+            return []
         for amount in every:
             mistake = amount.mistake(fitted_amount(amount, self.result_of_run, lambda m: self.runs.run(m, n)))
             supposed = self.runs.run(mistake, n)

@@ -14,11 +14,12 @@ from barchain.judge.diagnosis.altered_scenes.loads import each, single, with_eff
 from barchain.judge.diagnosis.altered_scenes.start import ANGLES, ORBIT, RATES
 from barchain.judge.diagnosis.mistake import SceneMistake
 from barchain.judge.diagnosis.readings.fitted import factor_words
+from scenarios.effect_types import JointSpringDamper
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from barchain.judge.diagnosis.mistake import SceneChange
+    from barchain.judge.diagnosis.mistake import ModelChange, SceneChange
     from scenarios import Scene
 
     Words = Callable[[float], str]
@@ -30,26 +31,30 @@ RELATIVE = (-0.9, 9.0)
 
 @dataclass(frozen=True)
 class Amount:
-    """A number of the scene, wrong by an amount."""
+    """A number of the scene or of its equations, wrong by an amount."""
 
     name: str
     section: str
-    change: Callable[[float], SceneChange]
-    """Altered scene of an amount"""
+    change: Callable[[float], SceneChange] | None
+    """Altered scene of an amount; None if the equations are altered"""
     words: Words
     """Sentence of an amount, without a full stop"""
     probe: float
     """Amount that is small enough for a linear effect"""
     range: tuple[float, float]
+    model: Callable[[float], ModelChange] | None = None
+    """Altered equations of an amount; None if the scene is altered"""
 
     def mistake(self, amount: float) -> SceneMistake:
         """Mistake in the scene with an amount."""
-        return SceneMistake(self.name, self.words(amount), self.section, self.change(amount))
+        scene, model = self.change and self.change(amount), self.model and self.model(amount)
+        return SceneMistake(self.name, self.words(amount), self.section, scene, model)
 
 
 def amounts(scene: Scene) -> tuple[Amount, ...]:
-    """All numbers of a scene that are fitted."""
-    return (*of_bodies(scene), *of_start(scene), *of_orbit(), *of_clock(), *of_effects(scene), *of_events(scene))
+    """All numbers of a scene that are fitted, and of joints that the scene has free of torques."""
+    own = (*of_bodies(scene), *of_start(scene), *of_orbit(), *of_clock(), *of_effects(scene), *of_events(scene))
+    return (*own, *of_free_joints(scene))
 
 
 def relative(name: str, subject: str, section: str, change: Callable[[float], SceneChange]) -> Amount:
@@ -199,6 +204,41 @@ def times_of(change: Callable[..., SceneChange], effect: str, field: str) -> Cal
         return tuple(factor * v for v in value) if isinstance(value, tuple) else factor * value
 
     return lambda factor: change(effect, **{field: lambda entry: scaled(entry, factor)})
+
+
+def of_free_joints(scene: Scene) -> Iterator[Amount]:
+    """Stiffness and damping of joints in which the scene has neither."""
+    if scene.bars == 1 or scene.effects.joint_spring_damper is not None:
+        return
+    rate = scene.fastest_rate_rad_s
+    damping = rate * min(scene.chain.inertia_kg_m2)
+    for field, word, unit, size in (
+        ("damping_N_m_s_rad", "friction", "N m s/rad", damping),
+        ("stiffness_N_m_rad", "stiffness", "N m/rad", rate * damping),
+    ):
+        yield Amount(
+            f"joint-{word}", LOADS, joint_torques(field, size), added_words(word, unit, size), 1e-5, (0.0, 20.0)
+        )
+
+
+def joint_torques(field: str, size: float) -> Callable[[float], SceneChange]:
+    """Change that adds equal springs or dampers to all joints."""
+
+    def of(amount: float) -> SceneChange:
+        def change(scene: Scene) -> Scene:
+            none = (0.0,) * (scene.bars - 1)
+            free = JointSpringDamper(none, none, none)
+            added = dataclasses.replace(free, **{field: (amount * size,) * (scene.bars - 1)})
+            return with_effects(scene, joint_spring_damper=added)
+
+        return change
+
+    return of
+
+
+def added_words(word: str, unit: str, size: float) -> Words:
+    """Sentence of a torque in the joints that the scene has not."""
+    return lambda amount: f"the joints have a {word} of {amount * size:.4g} {unit}, and the scene's have none"
 
 
 EVENTS: tuple[tuple[str, str, Callable[..., dict[str, Any]]], ...] = (

@@ -71,6 +71,21 @@ class TideAtEnd(ChainEffect):
         return EffectAccelerations(0j, at.zero_acceleration, spin)
 
 
+@final
+@dataclass(frozen=True)
+class NoTide(ChainEffect):
+    """Differences between the bars' gravity and that at the centre of mass, with the opposite sign."""
+
+    name = "no tide"
+
+    def accelerations(self, at: EffectState, mode: Array | None) -> EffectAccelerations:
+        """Differences alone; no torque."""
+        del mode
+        place, com, mu = at.position_from_body, at.com, at.model.mu_m3_s2
+        tide = mu * (place / abs(place) ** 3 - com / abs(com) ** 3)
+        return EffectAccelerations(0j, tide, at.zero_angular)
+
+
 def with_effect(effect: ChainEffect, *, gradient: bool = False) -> Callable[[ChainModel], ChainModel]:
     """Model with one more effect; `gradient`: only of a model with the gravity gradient's torque."""
 
@@ -146,6 +161,9 @@ MISTAKES = (
             SECTION, model=with_effect(TideAtEnd(side)),
         )
         for name, side in (("left", -1.0), ("right", 1.0))
+    ),
+    SceneMistake(
+        "tide-missing", "the gravity on all bars is that at the centre of mass", SECTION, model=with_effect(NoTide())
     ),
     *(SceneMistake(f"gravity-{g}", words, SECTION, other_gravity(g)) for g, words in GRAVITY_WORDS.items()),
     *(

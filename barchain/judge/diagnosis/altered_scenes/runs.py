@@ -80,8 +80,14 @@ class AlteredRuns:
         if not self.affordable(share, equations=mistake.model is not None):
             return None
         if samples is None:
-            return simulated(scene, mistake.model)
-        return simulated.__wrapped__(sampled_until(scene, samples), mistake.model)
+            return self.with_impulses(simulated(scene, mistake.model))
+        return self.with_impulses(simulated.__wrapped__(sampled_until(scene, samples), mistake.model))
+
+    def with_impulses(self, motion: Trajectory | None) -> Trajectory | None:
+        """A motion whose joints have impulses of zero if only the right scene has impulses."""
+        if motion is None or motion.impulse_N_s is not None or not self.scene.effects.impulse:
+            return motion
+        return motion.replace(impulse_N_s=np.zeros_like(motion.reaction_N))
 
     def affordable(self, share: float = 1.0, *, equations: bool = False) -> bool:
         """Whether a share of a run is expected to be short enough; of a run with altered equations or another one."""
