@@ -2,8 +2,9 @@
 
 Two runs are made of every engine: at the setting that is judged, and at the next finer setting. Where these runs do not
 settle the verdict, it requests more: a still finer run, and runs at the same setting whose rounding differs. For the
-latter the scene is turned by an arbitrary angle, and the start is perturbed in its last digits. The differences of
-these runs are the round-off of the main run.
+latter the scene is turned by a small angle, and the start is perturbed in its last digits. The differences of these
+runs are the round-off of the main run. A large angle would show more than round-off: an engine that mistakes a
+direction in inertial axes, as that of the Sun, gives another result in each frame, and that would excuse its mistake.
 """
 
 from __future__ import annotations
@@ -30,8 +31,9 @@ if TYPE_CHECKING:
     from scenarios.effect_types import Effects
 
 Push = TypeVar("Push", Thrust, Impulse)
-TURNED_RAD = (0.7390851332151607, 2.0, -1.1)
-"""Arbitrary angles, none a multiple of another: every coordinate in inertial axes gets other digits"""
+TURNED_RAD = (7.390851332151607e-6, 2e-5, -1.1e-5)
+"""Angles, none a multiple of another: every coordinate in inertial axes gets other digits, and a result that depends on
+the direction of the axes changes by a hundred-thousandth of that dependence at most"""
 LAST_DIGITS = 4.0 * float(np.finfo(float).eps)
 """Relative change of the initial angles and rates: a few units in the last place"""
 
@@ -94,17 +96,22 @@ def follow_up_jobs(
 
 
 def perturbed(scene: Scene, number: int) -> Scene:
-    """`scene` turned by an arbitrary angle, its initial angles and rates perturbed in their last digits."""
-    turn, chain = TURNED_RAD[number], scene.chain
+    """`scene` turned by a small angle, its initial angles and rates perturbed in their last digits."""
+    chain = scene.chain
     rng = np.random.default_rng([number, 17])  # the same perturbations in every run
 
     def moved(values: tuple[float, ...]) -> tuple[float, ...]:
         return tuple(float(v) for v in np.array(values) * (1.0 + LAST_DIGITS * rng.uniform(-1.0, 1.0, len(values))))
 
+    other = dataclasses.replace(chain, angle_rad=moved(chain.angle_rad), rate_factor=moved(chain.rate_factor))
+    return dataclasses.replace(turned(scene, TURNED_RAD[number]), chain=other)
+
+
+def turned(scene: Scene, turn: float) -> Scene:
+    """`scene` turned by an angle, rad, with all its directions in inertial axes."""
     return dataclasses.replace(
         scene,
         orbit=dataclasses.replace(scene.orbit, longitude_rad=scene.orbit.longitude_rad + turn),
-        chain=dataclasses.replace(chain, angle_rad=moved(chain.angle_rad), rate_factor=moved(chain.rate_factor)),
         effects=turned_effects(scene.effects, turn),
     )
 

@@ -1,9 +1,10 @@
 """Measured round-off of a run, and its largest size in an engine's coordinates.
 
-Round-off is a property of each run. The same setting is run again with other last bits: in a turned frame, from a start
-moved by a few units in the last place. The largest difference of these runs is the size of their round-off. A noisy
-engine could make room for any error that way. The measured size therefore counts only up to a bound, which follows from
-the scene, the setting and the engine's coordinates. No coordinates are larger than the orbit's radius.
+Round-off is a property of each run. The same setting is run again with other last bits: in a slightly turned frame,
+from a start moved by a few units in the last place. The largest difference of these runs is the size of their
+round-off. A noisy engine could make room for any error that way. The measured size therefore counts only up to a bound,
+which follows from the scene, the setting and the engine's coordinates. No coordinates are larger than the orbit's
+radius.
 """
 
 from __future__ import annotations

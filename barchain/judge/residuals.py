@@ -190,7 +190,7 @@ class Residuals:
         if ratio <= 1.0:
             return ResidualCheck(ratio, Outcome.PASS, "")
         if worst(residual, allowed + self.limiting_noise(quantity), inside)[0] <= 1.0:
-            return ResidualCheck(ratio, Outcome.ROUNDOFF_LIMITED, self.digits_left(quantity, inside))
+            return ResidualCheck(ratio, Outcome.ROUNDOFF_LIMITED, self.digits_left(quantity, residual[inside]))
         said = f"{ratio:.3g} times {named} at t = {self.t[at]:.6g} s"
         return ResidualCheck(ratio, failure, said + self.convergence_reason(quantity))
 
@@ -223,9 +223,9 @@ class Residuals:
             return most
         return np.minimum(self.roundoff[quantity][: self.n] + self.errors.unbounded_floor[quantity][: self.n], most)
 
-    def digits_left(self, quantity: str, inside: NDArray[np.bool_]) -> str:
+    def digits_left(self, quantity: str, error: Array) -> str:
         """Reason of an outcome limited by round-off: the size of the error and the digits left of the quantity."""
-        noise = float(self.residual[quantity][inside].max())
+        noise = float(error.max())
         left = max(0.0, -math.log10(noise / self.scale[quantity]))
         unit = QUANTITY_UNITS[quantity]
         return f"limited by round-off, which moves it by {noise:.2g} {unit}: {left:.1f} digits are left"

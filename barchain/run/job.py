@@ -27,7 +27,7 @@ class Role(StrEnum):
     FINEST = "finest"
     """The engine two settings finer, where two runs do not show how the error falls."""
     ROUNDOFF_1 = "roundoff-1"
-    """The main setting in a turned frame, from a start that differs in its last digits: shows the run's round-off."""
+    """The main setting in a slightly turned frame, from a start that differs in its last digits: shows round-off."""
     ROUNDOFF_2 = "roundoff-2"
     """As the first, with another angle of the frame."""
     ROUNDOFF_3 = "roundoff-3"

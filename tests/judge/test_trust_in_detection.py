@@ -8,7 +8,7 @@ import pytest
 from adapters.exudyn.adapter import Exudyn, ExudynAbsolute
 from adapters.pymunk.adapter import Pymunk
 from barchain.judge.checks.digits import rounded_values
-from barchain.judge.evidence import TURNED_RAD, perturbed, turned_back
+from barchain.judge.evidence import TURNED_RAD, perturbed, turned, turned_back
 from barchain.judge.scales import scales
 from barchain.metrics.quantities import differences
 from barchain.run.job import ROUNDOFF_ROLES, RunResult
@@ -98,11 +98,24 @@ def test_a_turned_scene_turned_back_is_the_scene_itself():
         scene, effects=dataclasses.replace(scene.effects, thrust=(), impulse=(), prescribed_rotation=())
     )
     straight = run(scene, 1e-12)
-    for number, turn in enumerate(TURNED_RAD):
-        apart = differences(turned_back(run(perturbed(scene, number), 1e-12), turn), straight)
+    for turn in (0.739, 2.0, -1.1):
+        apart = differences(turned_back(run(turned(scene, turn), 1e-12), turn), straight)
         assert apart["attitude"].max() < 1e-10
         assert apart["com"].max() < 1e-4
         assert apart["reaction"].max() < 1e-10 * max(1.0, np.abs(straight.reaction_N).max())
+
+
+def test_a_mistaken_direction_in_inertial_axes_is_no_round_off():
+    """Such an engine gives another result in each frame, as round-off does."""
+    scene = load_scene("conform/third_body_alone")
+
+    def mistaken(scene):
+        bodies = tuple(dataclasses.replace(b, longitude_rad=0.0) for b in scene.effects.third_body)
+        return dataclasses.replace(scene, effects=dataclasses.replace(scene.effects, third_body=bodies))
+
+    main, finer = (run(mistaken(scene), rtol) for rtol in (1e-12, 1e-13))
+    others = tuple(turned_back(run(mistaken(perturbed(scene, k)), 1e-12), a) for k, a in enumerate(TURNED_RAD))
+    assert not judged(solution_of(scene), main, finer, perturbed=others).outcome.ok
 
 
 def test_an_engine_in_absolute_coordinates_that_round_off_ruins_is_limited_and_neither_wrong_nor_right():

@@ -270,9 +270,8 @@ class Comparison(BeyondLimit):
             return self.row(quantity, "extrapolation_ratio", used, 1.0, Outcome.PASS)
         noise = FINEST_NOISE * self.limiting_noise(quantity)[: len(allowed)]
         if worst(size, allowed + noise, inside[: len(size)])[0] <= 1.0:
-            return self.row(
-                quantity, "extrapolation_ratio", used, 1.0, Outcome.ROUNDOFF_LIMITED, self.digits_left(quantity, inside)
-            )
+            left = self.digits_left(quantity, size[inside[: len(size)]])
+            return self.row(quantity, "extrapolation_ratio", used, 1.0, Outcome.ROUNDOFF_LIMITED, left)
         unit = QUANTITY_UNITS[quantity]
         reason = (
             f"{size[at]:.2g} {unit} at t = {self.t[at]:.6g} s do not shrink with the step, {used:.3g} times the allowed"

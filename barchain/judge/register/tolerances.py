@@ -124,8 +124,8 @@ TOLERANCES = (
     ),
     Tolerance(
         "all", "measured round-off", f"{SPREAD_FACTOR:g} times the spread of four runs",
-        "the main run and three runs at its setting in turned frames, from starts perturbed in their last digits; made "
-        "where a verdict is in doubt",
+        "the main run and three runs at its setting in slightly turned frames, from starts perturbed in their last "
+        "digits; made where a verdict is in doubt",
         "test_an_engine_in_relative_coordinates_can_not_pass_as_limited_by_round_off",
     ),
     Tolerance(
