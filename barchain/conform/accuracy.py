@@ -16,6 +16,7 @@ from barchain.conform.checks import Check, CheckState, Group
 from barchain.conform.physics import reason_against
 from barchain.conform.runs import results
 from barchain.conform.scenes import PARTICLE, REPEATED, scene_of, solved
+from barchain.judge.diagnosis.words import SINGLE_PRECISION, looks_single
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.error_units import NORM_SLACK
 from barchain.metrics.quantities import differences
@@ -213,7 +214,8 @@ def falling_check(found: list[ErrorAtSetting], order: float | None, name: str) -
     for pair in pairs:
         fall = pair.finer ** (LEAST_FALL * (1.0 if order is None else order))
         if pair.tells and pair.fine * fall > FALL_SLACK * pair.coarse:
-            said = f"the error does not follow the setting: {shown}"
+            hint = f". {SINGLE_PRECISION}" if all(looks_single(e) for e in (pair.coarse, pair.fine)) else ""
+            said = f"the error does not follow the setting: {shown}{hint}"
             return Check(Group.ACCURACY, "errors fall with the setting", CheckState.FAILED, said, PAGE, scene=name)
     return Check(Group.ACCURACY, "errors fall with the setting", CheckState.PASSED, shown, PAGE, scene=name)
 

@@ -10,6 +10,7 @@ from adapters.engine import EngineError
 from barchain.conform.checks import Check, CheckState, Group
 from barchain.conform.physics import ask_about_scenes, main_run, reason_against
 from barchain.conform.scenes import FIRST, solved
+from barchain.judge.checks.digits import rounded_values
 from barchain.judge.error_model import ErrorModel
 from barchain.metrics.quantities import differences
 from reports.tables.crossval import QUANTITY_UNITS
@@ -59,10 +60,11 @@ def conventions(engine: Examined) -> Iterator[Check]:
 
 
 def precision_check(run: Trajectory, scene: str) -> Check:
-    """Check that no quantity was computed or kept in single precision."""
+    """Check that no quantity was computed or kept in single precision, or rounded to decimals."""
     single = [words for field, words, _ in FIELDS.values() if in_single_precision(getattr(run, field))]
-    said = f"all values of {', '.join(single)} are numbers of single precision" if single else ""
-    state = CheckState.FAILED if single else CheckState.PASSED
+    rounded = rounded_values(run, solved(scene)) or ""
+    said = f"all values of {', '.join(single)} are numbers of single precision" if single else rounded
+    state = CheckState.FAILED if said else CheckState.PASSED
     return Check(Group.CONVENTIONS, "double precision", state, said, f"{PAGE}#samples", scene=scene)
 
 

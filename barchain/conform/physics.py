@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from contextlib import suppress
+from functools import partial
 from typing import TYPE_CHECKING
 
 from adapters.common.equal_steps import finer_setting
 from adapters.engine import EngineError
 from barchain.boundary.declared import OutsideEngine
 from barchain.conform.checks import Check, CheckState, Group
+from barchain.conform.dependence import dependent_check
 from barchain.conform.runs import results
 from barchain.conform.scenes import STAGES, scene_of, solved
 from barchain.judge.comparison.compare import judge
@@ -35,6 +37,8 @@ if TYPE_CHECKING:
 RUN_S = 10.0
 """Longest time of one run: each scene is a fifth of an orbit of at most three bars"""
 PAGE = "docs/explanation/engine_conventions.md"
+ENOUGH = 0.5
+"""Share of a scene that must be compared"""
 
 
 def physics(engine: Examined) -> Iterator[Check]:
@@ -53,14 +57,22 @@ def stage_checks(engine: Examined, names: tuple[str, ...]) -> Iterator[Check]:
     """Checks of the scenes of a stage, whose runs are made in one process."""
     reasons = {name: reason_against(engine, name) for name in names}
     able = [name for name in names if reasons[name] is None]
-    runs = main_and_finer(engine, able)
+    runs, failed, dependent = main_and_finer(engine, able), False, False
     for name in names:
         reason = reasons[name]
         if reason is not None:
             state, words = reason
             yield Check(Group.PHYSICS, short(name), state, words, PAGE, scene=name)
-        else:
-            yield scene_check(engine, name, runs[name])
+            continue
+        if dependent:
+            yield Check(Group.PHYSICS, short(name), CheckState.NOT_RUN, "the result depends on the runs before it")
+            continue
+        check = scene_check(engine, name, runs[name])
+        if check.state is CheckState.FAILED and not failed and name != able[0]:
+            found = dependent_check(check, runs[name][Role.MAIN], partial(main_run, engine, name))
+            check, dependent = found or check, found is not None
+        failed = failed or check.state is CheckState.FAILED
+        yield check
 
 
 def reason_against(engine: Examined, name: str) -> tuple[CheckState, str] | None:
@@ -114,21 +126,31 @@ def scene_check(engine: Examined, name: str, runs: dict[Role, RunResult]) -> Che
     if noise:
         return Check(Group.PHYSICS, short(name), CheckState.FAILED, noise, f"{PAGE}#declarations", scene=name)
     verdict = verdict_of(engine, name, evidence, runs)
-    if verdict.outcome is Outcome.PASS:
-        return Check(Group.PHYSICS, short(name), CheckState.PASSED, agreement(verdict), scene=name)
-    if verdict.outcome is Outcome.UNSUPPORTED:
-        return Check(Group.PHYSICS, short(name), CheckState.UNSUPPORTED, reasons_of(verdict), scene=name)
-    if verdict.outcome is Outcome.ROUNDOFF_LIMITED:
-        return Check(Group.PHYSICS, short(name), CheckState.WARNING, f"round-off limits the run: {reasons_of(verdict)}",
-                     scene=name)  # fmt: skip
+    state, said = state_without_failure(verdict, name)
+    if state is not CheckState.FAILED:
+        return Check(Group.PHYSICS, short(name), state, said, scene=name)
     found = diagnosis_of(name, evidence, verdict)
-    if found is None or found.inside_tolerances:
+    if found is None or found.inside_tolerances or verdict.outcome is Outcome.MALFORMED:
         return Check(Group.PHYSICS, short(name), CheckState.FAILED, reasons_of(verdict), PAGE, scene=name)
     sizes = "; ".join(f"{QUANTITY_WORDS[w.quantity]} {w.words}" for w in found.wrong)
     page = found.explanations[0].mistakes[0].anchor if found.explanations else PAGE
     return Check(
         Group.PHYSICS, short(name), CheckState.FAILED, f"{found} Off: {sizes}", page, bool(found.explanations), name
     )
+
+
+def state_without_failure(verdict: Verdict, name: str) -> tuple[CheckState, str]:
+    """State of a scene and its reason; failed if the verdict is no other one."""
+    reasons = reasons_of(verdict)
+    if verdict.outcome is Outcome.PASS:
+        return CheckState.PASSED, agreement(verdict)
+    if verdict.outcome is Outcome.UNSUPPORTED:
+        return CheckState.UNSUPPORTED, reasons
+    if verdict.outcome is Outcome.ROUNDOFF_LIMITED:
+        return CheckState.WARNING, f"round-off limits the run: {reasons}"
+    if verdict.outcome is Outcome.NOTHING_COMPARED and compared_share(verdict, name) >= ENOUGH:
+        return CheckState.WARNING, f"{agreement(verdict)}; {reasons}"
+    return CheckState.FAILED, reasons
 
 
 def noise_fault(engine: Examined, name: str) -> str:
@@ -173,6 +195,12 @@ def diagnosis_of(name: str, evidence: Evidence, verdict: Verdict) -> Diagnosis |
     return diagnosis_of_verdict(verdict, run, solved(name), ONE_ENGINE)
 
 
+def compared_share(verdict: Verdict, name: str) -> float:
+    """Share of a scene before the predictability limit of the quantities that were compared."""
+    limits = [row["limit_s"] for row in verdict.rows if row["metric"] == "max"]
+    return min(limits, default=0.0) / float(scene_of(name).run.duration_s)
+
+
 def agreement(verdict: Verdict) -> str:
     """Largest differences from the certified solution, in the order of the quantities."""
     found = {row["quantity"]: row["value"] for row in verdict.rows if row["metric"] == "max"}
@@ -181,8 +209,9 @@ def agreement(verdict: Verdict) -> str:
 
 
 def reasons_of(verdict: Verdict) -> str:
-    """Reasons of the rows that are no pass."""
+    """Reasons of the rows that are no pass; of values with too few digits, that reason alone."""
     rows = [row for row in verdict.rows if row["reason"] and Outcome(row["outcome"]) is not Outcome.PASS]
+    rows = [row for row in rows if Outcome(row["outcome"]) is Outcome.MALFORMED] or rows
     return "; ".join(dict.fromkeys(f"{row['quantity']}: {row['reason']}" if row["quantity"] != "run" else row["reason"]
                                    for row in rows)) or str(verdict.outcome)  # fmt: skip
 

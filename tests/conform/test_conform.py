@@ -129,6 +129,32 @@ def test_an_array_that_all_runs_share_is_told_and_each_scene_is_judged_by_its_ow
     assert "angle_rad" in found["arrays of its own"]
 
 
+def test_a_result_that_depends_on_the_runs_before_it_is_told_and_no_physics_is_named() -> None:
+    report = examined("KeepsModel")
+    assert "depends on the runs before it" in failed(report)["one bar gradient"]
+    assert not any("gradient is missing" in words for words in failed(report).values())
+
+
+def test_values_that_are_rounded_to_decimals_are_told() -> None:
+    found = failed(examined("RoundedAngles"))
+    assert found["double precision"] == "angle_rad is rounded to multiples of 1e-6 of its unit"
+    assert found["one bar free"] == found["double precision"]
+
+
+def test_an_engine_without_rates_is_judged_up_to_the_predictability_limit() -> None:
+    report = examined("NoRates")
+    assert not [c for c in report.failures if c.group is Group.PHYSICS], failed(report)
+    assert any("beyond the predictability limit" in c.words for c in report.checks if c.state is CheckState.WARNING)
+
+
+def test_a_wrong_first_sample_is_told_as_that() -> None:
+    assert "at the first sample alone" in failed(examined("FirstReactionWrong"))["two bars free"]
+
+
+def test_differences_as_single_precision_leaves_them_are_told() -> None:
+    assert "Single precision inside an engine" in failed(examined("SingleState"))["errors fall with the setting"]
+
+
 def test_one_line_tests_an_engine_in_the_continuous_integration_of_its_package() -> None:
     with pytest.raises(AssertionError, match="degrees"):
         assert_conforms(f"{HERE}:Degrees")

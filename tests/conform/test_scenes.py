@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -11,8 +12,11 @@ from barchain.conform.scenes import STAGES, scene_of, solved
 from barchain.metrics.quantities import differences
 from scenarios import scene_names
 from scenarios.effect_types import all_effect_names
+from tests.diagnosis.planting import run
 
 SCENES = [name for stage in STAGES for name in stage.scenes]
+FOURTH_ORDER_ERROR_RAD = 1e-5
+"""Error of the classical Runge-Kutta method with a thousand steps an orbit, 3e-6 rad, with slack"""
 PLAIN = {"gravity.none", "gravity.point", "gravity.gradient"}
 
 
@@ -41,8 +45,8 @@ def test_bars_differ_and_turn_past_a_full_turn_from_a_longitude_of_30_degrees(na
 
 
 @pytest.mark.parametrize("name", STAGES[-1].scenes)
-def test_an_effect_alone_moves_the_bars_by_far_more_than_the_solution_s_error(name: str) -> None:
-    """A missing effect must show."""
-    with_effect, without = solved(name), solved("conform/three_bars_gradient")
-    apart = differences(with_effect.trajectory, without.trajectory)
-    assert any(float(apart[q].max()) > 1e3 * float(with_effect.error[q].max()) for q in ("attitude", "reaction", "com"))
+def test_an_effect_alone_turns_the_bars_by_more_than_the_error_of_most_methods(name: str) -> None:
+    """A missing effect must show, whatever the method."""
+    with_effect = solved(name).trajectory
+    without = dataclasses.replace(scene_of(name), effects=scene_of("conform/three_bars_gradient").effects)
+    assert differences(with_effect, run(without, 1e-12))["attitude"].max() > FOURTH_ORDER_ERROR_RAD

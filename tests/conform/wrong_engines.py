@@ -13,6 +13,7 @@ import numpy as np
 
 from adapters.engine import AccuracyParameter, AccuracySweep, Engine, Setting
 from adapters.reference.compiled_engine import ReferenceFast
+from adapters.trajectory import Observable
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
@@ -147,6 +148,53 @@ class OneBuffer(ReferenceFast):
         buffer = self.buffers.setdefault(found.angle_rad.shape, np.empty_like(found.angle_rad))
         buffer[:] = found.angle_rad
         return found.replace(angle_rad=buffer)
+
+
+class KeepsModel(ReferenceFast):
+    """The model of the first scene with as many bars."""
+
+    kept: ClassVar[dict[int, Scene]] = {}
+
+    def build(self, scene: Scene, setting: Setting) -> None:
+        super().build(self.kept.setdefault(scene.bars, scene), setting)
+
+
+class RoundedAngles(ReferenceFast):
+    """Angles with six decimals."""
+
+    def read(self) -> Trajectory:
+        found = super().read()
+        assert found.angle_rad is not None
+        return found.replace(angle_rad=np.round(found.angle_rad, 6))
+
+
+class NoRates(ReferenceFast):
+    """Angles and the track alone, of an accuracy that does not reach to the end of every scene."""
+
+    observables = frozenset({Observable.COM, Observable.ATTITUDE})
+    sweep = AccuracySweep(AccuracyParameter.RTOL, (1e-4, 3e-6, 1e-7), 3e-6)
+
+    def read(self) -> Trajectory:
+        return super().read().replace(rate_rad_s=None, reaction_N=None, gap_m=None, com_residual_m=None)
+
+
+class FirstReactionWrong(ReferenceFast):
+    """Reactions at the start that are those of the next sample."""
+
+    def read(self) -> Trajectory:
+        found = super().read()
+        assert found.reaction_N is not None
+        return found.replace(reaction_N=np.concatenate([found.reaction_N[1:2], found.reaction_N[1:]]))
+
+
+class SingleState(ReferenceFast):
+    """Errors of single precision in every quantity, kept in double precision."""
+
+    def read(self) -> Trajectory:
+        found = super().read()
+        assert found.reaction_N is not None
+        single = found.reaction_N.astype(np.float32).astype(float)
+        return found.replace(reaction_N=single * (1.0 + 1e-12))
 
 
 class Unfinished(Engine):

@@ -69,6 +69,24 @@ def test_a_wrong_number_of_an_effect_is_named_or_indistinguishable(name: str) ->
             assert (amount.name,) in found.names, f"{amount.name}: {found}"
 
 
+@pytest.mark.parametrize(
+    ("field", "constant", "words"),
+    [
+        ("reaction_N", (3e-3, 0.0), "reactions are off by a constant (0.003, 0) N"),
+        ("rate_rad_s", 2e-5, "rates are off by a constant 2e-05 rad/s"),
+        ("com_m", (0.0, -120.0), "positions of the centre of mass are off by a constant (0, -120) m"),
+        ("com_velocity_m_s", (0.25, 0.5), "velocities of the centre of mass are off by a constant (0.25, 0.5) m/s"),
+    ],
+)
+def test_a_constant_that_is_added_is_named(field: str, constant: object, words: str) -> None:
+    def wrong(rtol: float) -> Trajectory:
+        right = run(SCENE, rtol)
+        return right.replace(**{field: getattr(right, field) + constant})
+
+    found = diagnosis_of(SCENE, wrong(RTOL), wrong(0.1 * RTOL))
+    assert str(found).startswith(f"Your {words} (explained to "), str(found)
+
+
 @pytest.mark.parametrize(("field", "words"), [("reaction_N", "reactions at joint 2"), ("rate_rad_s", "rates of bar 2")])
 def test_a_sign_that_is_wrong_at_one_place_is_named_with_the_place(field: str, words: str) -> None:
     def wrong(rtol: float) -> Trajectory:

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 
+FEW_SAMPLES = 3
+"""Samples up to which one wrong sample is nothing special"""
+
 
 @dataclass(frozen=True)
 class Diagnosis:
@@ -125,5 +128,6 @@ def wrong_quantities(result: GivenResult) -> tuple[WrongQuantity, ...]:
         if over.any():
             first = int(np.argmax(over))
             largest, size = float(apart[name][inside].max()), float(sizes[name][inside].max(initial=0.0))
-            found.append(WrongQuantity(name, largest, size, first, float(result.right.t_s[first])))
+            alone = result.n > FEW_SAMPLES and np.count_nonzero(over) == 1
+            found.append(WrongQuantity(name, largest, size, first, float(result.right.t_s[first]), alone))
     return tuple(found)

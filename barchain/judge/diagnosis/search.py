@@ -38,6 +38,8 @@ EARLY = 4
 """Samples at the start at which pairs of altered scenes are tried first"""
 AMOUNT_RUNS = 4
 """Expected runs for the fit of one amount"""
+BEGINNING = 11
+"""Samples at the start by which amounts in the equations are chosen"""
 AMOUNT_GAIN = 1e3
 """Least ratio of the residuals without and with a fitted amount: a coarse run resembles some amount, too"""
 MOVING = frozenset({"com", "com_velocity", "attitude", "rate"})
@@ -252,19 +254,35 @@ class MistakeSearch:
             return []
         scene = self.judging.scene
         found = self.fitted_amounts(amounts(scene), equations=False)
-        return found or self.fitted_amounts(tuple(equation_amounts(scene)), equations=True)
+        return found or self.fitted_amounts(self.possible(equation_amounts(scene)), equations=True)
+
+    def possible(self, every: tuple[Amount, ...]) -> tuple[Amount, ...]:
+        """Amounts that explain the first samples, or all if these are right: their runs take long."""
+        n = min(self.result.n, BEGINNING)
+        if not self.unaltered_until(n).outside:
+            return every
+        early = {amount: self.fitted_amount(amount, n) for amount in every}
+        return tuple(a for a, e in early.items() if e is not None and not e.fit.outside)
+
+    def unaltered_until(self, n: int) -> Fit:
+        """Fit of the right motion at the first n samples."""
+        return self.result.at(np.arange(n)).fit(self.result.right.samples(slice(n)))
 
     def fitted_amounts(self, every: tuple[Amount, ...], *, equations: bool) -> list[Explanation]:
         """Explanations by one of several amounts, ranked; none if the fits would take too long."""
-        n, found = self.result.n, []
         if not self.runs.affordable_in(self.effort.amounts_s, AMOUNT_RUNS * len(every), equations=equations):
             return []
-        for amount in every:
-            mistake = amount.mistake(fitted_amount(amount, self.result_of_run, lambda m: self.runs.run(m, n)))
-            supposed = self.runs.run(mistake, n)
-            if supposed is not None and len(supposed.t_s) == n:
-                found.append(Explanation((mistake,), self.result_of_run.fit(supposed)))
+        found = [e for amount in every if (e := self.fitted_amount(amount, self.result.n)) is not None]
         return ranked(e for e in found if e.explains(self.unaltered.own_error * MIN_GAIN / AMOUNT_GAIN))
+
+    def fitted_amount(self, amount: Amount, n: int) -> Explanation | None:
+        """An amount fitted to the first n samples, and the fit; None without a run."""
+        result = self.result_of_run if n == self.result.n else self.result_of_run.at(np.arange(n))
+        mistake = amount.mistake(fitted_amount(amount, result, lambda m: self.runs.run(m, n)))
+        supposed = self.runs.run(mistake, n)
+        if supposed is None or len(supposed.t_s) < n:
+            return None
+        return Explanation((mistake,), result.fit(supposed))
 
     @cached_property
     def in_parts(self) -> list[TriedReading]:

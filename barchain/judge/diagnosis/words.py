@@ -22,6 +22,9 @@ QUANTITY_WORDS = {
 }
 NEAR = 1e-2
 """Share of the difference below which the nearest explanation is a hint"""
+SINGLE = (2.0**-25, 2.0**-18)
+"""Relative differences that single precision leaves: half a unit in the last place, amplified up to a hundred times"""
+SINGLE_PRECISION = "Single precision inside an engine leaves differences of this size."
 MOST_LISTED = 3
 """Indistinguishable explanations that a sentence lists"""
 
@@ -39,13 +42,16 @@ class WrongQuantity:
     """First sample outside the tolerance, from 0"""
     first_s: float
     """Its instant, s"""
+    alone: bool = False
+    """Whether no other sample is outside the tolerance"""
 
     @property
     def words(self) -> str:
         """Size of the difference, and its beginning."""
         unit = QUANTITY_UNITS[self.quantity]
-        since = "from the first sample on" if self.first == 0 else f"from t = {self.first_s:.4g} s on"
-        return f"{self.difference:.2g} {unit} of {self.size:.2g} {unit}, {since}"
+        when = "the first sample" if self.first == 0 else f"t = {self.first_s:.4g} s"
+        where = f"at {when} alone" if self.alone else f"from {when} on"
+        return f"{self.difference:.2g} {unit} of {self.size:.2g} {unit}, {where}"
 
 
 def diagnosis_words(
@@ -60,7 +66,14 @@ def diagnosis_words(
     if explanations:
         return f"{addressed(explained_words(explanations, next_best))}."
     left = "" if next_best is None else nearest_words(wrong, next_best)
-    return f"No known mistake explains the result.{left}{''.join(f' {part_words(p)}.' for p in parts)}"
+    relative = max((w.difference / w.size for w in wrong if w.size > 0.0), default=0.0)
+    hint = f" {SINGLE_PRECISION}" if looks_single(relative) else ""
+    return f"No known mistake explains the result.{left}{''.join(f' {part_words(p)}.' for p in parts)}{hint}"
+
+
+def looks_single(relative: float) -> bool:
+    """Whether a relative difference is one that single precision inside an engine leaves."""
+    return SINGLE[0] <= relative <= SINGLE[1]
 
 
 def nearest_words(wrong: tuple[WrongQuantity, ...], nearest: Explanation) -> str:

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from barchain.judge.diagnosis.altered_scenes import bodies, gravity, loads, start
+from barchain.judge.diagnosis.altered_scenes import bodies, effect_angles, gravity, loads, start
 
-SCENES = (*bodies.MISTAKES, *start.MISTAKES, *gravity.MISTAKES, *loads.MISTAKES)
+SCENES = (*bodies.MISTAKES, *start.MISTAKES, *gravity.MISTAKES, *loads.MISTAKES, *effect_angles.MISTAKES)

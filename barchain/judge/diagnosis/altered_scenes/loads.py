@@ -202,11 +202,6 @@ CHANGES: tuple[tuple[str, str, SceneChange], ...] = (
         single("joint_spring_damper", damping_N_m_s_rad=lambda e: (0.0,) * len(e.damping_N_m_s_rad)),
     ),
     (
-        "springs-at-rest-straight",
-        "the joints' springs are at rest in the straight chain",
-        single("joint_spring_damper", rest_rad=lambda e: (0.0,) * len(e.rest_rad)),
-    ),
-    (
         "springs-rest-opposite",
         "the rest angles of the joints' springs have the opposite sign",
         single("joint_spring_damper", rest_rad=lambda e: tuple(-a for a in e.rest_rad)),

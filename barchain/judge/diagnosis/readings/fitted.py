@@ -7,7 +7,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.judge.diagnosis.channels import ANGLE, COM, RATE, REACTION, TORQUE, VELOCITY, changed, channels_of
+from barchain.judge.diagnosis.channels import (
+    ANGLE,
+    COM,
+    RATE,
+    REACTION,
+    TORQUE,
+    VECTORS,
+    VELOCITY,
+    changed,
+    channels_of,
+)
 from barchain.judge.diagnosis.mistake import ReadingMistake
 from barchain.judge.diagnosis.readings.units import times
 
@@ -31,8 +41,16 @@ PLACES = (
     ("angles", "the angles", ANGLE, "angles", "of bar"),
     ("rates", "the rates", RATE, "rates", "of bar"),
 )
+OFFSETS = (
+    ("reactions", "the reactions are", REACTION, "reactions", "N"),
+    ("rates", "the rates are", RATE, "rates", "rad/s"),
+    ("centre-of-mass", "the positions of the centre of mass are", COM, "centre-of-mass", "m"),
+    ("velocity", "the velocities of the centre of mass are", VELOCITY, "centre-of-mass", "m/s"),
+)
 SAME = 1e-6
 """Departure of a fitted factor from -1 that is not worth a number"""
+DIGITS = 3
+"""Digits of a fitted constant"""
 
 
 def fitted(given: Trajectory, right: Trajectory) -> Iterator[ReadingMistake]:
@@ -57,7 +75,42 @@ def fitted(given: Trajectory, right: Trajectory) -> Iterator[ReadingMistake]:
         offset = math.remainder(float(np.median(given.angle_rad - right.angle_rad)), 2.0 * math.pi)
         said = f"the angles are off by a constant {math.degrees(offset):.6g} degrees"
         yield ReadingMistake("angles-off-by-a-constant", said, "angles", offset_angle(offset), True)
+    yield from off_by_constants(given, right)
     yield from at_one_place(given, right)
+
+
+def off_by_constants(given: Trajectory, right: Trajectory) -> Iterator[ReadingMistake]:
+    """Readings with a constant added, of each component its median."""
+    values = channels_of(given)
+    for part, words, field, section, unit in OFFSETS:
+        right_values = getattr(right, field)
+        if field not in values or right_values is None:
+            continue
+        constant = np.median(values[field] - right_values, axis=0)
+        if np.any(constant):
+            places = constant.reshape(-1, 2 if field in VECTORS else 1)
+            said = f"{words} off by a constant {constant_words(places)} {unit}"
+            yield ReadingMistake(f"{part}-off-by-a-constant", said, section, plus(constant, field))
+
+
+def constant_words(places: Array) -> str:
+    """Values or vectors of all bars or joints as text, (k, 1) or (k, 2); one where all are the same.
+
+    The largest value has three digits, and the others have no further ones.
+    """
+    decimals = DIGITS - 1 - math.floor(math.log10(np.abs(places).max()))
+    rows = [", ".join(f"{round(v, decimals) + 0.0:.{DIGITS}g}" for v in place) for place in places.tolist()]
+    each = [f"({row})" if places.shape[1] > 1 else row for row in rows]
+    return each[0] if len(set(each)) == 1 else f"({', '.join(each)})"
+
+
+def plus(constant: Array, field: str) -> ReadingChange:
+    """Values (n, ...) with a constant added."""
+
+    def read(_: Scene, right: Trajectory) -> Trajectory:
+        return changed(right, lambda v: v + constant, field)
+
+    return read
 
 
 def at_one_place(given: Trajectory, right: Trajectory) -> Iterator[ReadingMistake]:
