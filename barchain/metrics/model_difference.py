@@ -48,7 +48,7 @@ SPARSE_RAD = 1.0  # of the orbit between samples: beyond it nothing is interpola
 SECOND_MOMENT_ACCELERATION, SECOND_MOMENT_SENSITIVITY = 3.0, 9.0
 """Over mu I/(M r⁴), I about the centre of the stretched chain: the largest acceleration by a second moment, upright,
 and its largest change per radian: 9/2 for a chain that turns as one body, twice that for joints that turn too"""
-QUADRATURE_RTOL = 1e-6  # of the displacement; far below what interpolating the attitude leaves
+QUADRATURE_RTOL = 1e-10  # of the displacement of a chain along the radius; far below what interpolation leaves
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from scenarios.nearest import nearest, nearest_name
 from scenarios.text import shorten, visible
 from scenarios.toml.effect_tables import LIST, NUMBER
 from scenarios.toml.file import SceneFile
+from scenarios.toml.usual_names import usual_name
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -49,6 +50,8 @@ def explain(error: ErrorDetails, root: type[BaseModel]) -> str:
     if kind == "extra_forbidden":
         allowed, there = keys_of_table(loc[:-1], root), elsewhere(str(loc[-1]), root, table=is_table(given))
         meant = f" (did you mean {there}?)" if there else nearest(str(loc[-1]), allowed)
+        usual = usual_name(loc) if root is SceneFile else None
+        meant = f"; {usual}" if usual else meant
         return f"{key}: unknown key{meant}; allowed here: {', '.join(allowed)}"
     if kind == "missing":
         return f"{key}: missing"

@@ -122,6 +122,19 @@ def test_validate_tells_a_low_point_after_the_end_of_the_run(tmp_path, capsys):
     assert "meets the surface, where a run ends, after the end of this run;" in capsys.readouterr().err
 
 
+def test_validate_proposes_a_run_that_engines_of_equal_steps_support(tmp_path, capsys):
+    file = tmp_path / "mine.toml"
+    text = BAD_SCENE.replace("altitude_km", "altitude_m").replace("-5.0", "5.0").replace("500.0", "5e5")
+    thrust = "[[effects.thrust]]\nbar = 1\nforce_N = 0.5\nstart_s = 100.0\nduration_s = 300.0\n"
+    file.write_text(text.replace("[run]", f"{thrust}[run]"))
+    assert run(["validate", str(file)]) == 0
+    proposed = re.search(r"with duration_s = (\S+) and samples = (\d+) in \[run\]", capsys.readouterr().out)
+    assert proposed
+    file.write_text(file.read_text().replace("orbits = 1.0", f"duration_s = {proposed[1]}\nsamples = {proposed[2]}"))
+    assert run(["validate", str(file)]) == 0
+    assert "equal steps" not in capsys.readouterr().out
+
+
 def test_doctor_tells_versions_engines_cache_machine_and_tables(capsys, monkeypatch):
     monkeypatch.setitem(ENGINES, "nothing", Registration("nowhere:Nothing", "nowhere", install="pip install nowhere"))
     assert run(["doctor"]) == 0

@@ -109,6 +109,11 @@ def test_a_bar_held_to_its_local_horizontal_starts_at_the_rate_of_its_own_longit
             ("[run]", "[effects]\ndragg = true\n[run]"),
             ["effects.dragg", "unknown key", "did you mean drag?", "allowed here: gravity"],
         ),
+        (
+            ("altitude_m = 350e3", "altitude_m = 350e3\neccentricity = 0.1"),
+            ["orbit.eccentricity: unknown key", "speed_factor = sqrt(1 + e)", "allowed here: altitude_m"],
+        ),
+        (("orbits = 1.0", "orbits = 1.0\ndt_s = 0.1"), ["run.dt_s: unknown key", "engine's setting"]),
         (("[run]", '[effects]\ngravity = "none"\n[run]'), ["run.orbits", "without gravity"]),
         (('title = "t"', ""), ["title", "missing"]),
         (("bars = 3", "bars ="), ["not valid TOML"]),

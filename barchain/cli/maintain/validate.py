@@ -23,6 +23,7 @@ def validate(files: tuple[str, ...]) -> None:
 
     The line names the file, the key, the given value, the allowed values and the nearest name.
     A valid scene has a line on the period and the lowest height of its orbit. A height below 80 km is a warning.
+    A line proposes another duration and number of samples where engines of equal steps reject instants of the scene.
     Exits with 2 if a file has a fault.
     """
     checked = [valid(file) for file in files]  # all of them, also after a fault
@@ -32,6 +33,7 @@ def validate(files: tuple[str, ...]) -> None:
 
 def valid(file: str) -> bool:
     """Print whether a file holds a scene, and if not, its faults to standard error."""
+    from barchain.crossval.suggested_run import run_advice  # noqa: PLC0415
     from scenarios import SceneError, load_scene  # noqa: PLC0415
 
     try:
@@ -44,6 +46,8 @@ def valid(file: str) -> bool:
     say(f"{file}: {orbit_words(scene)}")
     if scene.lowest_height_m < LOW_M:
         say(f"{file}: warning: {low_words(scene)}", err=True)
+    if advice := run_advice(scene):
+        say(f"{file}: {advice}")
     return True
 
 

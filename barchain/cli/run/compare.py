@@ -127,6 +127,8 @@ def compare_and_render(
             registered=engines, render=lambda folder: render(folder)[0],
         )  # fmt: skip
     show_verdict(result)
+    show_advice(scenes, result)
+    say(f"report: {result.report}")
     return result
 
 
@@ -155,7 +157,7 @@ def show_baseline(before: Night, out: Path) -> bool:
 
 
 def show_verdict(result: ComparisonResult) -> None:
-    """Print the number of each outcome, the failed and the unsupported pairs with reasons, and where the report is."""
+    """Print the number of each outcome, and the failed and the unsupported pairs with reasons."""
     counts = Counter(str(o) for o in result.outcomes.values())
     say(", ".join(f"{count} {outcome}" for outcome, count in counts.most_common()))
     for (scene, engine), outcome in result.outcomes.items():
@@ -168,4 +170,13 @@ def show_verdict(result: ComparisonResult) -> None:
     left = rows.drop_duplicates(["scene", "engine"])
     for (name, reason), own in left.groupby(["engine", "reason"], sort=False):
         say(f"  {', '.join(own.scene)}  {name}  unsupported: {reason}")
-    say(f"report: {result.report}")
+
+
+def show_advice(scenes: list[Scene], result: ComparisonResult) -> None:
+    """Print how engines that rejected instants of a scene would support it."""
+    from barchain.crossval.suggested_run import run_advice  # noqa: PLC0415
+
+    left = {scene for (scene, _), outcome in result.outcomes.items() if str(outcome) == "unsupported"}
+    for scene in scenes:
+        if scene.name in left and (advice := run_advice(scene)):
+            say(f"  {scene.name}: {advice}")
