@@ -125,7 +125,7 @@ def test_validate_tells_a_low_point_after_the_end_of_the_run(tmp_path, capsys):
 def test_validate_proposes_a_run_that_engines_of_equal_steps_support(tmp_path, capsys):
     file = tmp_path / "mine.toml"
     text = BAD_SCENE.replace("altitude_km", "altitude_m").replace("-5.0", "5.0").replace("500.0", "5e5")
-    thrust = "[[effects.thrust]]\nbar = 1\nforce_N = 0.5\nstart_s = 100.0\nduration_s = 300.0\n"
+    thrust = "[[effects.thrust]]\nbar = 1\ndirection_deg = 0.0\nforce_N = 0.5\nstart_s = 100.0\nduration_s = 300.0\n"
     file.write_text(text.replace("[run]", f"{thrust}[run]"))
     assert run(["validate", str(file)]) == 0
     proposed = re.search(r"with duration_s = (\S+) and samples = (\d+) in \[run\]", capsys.readouterr().out)
