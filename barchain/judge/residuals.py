@@ -190,7 +190,8 @@ class Residuals:
         if ratio <= 1.0:
             return ResidualCheck(ratio, Outcome.PASS, "")
         if worst(residual, allowed + self.limiting_noise(quantity), inside)[0] <= 1.0:
-            return ResidualCheck(ratio, Outcome.ROUNDOFF_LIMITED, self.digits_left(quantity, residual[inside]))
+            limited = self.digits_left(quantity, residual[inside], f"{ratio:.3g} times {named}")
+            return ResidualCheck(ratio, Outcome.ROUNDOFF_LIMITED, limited)
         said = f"{ratio:.3g} times {named} at t = {self.t[at]:.6g} s"
         return ResidualCheck(ratio, failure, said + self.convergence_reason(quantity))
 
@@ -223,12 +224,13 @@ class Residuals:
             return most
         return np.minimum(self.roundoff[quantity][: self.n] + self.errors.unbounded_floor[quantity][: self.n], most)
 
-    def digits_left(self, quantity: str, error: Array) -> str:
-        """Reason of an outcome limited by round-off: the size of the error and the digits left of the quantity."""
-        noise = float(error.max())
-        left = max(0.0, -math.log10(noise / self.scale[quantity]))
+    def digits_left(self, quantity: str, error: Array, without: str) -> str:
+        """Reason of an outcome limited by round-off: its size, the `error` without it, and the digits that are left."""
+        largest, inside = float(error.max()), self.inside(quantity)
+        noise = min(largest, float(self.limiting_noise(quantity)[inside].max()))
+        left = max(0.0, -math.log10(largest / self.scale[quantity]))
         unit = QUANTITY_UNITS[quantity]
-        return f"limited by round-off, which moves it by {noise:.2g} {unit}: {left:.1f} digits are left"
+        return f"limited by round-off of {noise:.2g} {unit} ({without} without it): {left:.1f} digits are left"
 
     @cached_property
     def finest(self) -> Trajectory | None:

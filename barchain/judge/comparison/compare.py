@@ -270,7 +270,7 @@ class Comparison(BeyondLimit):
             return self.row(quantity, "extrapolation_ratio", used, 1.0, Outcome.PASS)
         noise = FINEST_NOISE * self.limiting_noise(quantity)[: len(allowed)]
         if worst(size, allowed + noise, inside[: len(size)])[0] <= 1.0:
-            left = self.digits_left(quantity, size[inside[: len(size)]])
+            left = self.digits_left(quantity, size[inside[: len(size)]], f"{used:.3g} times the allowed")
             return self.row(quantity, "extrapolation_ratio", used, 1.0, Outcome.ROUNDOFF_LIMITED, left)
         unit = QUANTITY_UNITS[quantity]
         reason = (
