@@ -7,6 +7,7 @@ import dataclasses
 import pytest
 
 from adapters.registry import ENGINES, Registration
+from barchain.cli.run.compare import show_advice
 from barchain.crossval.external_coverage import external_coverage
 from barchain.crossval.suggested_run import MAX_SUGGESTED_SAMPLES, fitting_run, with_run
 from barchain.metrics.quantities import conserved
@@ -67,6 +68,15 @@ def test_a_run_keeps_its_duration_where_samples_alone_will_do() -> None:
     assert wanted
     assert wanted.duration_s == 5130.0
     assert wanted.samples == 514  # every 10 s, and midway between two
+
+
+def test_the_run_is_proposed_on_the_terminal_to_engines_that_lack_no_effect(capsys: pytest.CaptureFixture[str]) -> None:
+    turned = "[[effects.prescribed_rotation]]\nbar = 1\namplitude_deg = 30.0\nstart_s = 100.0\nduration_s = 300.0\n"
+    show_advice([scene(THRUST + "start_s = 100.0\nduration_s = 700.0"), scene(turned)], {"pymunk": HERE["pymunk"]})
+    shown = capsys.readouterr().out.splitlines()
+    assert len(shown) == 1
+    assert shown[0].startswith("  x: instants alone stop pymunk: engines of equal steps")
+    assert "in [run] each instant is one" in shown[0]
 
 
 def test_instants_that_share_nothing_have_no_run_proposed() -> None:

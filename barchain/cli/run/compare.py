@@ -26,8 +26,9 @@ from barchain.record.command import typed
 from barchain.run.time_limits import SOLUTION_PATIENCE, TIME_LIMIT_S
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
+    from adapters.registry import Registration
     from barchain.cli.common.settings import GivenSetting
     from barchain.crossval.run import ComparisonResult
     from barchain.execution.executors import Executor
@@ -127,7 +128,7 @@ def compare_and_render(
             registered=engines, render=lambda folder: render(folder)[0],
         )  # fmt: skip
     show_verdict(result)
-    show_advice(scenes, result)
+    show_advice(scenes, engines)
     say(f"report: {result.report}")
     return result
 
@@ -172,11 +173,13 @@ def show_verdict(result: ComparisonResult) -> None:
         say(f"  {', '.join(own.scene)}  {name}  unsupported: {reason}")
 
 
-def show_advice(scenes: list[Scene], result: ComparisonResult) -> None:
-    """Print how engines that rejected instants of a scene would support it."""
+def show_advice(scenes: list[Scene], engines: Mapping[str, Registration]) -> None:
+    """Print how independent engines that reject only the instants of a scene would support it."""
+    from barchain.crossval.external_coverage import external_coverage  # noqa: PLC0415
     from barchain.crossval.suggested_run import run_advice  # noqa: PLC0415
 
-    left = {scene for (scene, _), outcome in result.outcomes.items() if str(outcome) == "unsupported"}
     for scene in scenes:
-        if scene.name in left and (advice := run_advice(scene)):
-            say(f"  {scene.name}: {advice}")
+        advice = run_advice(scene)
+        rejecting = external_coverage(scene, engines)["instants"].get("engines") if advice else None
+        if rejecting:
+            say(f"  {scene.name}: instants alone stop {', '.join(rejecting)}: {advice}")
