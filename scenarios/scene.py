@@ -277,7 +277,7 @@ class Scene:
             return 0.0
 
         def largest(each: tuple[float, ...]) -> float:
-            beside = [a + b for a, b in zip((0.0, *each), (*each, 0.0), strict=True)]
+            beside = [abs(a) + abs(b) for a, b in zip((0.0, *each), (*each, 0.0), strict=True)]
             return 2.0 * max(k / j for k, j in zip(beside, self.chain.inertia_kg_m2, strict=True))
 
         return max(math.sqrt(largest(springs.stiffness_N_m_rad)), largest(springs.damping_N_m_s_rad))

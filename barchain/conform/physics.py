@@ -18,7 +18,7 @@ from barchain.judge.comparison.compare import judge
 from barchain.judge.declared_noise import noise
 from barchain.judge.diagnosis.search import ONE_ENGINE
 from barchain.judge.diagnosis.verdicts import diagnosis_of_verdict
-from barchain.judge.diagnosis.words import QUANTITY_WORDS
+from barchain.judge.diagnosis.words import QUANTITY_WORDS, SINGLE_PRECISION, looks_single, relative_difference
 from barchain.judge.evidence import Evidence, follow_up_jobs, gathered
 from barchain.judge.scales import scales
 from barchain.judge.support import unsupported
@@ -132,10 +132,18 @@ def scene_check(engine: Examined, name: str, runs: dict[Role, RunResult]) -> Che
     found = diagnosis_of(name, evidence, verdict)
     if found is None or found.inside_tolerances or verdict.outcome is Outcome.MALFORMED:
         return Check(Group.PHYSICS, short(name), CheckState.FAILED, reasons_of(verdict), PAGE, scene=name)
+    free = name in STAGES[0].scenes and not found.explanations and looks_single(relative_difference(found.wrong))
+    hint = f" {SINGLE_PRECISION}" if free else ""
     sizes = "; ".join(f"{QUANTITY_WORDS[w.quantity]} {w.words}" for w in found.wrong)
     page = found.explanations[0].mistakes[0].anchor if found.explanations else PAGE
     return Check(
-        Group.PHYSICS, short(name), CheckState.FAILED, f"{found} Off: {sizes}", page, bool(found.explanations), name
+        Group.PHYSICS,
+        short(name),
+        CheckState.FAILED,
+        f"{found}{hint} Off: {sizes}",
+        page,
+        bool(found.explanations),
+        name,
     )
 
 

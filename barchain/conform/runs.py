@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
 START_S = 30.0
 """Time for the import of an engine's library"""
+TOGETHER_S = 1.5
+"""Time of each of several runs in one process; if they take longer, each is made in a process and with a limit of its
+own, so that one that hangs costs its own limit"""
 
 
 def results(
@@ -46,7 +49,7 @@ def results(
     if len(jobs) == 1 and budget_s == math.inf:
         return [one_run(jobs[0], START_S + limit_s)]
     asked = [(job.scene, job.setting, t) for job, t in zip(jobs, t_s, strict=True)]
-    start, limits = time.monotonic(), OutsideLimits(START_S + min(limit_s * len(jobs), budget_s))
+    start, limits = time.monotonic(), OutsideLimits(START_S + min(max(limit_s, TOGETHER_S * len(jobs)), budget_s))
     reply = ask("several_runs", engine.registration, asked, budget_s, limits=limits)
     if not reply.problem and budget_s < math.inf:
         jobs = jobs[: len(reply.header.get("runs", ()))]

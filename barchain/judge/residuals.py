@@ -225,10 +225,10 @@ class Residuals:
         return np.minimum(self.roundoff[quantity][: self.n] + self.errors.unbounded_floor[quantity][: self.n], most)
 
     def digits_left(self, quantity: str, error: Array, without: str) -> str:
-        """Reason of an outcome limited by round-off: its size, the `error` without it, and the digits that are left."""
-        largest, inside = float(error.max()), self.inside(quantity)
-        noise = min(largest, float(self.limiting_noise(quantity)[inside].max()))
-        left = max(0.0, -math.log10(largest / self.scale[quantity]))
+        """Reason of an outcome limited by round-off: its size up to `error`, the ratio `without` it, digits left."""
+        inside = self.inside(quantity)
+        noise = min(float(error.max()), float(self.limiting_noise(quantity)[inside].max()))
+        left = max(0.0, -math.log10(float(self.residual[quantity][inside].max()) / self.scale[quantity]))
         unit = QUANTITY_UNITS[quantity]
         return f"limited by round-off of {noise:.2g} {unit} ({without} without it): {left:.1f} digits are left"
 

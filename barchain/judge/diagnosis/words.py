@@ -66,9 +66,12 @@ def diagnosis_words(
     if explanations:
         return f"{addressed(explained_words(explanations, next_best))}."
     left = "" if next_best is None else nearest_words(wrong, next_best)
-    relative = max((w.difference / w.size for w in wrong if w.size > 0.0), default=0.0)
-    hint = f" {SINGLE_PRECISION}" if looks_single(relative) else ""
-    return f"No known mistake explains the result.{left}{''.join(f' {part_words(p)}.' for p in parts)}{hint}"
+    return f"No known mistake explains the result.{left}{''.join(f' {part_words(p)}.' for p in parts)}"
+
+
+def relative_difference(wrong: tuple[WrongQuantity, ...]) -> float:
+    """Largest difference over its quantity's size."""
+    return max((w.difference / w.size for w in wrong if w.size > 0.0), default=0.0)
 
 
 def looks_single(relative: float) -> bool:
@@ -79,8 +82,7 @@ def looks_single(relative: float) -> bool:
 def nearest_words(wrong: tuple[WrongQuantity, ...], nearest: Explanation) -> str:
     """Residual of the nearest explanation, and its name if it makes the difference far smaller."""
     left = f"{remainder(nearest)} of the quantity's size"
-    without = max((w.difference / w.size for w in wrong if w.size > 0.0), default=0.0)
-    if nearest.fit.relative_error > NEAR * without:
+    if nearest.fit.relative_error > NEAR * relative_difference(wrong):
         return f" With the nearest one, a difference of {left} is left."
     return f" Near, but not inside the tolerances: {nearest.words} (leaves {left})."
 

@@ -172,6 +172,7 @@ EACH = (
     ("thrust", "the thrusts are", "force_N"),
     ("impulse", "the impulses are", "impulse_N_s"),
     ("prescribed_rotation", "the amplitudes of the prescribed rotations are", "amplitude_rad"),
+    ("prescribed_rotation", "the durations of the prescribed rotations are", "duration_s"),
 )
 
 

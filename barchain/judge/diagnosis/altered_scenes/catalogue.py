@@ -2,6 +2,13 @@
 
 from __future__ import annotations
 
-from barchain.judge.diagnosis.altered_scenes import bodies, effect_angles, gravity, loads, start
+from barchain.judge.diagnosis.altered_scenes import bodies, effect_angles, events, gravity, loads, start
 
-SCENES = (*bodies.MISTAKES, *start.MISTAKES, *gravity.MISTAKES, *loads.MISTAKES, *effect_angles.MISTAKES)
+SCENES = (
+    *bodies.MISTAKES,
+    *start.MISTAKES,
+    *gravity.MISTAKES,
+    *loads.MISTAKES,
+    *effect_angles.MISTAKES,
+    *events.MISTAKES,
+)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from barchain.judge.diagnosis.mistake import SceneMistake
 from scenarios import Actuator, Axes, End, Frame
+from scenarios.toml.checks import joint_of_motor
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -106,6 +107,14 @@ def other_actuator(entry: Any) -> Actuator:
     return Actuator.EXTERNAL if entry.actuator is Actuator.JOINT else Actuator.JOINT
 
 
+def by_other_actuators(scene: Scene) -> Scene:
+    """Scene with the other source of each prescribed rotation's torque, unless a joint would have two motors."""
+    altered = each("prescribed_rotation", actuator=other_actuator)(scene)
+    motors = [p.bar for p in altered.effects.prescribed_rotation if p.actuator is Actuator.JOINT]
+    joints = {joint_of_motor(bar) for bar in motors}
+    return altered if len(joints) == len(motors) and scene.bars > 1 else scene
+
+
 def next_bar(shift: int) -> Callable[[str], SceneChange]:
     """Changes that put thrusts or impulses on another bar, `shift` places on, round the chain."""
 
@@ -173,6 +182,26 @@ CHANGES: tuple[tuple[str, str, SceneChange], ...] = (
         (f"{name}-on-{where}-bar", f"the {name} acts on the {where} bar", next_bar(shift)(name))
         for name in ("thrust", "impulse")
         for shift, where in ((1, "next"), (-1, "previous"))
+    ),
+    (
+        "dampers-opposite",
+        "the joints' dampers have the opposite sign",
+        single("joint_spring_damper", damping_N_m_s_rad=lambda e: tuple(-d for d in e.damping_N_m_s_rad)),
+    ),
+    (
+        "springs-opposite",
+        "the joints' springs have the opposite sign",
+        single("joint_spring_damper", stiffness_N_m_rad=lambda e: tuple(-k for k in e.stiffness_N_m_rad)),
+    ),
+    (
+        "sun-backwards",
+        "the Sun's direction turns the other way",
+        single("solar_pressure", sun_rate_rad_s=lambda e: -e.sun_rate_rad_s),
+    ),
+    (
+        "third-body-backwards",
+        "the third body moves the other way",
+        each("third_body", rate_rad_s=lambda e: -e.rate_rad_s),
     ),
     ("impulse-a-sample-late", "the impulse comes a whole sample late", a_sample_late),
     ("thrust-a-sample-late", "the thrust comes a whole sample late", thrust_a_sample_late),
@@ -243,7 +272,7 @@ CHANGES: tuple[tuple[str, str, SceneChange], ...] = (
     (
         "rotation-by-other-actuator",
         "the prescribed rotation's torque has no reaction or a wrong one",
-        each("prescribed_rotation", actuator=other_actuator),
+        by_other_actuators,
     ),
 )
 MISTAKES = (

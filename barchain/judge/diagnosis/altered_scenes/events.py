@@ -1,0 +1,61 @@
+"""Wrong thrusts, impulses and prescribed rotations: one of several is missing, or a table is held."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING
+
+from barchain.judge.diagnosis.altered_scenes.loads import SECTION, with_effects
+from barchain.judge.diagnosis.mistake import SceneMistake
+
+if TYPE_CHECKING:
+    from barchain.judge.diagnosis.mistake import SceneChange
+    from scenarios import Scene, Thrust
+
+JUMP_S = 1e-4
+"""Duration of a jump in a table; its effect on the motion is of second order"""
+SEVERAL = (("thrust", "thrust"), ("impulse", "impulse"), ("prescribed_rotation", "prescribed rotation"))
+MISSING = (
+    ("first", "that the scene names first is missing", True),
+    ("later", "that the scene names first is the only one", False),
+)
+
+
+def one_missing(name: str, *, first: bool) -> SceneChange:
+    """Scene without the first, or with only the first, of several effects of a kind."""
+
+    def change(scene: Scene) -> Scene:
+        entries = getattr(scene.effects, name)
+        return with_effects(scene, **{name: entries[1:] if first else entries[:1]}) if len(entries) > 1 else scene
+
+    return change
+
+
+def held_table(scene: Scene) -> Scene:
+    """Thrusts whose sizes stay from one instant of the table to the next."""
+    return with_effects(scene, thrust=tuple(held(entry) for entry in scene.effects.thrust))
+
+
+def held(entry: Thrust) -> Thrust:
+    """A thrust whose size jumps at each instant of its table; a jump takes :data:`JUMP_S`."""
+    if len(set(entry.force_N)) == 1:
+        return entry
+    times, sizes = [entry.times_s[0]], [entry.force_N[0]]
+    for at_s, before, after in zip(entry.times_s[1:-1], entry.force_N, entry.force_N[1:], strict=False):
+        times += [at_s - 0.5 * JUMP_S, at_s + 0.5 * JUMP_S]
+        sizes += [before, after]
+    return dataclasses.replace(entry, times_s=(*times, entry.times_s[-1]), force_N=(*sizes, entry.force_N[-2]))
+
+
+MISTAKES = (
+    *(
+        SceneMistake(
+            f"{name}-{which}-missing".replace("_", "-"), f"the {said} {words}", SECTION, one_missing(name, first=first)
+        )
+        for name, said in SEVERAL
+        for which, words, first in MISSING
+    ),
+    SceneMistake(
+        "thrust-table-held", "the thrust keeps its size from one instant of its table to the next", SECTION, held_table
+    ),
+)
