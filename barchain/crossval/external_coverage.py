@@ -31,7 +31,8 @@ def external_coverage(scene: Scene, requested: Mapping[str, Registration]) -> di
     -------
     dict
         ``lack``: effects that each engine lacks; ``instants``: see :func:`unaligned_instants`; ``not_requested``:
-        engines with independent physics that support the scene; ``not_loaded``: message of each installed engine whose
+        engines with independent physics that support the scene; ``not_installed``: such engines whose library is not
+        installed; ``not_loaded``: message of each installed engine whose
         adapter does not load; ``solution``: precision of its certified solution, or empty.
     """
     others = {name: r for name, r in engines().items() if name not in requested and r.in_default_set}
@@ -42,7 +43,8 @@ def external_coverage(scene: Scene, requested: Mapping[str, Registration]) -> di
     return {
         "lack": {name: lacking for name, e in independent.items() if (lacking := lacking_effects(scene, e))},
         "instants": unaligned_instants(scene, independent),
-        "not_requested": supporting,
+        "not_requested": [name for name in supporting if name in installed],
+        "not_installed": [name for name in supporting if name not in installed],
         "not_loaded": {name: said for name, said in failures.items() if name in installed},
         "solution": committed_precision(scene),
     }

@@ -34,6 +34,7 @@ def coverage_words(summary: Summary, scene: SceneRecord) -> tuple[str, str] | No
     said = [
         instant_words(instants),
         not_asked_words(known.get("not_requested")),
+        not_installed_words(known.get("not_installed")),
         not_loaded_words(mapping(known.get("not_loaded"))),
         solution_words(known),
     ]
@@ -64,6 +65,14 @@ def not_asked_words(names: object) -> str:
         return ""
     verbs = ("supports", "was") if len(names) == 1 else ("support", "were")
     return f"{joined(names)} {verbs[0]} the scene and {verbs[1]} not selected."
+
+
+def not_installed_words(names: object) -> str:
+    """Independent engines that support the scene and whose libraries are not installed."""
+    if not isinstance(names, list) or not names:
+        return ""
+    verbs = ("supports", "is") if len(names) == 1 else ("support", "are")
+    return f"{joined(names)} {verbs[0]} the scene and {verbs[1]} not installed (barchain engines --missing)."
 
 
 def not_loaded_words(messages: dict[str, object]) -> str:
