@@ -14,6 +14,7 @@ from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES
 from barchain.judge.comparison.compare import judge
+from barchain.judge.diagnosis.altered_scenes.runs import completed
 from barchain.judge.diagnosis.mistake import ReadingMistake, SceneMistake, TimingMistake
 from barchain.judge.diagnosis.readings.timing import delayed
 from barchain.judge.evidence import Evidence
@@ -78,7 +79,7 @@ def planted(scene: Scene, mistake: Mistake, rtol: float, motion: Trajectory | No
         return with_model(scene, mistake, rtol)
     assert mistake.scene is not None
     altered = mistake.scene(scene)
-    return None if altered == scene else run(altered, rtol)
+    return None if altered == scene else completed(run(altered, rtol), altered, scene)
 
 
 def late(scene: Scene, mistake: TimingMistake, rtol: float) -> Trajectory:

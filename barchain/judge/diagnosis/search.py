@@ -259,14 +259,10 @@ class MistakeSearch:
     def possible(self, every: tuple[Amount, ...]) -> tuple[Amount, ...]:
         """Amounts that explain the first samples, or all if these are right: their runs take long."""
         n = min(self.result.n, BEGINNING)
-        if not self.unaltered_until(n).outside:
+        if not self.result.fit(self.result.right, samples=n).outside:
             return every
         early = {amount: self.fitted_amount(amount, n) for amount in every}
         return tuple(a for a, e in early.items() if e is not None and not e.fit.outside)
-
-    def unaltered_until(self, n: int) -> Fit:
-        """Fit of the right motion at the first n samples."""
-        return self.result.at(np.arange(n)).fit(self.result.right.samples(slice(n)))
 
     def fitted_amounts(self, every: tuple[Amount, ...], *, equations: bool) -> list[Explanation]:
         """Explanations by one of several amounts, ranked; none if the fits would take too long."""

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from barchain.solutions.reference import ReferenceSolution
 
 NORMALISED = "normalised_error"
+OPEN_RAD = 1.0
+"""Tolerance of the attitude from which on a run is not compared: the engine's two runs have parted"""
 
 
 def needs_diagnosis(verdict: Verdict) -> bool:
@@ -66,9 +68,11 @@ def diagnosis_of_verdict(
 
 
 def verdict_tolerance(verdict: Verdict, *, bounds: bool = True) -> Tolerance:
-    """Tolerances of a verdict: explained error or expected-error bound, the larger one; infinite beyond the limit.
+    """Tolerances of a verdict: explained error or expected-error bound, the larger one.
 
-    Without `bounds` the explained error alone: a small wrong effect may stay inside the bound of a coarse setting.
+    Without `bounds` the explained error alone: a small wrong effect may stay inside the bound of a coarse setting. The
+    tolerances of all but the track are infinite beyond the predictability limit, and from the sample on at which that
+    of the attitude reaches :data:`OPEN_RAD`: a mistake may make a regular motion chaotic.
     """
     assert verdict.series is not None
     series = verdict.series
@@ -81,7 +85,15 @@ def verdict_tolerance(verdict: Verdict, *, bounds: bool = True) -> Tolerance:
         if name not in TRACK and limits.get(name) is not None:
             beyond |= series["t_s"].to_numpy(float) > limits[name]
         found[name] = np.where(beyond, np.inf, larger)
-    return found
+    return until_open(found)
+
+
+def until_open(tolerance: dict[str, Array]) -> dict[str, Array]:
+    """Tolerances that are infinite, but for the track, from the sample on at which the attitude's is open."""
+    if "attitude" not in tolerance:
+        return tolerance
+    opened = np.logical_or.accumulate(tolerance["attitude"] >= OPEN_RAD)
+    return {q: v if q in TRACK else np.where(opened, np.inf, v) for q, v in tolerance.items()}
 
 
 def diagnosed_rows(rows: list[Row], diagnosis: Diagnosis) -> list[Row]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from barchain.judge.diagnosis.altered_scenes.bodies import SECTION as BODIES
 from barchain.judge.diagnosis.altered_scenes.changes import part
 from barchain.judge.diagnosis.altered_scenes.loads import SECTION as LOADS
-from barchain.judge.diagnosis.altered_scenes.loads import each, single, with_effects
+from barchain.judge.diagnosis.altered_scenes.loads import each, single, times, with_effects
 from barchain.judge.diagnosis.altered_scenes.start import ANGLES, ORBIT, RATES
 from barchain.judge.diagnosis.mistake import SceneMistake
 from barchain.judge.diagnosis.readings.fitted import factor_words
@@ -199,12 +199,7 @@ def of_effects(scene: Scene) -> Iterator[Amount]:
 
 def times_of(change: Callable[..., SceneChange], effect: str, field: str) -> Callable[[float], SceneChange]:
     """Change of a number, or of a tuple of numbers, of an effect by a factor."""
-
-    def scaled(entry: object, factor: float) -> float | tuple[float, ...]:
-        value = getattr(entry, field)
-        return tuple(factor * v for v in value) if isinstance(value, tuple) else factor * value
-
-    return lambda factor: change(effect, **{field: lambda entry: scaled(entry, factor)})
+    return lambda factor: times(change, effect, field, factor)
 
 
 def of_free_joints(scene: Scene) -> Iterator[Amount]:

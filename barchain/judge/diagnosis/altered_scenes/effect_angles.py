@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from barchain.judge.diagnosis.altered_scenes.loads import SECTION, each, single
+from barchain.judge.diagnosis.altered_scenes.loads import SECTION, each, single, times
 from barchain.judge.diagnosis.mistake import SceneMistake
 
 if TYPE_CHECKING:
@@ -25,25 +25,13 @@ EFFECT_ANGLES: tuple[tuple[str, str, Callable[..., SceneChange], str, str], ...]
 """Angles of effects: name, subject and verb, kind of change, effect and field"""
 
 
-def times_angle(factor: float, field: str) -> Callable[[Any], Any]:
-    """An angle, or angles, of an effect times a factor."""
-
-    def value(entry: Any) -> Any:
-        angle = getattr(entry, field)
-        return tuple(factor * a for a in angle) if isinstance(angle, tuple) else factor * angle
-
-    return value
-
-
 FACTORS = (
     ("in-degrees", "in degrees where radians are meant", 1.0 / DEGREE),
     ("in-radians", "in radians where degrees are meant", DEGREE),
     ("zero", "zero", 0.0),
 )
 MISTAKES = tuple(
-    SceneMistake(
-        f"{name}-{which}", f"{subject} {words}", SECTION, change(effect, **{field: times_angle(factor, field)})
-    )
+    SceneMistake(f"{name}-{which}", f"{subject} {words}", SECTION, times(change, effect, field, factor))
     for name, subject, change, effect, field in EFFECT_ANGLES
     for which, words, factor in FACTORS
 )

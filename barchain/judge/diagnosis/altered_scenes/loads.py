@@ -59,6 +59,16 @@ def each(name: str, **changes: EntryChange) -> SceneChange:
     return change
 
 
+def times(change: Callable[..., SceneChange], effect: str, field: str, factor: float) -> SceneChange:
+    """Change, :func:`single` or :func:`each`, of a number of an effect, or of a tuple of numbers, by a factor."""
+
+    def scaled(entry: Any) -> float | tuple[float, ...]:
+        value = getattr(entry, field)
+        return tuple(factor * v for v in value) if isinstance(value, tuple) else factor * value
+
+    return change(effect, **{field: scaled})
+
+
 def with_effects(scene: Scene, **changes: Any) -> Scene:
     """Scene with other effects."""
     return dataclasses.replace(scene, effects=dataclasses.replace(scene.effects, **changes))
@@ -162,9 +172,9 @@ def without_body(name: str) -> SceneChange:
 
 PUSHES = (("thrust", "force_N", lambda f: tuple(0.5 * v for v in f)), ("impulse", "impulse_N_s", lambda p: 0.5 * p))
 CHANGES: tuple[tuple[str, str, SceneChange], ...] = (
-    ("oblateness-opposite", "the oblateness has the opposite sign", single("oblateness", j2=lambda e: -e.j2)),
-    ("oblateness-without-3-2", "the oblateness lacks its factor 3/2", single("oblateness", j2=lambda e: e.j2 / 1.5)),
-    ("oblateness-polar", "the oblateness is that above the pole", single("oblateness", j2=lambda e: -2.0 * e.j2)),
+    ("oblateness-opposite", "the oblateness has the opposite sign", times(single, "oblateness", "j2", -1.0)),
+    ("oblateness-without-3-2", "the oblateness lacks its factor 3/2", times(single, "oblateness", "j2", 1.0 / 1.5)),
+    ("oblateness-polar", "the oblateness is that above the pole", times(single, "oblateness", "j2", -2.0)),
     (
         "drag-coefficients-exchanged",
         "the drag's normal and tangential coefficients are exchanged",
@@ -186,22 +196,22 @@ CHANGES: tuple[tuple[str, str, SceneChange], ...] = (
     (
         "dampers-opposite",
         "the joints' dampers have the opposite sign",
-        single("joint_spring_damper", damping_N_m_s_rad=lambda e: tuple(-d for d in e.damping_N_m_s_rad)),
+        times(single, "joint_spring_damper", "damping_N_m_s_rad", -1.0),
     ),
     (
         "springs-opposite",
         "the joints' springs have the opposite sign",
-        single("joint_spring_damper", stiffness_N_m_rad=lambda e: tuple(-k for k in e.stiffness_N_m_rad)),
+        times(single, "joint_spring_damper", "stiffness_N_m_rad", -1.0),
     ),
     (
         "sun-backwards",
         "the Sun's direction turns the other way",
-        single("solar_pressure", sun_rate_rad_s=lambda e: -e.sun_rate_rad_s),
+        times(single, "solar_pressure", "sun_rate_rad_s", -1.0),
     ),
     (
         "third-body-backwards",
         "the third body moves the other way",
-        each("third_body", rate_rad_s=lambda e: -e.rate_rad_s),
+        times(each, "third_body", "rate_rad_s", -1.0),
     ),
     ("impulse-a-sample-late", "the impulse comes a whole sample late", a_sample_late),
     ("thrust-a-sample-late", "the thrust comes a whole sample late", thrust_a_sample_late),
@@ -209,9 +219,9 @@ CHANGES: tuple[tuple[str, str, SceneChange], ...] = (
     (
         "drag-halved",
         "the drag has an additional factor 1/2",
-        single("drag", density_kg_m3=lambda e: 0.5 * e.density_kg_m3),
+        times(single, "drag", "density_kg_m3", 0.5),
     ),
-    ("drag-doubled", "the drag lacks its factor 1/2", single("drag", density_kg_m3=lambda e: 2.0 * e.density_kg_m3)),
+    ("drag-doubled", "the drag lacks its factor 1/2", times(single, "drag", "density_kg_m3", 2.0)),
     (
         "sunlight-opposite",
         "the sunlight comes from the opposite direction",
@@ -223,17 +233,17 @@ CHANGES: tuple[tuple[str, str, SceneChange], ...] = (
     (
         "springs-missing",
         "the joints' springs are missing",
-        single("joint_spring_damper", stiffness_N_m_rad=lambda e: (0.0,) * len(e.stiffness_N_m_rad)),
+        times(single, "joint_spring_damper", "stiffness_N_m_rad", 0.0),
     ),
     (
         "dampers-missing",
         "the joints' dampers are missing",
-        single("joint_spring_damper", damping_N_m_s_rad=lambda e: (0.0,) * len(e.damping_N_m_s_rad)),
+        times(single, "joint_spring_damper", "damping_N_m_s_rad", 0.0),
     ),
     (
         "springs-rest-opposite",
         "the rest angles of the joints' springs have the opposite sign",
-        single("joint_spring_damper", rest_rad=lambda e: tuple(-a for a in e.rest_rad)),
+        times(single, "joint_spring_damper", "rest_rad", -1.0),
     ),
     (
         "third-body-opposite",
@@ -262,7 +272,7 @@ CHANGES: tuple[tuple[str, str, SceneChange], ...] = (
     (
         "rotation-opposite",
         "the prescribed rotation has the opposite sign",
-        each("prescribed_rotation", amplitude_rad=lambda e: -e.amplitude_rad),
+        times(each, "prescribed_rotation", "amplitude_rad", -1.0),
     ),
     (
         "rotation-in-other-frame",

@@ -80,14 +80,10 @@ class AlteredRuns:
         if not self.affordable(share, equations=mistake.model is not None):
             return None
         if samples is None:
-            return self.with_impulses(simulated(scene, mistake.model))
-        return self.with_impulses(simulated.__wrapped__(sampled_until(scene, samples), mistake.model))
-
-    def with_impulses(self, motion: Trajectory | None) -> Trajectory | None:
-        """A motion whose joints have impulses of zero if only the right scene has impulses."""
-        if motion is None or motion.impulse_N_s is not None or not self.scene.effects.impulse:
-            return motion
-        return motion.replace(impulse_N_s=np.zeros_like(motion.reaction_N))
+            motion = simulated(scene, mistake.model)
+        else:
+            motion = simulated.__wrapped__(sampled_until(scene, samples), mistake.model)
+        return None if motion is None else completed(motion, scene, self.scene)
 
     def affordable(self, share: float = 1.0, *, equations: bool = False) -> bool:
         """Whether a share of a run is expected to be short enough; of a run with altered equations or another one."""
@@ -105,6 +101,21 @@ class AlteredRuns:
         run = self.scene.run
         dense = dataclasses.replace(self.scene, run=dataclasses.replace(run, samples=2 * run.samples - 1))
         return simulated(dense) if self.affordable() else None
+
+
+def completed(motion: Trajectory, altered: Scene, right: Scene) -> Trajectory:
+    """Motion of an altered scene, with zeros for impulses and prescribed torques that only the right scene has."""
+    effects = right.effects
+    if effects.impulse and motion.impulse_N_s is None:
+        motion = motion.replace(impulse_N_s=np.zeros_like(motion.reaction_N))
+    if effects.prescribed_rotation != altered.effects.prescribed_rotation and effects.prescribed_rotation:
+        columns = {p.bar: column for column, p in enumerate(altered.effects.prescribed_rotation)}
+        torque = np.zeros((len(motion.t_s), len(effects.prescribed_rotation)))
+        for column, prescribed in enumerate(effects.prescribed_rotation):
+            if prescribed.bar in columns and motion.torque_N_m is not None:
+                torque[:, column] = motion.torque_N_m[:, columns[prescribed.bar]]
+        motion = motion.replace(torque_N_m=torque)
+    return motion
 
 
 def run_errors(judging: ReferenceSolution) -> dict[str, Array]:
