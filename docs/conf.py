@@ -21,7 +21,6 @@ extensions = [
     "sphinx-mathjax-offline",  # MathJax from a wheel: the site loads nothing from elsewhere
     "sphinx_click",
     "sphinx_copybutton",
-    "generated_tables",
     "links_to_sources",
     "themed_images",
 ]

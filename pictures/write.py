@@ -12,6 +12,7 @@ from pictures.pages.cost_page import COST_PAGE, cost_page
 from pictures.pages.engine_page import engine_page, page_file
 from pictures.pages.index_pages import ENGINES_INDEX, FAMILIES, engines_index, gallery_index
 from pictures.pages.libraries import LIBRARIES
+from pictures.pages.marked import marked_pages
 from pictures.pages.record import MeasuredRecord
 from pictures.pages.releases import RELEASES_PAGE, releases_page
 from pictures.pages.scene_page import page_of, scene_page
@@ -64,7 +65,8 @@ def pages() -> dict[Path, str]:
     found |= {page_file(library): engine_page(library, measured) for library in LIBRARIES}
     found |= {GALLERY / "index.md": gallery_index(scenes, measured), ENGINES_INDEX: engines_index()}
     found[COST_PAGE] = cost_page(COST_PAGE.read_text(encoding="utf-8"), measured)
-    return found | {RELEASES_PAGE: releases_page(RELEASES_PAGE.read_text(encoding="utf-8"), measured)}
+    found[RELEASES_PAGE] = releases_page(RELEASES_PAGE.read_text(encoding="utf-8"), measured)
+    return found | marked_pages()
 
 
 def charts() -> dict[Path, str]:

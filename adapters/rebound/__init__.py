@@ -1,7 +1,7 @@
 """REBOUND: the orbit of the centre of mass, as one particle about a point mass.
 
 Formulation: one test particle. A chain's centre of mass moves like a particle up to O((L/r)²) of gravity. The judge
-predicts that model difference from the reference solution and removes it from the engine's error.
+predicts that model difference from the judging solution and removes it from the engine's error.
 Coordinates: absolute, relative to the central body.
 Integrators: IAS15 with error control; WHFast at coarse settings of a pure Kepler orbit.
 Accuracy parameter: `rtol`.

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from barchain.metrics.quantities import angular_momentum_drift, conserved, energy_drift
-from scenarios import Actuator, Gravity
+from scenarios import Actuator, Axes, Gravity
 
 if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
-    from scenarios import Scene
+    from scenarios import Impulse, Scene, Thrust
 
 
 BODIES = {"moon": "the Moon", "sun": "the Sun"}
@@ -45,9 +45,19 @@ def effect_words(scene: Scene) -> list[str]:
         springs = called.joint_spring_damper
         stiffest, strongest = max(springs.stiffness_N_m_rad), max(springs.damping_N_m_s_rad)
         found.append(f"joint springs up to {stiffest:g} N m/rad, dampers up to {strongest:g} N m s/rad")
-    found += [f"thrust of up to {max(map(abs, t.force_N)):g} N on bar {t.bar}" for t in called.thrust]
-    found += [f"impulse of {p.impulse_N_s:g} N s on bar {p.bar} at {p.at_s:g} s" for p in called.impulse]
+    found += [
+        f"thrust of up to {max(map(abs, t.force_N)):g} N on {push_words(t)}, "
+        f"from {t.times_s[0]:g} to {t.times_s[-1]:g} s"
+        for t in called.thrust
+    ]
+    found += [f"impulse of {p.impulse_N_s:g} N s on {push_words(p)}, at {p.at_s:g} s" for p in called.impulse]
     return found
+
+
+def push_words(push: Thrust | Impulse) -> str:
+    """Point and direction of a thrust or an impulse: ``the right end of bar 2, at 90° from the bar``."""
+    origin = "the bar" if push.axes is Axes.BODY else "the z1 axis"
+    return f"the {push.end} end of bar {push.bar}, at {math.degrees(push.direction_rad):.6g}° from {origin}"
 
 
 def invariant_words(scene: Scene) -> str:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING
 
 from adapters.registry import COMPILED, ENGINES
 from pictures.pages.engine_page import COST_SCENE
+from pictures.pages.marked import with_part
 from pictures.pages.record import rows
 from pictures.pages.words import table
 from pictures.paths import DOCS
@@ -27,9 +27,7 @@ def cost_page(text: str, measured: MeasuredRecord) -> str:
     found = rows(measured.reach[measured.reach.scene == COST_SCENE])
     if not found:
         return text
-    start, end = f"<!-- {NAME}: generated -->", f"<!-- end of {NAME} -->"
-    new = "\n\n".join([start, introduction(found, measured), *tables(found), end])
-    return re.sub(f"{re.escape(start)}.*{re.escape(end)}", lambda _: new, text, flags=re.DOTALL)
+    return with_part(text, NAME, "\n\n".join([introduction(found, measured), *tables(found)]))
 
 
 def introduction(found: Iterable[Row], measured: MeasuredRecord) -> str:

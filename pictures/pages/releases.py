@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import re
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from pictures.pages.marked import with_part
 from pictures.pages.record import rows
 from pictures.pages.words import SIGNS, outcome_text, short, table
 from pictures.paths import ENGINE_PAGES
@@ -103,11 +103,9 @@ def releases_page(text: str, measured: MeasuredRecord) -> str:
     frame = measured.releases
     if not len(frame):
         return text
-    start, end = f"<!-- {NAME}: generated -->", f"<!-- end of {NAME} -->"
     own = [of_engines(measured, [engine]) for engine in dict.fromkeys(frame.engine)]
     head = ("engine", "releases", "run", "digits change with", "verdicts", "time at equal error", "import, s:")
-    new = "\n\n".join([start, introduction(measured), table(head, map(summary, own)), end])
-    return re.sub(f"{re.escape(start)}.*{re.escape(end)}", lambda _: new, text, flags=re.DOTALL)
+    return with_part(text, NAME, f"{introduction(measured)}\n\n{table(head, map(summary, own))}")
 
 
 def introduction(measured: MeasuredRecord) -> str:

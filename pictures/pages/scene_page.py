@@ -6,7 +6,7 @@ import os
 from typing import TYPE_CHECKING, Any
 
 from pictures.pages.libraries import LIBRARIES
-from pictures.pages.words import cell, errors, outcome_text, short, stability_text, table
+from pictures.pages.words import cell, errors, growth_text, outcome_text, short, stability_text, table
 from pictures.paths import DOCS, ENGINE_PAGES, GALLERY
 from pictures.record.certified import SHIPPED, TABLE
 from pictures.templating import render
@@ -128,7 +128,7 @@ def certified_sentences(scene: Scene, measured: MeasuredRecord) -> list[str]:
     bars = ", ".join(error_bars(row))
     found = [f"A certified solution comes with barchain, {where}. Its largest error bars are {bars}."]
     if row["amplification"] is not None:
-        found.append(f"A small perturbation of the attitude grows up to {short(row['amplification'])} times.")
+        found.append(f"A small perturbation of the attitude grows up to {growth_text(row['amplification'])} times.")
     return found + hard_sentences(scene, measured)
 
 
@@ -148,7 +148,7 @@ def hard_sentences(scene: Scene, measured: MeasuredRecord) -> list[str]:
     limit = "not before the end of the run" if whole else f"after {short(row['limit_s'], 's')}"
     found = [f"The reference solution reaches its predictability limit {limit}."]
     if row["amplification"] is not None:
-        found.append(f"A small perturbation grows {short(row['amplification'])} times to the end.")
+        found.append(f"A small perturbation grows {growth_text(row['amplification'])} times to the end.")
     if row["condition_high"] is not None:
         found.append(f"The condition number of the joint system is at most {short(row['condition_high'])}.")
     return found
@@ -190,7 +190,7 @@ def comparison_rows(
         "engine",
         "setting",
         "outcome",
-        "largest error:",
+        "largest difference:",
         "reactions:",
         "detection limit:",
         "compared to:",
@@ -210,7 +210,7 @@ def compared_to(scene: Scene, limit_s: float) -> str:
     """Predictability limit of a comparison."""
     if limit_s >= scene.run.duration_s * (1.0 - 1e-2):
         return "end"
-    return f"{short(limit_s / scene.period_s)} orbits" if scene.bound else short(limit_s, "s")
+    return f"{limit_s / scene.period_s:.2g} orbits" if scene.bound else short(limit_s, "s")
 
 
 def stability_rows(

@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any
 
+from reports.tables.crossval import LINEAR_GROWTH
+
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
@@ -24,6 +26,11 @@ def short(value: float | None, unit: str = "") -> str:
     if re.fullmatch(r"\d(?:\.\d+)?e[1-5]", text):
         text = f"{float(text):.0f}"
     return f"{text} {unit}".strip()
+
+
+def growth_text(value: float) -> str:
+    """Error amplification; beyond the largest one that is measured a bound."""
+    return short(value) if value <= LINEAR_GROWTH else f"more than {short(LINEAR_GROWTH)}"
 
 
 def outcome_text(outcome: str) -> str:

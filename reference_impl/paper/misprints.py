@@ -57,7 +57,7 @@ ERRATA: dict[Misprint, Erratum] = {
         "(Y_j1^2 + Y_j2^2) below; gamma_j keeps its square",
         MisprintConsequence.WRONG_LOCAL_ANGLES,
         0.0,
-        "the joints see theta'' = phi'' + omega'', in which beta_j cancels; omega'' alone is wrong",
+        "the joints see theta'' = phi'' + omega'', in which beta_j cancels; both terms are off by opposite amounts",
     ),
     Misprint.W_THIRD_ROW: Erratum(
         "table of W (B), third row",

@@ -73,6 +73,8 @@ ROUNDING = "rounding"
 """Metric: largest share of round-off, amplified by the scene, in a difference or a drift"""
 PARTED_RAD = 1e-2
 """Two runs whose attitudes differ by more have parted: later samples are not compared"""
+LINEAR_GROWTH = 1e16
+"""Largest error amplification that is measured: a perturbation of 1e-18 rad has then grown to 0.01 rad"""
 ALL_SCENES = "(all scenes)"
 """Stands in the scene column of a row about an engine in all scenes together"""
 

@@ -11,8 +11,8 @@ TERMS = {
     "precision from independent equations, or else a tight run of the reference. Its own error enters every tolerance.",
     "certified solution": "Solution in quadruple precision from independently derived equations, with an error bar for "
     "each quantity.",
-    "independent engine": "Engine whose equations of motion are not barchain's own. The other engines are built on "
-    "barchain's equations.",
+    "independent engine": "Engine with its library's equations of motion, or (heyoka) with equations that were derived "
+    "a second time for it. The other engines integrate the reference's equations.",
     "normalised error": "Difference from the judging solution, divided by its explained part: both error estimates, "
     "round-off and the declared model difference. Up to 1 the difference is explained.",
     "expected-error bound": "Largest error that the engine's method may make at its setting in this scene. The bound "
@@ -22,7 +22,8 @@ TERMS = {
     "10⁻¹⁰ (rad; relative to the orbital rate). Another run, perturbed by 10⁻¹⁸, measures growth beyond 10⁸.",
     "predictability limit": f"Last instant at which two correct runs at this setting agree to {PARTED_RAD:g} rad. "
     "Later attitudes are not compared point by point.",
-    "detection limit": "Smallest relative error that the comparison would have reported as a failure.",
+    "detection limit": "Relative error that the comparison would have reported as a failure at whichever sample it "
+    "occurred. Smaller ones are seen at some samples only.",
     "centre-of-mass residual": "Distance between the centre of mass and the mass-weighted mean of the bars' centres: "
     "the residual of the paper's equation (6).",
     "accuracy parameter": "Setting that controls an engine's error: a number of equal steps, or a tolerance.",

@@ -2,25 +2,17 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import pytest
 
+from pictures.pages.scene_keys import HEAD, key_tables
 from scenarios import SceneFile
 
 ENDS = ("orbits", "_m", "_s", "_kg", "_N", "_deg", "_rad", "_Pa", "_s2", "_m2", "_m3")
-ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="module")
 def rows() -> dict[str, dict[str, dict[str, str]]]:
     """Cells by table, key and heading."""
-    sys.path.insert(0, str(ROOT / "docs/extensions"))
-    try:
-        from scene_keys import HEAD, key_tables  # type: ignore[import-not-found]
-    finally:
-        sys.path.pop(0)
     return {
         title.strip("`"): {row[0].strip("`"): dict(zip(HEAD, row, strict=True)) for row in found}
         for title, _, found in key_tables()

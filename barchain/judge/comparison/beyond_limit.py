@@ -44,7 +44,7 @@ class BeyondLimit(Residuals):
         reason: str = "",
     ) -> Row:
         """One row of the metrics table for this engine and scene."""
-        limit_s = float(self.t[-1]) if quantity in TRACK else self.limit_s
+        limit_s = float(self.t[-1]) if self.com_only or quantity in TRACK else self.limit_s
         return row(
             self.scene.name, self.name, self.setting, quantity, metric, value, tolerance, outcome, reason, limit_s
         )

@@ -1,7 +1,7 @@
 """Register of all tolerances of a verdict: value, derivation, and the test of each.
 
 The report's methodology and the tables in `docs/explanation/` (verdicts, comparison) are generated here
-(`barchain.judge.register.tolerance_tables`).
+(`python -m pictures --only pages`).
 """
 
 from __future__ import annotations
@@ -81,8 +81,8 @@ TOLERANCES = (
     ),
     Tolerance(
         "all", "Richardson factor", f"{RICHARDSON:g}",
-        "a method of order p >= 1, whose finer setting halves the step, has an error of at most 1/(1 - 2^-p) times the "
-        "change between the settings",
+        "the error of the main run of a method of order p >= 1 is at most 1/(1 - 2^-p) times the change between the "
+        "settings, the finer of which halves the step",
         "test_a_shift_common_to_both_settings_is_inconsistent",
     ),
     Tolerance(
@@ -96,7 +96,7 @@ TOLERANCES = (
         f"initial angles and rates perturbed by 0.5 to 1 times {PERTURBATION_RAD:g} (rad; relative to the orbital "
         "rate)",
         "a second run: the perturbation is far above the error of the solution, and its growth is linear up to 1e8 "
-        f"times; of a certified solution, a third run perturbed by {CLOSE_START_RAD}, linear up to 1e16 times",
+        f"times; of a certified solution, another run perturbed by {CLOSE_START_RAD}, linear up to 1e16 times",
         "test_a_perturbed_run_starts_at_its_distance_and_shows_the_amplification_of_the_horizontal_chain",
     ),
     Tolerance(
@@ -164,7 +164,7 @@ TOLERANCES = (
     ),
     Tolerance(
         "com", "model difference", "12 pi r (l/r)^2 an orbit on fig05",
-        "a chain's centre of mass leaves a particle's track; the departure is integrated along the reference "
+        "a chain's centre of mass leaves a particle's track; the departure is integrated along the judging "
         "solution's attitude and subtracted, and only its uncertainty (interpolation, next order) is allowed",
         "test_the_chains_centre_of_mass_leaves_keplers_orbit_as_the_square_of_its_length",
     ),

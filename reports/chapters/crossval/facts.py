@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 from reports.chapters.crossval.summary import SHORT_OF_THE_RUN
-from reports.text.numerals import each, number, significant, span
+from reports.tables.crossval import LINEAR_GROWTH
+from reports.text.numerals import each, number, power_of_ten, significant, span
 from reports.text.record import SceneRecord, mapping
 
 Fact = str | tuple[float, str]  # words, or a number and its unit
@@ -28,7 +31,10 @@ def facts(scene: SceneRecord, *, of_track: bool = True) -> list[tuple[str, Fact]
     found: list[tuple[str, str | tuple[float | None, str]]] = [
         ("Bars", each(scene.values("length_m"), "m")),
         ("Masses", each(scene.values("mass_kg"), "kg")),
+        ("Initial angles", initial_angles(scene)),
+        ("Initial rates", each(scene.values("rate_factor"), "times the orbital rate")),
         ("Altitude", altitude(scene)),
+        ("Orbit", orbit_words(scene)),
         ("Gravity", GRAVITY_WORDS.get(scene.text("gravity"), scene.text("gravity"))),
         *(("Effect", words) for words in scene.lines("effects")),
         ("Conserved", scene.text("conserved")),
@@ -40,7 +46,7 @@ def facts(scene: SceneRecord, *, of_track: bool = True) -> list[tuple[str, Fact]
         ("Solution valid", solution_valid(scene)),
         ("Solution error", (scene.value("solution_error_rad"), "rad")),
         ("Error amplification per orbit", (scene.value("amplification_per_orbit") if scene.closed else None, "times")),
-        ("Total error amplification", (scene.value("amplification_total"), "times")),
+        ("Total error amplification", amplification(scene)),
         ("Model difference", model_difference(scene) if of_track else ""),
     ]
     kept: list[tuple[str, Fact]] = []
@@ -75,6 +81,31 @@ def altitude(scene: SceneRecord) -> str:
     """Height of the centre of mass at the start."""
     r, body = scene.value("radius0_m"), scene.value("body_radius_m")
     return "" if r is None or body is None or scene.text("gravity") == "none" else f"{(r - body) / 1e3:g} km"
+
+
+def initial_angles(scene: SceneRecord) -> str:
+    """``5 × 20° from the chain's local horizontal``; empty where they are not recorded."""
+    angles = each(scene.values("angle_deg"), "°").replace(" °", "°")
+    whose = "each bar's" if scene.text("angle_from") == "bar" else "the chain's"
+    return f"{angles} from {whose} local horizontal" if angles else ""
+
+
+def orbit_words(scene: SceneRecord) -> str:
+    """Initial speed and the eccentricity that follows from it; empty without gravity."""
+    factor = scene.value("speed_factor")
+    if factor is None or scene.text("gravity") == "none":
+        return ""
+    if factor == 1.0:
+        return "at the local circular speed"
+    return f"at {factor:.6g} times the local circular speed: eccentricity {abs(factor**2 - 1.0):.3g}"
+
+
+def amplification(scene: SceneRecord) -> str | tuple[float | None, str]:
+    """Error amplification of the whole run; beyond :data:`LINEAR_GROWTH` a bound."""
+    value = scene.value("amplification_total")
+    if value is not None and value > LINEAR_GROWTH:
+        return f"more than {power_of_ten(round(math.log10(LINEAR_GROWTH)))} times"
+    return value, "times"
 
 
 def duration(scene: SceneRecord) -> str:

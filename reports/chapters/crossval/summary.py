@@ -42,7 +42,7 @@ class QuantityRow:
     first_orbit: float | None
     """Largest difference up to one orbit, where the run is longer"""
     detection_limit: float | None
-    """Smallest relative error that the comparison would have reported"""
+    """Relative error that the comparison would have reported at every sample"""
     limit_s: float | None
     outcome: Outcome
     reason: str

@@ -1,4 +1,4 @@
-"""Tables of the reference in Markdown, from the code: scene keys, tables of results, outcomes, exit codes."""
+"""Tables of the reference, from the code: scene keys, tables of results, exit codes, terms, misprints."""
 
 from __future__ import annotations
 
@@ -6,31 +6,24 @@ import importlib
 import pkgutil
 from typing import TYPE_CHECKING
 
-from scene_keys import HEAD, key_tables
-
 import reports.tables
 from barchain.cli.common.exit_codes import MEANINGS
+from pictures.pages.scene_keys import HEAD, key_tables
+from pictures.pages.words import table
 from reference_impl.paper.misprint_effects import misprint_effects
 from reports.tables.files import StudyFiles
-from reports.tables.outcome import ADVICE
 from reports.text.glossary import TERMS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Iterator
 
 ROUNDING = 1e-12  # far above the rounding of a dense solution in double precision, far below every effect
 
 
-def markdown_table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """Table in Markdown; a bar inside a cell is escaped."""
-    lines = [[cell.replace("|", "\\|").replace("\n", " ") for cell in row] for row in rows]
-    names = [*head]
-    return "\n".join("| " + " | ".join(line) + " |" for line in [names, ["---"] * len(names), *lines]) + "\n"
-
-
 def scene_keys() -> str:
     """Every key of a scene file, table by table."""
-    return "\n".join(f"## {title}\n\n{text}\n\n{markdown_table(HEAD, rows)}" for title, text, rows in key_tables())
+    parts = ((f"## {title}", text, table(HEAD, rows)) for title, text, rows in key_tables())
+    return "\n\n".join(part for three in parts for part in three if part)
 
 
 def result_tables() -> str:
@@ -41,7 +34,7 @@ def result_tables() -> str:
                 for name, columns in files.tables.items()]  # fmt: skip
         where = f"in the folder `{files.study}/`" if files.study else "in the result folder itself"
         parts.append(f"## {files.name}\n\nTables lie {where}, with `record.json`.\n\n"
-                     f"{markdown_table(('file', 'columns'), rows)}")  # fmt: skip
+                     f"{table(('file', 'columns'), rows)}\n")  # fmt: skip
     return "\n".join(parts)
 
 
@@ -53,26 +46,20 @@ def all_study_files() -> Iterator[StudyFiles]:
             yield found
 
 
-def outcomes() -> str:
-    """Outcomes with their meaning."""
-    rows = [(f"`{outcome}`", "yes" if outcome.ok else "no", advice) for outcome, advice in ADVICE.items()]
-    return markdown_table(("outcome", "exit code 0", "meaning and remedy"), rows)
-
-
 def exit_codes() -> str:
     """Exit codes with their meaning."""
-    return markdown_table(("code", "meaning"), ((str(int(code)), words) for code, words in MEANINGS.items()))
+    return table(("code", "meaning"), ((str(int(code)), words) for code, words in MEANINGS.items()))
 
 
 def glossary() -> str:
     """Every term that a report explains."""
-    return markdown_table(("term", "meaning"), ((term, TERMS[term]) for term in sorted(TERMS, key=str.casefold)))
+    return table(("term", "meaning"), ((term, TERMS[term]) for term in sorted(TERMS, key=str.casefold)))
 
 
 def misprints() -> str:
     """The paper's misprints with the change of reactions and of phi'' that each makes in a generic state."""
     head = ("place", "printed", "correct", "change of reactions", "change of phi''", "consequence and reason")
-    return markdown_table(head, (
+    return table(head, (
         (r.place, r.printed, r.right, share(r.effect_on_reactions), share(r.effect_on_angular_acceleration), r.note)
         for r in misprint_effects()
     ))  # fmt: skip
@@ -90,6 +77,6 @@ TABLES: dict[str, Callable[[], str]] = {
     "misprints": misprints,
     "scene-keys": scene_keys,
     "result-tables": result_tables,
-    "outcomes": outcomes,
     "exit-codes": exit_codes,
 }
+"""Tables by the name in their comments"""

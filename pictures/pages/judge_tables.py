@@ -1,0 +1,65 @@
+"""Tables of the judge: tolerances, bounds on what engines declare, outcomes, solutions that come with barchain."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from barchain.judge.register.tolerances import SAFEGUARDS, TOLERANCES
+from barchain.solutions.sampling import closely_sampled
+from barchain.solutions.shipped import read_solution, shipped_path
+from pictures.pages.words import table
+from reports.tables.crossval import LINEAR_GROWTH
+from reports.tables.outcome import SEVERITY
+from scenarios import load_scene, scene_names
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+def tolerances() -> str:
+    """All tolerances with their derivations."""
+    head = ("quantity", "tolerance", "value", "derivation", "tested by")
+    return table(head, ((t.quantity, t.name, t.value, t.derivation, f"`{t.tested_by}`") for t in TOLERANCES))
+
+
+def safeguards() -> str:
+    """Bounds on quantities that an engine controls."""
+    head = ("quantity that an engine controls", "bound", "fault that tests the bound", "tested by")
+    return table(head, ((s.widened_by, s.bound, s.fault, f"`{s.tested_by}`") for s in SAFEGUARDS))
+
+
+def outcomes() -> str:
+    """All outcomes, from the least to the most severe."""
+    head = ("outcome", "exit code", "meaning")
+    return table(head, ((f"`{o}`", "0" if o.ok else "1", o.advice) for o in SEVERITY))
+
+
+def judging_solutions() -> str:
+    """Judging solutions that come with barchain, by scene."""
+    head = (
+        "scene",
+        "kB:",
+        "error bar of the attitude at the end, rad:",
+        "of the reactions, N:",
+        "error amplification:",
+    )
+    return table(head, (solution_row(name) for name in scene_names() if shipped_path(name).is_file()))
+
+
+def solution_row(name: str) -> tuple[str, ...]:
+    """Row of one scene's judging solution."""
+    path, scene = shipped_path(name), closely_sampled(load_scene(name))
+    found = read_solution(path, scene)
+    reaction = f"{found.error['reaction'][-1]:.1e}" if "reaction" in found.error else "–"
+    size, angle, grown = path.stat().st_size / 1e3, found.error["attitude"][-1], found.amplification[-1]
+    growth = f"{grown:.2g}" if grown <= LINEAR_GROWTH else f"> {LINEAR_GROWTH:.0e}"
+    return name, f"{size:.0f}", f"{angle:.1e}", reaction, growth
+
+
+TABLES: dict[str, Callable[[], str]] = {
+    "tolerances": tolerances,
+    "safeguards": safeguards,
+    "outcomes": outcomes,
+    "judging-solutions": judging_solutions,
+}
+"""Tables by the name in their comments"""
