@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from scenarios import Impulse, Scene
 
+NO_SHADOW = "solar_pressure.shadow is not supported: equal steps straddle the shadow's edge, where the light jumps"
 SLACK = 1e-9  # relative to half a sample interval: distance up to which an event coincides with a step's end
 
 
@@ -27,11 +28,17 @@ def misalignment(scene: Scene) -> str | None:
     half = 0.5 * scene.run.duration_s / (scene.run.samples - 1)
     for t in inner_events_s(scene):
         if abs(t / half - round(t / half)) > SLACK:
-            return (
-                f"an event at t = {t:g} s is not supported: equal steps would straddle it; "
-                f"allowed: at a sample or midway between two, multiples of {half:g} s"
-            )
+            return straddled_words(scene, t)
     return None
+
+
+def straddled_words(scene: Scene, t_s: float) -> str:
+    """Reason why an event inside a step is not supported, and the allowed instants."""
+    half = 0.5 * scene.run.duration_s / (scene.run.samples - 1)
+    return (
+        f"an event at t = {t_s:g} s is not supported: equal steps would straddle it; "
+        f"allowed: at a sample or midway between two, multiples of {half:g} s"
+    )
 
 
 def inner_events_s(scene: Scene) -> list[float]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, final
 
 import numpy as np
 
+from adapters.common.step_alignment import NO_SHADOW
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, EngineError, Setting
 from adapters.exudyn.base_engine import OBSERVED, ExudynEngine
 from adapters.exudyn.loads.thrust import jumps_s
@@ -30,7 +31,7 @@ PUSHES = frozenset({"drag", "solar_pressure", "joint_spring_damper", "thrust.bod
 SUPPORTED = GRAVITY | FIELDS | PUSHES
 PRESCRIBED = frozenset(f"prescribed_rotation.{w}" for w in ("inertial", "local_horizontal", "external", "joint"))
 UNSUPPORTED = {
-    "solar_pressure.shadow": "solar_pressure.shadow is not supported: equal steps straddle the shadow's edge",
+    "solar_pressure.shadow": NO_SHADOW,
     "impulse": "impulse is not supported: Exudyn has no jump of velocities under closed joints",
 }
 RESTARTED = (

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from adapters.common import face_reversal
+from adapters.common.step_alignment import straddled_words
 from adapters.engine import Engine, EngineError, Setting, UnsupportedMotionError
 from adapters.exudyn.loads.thrust import off_step_s
 from adapters.exudyn.readout import SensorReadings, gaps, landing, positions, trajectory
@@ -21,10 +22,6 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 OBSERVED = frozenset({Observable.COM, Observable.ATTITUDE, Observable.RATE, Observable.REACTION})
-OFF_STEP = (
-    "thrust table not supported: equal steps would straddle its instant t = {:g} s, "
-    "which is neither a sample nor midway between two"
-)
 START_TOLERANCE = 1e-12  # rad, and relative to the largest coordinate, between the first sample and the initial state
 
 
@@ -45,7 +42,7 @@ class ExudynEngine(Engine):
     def unsupported(cls, scene: Scene) -> str | None:
         """Reason why the engine does not support `scene`: corners of a thrust's table inside a step included."""
         off = off_step_s(scene)
-        return super().unsupported(scene) or (None if off is None else OFF_STEP.format(off))
+        return super().unsupported(scene) or (None if off is None else straddled_words(scene, off))
 
     @classmethod
     def unsupported_motion(cls, scene: Scene, motion: Trajectory) -> str | None:

@@ -17,7 +17,7 @@ from adapters.common.equal_steps import step_s, steps_between_samples
 from adapters.common.initial_state import initial_state
 from adapters.common.joint_coordinates import from_joint_coordinates, to_joint_coordinates
 from adapters.common.landing import landing_text
-from adapters.common.step_alignment import events_by_step, misalignment
+from adapters.common.step_alignment import NO_SHADOW, events_by_step, misalignment
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, EngineError, Setting
 from adapters.trajectory import Array, Observable, Trajectory
 from scenarios import Gravity
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 NO_PRESCRIBED_ROTATION = (
     "prescribed rotation is not supported: MuJoCo's constraints are soft and do not hold a bar to its law exactly"
 )
-NO_SHADOW = "solar_pressure.shadow is not supported: equal steps straddle the shadow's edge, where the light jumps"
 
 
 @final

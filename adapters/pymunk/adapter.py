@@ -20,7 +20,7 @@ from adapters.bar_loads.interface import FrameState
 from adapters.common.equal_steps import step_s, steps_between_samples
 from adapters.common.initial_state import InitialState, initial_state
 from adapters.common.landing import landing_text
-from adapters.common.step_alignment import events_by_step, misalignment
+from adapters.common.step_alignment import NO_SHADOW, events_by_step, misalignment
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, EngineError, Setting
 from adapters.pymunk.iteration_count import MOST_SWEEPS, SETTLED_STEPS, step_sweeps, sweeps
 from adapters.trajectory import Array, Observable, Trajectory
@@ -38,7 +38,6 @@ NO_PRESCRIBED_ROTATION = (
     "prescribed rotation is not supported: pymunk's motors hold a rate with a limited impulse "
     "and do not follow a law of the angle"
 )
-NO_SHADOW = "solar_pressure.shadow is not supported: equal steps straddle the shadow's edge, where the light jumps"
 
 
 class PymunkEngine(Engine):

@@ -15,9 +15,14 @@ from barchain.boundary.declared import AdapterLoadError, engine_class, engine_fa
 from barchain.crossval.suggested_run import aligned, fitting_run, with_run
 from barchain.solutions.certified import committed_tables
 from barchain.solutions.certified_table import physics_digest, read_head
+from barchain.solutions.judging import WORDS
+from barchain.solutions.reference import SolutionSource
+from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Collection, Mapping
+
+    import pandas as pd
 
     from adapters.engine import Engine
     from adapters.registry import Registration
@@ -102,3 +107,31 @@ def committed_precision(scene: Scene) -> str:
     """Precision of the certified solution committed for a scene of these physics; empty if there is none."""
     path = committed_tables().get(physics_digest(scene))
     return "" if path is None else read_head(path)["precision"]
+
+
+def unchecked_attitudes(
+    metrics: pd.DataFrame,
+    outcomes: Mapping[tuple[str, str], Outcome],
+    independent: Collection[str],
+    record: Mapping[str, Any],
+) -> dict[str, list[str]]:
+    """Scenes judged by the reference in which only engines on its equations pass with an attitude, and these engines.
+
+    Parameters
+    ----------
+    metrics : DataFrame
+        Rows of a comparison.
+    outcomes : mapping of tuple of str to Outcome
+        By scene and engine.
+    independent : collection of str
+        Engines with independent physics.
+    record : mapping
+        Record of the comparison.
+    """
+    compared = metrics.query("quantity == 'attitude' and metric == 'normalised_error'")
+    found: dict[str, list[str]] = {}
+    for scene, engine in zip(compared.scene, compared.engine, strict=True):
+        by_reference = record["scenes"][scene].get("solution_source") == WORDS[SolutionSource.REFERENCE]
+        if by_reference and outcomes.get((scene, engine)) is Outcome.PASS:
+            found.setdefault(scene, []).append(engine)
+    return {scene: names for scene, names in found.items() if not set(names) & set(independent)}

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import dataclasses
 
+import pandas as pd
 import pytest
 
 from adapters.registry import ENGINES, Registration
 from barchain.cli.run.compare import show_advice
-from barchain.crossval.external_coverage import external_coverage
+from barchain.crossval.external_coverage import external_coverage, unchecked_attitudes
 from barchain.crossval.suggested_run import MAX_SUGGESTED_SAMPLES, fitting_run, with_run
 from barchain.metrics.quantities import conserved
 from barchain.record.scene_description import effect_words, invariant_words, losses
+from barchain.solutions.judging import WORDS
+from barchain.solutions.reference import SolutionSource
+from reports.tables.outcome import Outcome
 from scenarios import Scene, load_scene, scene_names
 from scenarios.load import parse_scene
 
@@ -120,3 +124,30 @@ def test_an_adapter_that_does_not_load_is_named_with_its_message() -> None:
     found = external_coverage(scene(""), {"broken": broken})
     assert "NoSuchEngine" in found["not_loaded"]["broken"]
     assert "broken" not in found["lack"]
+
+
+@pytest.mark.parametrize(
+    ("engines", "source", "unchecked"),
+    [
+        (["reference", "scipy-rk45"], SolutionSource.REFERENCE, {"x": ["reference", "scipy-rk45"]}),
+        (["reference", "exudyn"], SolutionSource.REFERENCE, {}),
+        (["reference"], SolutionSource.HEYOKA, {}),
+    ],
+    ids=["own equations alone", "an independent engine", "a certified solution judges"],
+)
+def test_a_scene_that_nothing_independent_checks_is_told(
+    engines: list[str], source: SolutionSource, unchecked: dict[str, list[str]]
+) -> None:
+    rows = [("x", engine, "attitude", "normalised_error") for engine in engines]
+    metrics = pd.DataFrame(rows, columns=["scene", "engine", "quantity", "metric"])
+    outcomes = {("x", engine): Outcome.PASS for engine in engines}
+    record = {"scenes": {"x": {"solution_source": WORDS[source]}}}
+    assert unchecked_attitudes(metrics, outcomes, {"exudyn"}, record) == unchecked
+
+
+def test_a_track_is_no_check_of_the_attitude() -> None:
+    rows = [("x", "reference", "attitude", "normalised_error"), ("x", "rebound", "com", "normalised_error")]
+    metrics = pd.DataFrame(rows, columns=["scene", "engine", "quantity", "metric"])
+    outcomes = {("x", "reference"): Outcome.PASS, ("x", "rebound"): Outcome.PASS}
+    record = {"scenes": {"x": {"solution_source": WORDS[SolutionSource.REFERENCE]}}}
+    assert unchecked_attitudes(metrics, outcomes, {"rebound"}, record) == {"x": ["reference"]}

@@ -128,6 +128,7 @@ def compare_and_render(
             registered=engines, render=lambda folder: render(folder)[0],
         )  # fmt: skip
     show_verdict(result)
+    show_unchecked(result, engines, out)
     show_advice(scenes, engines)
     say(f"report: {result.report}")
     return result
@@ -171,6 +172,18 @@ def show_verdict(result: ComparisonResult) -> None:
     left = rows.drop_duplicates(["scene", "engine"])
     for (name, reason), own in left.groupby(["engine", "reason"], sort=False):
         say(f"  {', '.join(own.scene)}  {name}  unsupported: {reason}")
+
+
+def show_unchecked(result: ComparisonResult, engines: Mapping[str, Registration], out: Path) -> None:
+    """Print the scenes in which no attitude that passed has an independent check."""
+    from barchain.crossval.external_coverage import unchecked_attitudes  # noqa: PLC0415
+    from reports.tables.crossval import read_results  # noqa: PLC0415
+
+    independent = {name for name, registration in engines.items() if registration.external}
+    found = unchecked_attitudes(result.metrics, result.outcomes, independent, read_results(out).record)
+    for scene, names in found.items():
+        said = "no independent check of the attitude; the judging solution has the same equations as"
+        say(f"  {scene}: {said} {', '.join(names)}")
 
 
 def show_advice(scenes: list[Scene], engines: Mapping[str, Registration]) -> None:
