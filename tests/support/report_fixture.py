@@ -12,6 +12,7 @@ import pandas as pd
 
 from adapters.engine import Setting
 from adapters.reference.numpy_engines import Reference
+from barchain.record.facts import scene_facts
 from reports.tables.crossval import METRIC_COLUMNS, QUANTITY_UNITS
 from reports.tables.schema import KEY, SCHEMA_VERSION
 from scenarios import Scene, load_scene
@@ -262,28 +263,7 @@ def run_records(scene: Scene, engine: str, outcome: str, reason: str) -> list[di
 
 def scene_record(scene: Scene) -> dict[str, Any]:
     """Entry of record.json for one scene."""
-    prescribed = [
-        {"bar": p.bar, "amplitude_deg": round(math.degrees(p.amplitude_rad), 9), "duration_s": p.duration_s}
-        | {"start_s": p.start_s, "frame": str(p.frame), "actuator": str(p.actuator)}
-        for p in scene.effects.prescribed_rotation
-    ]
-    return {
-        "title": scene.title,
-        "source": scene.source,
-        "description": scene.description,
-        "tags": list(scene.tags),
-        "bars": scene.bars,
-        "length_m": list(scene.chain.length_m),
-        "mass_kg": list(scene.chain.mass_kg),
-        "period_s": scene.period_s,
-        "speed_factor": scene.orbit.speed_factor,
-        "duration_s": scene.run.duration_s,
-        "samples": scene.run.samples,
-        "gravity": str(scene.effects.gravity),
-        "radius0_m": scene.radius0_m,
-        "body_radius_m": scene.central_body.radius_m,
-        "mean_motion_rad_s": scene.mean_motion_rad_s,
-        "prescribed": prescribed,
+    return scene_facts(scene) | {
         "solution_setting": "reference, rtol=1e-13",
         "solution_error_rad": 7.1e-12,
         "solution_limit_s": scene.run.duration_s,

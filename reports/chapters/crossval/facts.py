@@ -32,7 +32,7 @@ def facts(scene: SceneRecord, *, of_track: bool = True) -> list[tuple[str, Fact]
         ("Bars", each(scene.values("length_m"), "m")),
         ("Masses", each(scene.values("mass_kg"), "kg")),
         ("Initial angles", initial_angles(scene)),
-        ("Initial rates", each(scene.values("rate_factor"), "times the orbital rate")),
+        ("Initial rates", initial_rates(scene)),
         ("Altitude", altitude(scene)),
         ("Orbit", orbit_words(scene)),
         ("Gravity", GRAVITY_WORDS.get(scene.text("gravity"), scene.text("gravity"))),
@@ -88,6 +88,14 @@ def initial_angles(scene: SceneRecord) -> str:
     angles = each(scene.values("angle_deg"), "°").replace(" °", "°")
     whose = "each bar's" if scene.text("angle_from") == "bar" else "the chain's"
     return f"{angles} from {whose} local horizontal" if angles else ""
+
+
+def initial_rates(scene: SceneRecord) -> str:
+    """``1 times the orbital rate, every bar``; empty where they are not recorded."""
+    factors = scene.values("rate_factor")
+    if len(factors) > 1 and len(set(factors)) == 1:
+        return f"{factors[0]:g} times the orbital rate, every bar"
+    return each(factors, "times the orbital rate")
 
 
 def orbit_words(scene: SceneRecord) -> str:
