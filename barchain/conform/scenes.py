@@ -34,6 +34,7 @@ STAGES = (
             "conform/three_bars_gradient",
             "conform/eccentric",
             "conform/bar_angles",
+            "conform/one_bar_eccentric",
         ),
     ),
     SceneStage(
@@ -52,6 +53,8 @@ STAGES = (
             "conform/impulse_alone",
             "conform/prescribed_orbital",
             "conform/prescribed_inertial",
+            "conform/prescribed_orbital_joint",
+            "conform/prescribed_inertial_external",
         ),
     ),
 )

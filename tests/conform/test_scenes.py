@@ -3,21 +3,61 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
+import tomllib
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from barchain.conform.scenes import STAGES, scene_of, solved
 from barchain.metrics.quantities import differences
-from scenarios import scene_names
+from pictures.pages.scene_keys import HEAD, key_tables
+from scenarios import Actuator, Axes, End, Frame, scene_names
 from scenarios.effect_types import all_effect_names
 from tests.diagnosis.planting import run
 
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
 SCENES = [name for stage in STAGES for name in stage.scenes]
 FOURTH_ORDER_ERROR_RAD = 1e-5
 """Error of the classical Runge-Kutta method with a thousand steps an orbit, 3e-6 rad, with slack"""
 PLAIN = {"gravity.none", "gravity.point", "gravity.gradient"}
+NO_PHYSICS = {"title", "source", "description", "tags", "orbits", "samples"}
+OTHER_WAY = {"centre_m"}
+"""Keys that give numbers of other keys in another way: an engine sees no difference"""
+
+
+def scene_file(name: str) -> dict[str, Any]:
+    """Content of a scene's file."""
+    return tomllib.loads((SCENARIOS / f"{name}.toml").read_text(encoding="utf-8"))
+
+
+def entries(data: dict[str, Any], table: str) -> list[dict[str, Any]]:
+    """Tables of a name in a scene's file."""
+    found: list[dict[str, Any]] = [data]
+    for part in filter(None, table.strip("`[]").split(".") if table != "Top level" else []):
+        inner = [each[part] for each in found if part in each]
+        found = [entry for each in inner for entry in (each if isinstance(each, list) else [each])]
+    return found
+
+
+def as_in_the_reference(value: object) -> str:
+    """Value of a key as the reference page writes a default."""
+    if isinstance(value, bool):
+        return f"`{str(value).lower()}`"
+    return f'`"{value}"`' if isinstance(value, str) else f"{value:.12g}" if isinstance(value, float) else str(value)
+
+
+def keys_of_scenes() -> list[tuple[str, str, str]]:
+    """Table, key and default of each key that is physics."""
+    return [
+        (table, key, row[HEAD.index("default")])
+        for table, _, rows in key_tables()
+        for row in rows
+        if (key := row[0].strip("`")) not in NO_PHYSICS | OTHER_WAY
+    ]
 
 
 def test_the_stages_hold_every_scene_of_its_folder_once() -> None:
@@ -26,6 +66,38 @@ def test_the_stages_hold_every_scene_of_its_folder_once() -> None:
 
 def test_every_effect_that_an_engine_can_declare_stands_in_a_scene() -> None:
     assert frozenset().union(*(scene_of(name).effects.names for name in SCENES)) == all_effect_names()
+
+
+@pytest.mark.parametrize(("table", "key", "default"), keys_of_scenes(), ids=lambda value: str(value).strip("`"))
+def test_every_key_has_another_value_than_its_default_in_some_scene(table: str, key: str, default: str) -> None:
+    """An engine that ignores a key must fail somewhere."""
+    values = [entry[key] for name in SCENES for entry in entries(scene_file(name), table) if key in entry]
+    assert values
+    assert {as_in_the_reference(value) for value in values} - {default}
+
+
+@pytest.mark.parametrize("effect", ["thrust", "impulse"])
+def test_thrusts_and_impulses_act_at_both_ends_in_both_axes(effect: str) -> None:
+    pushes = [push for name in SCENES for push in getattr(scene_of(name).effects, effect)]
+    assert {(push.end, push.axes) for push in pushes} == set(itertools.product(End, Axes))
+
+
+def test_prescribed_rotations_have_both_frames_with_both_actuators() -> None:
+    laws = [law for name in SCENES for law in scene_of(name).effects.prescribed_rotation]
+    assert {(law.frame, law.actuator) for law in laws} == set(itertools.product(Frame, Actuator))
+
+
+def test_some_bars_turn_clockwise_and_some_chain_has_five_bars() -> None:
+    assert min(min(scene_of(name).chain.rate_factor) for name in SCENES) < 0.0
+    assert max(scene_of(name).bars for name in SCENES) == 5
+
+
+def test_some_scene_lasts_more_than_an_orbit_with_both_signs_of_the_radial_velocity() -> None:
+    scene, motion = scene_of("conform/one_bar_eccentric"), solved("conform/one_bar_eccentric").trajectory
+    radius = np.linalg.norm(motion.com_m, axis=1)
+    assert np.argmax(radius) not in (0, len(radius) - 1)  # apogee
+    assert np.argmin(radius[len(radius) // 2 :]) not in (0, len(radius) // 2)  # and perigee again
+    assert scene.run.duration_s > 2.0 * 1200.0
 
 
 def test_each_scene_of_the_last_stage_adds_one_effect() -> None:
