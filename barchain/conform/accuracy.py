@@ -248,7 +248,8 @@ def order_check(found: list[ErrorAtSetting], order: float, name: str) -> Check:
             else ""
         )
         return Check(Group.ACCURACY, "order", CheckState.FAILED, f"{said}{held}", PAGE, scene=name)
-    if len(whole) > 1 and min(whole) > order + MOST_ABOVE:  # coarse steps and short parts may show more
+    above = (pairs for pairs in (whole, slopes) if len(pairs) > 1 and min(pairs) > order + MOST_ABOVE)
+    if any(above):  # a single coarse pair, or a short part, may show more
         return Check(Group.ACCURACY, "order", CheckState.WARNING, said, PAGE, scene=name)
     return Check(
         Group.ACCURACY, "order", CheckState.PASSED, f"measured {measured}; declared {order:g}", PAGE, scene=name

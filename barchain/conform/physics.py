@@ -14,6 +14,7 @@ from barchain.conform.checks import Check, CheckState, Group
 from barchain.conform.dependence import dependent_check
 from barchain.conform.runs import results
 from barchain.conform.scenes import STAGES, scene_of, solved
+from barchain.conform.settings import setting_of
 from barchain.judge.comparison.compare import judge
 from barchain.judge.declared_noise import noise
 from barchain.judge.diagnosis.search import ONE_ENGINE
@@ -94,16 +95,16 @@ def ask_about_scenes(engine: Examined) -> None:
 
 
 def main_run(engine: Examined, name: str) -> RunResult:
-    """Run of one scene at the default setting, alone: an engine that hangs costs one time limit."""
-    job = engine.job(scene_of(name), engine.load().sweep.setting(), Role.MAIN)
+    """Run of one scene, alone: an engine that hangs costs one time limit."""
+    job = engine.job(scene_of(name), setting_of(engine.load(), name), Role.MAIN)
     return by_role(engine, [job])[name][Role.MAIN]
 
 
 def main_and_finer(engine: Examined, names: list[str]) -> dict[str, dict[Role, RunResult]]:
-    """Runs of scenes at the default setting and the next finer one."""
+    """Runs of scenes at the setting of each, and at the next finer one."""
     sweep, jobs = engine.load().sweep, []
     for name in names:
-        scene, setting = scene_of(name), sweep.setting()
+        scene, setting = scene_of(name), setting_of(engine.load(), name)
         jobs.append(engine.job(scene, setting, Role.MAIN))
         jobs.append(engine.job(scene, finer_setting(scene, sweep, setting), Role.FINER))
     return by_role(engine, jobs)
@@ -127,6 +128,9 @@ def scene_check(engine: Examined, name: str, runs: dict[Role, RunResult]) -> Che
         return Check(Group.PHYSICS, short(name), CheckState.FAILED, noise, f"{PAGE}#declarations", scene=name)
     verdict = verdict_of(engine, name, evidence, runs)
     state, said = state_without_failure(verdict, name)
+    setting, loaded = setting_of(engine.load(), name), engine.load()
+    if state is CheckState.PASSED and setting != loaded.sweep.setting():
+        said = f"{said}, at {setting}"
     if state is not CheckState.FAILED:
         return Check(Group.PHYSICS, short(name), state, said, scene=name)
     found = diagnosis_of(name, evidence, verdict)
@@ -168,7 +172,7 @@ def noise_fault(engine: Examined, name: str) -> str:
     """
     loaded, solution = engine.load(), solved(name)
     try:
-        said = noise(loaded, loaded.sweep.setting(), solution, solution.trajectory.t_s)
+        said = noise(loaded, setting_of(loaded, name), solution, solution.trajectory.t_s)
     except EngineError as error:
         return str(error)
     size = scales(solution)
@@ -185,7 +189,7 @@ def noise_fault(engine: Examined, name: str) -> str:
 def verdict_of(engine: Examined, name: str, evidence: Evidence, runs: dict[Role, RunResult]) -> Verdict:
     """Verdict on a scene, with the further runs that it asks for."""
     loaded, solution = engine.load(), solved(name)
-    setting = loaded.sweep.setting()
+    setting = setting_of(loaded, name)
     verdict = judge(engine.name, loaded, setting, evidence, solution)
     if not verdict.further_runs:
         return verdict

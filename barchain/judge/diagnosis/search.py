@@ -174,7 +174,7 @@ class MistakeSearch:
     @cached_property
     def fitted(self) -> list[Explanation]:
         """Readings with a fitted number that explain the result, ranked."""
-        tried = (self.tried_reading(m) for m in fitted(self.result.given, self.result.right))
+        tried = (self.tried_reading(m) for m in fitted(self.judging.scene, self.result.given, self.result.right))
         found = (Explanation((t.mistake,), t.fit) for t in tried if t.alters)
         return ranked(e for e in found if e.explains(self.unaltered.own_error))
 

@@ -98,6 +98,10 @@ PROPERTIES = (
 )
 
 
+WITH_INERTIA = (("mass_kg", "mass", 1), ("length_m", "length", 2))
+"""Properties from which an engine may compute moments of inertia, m l²/12, and the power of each"""
+
+
 def of_bodies(scene: Scene) -> Iterator[Amount]:
     """Masses, lengths and moments of inertia, of one bar or of all; equal factors of all masses move nothing else."""
     for field, name, one, every in PROPERTIES:
@@ -105,6 +109,23 @@ def of_bodies(scene: Scene) -> Iterator[Amount]:
             subject = f"{one} of bar {bar + 1} is"
             yield relative(f"{name}-of-bar-{bar + 1}", subject, BODIES, times_at_bar(field, bar))
         yield relative(f"{name}-of-all-bars", f"{every} are", BODIES, times_at_all(field))
+    for field, name, power in WITH_INERTIA:
+        for bar in range(scene.bars if scene.bars > 1 else 0):
+            words = f"the {name} of bar {bar + 1}, in the moment of inertia too, is"
+            yield relative(f"{name}-with-inertia-of-bar-{bar + 1}", words, BODIES, both_at_bar(field, power, bar))
+
+
+def both_at_bar(field: str, power: int, bar: int) -> Callable[[float], SceneChange]:
+    """Change of a value of one bar by a factor, and of its moment of inertia by a power of the factor."""
+
+    def of(factor: float) -> SceneChange:
+        value, inertia = (
+            at_bar(field, bar, lambda v: v * factor),
+            at_bar("inertia_kg_m2", bar, lambda v: v * factor**power),
+        )
+        return lambda scene: inertia(value(scene))
+
+    return of
 
 
 def times_at_bar(field: str, bar: int) -> Callable[[float], SceneChange]:

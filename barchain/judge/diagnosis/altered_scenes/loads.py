@@ -170,6 +170,15 @@ def without_body(name: str) -> SceneChange:
     return change
 
 
+FORCES = (("kilograms-force", 9.80665), ("pounds-force", 4.4482216152605), ("kilonewtons", 1e3))
+SPRINGS = ("stiffness_N_m_rad", "damping_N_m_s_rad", "rest_rad")
+
+
+def reversed_springs(*fields: str) -> SceneChange:
+    """Springs and dampers with values from the last joint to the first."""
+    return single("joint_spring_damper", **{f: lambda e, f=f: tuple(reversed(getattr(e, f))) for f in fields})
+
+
 PUSHES = (("thrust", "force_N", lambda f: tuple(0.5 * v for v in f)), ("impulse", "impulse_N_s", lambda p: 0.5 * p))
 CHANGES: tuple[tuple[str, str, SceneChange], ...] = (
     ("oblateness-opposite", "the oblateness has the opposite sign", times(single, "oblateness", "j2", -1.0)),
@@ -202,6 +211,16 @@ CHANGES: tuple[tuple[str, str, SceneChange], ...] = (
         "springs-opposite",
         "the joints' springs have the opposite sign",
         times(single, "joint_spring_damper", "stiffness_N_m_rad", -1.0),
+    ),
+    ("springs-in-reversed-order", "the springs and dampers are in reversed order", reversed_springs(*SPRINGS)),
+    (
+        "springs-in-reversed-order-without-rest",
+        "the stiffness and damping of the joints are in reversed order",
+        reversed_springs(*SPRINGS[:2]),
+    ),
+    *(
+        (f"thrust-in-{unit}", f"the thrust's newtons are taken as {unit}", times(each, "thrust", "force_N", factor))
+        for unit, factor in FORCES
     ),
     (
         "sun-backwards",

@@ -20,6 +20,7 @@ from barchain.judge.diagnosis.channels import (
 )
 from barchain.judge.diagnosis.mistake import ReadingMistake
 from barchain.judge.diagnosis.readings.units import times
+from scenarios import Gravity
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -53,11 +54,12 @@ DIGITS = 3
 """Digits of a fitted constant"""
 
 
-def fitted(given: Trajectory, right: Trajectory) -> Iterator[ReadingMistake]:
+def fitted(scene: Scene, given: Trajectory, right: Trajectory) -> Iterator[ReadingMistake]:
     """Readings whose number fits a result best, at n common samples.
 
     Parameters
     ----------
+    scene : Scene
     given : Trajectory
         The result.
     right : Trajectory
@@ -69,7 +71,7 @@ def fitted(given: Trajectory, right: Trajectory) -> Iterator[ReadingMistake]:
         if field not in values or right_values is None or not np.any(right_values):
             continue
         factor = fitted_factor(values[field], right_values)
-        said = f"{words} {factor_words(factor)} times the right values"
+        said = f"{words} {factor_words(factor)} times the right values{same_factor(scene) if field == REACTION else ''}"
         yield ReadingMistake(f"{part}-times-a-factor", said, section, times(factor, field))
     if given.angle_rad is not None and right.angle_rad is not None:
         offset = math.remainder(float(np.median(given.angle_rad - right.angle_rad)), 2.0 * math.pi)
@@ -77,6 +79,15 @@ def fitted(given: Trajectory, right: Trajectory) -> Iterator[ReadingMistake]:
         yield ReadingMistake("angles-off-by-a-constant", said, "angles", offset_angle(offset), True)
     yield from off_by_constants(given, right)
     yield from at_one_place(given, right)
+
+
+def same_factor(scene: Scene) -> str:
+    """Properties of all bars whose common factor has reactions as its only trace in a scene, in words."""
+    effects = scene.effects
+    if effects.beyond_basic or effects.prescribed_rotation:
+        return ""
+    lengths = " or the lengths" if effects.gravity is Gravity.NONE else ""
+    return f", or the masses{lengths} of all bars are, in the moments of inertia too"
 
 
 def off_by_constants(given: Trajectory, right: Trajectory) -> Iterator[ReadingMistake]:

@@ -1,0 +1,70 @@
+"""An engine is examined at a setting at which the whole of a scene is judged point by point."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING
+
+import pytest
+
+from adapters.mujoco.adapter import Mujoco
+from adapters.pymunk.adapter import Pymunk
+from barchain.conform.checks import CheckState
+from barchain.conform.physics import main_and_finer, scene_check
+from barchain.conform.scenes import STAGES
+from barchain.conform.settings import MOST_FINER, lasts, setting_of
+from barchain.conform.target import examined
+
+if TYPE_CHECKING:
+    from adapters.engine import Setting
+    from scenarios import Scene
+
+pytest.importorskip("mujoco")
+NAME, END_S = "conform/thrust_inertial", 500.0
+
+
+class SecondOrder(Mujoco):
+    """Declares less than it has: the bound of its error is wide."""
+
+    order = 2.0
+
+
+class FirstOrder(Mujoco):
+    """Declares far less than it has."""
+
+    order = 1.0
+
+
+class LostThrust(SecondOrder):
+    """Thrusts are lost after a while."""
+
+    def build(self, scene: Scene, setting: Setting) -> None:
+        """Build without the later part of each thrust."""
+        cut = tuple(dataclasses.replace(t, times_s=(0.0, END_S), force_N=t.force_N[:2]) for t in scene.effects.thrust)
+        super().build(dataclasses.replace(scene, effects=dataclasses.replace(scene.effects, thrust=cut)), setting)
+
+
+def test_the_default_is_taken_where_right_runs_agree_to_the_end() -> None:
+    assert lasts(Mujoco, Mujoco.sweep.setting(), NAME)
+    assert setting_of(Mujoco, NAME) == Mujoco.sweep.setting()
+
+
+def test_a_finer_setting_is_taken_where_the_default_does_not_reach_the_end() -> None:
+    default, name = Pymunk.sweep.setting(), "conform/bar_angles"
+    assert not lasts(Pymunk, default, name)
+    assert setting_of(Pymunk, name) == Pymunk.sweep.finer(default)
+    assert lasts(Pymunk, Pymunk.sweep.finer(default), name)
+
+
+@pytest.mark.parametrize("name", [name for stage in STAGES for name in stage.scenes])
+def test_no_setting_is_far_finer_than_the_default(name: str) -> None:
+    assert setting_of(FirstOrder, name).value <= MOST_FINER * FirstOrder.sweep.default
+
+
+@pytest.mark.parametrize(("engine", "state"), [("SecondOrder", CheckState.PASSED), ("LostThrust", CheckState.FAILED)])
+def test_a_thrust_that_is_lost_fails_at_a_low_order_too_and_the_right_engine_passes(
+    engine: str, state: CheckState
+) -> None:
+    given = examined(f"{__name__}:{engine}")
+    check = scene_check(given, NAME, main_and_finer(given, [NAME])[NAME])
+    assert check.state is state, check.words
