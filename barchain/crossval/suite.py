@@ -135,18 +135,21 @@ class Suite:
         return jobs
 
     def jobs(self) -> list[Job]:
-        """All runs to make; engines that do not support a scene get their verdict at once."""
+        """All runs to make; engines that do not support a scene get their verdict at once.
+
+        A scene that no engine supports needs no solution.
+        """
         jobs = []
         self.prepare()
         for name, progress in self.progress.items():
-            scene = progress.scene
-            jobs += self.jobs_of_solution(progress)
+            of_solution, of_engines = self.jobs_of_solution(progress), []
             for engine, registration in self.plan.engines.items():
-                reason = self.cannot(engine, registration, scene)
+                reason = self.cannot(engine, registration, progress.scene)
                 if reason is not None:
                     self.settle(name, engine, no_verdict(name, engine, None, *reason))
                 else:
-                    jobs += self.engine_jobs(progress, engine, registration)
+                    of_engines += self.engine_jobs(progress, engine, registration)
+            jobs += [*of_solution, *of_engines] if of_engines else []
         return jobs
 
     def jobs_of_solution(self, progress: SceneProgress) -> list[Job]:

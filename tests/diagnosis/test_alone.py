@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 SCENE = unequal_chain()
 WITHOUT_TRACE = {"torque-sign", "torques-in-kn-m", "impulses-in-kn-s", "impulses-of-each-interval", "torques-twice",
+                 "central-body-earth", "initial-rates-all-positive",
                  "torques-half", "torques-in-reversed-order", "angles-with-other-turns", "mu-egm"}  # fmt: skip
 """Mistakes that alter nothing in this scene: it has no torques and no impulses, and takes its mu from EGM2008"""
 OF_EQUATIONS = [m for m in SCENES if m.model is not None]

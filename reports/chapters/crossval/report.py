@@ -189,34 +189,14 @@ def figures(row: QuantityRow) -> list[tuple[str, float | None]]:
 
 
 def orbits(summary: Summary, cell: RunCell) -> str:
-    """Part of the run that a cell's errors cover, in words; empty for the whole run."""
+    """Part of the run that was compared point by point, and its continuation in restarts; empty for the whole run."""
     scene = next((s for s in summary.scenes if s.name == cell.scene), None)
     if scene is None:
         return ""
-    end_s = cell.limit_s or cell.duration_s
-    if cell.judged_share is not None and cell.judged_share < SHORT_OF_THE_RUN:
-        return judged_part(
-            cell.judged_share, cell.duration_s / scene.period_s if scene.closed and cell.duration_s else None
-        )
-    if cell.shows_first_orbit and scene.closed and end_s:
-        return f"compared to {orbit_count(end_s / scene.period_s)} orbits"
     if cell.limit_s is None:
-        return ""
-    then = "" if cell.judged_share is None else ", then restarted"
-    if not scene.closed:
-        return f"to {cell.limit_s:.3g} s{then}"
-    return f"to {cell.limit_s / scene.period_s:.2f} orbits{then}"
-
-
-def judged_part(share: float, whole: float | None) -> str:
-    """Judged part of a run of `whole` orbits; None for an orbit that is not closed."""
-    return (
-        f"{share:.0%} of the run judged"
-        if whole is None
-        else f"{share * whole:.2f} of {orbit_count(whole)} orbits judged"
-    )
-
-
-def orbit_count(orbits: float) -> str:
-    """``2.76``, but ``5`` for a whole number."""
-    return f"{orbits:.2f}".removesuffix(".00")
+        return "to the end" if cell.shows_first_orbit else ""
+    until = f"to {cell.limit_s / scene.period_s:.2f} orbits" if scene.closed else f"to {cell.limit_s:.0f} s"
+    if cell.judged_share is None:
+        return until
+    whole = cell.judged_share >= SHORT_OF_THE_RUN
+    return f"{until}, then restarted" if whole else f"{until}, with restarts {cell.judged_share:.0%}"

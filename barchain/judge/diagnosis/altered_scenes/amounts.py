@@ -147,6 +147,7 @@ def of_start(scene: Scene) -> Iterator[Amount]:
                           shift_at_bar("rate_factor", bar))  # fmt: skip
     yield shifted("initial-angles", "the initial angles are", ANGLES, shift_at_all("angle_rad"))
     yield rate_amount("initial-rates", "the initial rates are", shift_at_all("rate_factor"))
+    yield relative("initial-rates-times-a-factor", "the initial rates are", RATES, times_at_all("rate_factor"))
 
 
 def shift_at_bar(field: str, bar: int) -> Callable[[float], SceneChange]:

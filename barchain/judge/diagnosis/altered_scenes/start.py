@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from barchain.judge.diagnosis.altered_scenes.changes import part, per_bar, reversed_tuple
 from barchain.judge.diagnosis.mistake import SceneMistake
+from scenarios.toml.scene_tables import EARTH_MU_M3_S2, EARTH_RADIUS_M
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -80,6 +81,7 @@ RATE_CHANGES: tuple[tuple[str, str, Callable[[float], float]], ...] = (
     ("zero", "the initial rates are zero", lambda _: 0.0),
     ("orbital", "the initial rates all equal the orbital rate", lambda _: 1.0),
     ("in-degrees", "the initial rates are in degrees per second", math.degrees),
+    ("all-positive", "the initial rates lack their sign", abs),
     ("half", "the initial rates are half the right values", lambda a: 0.5 * a),
     ("twice", "the initial rates are twice the right values", lambda a: 2.0 * a),
 )
@@ -135,6 +137,12 @@ MISTAKES = (
         "the initial longitude is taken in degrees where radians are meant",
         ORBIT,
         part("orbit", longitude_rad=lambda s: math.degrees(s.orbit.longitude_rad)),
+    ),
+    SceneMistake(
+        "central-body-earth",
+        "the central body is the Earth, not the given one",
+        ORBIT,
+        part("central_body", mu_m3_s2=lambda _: EARTH_MU_M3_S2, radius_m=lambda _: EARTH_RADIUS_M),
     ),
     SceneMistake("speed-circular", "the speed factor is missing", ORBIT, part("orbit", speed_factor=lambda _: 1.0)),
     SceneMistake(
