@@ -15,12 +15,14 @@ if TYPE_CHECKING:
 
 MOST_FINER = 10.0
 """Largest ratio of the steps, or of the requested errors, to the default: finer runs take too long"""
+LASTING = 0.9
+"""Least share of a scene in which right runs agree; the rest is judged in restarts"""
 
 
 def setting_of(engine: type[Engine], name: str) -> Setting:
     """Setting at which an engine is examined on a scene.
 
-    The default, or the first of the next finer settings at which two right runs agree to the end of the scene. Beyond
+    The default, or the first of the next finer settings at which two right runs agree in most of the scene. Beyond
     the predictability limit only restarts, the track and invariants are judged, and a weak force that is missing may
     pass. Where no setting up to :data:`MOST_FINER` agrees so long, the finest of these.
 
@@ -50,7 +52,7 @@ def finer_than(setting: Setting, default: Setting) -> float:
 
 
 def lasts(engine: type[Engine], setting: Setting, name: str) -> bool:
-    """Whether two right runs at a setting agree to the end of a scene."""
+    """Whether two right runs at a setting agree for :data:`LASTING` of a scene."""
     solution = solved(name)
     errors = ErrorModel(engine, setting, solution, solution.trajectory)
-    return bool(errors.limit_s >= errors.t_s[-1])
+    return bool(errors.limit_s >= LASTING * errors.t_s[-1])

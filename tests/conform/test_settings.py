@@ -44,13 +44,13 @@ class LostThrust(SecondOrder):
         super().build(dataclasses.replace(scene, effects=dataclasses.replace(scene.effects, thrust=cut)), setting)
 
 
-def test_the_default_is_taken_where_right_runs_agree_to_the_end() -> None:
+def test_the_default_is_taken_where_right_runs_agree_for_most_of_the_scene() -> None:
     assert lasts(Mujoco, Mujoco.sweep.setting(), NAME)
     assert setting_of(Mujoco, NAME) == Mujoco.sweep.setting()
 
 
-def test_a_finer_setting_is_taken_where_the_default_does_not_reach_the_end() -> None:
-    default, name = Pymunk.sweep.setting(), "conform/bar_angles"
+def test_a_finer_setting_is_taken_where_the_default_does_not_reach_so_far() -> None:
+    default, name = Pymunk.sweep.setting(), "conform/three_bars_free"
     assert not lasts(Pymunk, default, name)
     assert setting_of(Pymunk, name) == Pymunk.sweep.finer(default)
     assert lasts(Pymunk, Pymunk.sweep.finer(default), name)
