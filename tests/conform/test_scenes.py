@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import itertools
 import math
@@ -15,8 +16,9 @@ import pytest
 from barchain.conform.scenes import STAGES, scene_of, solved
 from barchain.metrics.quantities import differences
 from pictures.pages.scene_keys import HEAD, key_tables
-from scenarios import Actuator, Axes, End, Frame, scene_names
+from scenarios import Actuator, Axes, End, Frame, SceneFile, scene_names
 from scenarios.effect_types import all_effect_names
+from scenarios.toml.resolve import resolve
 from tests.diagnosis.planting import run
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
@@ -27,6 +29,8 @@ PLAIN = {"gravity.none", "gravity.point", "gravity.gradient"}
 NO_PHYSICS = {"title", "source", "description", "tags", "orbits", "samples"}
 OTHER_WAY = {"centre_m"}
 """Keys that give numbers of other keys in another way: an engine sees no difference"""
+WITH_ANOTHER = {"times_s"}
+"""Keys that may be left out with another one only"""
 
 
 def scene_file(name: str) -> dict[str, Any]:
@@ -122,3 +126,29 @@ def test_an_effect_alone_turns_the_bars_by_more_than_the_error_of_most_methods(n
     with_effect = solved(name).trajectory
     without = dataclasses.replace(scene_of(name), effects=scene_of("conform/three_bars_gradient").effects)
     assert differences(with_effect, run(without, 1e-12))["attitude"].max() > FOURTH_ORDER_ERROR_RAD
+
+
+def keys_with_default() -> list[tuple[str, str]]:
+    """Table and name of each key that is physics and may be left out alone."""
+    keys = ((table, key) for table, key, default in keys_of_scenes() if not default.startswith("required"))
+    return [(table, key) for table, key in keys if key not in WITH_ANOTHER]
+
+
+def without_key(data: dict[str, Any], table: str, key: str) -> dict[str, Any]:
+    """Content of a scene's file without a key, so that its default holds."""
+    altered = copy.deepcopy(data)
+    for entry in entries(altered, table):
+        entry.pop(key, None)
+    return altered
+
+
+@pytest.mark.parametrize(("table", "key"), keys_with_default(), ids=str)
+def test_an_engine_that_ignores_a_key_is_off_by_more_than_the_error_of_most_methods(table: str, key: str) -> None:
+    """Some scene shows the default in the place of the given value."""
+    shown = []
+    for name in (name for name in SCENES if any(key in entry for entry in entries(scene_file(name), table))):
+        altered = resolve(SceneFile.model_validate(without_key(scene_file(name), table, key)), name)
+        if altered.bars == scene_of(name).bars:
+            run_of = dataclasses.replace(altered, run=scene_of(name).run)
+            shown.append(differences(solved(name).trajectory, run(run_of, 1e-12))["attitude"].max())
+    assert max(shown) > FOURTH_ORDER_ERROR_RAD

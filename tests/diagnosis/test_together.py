@@ -85,14 +85,13 @@ def test_a_known_mistake_beside_an_unknown_one_explains_its_own_quantity_alone()
     assert "reactions alone: the reactions have the opposite sign" in str(found)
 
 
+SAME_FACTOR = ", or the masses of all bars are, in the moments of inertia too"
+
+
 @pytest.mark.parametrize(
     ("field", "factor", "words"),
     [
-        (
-            "reaction_N",
-            1.37,
-            "the reactions are 1.37 times the right values, or the masses of all bars are, in the moments of inertia too",
-        ),
+        ("reaction_N", 1.37, "the reactions are 1.37 times the right values" + SAME_FACTOR),
         ("rate_rad_s", 1.0 + 1e-6, "the rates are (1 + 1e-06) times the right values"),
         ("com_velocity_m_s", 1.0 - 1e-6, "the velocities of the centre of mass are (1 - 1e-06) times the right values"),
     ],

@@ -22,7 +22,7 @@ TWO_SETTING_METRICS = frozenset({"extrapolation_ratio", "finer_bound_ratio"})
 """Metrics that need the second run to be the finer one"""
 UNITLESS = frozenset({
     "normalised_error", "bound_ratio", "finer_bound_ratio", "detection_limit", "judged_share", "extrapolation_ratio",
-    "own_state_ratio",
+    "own_state_ratio", "restart_ratio",
 })  # fmt: skip
 """Metrics that are ratios, whatever their quantity's unit"""
 
