@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 
 CONSIDERED = 10 * MOST_FAULTS  # of a file's faults; a nearest name is looked for in each
 
+NUMBERS = {"float_type": "a number", "int_type": "a whole number"}
+"""Kinds of faults of a value that is no number, and the words for what is allowed"""
+
 
 def fault_lines(error: ValidationError, root: type[BaseModel] = SceneFile) -> list[str]:
     """Lines on the faults of a file, :data:`~scenarios.limits.MOST_FAULTS` at most, and how many more there are."""
@@ -60,6 +63,8 @@ def explain(error: ErrorDetails, root: type[BaseModel]) -> str:
     message = error["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
     if kind == "value_error":
         return explain_value(loc, given, message)
+    if kind in NUMBERS:
+        message = NUMBERS[kind] + (" without quotes" if isinstance(given, str) else "")
     if kind in ("model_type", "list_type"):
         message = header(loc, root) or message
     if kind == "literal_error":

@@ -92,7 +92,7 @@ def headline(summary: Summary, failed: tuple[RunCell, ...], gaps: list[str]) -> 
 
 
 def counts(summary: Summary, failures: tuple[RunCell, ...]) -> str:
-    """Numbers of runs by outcome."""
+    """Numbers of pairs by outcome."""
     passed, left_out = summary.with_outcome(Outcome.PASS), summary.with_outcome(Outcome.UNSUPPORTED)
     reported = summary.with_outcome(Outcome.REPORTED)
     cells = len(summary.scenes) * len(summary.engines)
@@ -105,7 +105,7 @@ def counts(summary: Summary, failures: tuple[RunCell, ...]) -> str:
     not_run = cells - len(summary.all)
     parts += [f"{not_run} {'was' if not_run == 1 else 'were'} not run"] if not_run else []
     scenes, engines = plural(len(summary.scenes), "scene"), plural(len(summary.engines), "engine")
-    return f"Of {scenes} times {engines} ({plural(cells, 'run')}), {', '.join(parts[:-1])} and {parts[-1]}."
+    return f"Of {scenes} times {engines} ({plural(cells, 'pair')}), {', '.join(parts[:-1])} and {parts[-1]}."
 
 
 def independent_words(summary: Summary, passed: list[RunCell]) -> str:
