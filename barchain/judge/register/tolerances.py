@@ -171,7 +171,7 @@ TOLERANCES = (
     Tolerance(
         "com", "parted attitudes", "2 dv (3 t + 8/n)",
         "beyond the predictability limit forces that depend on the attitude have any direction: their velocity dv "
-        "moves the track by 3 t dv along the orbit and 8 dv/n beside it (Hill), (1 + e)/(1 - e) times as far on an ellipse",
+        "moves the track by 3 t dv along the orbit and 8 dv/n beside it (Hill), (1 + e)/(1 - e) times that on ellipses",
         "test_opposite_thrusts_move_the_track_by_less_than_the_bound_and_not_by_far_less",
     ),
     Tolerance(
