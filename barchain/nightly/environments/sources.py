@@ -84,7 +84,8 @@ def commit_tree(commit: str, target: Path, repository: Path | None = None) -> Pa
         raise PinnedEnvironmentError(f"commit {commit}: Git did not answer in {LIMIT_S:.0f} s") from None
     target.mkdir(parents=True, exist_ok=True)
     with tarfile.open(fileobj=io.BytesIO(found)) as archive:
-        archive.extractall(target, filter="data")
+        archive.extraction_filter = getattr(tarfile, "data_filter", None)  # not in early releases of Python 3.11
+        archive.extractall(target)
     information = information_folder()
     if information is not None and not (target / information.name).exists():
         shutil.copytree(information, target / information.name, ignore=LEFT_OUT)
