@@ -25,20 +25,27 @@ def misalignment(scene: Scene) -> str | None:
     -------
     str or None
     """
-    half = 0.5 * scene.run.duration_s / (scene.run.samples - 1)
-    for t in inner_events_s(scene):
-        if abs(t / half - round(t / half)) > SLACK:
-            return straddled_words(scene, t)
-    return None
+    off = off_step_events_s(scene)
+    return straddled_words(scene, off[0]) if off else None
+
+
+def off_step_events_s(scene: Scene) -> list[float]:
+    """Instants of events within the run at which no step ends."""
+    half = half_interval_s(scene)
+    return [t for t in inner_events_s(scene) if abs(t / half - round(t / half)) > SLACK]
 
 
 def straddled_words(scene: Scene, t_s: float) -> str:
     """Reason why an event inside a step is not supported, and the allowed instants."""
-    half = 0.5 * scene.run.duration_s / (scene.run.samples - 1)
     return (
         f"an event at t = {t_s:g} s is not supported: equal steps would straddle it; "
-        f"allowed: at a sample or midway between two, multiples of {half:g} s"
+        f"allowed: at a sample or midway between two, multiples of {half_interval_s(scene):g} s"
     )
+
+
+def half_interval_s(scene: Scene) -> float:
+    """Half of the time from one sample to the next, s: its multiples are ends of steps at every setting."""
+    return 0.5 * scene.run.duration_s / (scene.run.samples - 1)
 
 
 def inner_events_s(scene: Scene) -> list[float]:

@@ -128,10 +128,10 @@ def scene_check(engine: Examined, name: str, runs: dict[Role, RunResult]) -> Che
         return Check(Group.PHYSICS, short(name), CheckState.FAILED, noise, f"{PAGE}#declarations", scene=name)
     verdict = verdict_of(engine, name, evidence, runs)
     state, said = state_without_failure(verdict, name)
-    setting, loaded = setting_of(engine.load(), name), engine.load()
-    if state is CheckState.PASSED and setting != loaded.sweep.setting():
-        said = f"{said}, at {setting}"
     if state is not CheckState.FAILED:
+        setting = setting_of(engine.load(), name)
+        if state is CheckState.PASSED and setting != engine.load().sweep.setting():
+            said = f"{said}, at {setting}"
         return Check(Group.PHYSICS, short(name), state, said, scene=name)
     found = diagnosis_of(name, evidence, verdict)
     if found is None or found.inside_tolerances or verdict.outcome is Outcome.MALFORMED:

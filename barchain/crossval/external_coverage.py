@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 from typing import TYPE_CHECKING, Any
 
-from adapters.common.step_alignment import inner_events_s, misalignment
+from adapters.common.step_alignment import misalignment, off_step_events_s
 from adapters.registry import engines
 from barchain.boundary.declared import AdapterLoadError, engine_class, engine_fault
 from barchain.crossval.suggested_run import aligned, fitting_run, with_run
@@ -98,8 +98,7 @@ def unaligned_instants(scene: Scene, independent: Mapping[str, type[Engine]]) ->
     rejecting = [name for name, e in independent.items() if rejects(e, scene) and not rejects(e, trial)]
     if not rejecting:
         return {}
-    half = 0.5 * scene.run.duration_s / (scene.run.samples - 1)
-    off = [t for t in inner_events_s(scene) if abs(t / half - round(t / half)) > 1e-9]
+    off = off_step_events_s(scene)
     return {"engines": rejecting, "at_s": off, "run": None if run is None else dataclasses.asdict(run)}
 
 

@@ -11,7 +11,7 @@ import math
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from adapters.common.step_alignment import inner_events_s, misalignment
+from adapters.common.step_alignment import half_interval_s, inner_events_s, misalignment
 from scenarios.scene import Run
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def run_advice(scene: Scene) -> str:
     """Advice on instants at which engines of equal steps reject a scene, without a full stop; empty without any."""
     if misalignment(scene) is None:
         return ""
-    run, half_s = fitting_run(scene), 0.5 * scene.run.duration_s / (scene.run.samples - 1)
+    run, half_s = fitting_run(scene), half_interval_s(scene)
     said = f"engines of equal steps support instants at samples or midway between two, multiples of {half_s:g} s here"
     if run is None:
         return said

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
+from adapters.common.step_alignment import half_interval_s
 from adapters.exudyn.loads.interface import ExudynLoad, directions_of
 from scenarios import Axes
 
@@ -78,6 +79,6 @@ def jump_steps(scene: Scene, steps: Steps) -> list[int]:
 
 def off_step_s(scene: Scene) -> float | None:
     """First instant of a thrust's table that some number of steps leaves inside a step; None if there is none."""
-    half = 0.5 * scene.run.duration_s / (scene.run.samples - 1)
+    half = half_interval_s(scene)
     inside = sorted(t for p in scene.effects.thrust for t in p.times_s if 0.0 < t < scene.run.duration_s)
     return next((t for t in inside if abs(t / half - round(t / half)) > WHOLE), None)

@@ -177,10 +177,10 @@ def show_verdict(result: ComparisonResult) -> None:
 def show_unchecked(result: ComparisonResult, engines: Mapping[str, Registration], out: Path) -> None:
     """Print the scenes in which no attitude that passed has an independent check."""
     from barchain.crossval.external_coverage import unchecked_attitudes  # noqa: PLC0415
-    from reports.tables.crossval import read_results  # noqa: PLC0415
+    from reports.tables.crossval import FILES  # noqa: PLC0415
 
     independent = {name for name, registration in engines.items() if registration.external}
-    found = unchecked_attitudes(result.metrics, result.outcomes, independent, read_results(out).record)
+    found = unchecked_attitudes(result.metrics, result.outcomes, independent, FILES.sound_record(out))
     for scene, names in found.items():
         said = "no independent check of the attitude; the judging solution has the same equations as"
         say(f"  {scene}: {said} {', '.join(names)}")

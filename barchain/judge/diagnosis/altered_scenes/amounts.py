@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from barchain.judge.diagnosis.altered_scenes.bodies import SECTION as BODIES
 from barchain.judge.diagnosis.altered_scenes.changes import part
 from barchain.judge.diagnosis.altered_scenes.loads import SECTION as LOADS
-from barchain.judge.diagnosis.altered_scenes.loads import each, single, times, with_effects
+from barchain.judge.diagnosis.altered_scenes.loads import each, interval_s, single, times, with_effects
 from barchain.judge.diagnosis.altered_scenes.start import ANGLES, ORBIT, RATES
 from barchain.judge.diagnosis.mistake import SceneMistake
 from barchain.judge.diagnosis.readings.fitted import factor_words
@@ -119,10 +119,8 @@ def both_at_bar(field: str, power: int, bar: int) -> Callable[[float], SceneChan
     """Change of a value of one bar by a factor, and of its moment of inertia by a power of the factor."""
 
     def of(factor: float) -> SceneChange:
-        value, inertia = (
-            at_bar(field, bar, lambda v: v * factor),
-            at_bar("inertia_kg_m2", bar, lambda v: v * factor**power),
-        )
+        value = at_bar(field, bar, lambda v: v * factor)
+        inertia = at_bar("inertia_kg_m2", bar, lambda v: v * factor**power)
         return lambda scene: inertia(value(scene))
 
     return of
@@ -268,12 +266,12 @@ EVENTS: tuple[tuple[str, str, Callable[..., dict[str, Any]]], ...] = (
 
 def of_events(scene: Scene) -> Iterator[Amount]:
     """Instants of thrusts, impulses and prescribed rotations."""
-    interval_s = scene.run.duration_s / (scene.run.samples - 1)
+    interval = interval_s(scene)
     for effect, subject, later in EVENTS:
         if getattr(scene.effects, effect):
             yield Amount(
                 f"{effect}-late".replace("_", "-"), LOADS, delay(effect, later), late_words(subject),
-                0.01 * interval_s, (-interval_s, interval_s),
+                0.01 * interval, (-interval, interval),
             )  # fmt: skip
 
 
