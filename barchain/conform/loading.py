@@ -65,7 +65,8 @@ def effects_check(reply: Reply) -> Check:
     if unknown:
         words = "; ".join(f"{name!r} is no effect{nearest(name, known)}" for name in unknown)
         return Check(Group.LOADING, "effect names", CheckState.FAILED, words, PAGE)
-    return Check(Group.LOADING, "effect names", CheckState.PASSED, f"{len(said)} of {len(known)} effects", PAGE)
+    words = f"{len(said)} of {len(known)}, each model of gravity counted by itself"
+    return Check(Group.LOADING, "effect names", CheckState.PASSED, words, PAGE)
 
 
 def order_check(engine: Examined) -> Check:

@@ -59,7 +59,7 @@ def run_advice(scene: Scene) -> str:
     run, half_s = fitting_run(scene), half_interval_s(scene)
     said = f"engines of equal steps support instants at samples or midway between two, multiples of {half_s:g} s here"
     if run is None:
-        return said
+        return f"{said}; no run of up to {MAX_SUGGESTED_SAMPLES} samples has each instant at one: move the instants"
     return f"{said}; with duration_s = {run.duration_s:.12g} and samples = {run.samples} in [run] each instant is one"
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import importlib.util
+import json
+import re
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -65,6 +67,25 @@ def digest_of(*names: str) -> str:
         for path, inside in files_of(name):
             found.update(f"{name}/{inside}\0".encode() + fingerprint(path) + b"\0")
     return found.hexdigest()[:DIGITS]
+
+
+def editable_modules(distribution: str) -> tuple[str, ...]:
+    """Top-level modules of a distribution that runs from its sources (`pip install -e`); none of any other.
+
+    Its list of installed files names no source. The modules are those of its entry points, those that it names as its
+    own, and the one with its name.
+    """
+    try:
+        found = metadata.distribution(distribution)
+        url = json.loads(found.read_text("direct_url.json") or "{}")
+        editable = url.get("dir_info", {}).get("editable", False)
+    except (metadata.PackageNotFoundError, ValueError, AttributeError):
+        return ()
+    if not editable:
+        return ()
+    entries = {point.value.partition(":")[0].partition(".")[0] for point in found.entry_points}
+    named = set((found.read_text("top_level.txt") or "").split())
+    return tuple(sorted(entries | named | {re.sub(r"[-.]+", "_", distribution).lower()}))
 
 
 def files_of(name: str) -> Iterator[tuple[Path, str]]:

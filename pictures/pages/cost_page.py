@@ -19,7 +19,10 @@ if TYPE_CHECKING:
 
 COST_PAGE = DOCS / "studies" / "cost.md"
 NAME = "times"
-KINDS = ((True, "Engines with independent physics:"), (False, "Integrators on barchain's equations:"))
+KINDS = (
+    (True, "Engines with independent physics:"),
+    (False, "The reference, and integrators on barchain's equations:"),
+)
 
 
 def cost_page(text: str, measured: MeasuredRecord) -> str:

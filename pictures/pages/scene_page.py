@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 EFFECT_PAGES = {"gravity": "gravity", "impulse": "thrust", "thrust": "thrust"}
 """Pages of effects that are not named like the effect"""
-KINDS = ((True, "Independent physics"), (False, "Integrators on barchain's equations"))
+KINDS = ((True, "Independent physics"), (False, "The reference, and integrators on barchain's equations"))
 HARD = "hard/"
 LEAST_ORBITS = 0.01  # below, seconds say more
 

@@ -33,7 +33,7 @@ INDEPENDENT, OWN_EQUATIONS = "independent physics", "barchain's equations"
 """Kinds of engines: those with equations of motion of their own, and integrators of barchain's"""
 KINDS = {
     INDEPENDENT: "Engines with independent physics",
-    OWN_EQUATIONS: "Integrators on barchain's equations",
+    OWN_EQUATIONS: "The reference, and integrators on barchain's equations",
 }
 """Headings of both kinds, in the order in which they are shown"""
 NOT_RUN = "not run"  # first words of the reason of a skipped point

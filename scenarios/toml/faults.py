@@ -27,6 +27,14 @@ CONSIDERED = 10 * MOST_FAULTS  # of a file's faults; a nearest name is looked fo
 NUMBERS = {"float_type": "a number", "int_type": "a whole number"}
 """Kinds of faults of a value that is no number, and the words for what is allowed"""
 
+BOUNDS = {
+    "greater_than": ("greater than", "gt"),
+    "greater_than_equal": ("at least", "ge"),
+    "less_than": ("less than", "lt"),
+    "less_than_equal": ("at most", "le"),
+}
+"""Kinds of faults of a number outside its bounds, and for each the words before the bound and its name in the fault"""
+
 
 def fault_lines(error: ValidationError, root: type[BaseModel] = SceneFile) -> list[str]:
     """Lines on the faults of a file, :data:`~scenarios.limits.MOST_FAULTS` at most, and how many more there are."""
@@ -63,6 +71,9 @@ def explain(error: ErrorDetails, root: type[BaseModel]) -> str:
     message = error["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
     if kind == "value_error":
         return explain_value(loc, given, message)
+    if kind in BOUNDS:
+        words, name = BOUNDS[kind]
+        message = f"{words} {error['ctx'][name]:g}"
     if kind in NUMBERS:
         message = NUMBERS[kind] + (" without quotes" if isinstance(given, str) else "")
     if kind in ("model_type", "list_type"):

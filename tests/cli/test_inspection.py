@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 import re
@@ -51,11 +52,20 @@ def test_a_scene_is_shown_with_its_values_and_the_engines_that_support_it(capsys
     assert run(["scenes", "show", "paper/fig17"]) == 0
     text = capsys.readouterr().out
     assert re.search(r"^chain: lengths, m +10\.0 \(5 times\)$", text, re.MULTILINE)
+    assert re.search(r"^chain: angles, degrees +60\.0, 65\.0, 70\.0, 75\.0, 80\.0$", text, re.MULTILINE)
     assert re.search(r"^engine reference +supports the scene$", text, re.MULTILINE)
     shown = printed_json(capsys, "scenes show paper/fig17 --json")
     assert shown["chain"]["mass_kg"] == list(load_scene("paper/fig17").chain.mass_kg)
     assert shown["engines"]["reference"] == "supports the scene"
     assert "supports" not in shown["engines"]["pymunk"]
+
+
+def test_an_engine_that_is_not_installed_tells_what_it_would_support(capsys, monkeypatch):
+    monkeypatch.setitem(ENGINES, "mujoco", dataclasses.replace(ENGINES["mujoco"], module="nowhere"))
+    reason = printed_json(capsys, "scenes show paper/fig17 --json")["engines"]["mujoco"]
+    assert re.match("prescribed rotation is not supported.*; .*not installed; try: pip install", reason)
+    supported = printed_json(capsys, "scenes show paper/fig05 --json")["engines"]["mujoco"]
+    assert re.match("supports the scene; .*not installed; try: pip install", supported)
 
 
 def test_engines_are_listed_as_json_and_missing_ones_by_themselves(capsys, monkeypatch):

@@ -96,7 +96,7 @@ def test_both_kinds_of_engines_are_told_apart_in_tables_and_charts(tmp_path: Pat
     order = [
         "**Engines with independent physics**",
         "| slow |",
-        "**Integrators on barchain's equations**",
+        "**The reference, and integrators on barchain's equations**",
         "| reference",
     ]
     assert sorted(order, key=text.index) == order

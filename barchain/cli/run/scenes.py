@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -55,9 +56,9 @@ def reject_filters(ctx: click.Context) -> None:
 @scene_argument
 @json_option
 def show_scene(scene: str, as_json: bool) -> None:
-    """Show SCENE (a name or a file): values in SI units and radians, invariants, and engines that support it.
+    """Show SCENE (a name or a file): values in SI units, angles in degrees, invariants, and engines that support it.
 
-    Values are labelled in plain words with units; --json keeps the names of the fields.
+    Values are labelled in plain words with units; --json keeps the names of the fields, and angles in radians.
     """
     from scenarios import load_scene  # noqa: PLC0415
 
@@ -158,7 +159,18 @@ def support(scene: Scene) -> dict[str, str]:
     from barchain.solutions.shipped import shipped_solution  # noqa: PLC0415
 
     solution = shipped_solution(scene)
-    return {name: r.missing or of_engine(r, scene, solution) for name, r in engines().items()}
+    return {name: r.rejected or installed_or_not(r, scene, solution) for name, r in engines().items()}
+
+
+def installed_or_not(registration: Registration, scene: Scene, solution: ReferenceSolution | None) -> str:
+    """Answer of an engine; of one of barchain's that is not installed, with the command that installs its library."""
+    from adapters.registry import ENGINES  # noqa: PLC0415
+
+    missing = registration.missing
+    if missing is None:
+        return of_engine(registration, scene, solution)
+    own = registration in ENGINES.values()
+    return f"{of_engine(registration, scene, solution)}; {missing}" if own else missing
 
 
 def of_engine(registration: Registration, scene: Scene, solution: ReferenceSolution | None) -> str:
@@ -191,7 +203,7 @@ def depends_on_motion(engine: type[Engine], scene: Scene) -> bool:
 
 
 def lines(values: Mapping[str, Any], prefix: str = "") -> Iterable[tuple[str, str]]:
-    """Labels in plain words with units, and values as text; effects that the scene does not have are left out."""
+    """Labels in plain words with units, and values as text; angles in degrees, absent effects left out."""
     from scenarios.key_words import labelled  # noqa: PLC0415
 
     for key, value in values.items():
@@ -202,7 +214,22 @@ def lines(values: Mapping[str, Any], prefix: str = "") -> Iterable[tuple[str, st
             for number, each in enumerate(value, 1):
                 yield from lines(each, within(prefix, key if len(value) == 1 else f"{key} {number}"))
         elif value not in (None, [], ""):
-            yield prefix + labelled(key), in_words(value)
+            shown = (f"{key.removesuffix('rad')}deg", in_degrees(value)) if is_angle(key) else (key, value)
+            yield prefix + labelled(shown[0]), in_words(shown[1])
+
+
+def is_angle(key: str) -> bool:
+    """Whether a key holds angles, which a scene's file gives in degrees; stiffnesses per rad are none."""
+    from scenarios.key_words import unit  # noqa: PLC0415
+
+    return unit(key) == "rad"
+
+
+def in_degrees(value: Any) -> Any:
+    """Angle, or list of angles, in degrees: to 12 digits, so that a scene's own number returns."""
+    if isinstance(value, list):
+        return [in_degrees(v) for v in value]
+    return value if value is None else float(f"{math.degrees(value):.12g}")
 
 
 def within(prefix: str, key: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 from typing import TYPE_CHECKING
 
 import pytest
@@ -20,6 +21,8 @@ from barchain.nightly.history.model.parts import (
 from barchain.record.environment import environment, machine
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from barchain.nightly.history.model.figures import NightPart
 
 
@@ -74,6 +77,33 @@ def test_a_figure_depends_on_its_own_engine_and_a_ratio_on_its_anchor_too() -> N
     assert not any(part in own for part in ("engine:pymunk", "adapter:pymunk", "judge", "solution:paper/fig05"))
     assert {"judge", "solution:paper/fig05"} <= set(depends_on("paper/fig05", "rebound", FigureKind.ERROR))
     assert "engine:pymunk" in depends_on("paper/fig05", "rebound", FigureKind.RATIO, "pymunk")
+
+
+def installed_editable(folder: Path, *, editable: bool) -> Path:
+    """Distribution `toy-engine` in a folder, with the only source of its module, which its list of files lacks."""
+    about = folder / "toy_engine-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: toy-engine\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text("[barchain.engines]\ntoy = toymotion.chain:Toy\n")
+    (about / "direct_url.json").write_text(json.dumps({"url": folder.as_uri(), "dir_info": {"editable": editable}}))
+    (about / "RECORD").write_text("toy_engine-1.0.dist-info/METADATA,,\n")
+    source = folder / "toymotion" / "chain.py"
+    source.parent.mkdir()
+    (source.parent / "__init__.py").touch()
+    source.write_text("step = 1.0")
+    return source
+
+
+@pytest.mark.parametrize("editable", [True, False])
+def test_sources_of_an_editable_distribution_count(
+    editable: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = installed_editable(tmp_path, editable=editable)
+    monkeypatch.syspath_prepend(tmp_path)
+    before = contents_digest("toy-engine")
+    assert before == contents_digest("toy-engine")
+    source.write_text("step = 2.0")
+    assert (contents_digest("toy-engine") != before) is editable
 
 
 def test_the_digest_of_a_distribution_is_that_of_its_contents() -> None:

@@ -58,7 +58,7 @@ def test_the_shipped_plan_has_every_part_that_a_night_needs() -> None:
         (f"{CORE}{CORE}", "more than once"),
         ("", "no parts"),
         (f"minutes = 0\n{CORE}", "minutes"),
-        (f"minutes = 0.2\n{CORE}", "greater than or equal to 0.5"),
+        (f"minutes = 0.2\n{CORE}", "at least 0.5"),
     ],
 )
 def test_a_faulty_plan_is_told_with_its_key_and_the_nearest_name(tmp_path: Path, text: str, said: str) -> None:

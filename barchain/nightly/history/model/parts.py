@@ -14,7 +14,7 @@ from barchain.nightly.history.model.checked_text import MOST_TEXT
 from barchain.nightly.history.model.figures import MACHINE, REQUIREMENTS, FigureKind, NightPart
 from barchain.nightly.history.model.identity import content_digest
 from barchain.record.environment import package_version
-from barchain.record.sources import DIGITS, digest_of
+from barchain.record.sources import DIGITS, digest_of, editable_modules
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -118,13 +118,14 @@ def contents_digest(distribution: str) -> str:
     """Digest of the contents of a distribution's installed files; empty without any.
 
     Dates don't count, so that two installations of the same wheel agree. Files that an installation adds, and compiled
-    Python, are left out.
+    Python, are left out. An editable distribution lists no sources: those of its modules count.
     """
     try:
         files = metadata.distribution(distribution).files or ()
     except metadata.PackageNotFoundError:
         return ""
-    found = hashlib.sha256()
+    modules = editable_modules(distribution)
+    found = hashlib.sha256(digest_of(*modules).encode() if modules else b"")
     for file in sorted(files, key=str):
         path = Path(str(file.locate()))
         if made_by_wheel(str(file)) and path.is_file():
