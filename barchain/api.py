@@ -31,7 +31,7 @@ from barchain.run.selection import chosen_engines
 from barchain.run.settings import SettingError, choose_setting
 from barchain.run.time_limits import TIME_LIMIT_S
 from reports.tables.outcome import Outcome
-from scenarios import Scene, load_scene, scene_names
+from scenarios import Scene, check_scene, load_scene, scene_names
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -110,7 +110,8 @@ def simulate(
     Raises
     ------
     SceneError, UnknownEngineError, SettingError
-        If the scene, the engine or the setting does not exist, or is of a wrong type.
+        If the scene, the engine or the setting does not exist, or is of a wrong type; if a scene that was made or
+        changed in Python breaks a rule of scene files.
     ArgumentError
         If another argument is of a wrong type; the message gives the allowed values.
     ValueError
@@ -120,7 +121,7 @@ def simulate(
     """
     check_seconds("time_limit_s", time_limit_s)
     check_switch("condition", condition)
-    loaded = scene if isinstance(scene, Scene) else load_scene(scene)
+    loaded = check_scene(scene) if isinstance(scene, Scene) else load_scene(scene)
     registration = find_engine(engine)
     if registration.missing:
         raise EngineError(f"{engine}: {registration.missing}")
@@ -136,6 +137,11 @@ def simulate(
     if result.outcome is not Outcome.PASS or result.trajectory is None:
         raise EngineError(f"{engine} on {loaded.name}: {result.reason or result.outcome.advice}")
     return dataclasses.replace(result.trajectory, scene=loaded.name, engine=engine, setting=str(job.setting))
+
+
+def checked(scene: Scene | str | Path) -> Scene | str | Path:
+    """The same scene; one that was made in Python is checked, a name or a file is checked where it is loaded."""
+    return check_scene(scene) if isinstance(scene, Scene) else scene
 
 
 def compare(
@@ -189,7 +195,8 @@ def compare(
     Raises
     ------
     SceneError, UnknownEngineError, SettingError
-        If a scene, an engine or a setting does not exist, or is of a wrong type; nothing has been run.
+        If a scene, an engine or a setting does not exist, or is of a wrong type; if a scene that was made or changed
+        in Python breaks a rule of scene files. Nothing has been run.
     ArgumentError
         If another argument is of a wrong type, e.g. a text instead of a list of scenes; nothing has been run.
     ResultsInPlaceError
@@ -205,7 +212,7 @@ def compare(
     """
     from barchain.crossval.run import run_comparison  # noqa: PLC0415  # a single run needs no judge
 
-    given, names = scene_list(scenes), engine_list(engines)
+    given, names = list(map(checked, scene_list(scenes))), engine_list(engines)
     check_settings(settings, chosen_engines(names))
     check_folder("out", out, optional=True)
     check_seconds("time_limit_s", time_limit_s)

@@ -1,5 +1,6 @@
 """Scenes: physics only, from TOML files to validated frozen dataclasses."""
 
+from scenarios.check import check_scene as check_scene
 from scenarios.effect_types import Actuator as Actuator
 from scenarios.effect_types import Axes as Axes
 from scenarios.effect_types import Drag as Drag

@@ -1,6 +1,7 @@
 """Scene: a complete problem in SI units and radians, the same for every engine.
 
-A :class:`Scene` holds physics only. :func:`scenarios.load.load_scene` makes and validates it from a TOML file.
+A :class:`Scene` holds physics only. :func:`scenarios.load.load_scene` makes and validates it from a TOML file,
+:func:`scenarios.check.check_scene` validates one that was made in Python.
 Every scene is complete: one value per bar, defaults filled in, degrees turned into radians.
 """
 
@@ -131,7 +132,7 @@ def period_s(body: CentralBody, orbit: Orbit, gravity: Gravity) -> float:
 
 @dataclass(frozen=True)
 class Scene:
-    """A complete, validated problem.
+    """A complete problem. A file is validated where it is loaded; a scene made in Python, where it is run.
 
     Attributes
     ----------

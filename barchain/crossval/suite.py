@@ -6,6 +6,7 @@ import contextlib
 import time
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pandas as pd
 
 from adapters.common.equal_steps import finer_setting
@@ -377,7 +378,7 @@ def solution_facts(solution: ReferenceSolution) -> dict[str, Any]:
         "amplification_per_orbit": solution.growth_per_orbit,
         "amplification_total": float(solution.amplification[-1]),
         "model_difference": {
-            "com_m": float(abs(displacement.vector_m).max()),
+            "com_m": float(np.linalg.norm(displacement.vector_m, axis=-1).max()),
             "note": "departure of the chain's centre of mass from a particle's track, O((L/r)²), "
             "predicted along the judging solution's attitude and subtracted for engines without attitude",
         },

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from barchain.studies.selftest.campaign.scenes.scene_file import writable
 from scenarios.effect_types import (
     Actuator,
     Axes,
@@ -31,6 +30,7 @@ from scenarios.effect_types import (
     Thrust,
 )
 from scenarios.scene import CentralBody, Chain, Orbit, Run, Scene
+from scenarios.scene_file import writable
 from scenarios.toml.alignment import on_sample
 from scenarios.toml.effect_tables import EARTH_J2, EARTH_ROTATION_RAD_S, SUN_RATE_RAD_S, SUNLIGHT_PA, THIRD_BODIES
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.studies.selftest.campaign.scenes.scene_file import TABLES, scene_data, toml
 from scenarios import Gravity, SceneError, parse_scene
+from scenarios.scene_file import TABLES, scene_data, toml
 
 if TYPE_CHECKING:
     from scenarios import Scene

@@ -7,12 +7,12 @@ import json
 import math
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from scenarios import parse_scene
+from scenarios.load import parse_scene
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scenarios import Scene
+    from scenarios.scene import Scene
 
     Data = dict[str, Any]
 
@@ -97,7 +97,7 @@ def plain(value: Any, *, degrees: bool) -> Any:
     """Value as TOML has it."""
     if isinstance(value, tuple):
         return [plain(one, degrees=degrees) for one in value]
-    if degrees:
+    if degrees and isinstance(value, float | int):
         return in_degrees(value)
     return str(value) if isinstance(value, str) else value
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from barchain.studies.selftest.campaign.scenes.draw import draw
-from barchain.studies.selftest.campaign.scenes.scene_file import UnwrittenError, in_degrees, scene_toml
 from scenarios import Gravity, load_scene
+from scenarios.scene_file import UnwrittenError, in_degrees, scene_toml
 from tests.studies.campaign.drawn import SEED
 
 if TYPE_CHECKING:

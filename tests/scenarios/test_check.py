@@ -1,0 +1,62 @@
+"""Scenes that were made in Python obey the rules of scene files."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from barchain import compare, simulate
+from scenarios import SceneError, Thrust, check_scene, load_scene, scene_names
+from scenarios.scene import Run
+
+if TYPE_CHECKING:
+    from scenarios.scene import Scene
+
+SCENE = load_scene("effects/thrust")
+
+
+def with_chain(**changes: Any) -> Scene:
+    return dataclasses.replace(SCENE, chain=dataclasses.replace(SCENE.chain, **changes))
+
+
+def with_thrust(**changes: Any) -> Scene:
+    first: Thrust = dataclasses.replace(SCENE.effects.thrust[0], **changes)
+    return dataclasses.replace(SCENE, effects=dataclasses.replace(SCENE.effects, thrust=(first,)))
+
+
+WRONG = {
+    "chain.mass_kg[0]: -1.0 given, allowed: greater than 0": with_chain(mass_kg=(-1.0, 1.0, 1.0)),
+    "chain.length_m: (2 values|.*) given, a list needs one value per bar: 3": with_chain(length_m=(10.0, 10.0)),
+    "chain.length_m: 20.0 given, allowed: of type tuple": with_chain(length_m=20.0),
+    "chain.mass_kg: array.* given": with_chain(mass_kg=np.ones(3)),
+    "chain.angle_deg[1]: nan given, allowed: a finite number": with_chain(angle_rad=(0.0, float("nan"), 0.0)),
+    "chain.angle_from: 'Bar' given, allowed: 'chain' or 'bar' (did you mean bar?)": with_chain(angle_from="Bar"),
+    "chain.inertia_kg_m2[2]: -1.0 given": with_chain(inertia_kg_m2=(1.0, 1.0, -1.0)),
+    "run.samples: 0 given, allowed: at least 2": dataclasses.replace(SCENE, run=Run(100.0, 0)),
+    "run.duration_s: -10.0 given, allowed: greater than 0": dataclasses.replace(SCENE, run=Run(-10.0, 11)),
+    "effects.thrust[0].bar: 0 given, allowed: at least 1": with_thrust(bar=0),
+    "effects.thrust[0].bar: 4 given, allowed: 1 to 3": with_thrust(bar=4),
+    "effects.thrust[0].end: 'left' given, allowed: of type End": with_thrust(end="left"),
+    "not of its type": dataclasses.replace(
+        SCENE, effects=dataclasses.replace(SCENE.effects, thrust=SCENE.effects.thrust[0])  # type: ignore[arg-type]
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("message", WRONG)
+def test_a_wrong_scene_is_named_by_its_key_and_never_run(message: str) -> None:
+    pattern = message if ".*" in message else "".join(f"\\{c}" if c in "()[]?" else c for c in message)
+    with pytest.raises(SceneError, match=pattern) as told:
+        simulate(WRONG[message])
+    assert str(told.value).startswith("effects/thrust: ")
+    with pytest.raises(SceneError, match=pattern):
+        compare([WRONG[message]], ["reference"])
+
+
+@pytest.mark.parametrize("name", scene_names())
+def test_every_scene_from_a_file_passes(name: str) -> None:
+    scene = load_scene(name)
+    assert check_scene(scene) is scene
