@@ -19,7 +19,8 @@ import psutil
 from barchain.boundary.contexts import FORK_SERVER
 from barchain.boundary.limits import OutsideLimits
 from barchain.boundary.message import MessageError, plain_text, read_message
-from barchain.boundary.supervisor import ANSWER, END, QUESTION, last_words, supervise
+from barchain.boundary.phase import QUESTION, late_words
+from barchain.boundary.supervisor import ANSWER, END, last_words, supervise
 from barchain.boundary.threads import one_thread_each, temporary_root
 
 if TYPE_CHECKING:
@@ -171,7 +172,7 @@ def wait(process: Process, time_s: float) -> bool:
 
 def reply(folder: Path, limits: OutsideLimits, in_time: bool) -> Reply:
     """Answer from a supervisor's folder."""
-    ended = read_end(folder) if in_time else {"limit": "time", "words": f"no result within {limits.time_s:g} s"}
+    ended = read_end(folder) if in_time else {"limit": "time", "words": late_words(folder, limits.time_s)}
     if "limit" in ended:
         kind = "timed_out" if ended["limit"] == "time" else "failed"
         return Reply(problem=str(ended["words"]), kind=kind)

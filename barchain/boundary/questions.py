@@ -12,6 +12,7 @@ from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engin
 from adapters.trajectory import Observable, Trajectory
 from barchain.boundary.memory import Peak
 from barchain.boundary.message import MessageError, plain_info, plain_number, plain_text
+from barchain.boundary.phase import enter
 from barchain.boundary.raised import exception_words, place_words
 from barchain.boundary.stopwatch import timed
 
@@ -80,6 +81,7 @@ def declarations(registration: Registration) -> Answer:
 
 def loaded(registration: Registration) -> type[Engine]:
     """Class of an engine, imported here."""
+    enter("the import")
     found: object = registration.load()
     if not (isinstance(found, type) and issubclass(found, Engine)):
         raise DeclarationError(f"{registration.target} is no subclass of adapters.engine.Engine")
@@ -153,8 +155,11 @@ def finished(
     """Header of an answer, and the engine's own trajectory."""
     seconds: dict[str, float] = {}
     engine = loaded(registration)(**dict.fromkeys(options, True))
+    enter("build")
     timed(seconds, "build", lambda: engine.build(scene, setting))
+    enter("simulate")
     timed(seconds, "simulate", engine.simulate)
+    enter("read")
     result = timed(seconds, "read", engine.read)
     if not isinstance(result, Trajectory):
         raise MessageError(f"read() returned a {type(result).__name__}, expected a Trajectory")

@@ -21,14 +21,13 @@ import psutil
 from barchain.boundary import examination, questions
 from barchain.boundary.limits import FILE_B
 from barchain.boundary.message import MessageError, plain_text, write_message
+from barchain.boundary.phase import QUESTION, late_words
 
 if TYPE_CHECKING:
     from types import ModuleType
 
     from barchain.boundary.limits import OutsideLimits
 
-QUESTION = "BARCHAIN_QUESTION"
-"""Variable that holds the folder of a question, in the engine's process and its children"""
 ANSWER, LOG, END, WORK = "answer.npz", "output.log", "end.json", "work"
 MOST_FILES = 65536  # open files that are looked for
 POLL_S = 0.05  # between looks at memory and output: an engine fills some 100 MB in that time
@@ -80,7 +79,7 @@ def watch(
         if (folder / ANSWER).is_file():  # threads of the engine may hold its process: the answer is there
             return {"code": 0}
         if time.monotonic() - start > limits.time_s:
-            return {"limit": "time", "words": f"no result within {limits.time_s:g} s"}
+            return {"limit": "time", "words": late_words(folder, limits.time_s)}
         printed = (folder / LOG).stat().st_size if (folder / LOG).exists() else 0
         if printed > limits.output_B:
             return {"limit": "output", "words": f"printed more than {limits.output_B / 2**20:.0f} MB"}

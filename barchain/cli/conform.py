@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from barchain.cli.common.exit_codes import findings
-from barchain.cli.common.numbers import WORDS, NamedPath
+from barchain.cli.common.numbers import POSITIVE_SECONDS, WORDS, NamedPath
 from barchain.cli.common.options import json_option
 from barchain.cli.common.terminal import literal, plain, say
 from barchain.cli.common.verbosity import quiet
@@ -31,8 +31,16 @@ INDENT = 6 * " "
 @click.argument("targets", metavar="ENGINE|MODULE:CLASS...", nargs=-1, required=True, type=WORDS)
 @click.option("--junit", metavar="FILE", type=NamedPath(path_type=Path, dir_okay=False),
               help="Write the checks as JUnit XML into this file.")  # fmt: skip
+@click.option(
+    "--time-limit",
+    metavar="S",
+    type=POSITIVE_SECONDS,
+    default=10.0,
+    show_default=True,
+    help="Longest time of one run in seconds: build and simulate, beside 30 s for the start of its process.",
+)
 @json_option
-def conform(targets: tuple[str, ...], junit: Path | None, as_json: bool) -> None:
+def conform(targets: tuple[str, ...], junit: Path | None, time_limit: float, as_json: bool) -> None:
     """Examine an engine: declarations, conventions, physics, accuracy and behaviour, and name its mistakes.
 
     ENGINE is a name of `barchain engines`; MODULE:CLASS is a class that no package registers yet. Exits with 1 if a
@@ -53,7 +61,7 @@ def conform(targets: tuple[str, ...], junit: Path | None, as_json: bool) -> None
     for target in targets:
         if not as_json:
             say(target)
-        reports.append(examine(target, shown(as_json)))
+        reports.append(examine(target, shown(as_json), time_limit_s=time_limit))
     if junit is not None:
         from barchain.conform.junit import write_junit  # noqa: PLC0415
 

@@ -35,9 +35,10 @@ PAGE = "docs/howto/conform.md#accuracy"
 QUANTITIES = ("attitude", "rate", "reaction", "com", "com_velocity")
 SETTINGS = 5
 """Settings that are tried, from the coarsest to the finest"""
-RUN_S = 5.0
-ALL_RUNS_S = 25.0
-"""Time after which no finer setting is tried"""
+RUN_SHARE = 0.5
+"""Longest time of one run here, over that of a run in the stage of physics"""
+ALL_RUNS_SHARE = 2.5
+"""Time after which no finer setting is tried, over the same"""
 ABOVE_ROUNDING = 10.0
 """Least ratio of an error to its rounding floor at which the error tells of the method"""
 LEAST_FALL = 0.5
@@ -135,10 +136,11 @@ def accuracy(engine: Examined) -> Iterator[Check]:
         return
     settings = tried_settings(engine, scene_of(name))
     jobs = [engine.job(scene_of(name), setting, Role.MAIN) for setting in settings]
-    made = results(engine, jobs, [solved(name).trajectory.t_s] * len(jobs), RUN_S, ALL_RUNS_S)
+    limit_s, all_s = RUN_SHARE * engine.run_s, ALL_RUNS_SHARE * engine.run_s
+    made = results(engine, jobs, [solved(name).trajectory.t_s] * len(jobs), limit_s, all_s)
     failed = [f"{s}: {r.reason}" for s, r in zip(settings, made, strict=False) if r.outcome is not Outcome.PASS]
     if len(made) < len(settings):
-        said = f"{len(made)} of {len(settings)} settings end within {ALL_RUNS_S:g} s"
+        said = f"{len(made)} of {len(settings)} settings end within {all_s:g} s"
         state = CheckState.WARNING if made else CheckState.FAILED
         yield Check(Group.ACCURACY, "time of runs", state, said, PAGE, scene=name)
     if not made:

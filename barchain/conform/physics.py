@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     from barchain.judge.diagnosis.diagnose import Diagnosis
     from barchain.run.job import Job, RunResult
 
-RUN_S = 10.0
-"""Longest time of one run: each scene is a fifth of an orbit of at most three bars"""
 PAGE = "docs/explanation/engine_conventions.md"
 ENOUGH = 0.5
 """Share of a scene that must be compared"""
@@ -114,7 +112,7 @@ def by_role(engine: Examined, jobs: list[Job]) -> dict[str, dict[Role, RunResult
     """Results of runs, by scene and role."""
     found: dict[str, dict[Role, RunResult]] = {}
     times = [solved(job.scene.name).trajectory.t_s for job in jobs]
-    for job, result in zip(jobs, results(engine, jobs, times, RUN_S), strict=True):
+    for job, result in zip(jobs, results(engine, jobs, times, engine.run_s), strict=True):
         found.setdefault(job.scene.name, {})[job.role] = result
     return found
 

@@ -15,7 +15,7 @@ from barchain.conform.checks import Check, CheckState, ConformanceReport, Group
 from barchain.conform.conventions import FIRST_RUN, conventions
 from barchain.conform.loading import loading
 from barchain.conform.physics import physics
-from barchain.conform.target import examined
+from barchain.conform.target import RUN_S, examined
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -27,7 +27,9 @@ MISTAKE = "known mistake"
 """Entry of a failure that a known mistake explains; an unexplained one may be a matter of accuracy"""
 
 
-def conform(given: str, report: Callable[[Check], None] = lambda _: None) -> ConformanceReport:
+def conform(
+    given: str, report: Callable[[Check], None] = lambda _: None, *, time_limit_s: float = RUN_S
+) -> ConformanceReport:
     """Examine an engine.
 
     Parameters
@@ -36,13 +38,15 @@ def conform(given: str, report: Callable[[Check], None] = lambda _: None) -> Con
         Name of a registered engine, or ``module:Class``.
     report : callable, optional
         Called with each check as it is done.
+    time_limit_s : float, optional
+        Longest time of one run after the start of its process, s: building, compiling and integrating.
 
     Raises
     ------
     UnknownEngineError
         If no engine has the name.
     """
-    engine, start, found = examined(given), time.perf_counter(), []
+    engine, start, found = replace(examined(given), run_s=time_limit_s), time.perf_counter(), []
     before = start
     for made in checks(engine):
         check = replace(made, seconds=(now := time.perf_counter()) - before)
@@ -52,13 +56,15 @@ def conform(given: str, report: Callable[[Check], None] = lambda _: None) -> Con
     return ConformanceReport(engine.name, engine.registration.version, tuple(found), time.perf_counter() - start)
 
 
-def assert_conforms(given: str) -> None:
+def assert_conforms(given: str, *, time_limit_s: float = RUN_S) -> None:
     """Raise an AssertionError that names each failure, if an engine does not conform.
 
     Parameters
     ----------
     given : str
         Name of a registered engine, or ``module:Class``.
+    time_limit_s : float, optional
+        Longest time of one run after the start of its process, s: building, compiling and integrating.
 
     Raises
     ------
@@ -67,7 +73,7 @@ def assert_conforms(given: str) -> None:
     UnknownEngineError
         If no engine has the name.
     """
-    report = conform(given)
+    report = conform(given, time_limit_s=time_limit_s)
     if not report.passed:
         lines = [f"{c.group}, {c.name}: {c.words} ({c.page})" for c in report.failures]
         raise AssertionError("\n".join([f"{report.engine} does not conform:", *(lines or ["no scene was passed"])]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import time
 from contextlib import suppress
@@ -23,9 +24,9 @@ if TYPE_CHECKING:
 
 START_S = 30.0
 """Time for the import of an engine's library"""
-TOGETHER_S = 1.5
-"""Time of each of several runs in one process; if they take longer, each is made in a process and with a limit of its
-own, so that one that hangs costs its own limit"""
+TOGETHER_SHARE = 0.15
+"""Time of each of several runs in one process, over the longest time of one; if they take longer, each is made in a
+process and with a limit of its own, so that one that hangs costs its own limit"""
 
 
 def results(
@@ -47,9 +48,10 @@ def results(
     if not jobs:
         return []
     if len(jobs) == 1 and budget_s == math.inf:
-        return [one_run(jobs[0], START_S + limit_s)]
+        return [alone(jobs[0], limit_s)]
     asked = [(job.scene, job.setting, t) for job, t in zip(jobs, t_s, strict=True)]
-    start, limits = time.monotonic(), OutsideLimits(START_S + min(max(limit_s, TOGETHER_S * len(jobs)), budget_s))
+    together_s = max(limit_s, TOGETHER_SHARE * engine.run_s * len(jobs))
+    start, limits = time.monotonic(), OutsideLimits(START_S + min(together_s, budget_s))
     reply = ask("several_runs", engine.registration, asked, budget_s, limits=limits)
     if not reply.problem and budget_s < math.inf:
         jobs = jobs[: len(reply.header.get("runs", ()))]
@@ -77,11 +79,20 @@ def one_by_one(jobs: Sequence[Job], limit_s: float, end: float) -> list[RunResul
     for job in jobs:
         if time.monotonic() >= end:
             break
-        result = hung.get(job.scene.name) or one_run(job, START_S + limit_s)
+        result = hung.get(job.scene.name) or alone(job, limit_s)
         if result.outcome is Outcome.TIMED_OUT:
             hung[job.scene.name] = result
         made.append(result)
     return made
+
+
+def alone(job: Job, limit_s: float) -> RunResult:
+    """Result of a run in a process of its own; of one that was ended, with the option that allows more time."""
+    result = one_run(job, START_S + limit_s)
+    if result.outcome is not Outcome.TIMED_OUT:
+        return result
+    hint = f"({START_S:g} s to start and {limit_s:g} s to run; --time-limit allows longer runs)"
+    return dataclasses.replace(result, reason=f"{result.reason} {hint}")
 
 
 def part(reply: Reply, k: int) -> Reply:

@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from barchain.run.job import Job, Role
     from scenarios import Scene
 
+RUN_S = 10.0
+"""Longest time of one run by default: a scene is a fifth of an orbit of a few bars"""
+
 
 @dataclass(frozen=True)
 class Examined:
@@ -24,6 +27,8 @@ class Examined:
     registration: Registration
     registered: bool = True
     """Whether the engine has an entry point; False of a class that is named directly"""
+    run_s: float = RUN_S
+    """Longest time of one run, after the start of its process"""
 
     @property
     def own(self) -> bool:

@@ -27,7 +27,7 @@ LIMIT_S = 60.0
 IMPORTS = {
     "exits": "SystemExit(0)",
     "leaves": "exit code 0",
-    "hangs": "no result within",
+    "hangs": "ended in the import",
     "raises": "at import",
     "interrupts": "KeyboardInterrupt",
     "missing": "a_library_that_is_not_there",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
@@ -115,12 +116,21 @@ def test_global_random_numbers_and_variables_are_told_though_each_build_sets_the
     assert "sets MY_THREADS in later runs" in said
 
 
-def test_a_slow_engine_is_tried_at_the_settings_that_fit_into_the_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("barchain.conform.accuracy.ALL_RUNS_S", 5.0)
-    found = {c.name: c for c in accuracy(target.examined(f"{HERE}:Slow"))}
+def test_a_slow_engine_is_tried_at_the_settings_that_fit_into_the_time() -> None:
+    slow = dataclasses.replace(target.examined(f"{HERE}:Slow"), run_s=2.0)
+    found = {c.name: c for c in accuracy(slow)}
     assert found["time of runs"].state is CheckState.WARNING
     assert found["time of runs"].words == "2 of 5 settings end within 5 s"
     assert found["errors inside the bound"].state is CheckState.PASSED
+
+
+def test_a_run_that_is_ended_tells_its_phase_and_the_option_that_allows_more_time(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("barchain.conform.runs.START_S", 3.0)
+    found = failed(conform(f"{HERE}:Compiles", time_limit_s=1.0))
+    assert found["a first run"].startswith("no result within 4 s, ended in build")
+    assert "--time-limit" in found["a first run"]
 
 
 def test_an_array_that_all_runs_share_is_told_and_each_scene_is_judged_by_its_own_run() -> None:

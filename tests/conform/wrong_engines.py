@@ -137,6 +137,14 @@ class Slow(ReferenceFast):
         super().build(scene, setting)
 
 
+class Compiles(ReferenceFast):
+    """A minute for each model."""
+
+    def build(self, scene: Scene, setting: Setting) -> None:
+        time.sleep(60.0)
+        super().build(scene, setting)
+
+
 class OneBuffer(ReferenceFast):
     """Angles in one array for all runs."""
 
