@@ -23,6 +23,8 @@ PAGE, JUNIT = "nightly.html", "junit.xml"
 DOCUMENTS = (PAGE, "nightly.json", "summary.md", JUNIT)
 NIGHTS = Path("nights")
 NIGHT_FILE = ".json"
+MOST_REJECTED = 5
+"""Verdicts that are printed; the page has all"""
 
 junit_option = click.option(
     "--junit", metavar="FILE", type=NamedPath(path_type=Path, dir_okay=False),
@@ -73,9 +75,19 @@ def report_night(
         if out is None and not foreign and name == store.summary("latest").name:
             publish(folder, NIGHTS)
             folder = NIGHTS
-    say(facts.sentence)
-    say(f"page: {folder / PAGE}")
+    show_night(facts, folder / PAGE)
     end_night(facts, fail_on)
+
+
+def show_night(facts: NightlyFile, page: Path) -> None:
+    """Print the night's sentence, the first verdicts that are no pass, and the place of the page."""
+    say(facts.sentence)
+    for rejected in facts.rejected[:MOST_REJECTED]:
+        say(f"  {rejected.words}")
+    more = len(facts.rejected) - MOST_REJECTED
+    if more > 0:
+        say(f"  {more} more verdicts are no pass")
+    say(f"page: {page}")
 
 
 def publish(folder: Path, out: Path) -> None:

@@ -19,6 +19,7 @@ from barchain.cli.nightly.documents import (
     fail_option,
     junit_option,
     publish,
+    show_night,
     write_documents,
 )
 from barchain.cli.nightly.options import exists, history_option, opened
@@ -114,8 +115,7 @@ def run_and_tell(
         with kept_without_documents(ended.name):
             facts = write_documents(store, ended.name, ended.folder, junit, baseline, fail_on)
             publish(ended.folder, out)
-    say(facts.sentence)
-    say(f"page: {out / PAGE}")
+    show_night(facts, out / PAGE)
     end_night(facts, fail_on)
 
 

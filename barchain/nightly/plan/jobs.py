@@ -54,6 +54,8 @@ class NightJob:
     """Whether the night before did nothing of the part for want of time"""
     favoured: bool = False
     """Whether it is the part's turn among those that wait"""
+    missing: str = ""
+    """Why engines that the part names can't run here; empty if all can"""
 
     @property
     def items(self) -> int:
@@ -97,7 +99,7 @@ def night_jobs(
     for part in plan.file.parts:
         for k, job in enumerate(checked_jobs(part, plan, turn, left.get(part.name, ()))):
             waits = k == 0 and part.name in waiting
-            made = replace(job, waits=waits, favoured=waits and part.name == favoured)
+            made = replace(job, waits=waits, favoured=waits and part.name == favoured, missing=missing_words(part))
             placed.append((place_of(made, left_before=k == 0 and part.name in left), made))
     return tuple(job for _, job in sorted(placed, key=lambda entry: entry[0]))
 
@@ -123,8 +125,7 @@ def plan_engines(plan: NightPlan) -> tuple[str, ...]:
     """Engines that the parts of a plan run: those that it names, and those that commands take without names."""
     found = dict.fromkeys(default_engines())
     for part in plan.file.parts:
-        named = (*getattr(part, "engines", ()), *getattr(part, "hosts", ()))
-        found |= dict.fromkeys(name for name in named if name != NO_HOSTS)
+        found |= dict.fromkeys(named_engines(part))
     return tuple(found)
 
 
@@ -134,6 +135,11 @@ def checked_jobs(part: PartTable, plan: NightPlan, turn: int, left: Sequence[str
         return part_jobs(part, plan.folder, turn, left)
     except (PlanError, SettingError, UnknownEngineError) as error:
         raise PlanError(f"{plan.shown}: {part.name}: {error}") from None
+
+
+def missing_words(part: PartTable) -> str:
+    """Reasons why engines that a part names can't run here."""
+    return "; ".join(f"{name}: {reason}" for name, reason in missing_engines(named_engines(part)).items())
 
 
 def part_jobs(part: PartTable, folder: Path, turn: int, left: Sequence[str]) -> list[NightJob]:
@@ -166,7 +172,10 @@ def comparison_arguments(part: ComparisonTable, turn: int) -> tuple[tuple[str, .
     del turn
     chosen = each("--engine", checked_engines(part.engines)) if part.engines else ("--all-engines",)
     settings = []
+    missing = missing_engines(part.engines)
     for engine, given in part.settings.items():
+        if engine in missing:
+            continue
         choose_setting(engine, given)
         settings += [f"{engine}:{key}={int(value) if value.is_integer() else value!r}" for key, value in given.items()]
     return ("compare", *chosen, *each("--set", settings), *limit(part)), 0
@@ -238,16 +247,33 @@ def default_engines() -> tuple[str, ...]:
 
 
 def checked_engines(names: Sequence[str]) -> Sequence[str]:
-    """Names of engines, as they are.
+    """Names of engines that are installed; all names if none is, so that the command tells how to install them.
 
     Raises
     ------
     UnknownEngineError
         If one is none.
     """
-    for name in names:
-        find_engine(name)
-    return names
+    missing = missing_engines(names)
+    return [name for name in names if name not in missing] or names
+
+
+def missing_engines(names: Sequence[str]) -> dict[str, str]:
+    """Engines that are not installed, each with the reason.
+
+    Raises
+    ------
+    UnknownEngineError
+        If a name is none.
+    """
+    reasons = {name: find_engine(name).missing for name in names}
+    return {name: reason for name, reason in reasons.items() if reason}
+
+
+def named_engines(part: PartTable) -> tuple[str, ...]:
+    """Engines that a part names, to be judged or to hold faults."""
+    named = (*getattr(part, "engines", ()), *getattr(part, "hosts", ()))
+    return tuple(name for name in named if name != NO_HOSTS)
 
 
 def each(option: str, values: Iterable[str]) -> tuple[str, ...]:

@@ -24,8 +24,10 @@ from reports.tables.nights.facts import (
     NightlyFile,
     NightRunEntry,
     PartEntry,
+    RejectedEntry,
     SuspectEntry,
 )
+from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -40,6 +42,7 @@ if TYPE_CHECKING:
 
 VERSIONED = ("engine:", "library:", "python")
 COMPARISON_VERDICT = "verdict"
+MISSING = "missing"
 OWN = STEPPED | {FigureKind.BITS}
 """Kinds whose changes are attributed by themselves"""
 
@@ -70,6 +73,7 @@ def night_facts(
         Results of attributions in words, by the id of the change.
     """
     nights = {night.name: night for night in (*judged.compared_with, judged.night)}
+    cells = comparison_verdicts(figures)
     now = datetime.datetime.now(datetime.UTC)
 
     def entry(change: Change) -> ChangeEntry:
@@ -87,7 +91,8 @@ def night_facts(
         night=night_entry(night, exchanged(judged)),
         against=against(judged, baseline),
         counts=counts(judged, tonight),
-        verdicts=verdicts(figures),
+        verdicts=dict(Counter(cell.word or MISSING for cell in cells).most_common()),
+        rejected=tuple(map(rejected_entry, filter(is_rejected, cells))),
         changes=tonight,
         standing=standing,
         run=run_entry(run),
@@ -179,14 +184,27 @@ def counts(judged: JudgedNight, tonight: Sequence[ChangeEntry]) -> CountsEntry:
     )  # fmt: skip
 
 
-def verdicts(figures: Iterable[Figure]) -> dict[str, int]:
-    """Number of cells of the comparison with each verdict."""
-    found = Counter(
-        figure.word or "missing"
+def comparison_verdicts(figures: Iterable[Figure]) -> list[Figure]:
+    """Verdict of each cell of the comparison."""
+    return [
+        figure
         for figure in figures
         if figure.identity.kind is FigureKind.VERDICT and figure.identity.quantity == COMPARISON_VERDICT
-    )
-    return dict(found.most_common())
+    ]
+
+
+def is_rejected(cell: Figure) -> bool:
+    """Whether a cell is neither a pass nor a limit that the engine states; a word of another version counts."""
+    return cell.word not in {str(outcome) for outcome in Outcome if outcome.ok}
+
+
+def rejected_entry(cell: Figure) -> RejectedEntry:
+    """Entry of a cell."""
+    identity = cell.identity
+    return RejectedEntry(
+        scene=identity.scene, engine=identity.engine, setting=identity.setting, verdict=cell.word or MISSING,
+        reason=cell.reason,
+    )  # fmt: skip
 
 
 def run_entry(run: NightRun | None) -> NightRunEntry | None:

@@ -49,7 +49,7 @@ def junit_text(facts: NightlyFile, figures: Iterable[Figure], fail_on: str = "wo
     """JUnit XML of a night, as :func:`write_junit`."""
     document = JUnitXml(NIGHT)
     document.add_testsuite(plan_suite(facts, Error if FAILING[fail_on] else Skipped))
-    cells = by_engine(figures)
+    cells, rejected = by_engine(figures), {(r.engine, r.scene): r.words for r in facts.rejected}
     changes: dict[tuple[str, str], list[ChangeEntry]] = defaultdict(list)
     for change in (*facts.changes, *facts.standing):
         changes[change.engine or NO_ENGINE, change.scene or NO_SCENE].append(change)
@@ -57,7 +57,10 @@ def junit_text(facts: NightlyFile, figures: Iterable[Figure], fail_on: str = "wo
     for engine in sorted(cells):
         suite = TestSuite(engine)
         for scene, own in sorted(cells[engine].items()):
-            suite.add_testcase(cell_case(engine, scene, own, changes[engine, scene], FAILING[fail_on]))
+            case = cell_case(engine, scene, own, changes[engine, scene], FAILING[fail_on])
+            if (engine, scene) in rejected:
+                case.system_out = plain_text(rejected[engine, scene])
+            suite.add_testcase(case)
         suite.update_statistics()  # type: ignore[no-untyped-call]
         document.add_testsuite(suite)
     document.update_statistics()  # type: ignore[no-untyped-call]

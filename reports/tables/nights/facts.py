@@ -138,6 +138,21 @@ class AgainstEntry(Entry):
     baseline: str = Field("", description="the one night, or file, of --baseline; empty without")
 
 
+class RejectedEntry(Entry):
+    """Pair of a scene and an engine whose verdict is no pass, whether that changed or not."""
+
+    scene: str
+    engine: str
+    setting: str
+    verdict: str
+    reason: str
+
+    @property
+    def words(self) -> str:
+        """Pair, verdict and reason in one line."""
+        return f"{self.engine} on {self.scene}: {self.verdict}{f': {self.reason}' if self.reason else ''}"
+
+
 class NightlyFile(Entry):
     """Contents of the file of a night."""
 
@@ -147,6 +162,9 @@ class NightlyFile(Entry):
     against: AgainstEntry
     counts: CountsEntry
     verdicts: dict[str, int] = Field(description="number of cells with each verdict tonight, whether changed or not")
+    rejected: tuple[RejectedEntry, ...] = Field(
+        (), description="pairs whose verdict tonight is neither a pass nor an engine's stated limit, changed or not"
+    )
     changes: tuple[ChangeEntry, ...] = Field(description="changes that this night tells first")
     standing: tuple[ChangeEntry, ...] = Field(description="earlier changes for the worse that still hold")
     run: NightRunEntry | None = Field(None, description="None of a night that a result folder was added as")

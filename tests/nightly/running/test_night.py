@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 import random
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from adapters.registry import ENGINES
 from barchain.nightly.history.judged import judge
 from barchain.nightly.history.kept.runs import last_run, run_of_night
 from barchain.nightly.history.store import open_store
@@ -62,6 +64,24 @@ def test_two_nights_of_the_same_code_agree_in_every_bit(plan: NightPlan, tmp_pat
         assert run_of_night(store, store.summary(first.name)) == first.run
     assert judged.tonight == ()
     assert judged.judged > 20
+
+
+def test_an_engine_that_is_not_installed_costs_its_own_figures_alone_and_the_night_is_incomplete(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(ENGINES, "mujoco", dataclasses.replace(ENGINES["mujoco"], module="nowhere"))
+    named = PLAN.replace('["reference"]', '["mujoco", "reference"]')
+    text = f"{named}settings = {{ mujoco = {{ steps_per_orbit = 99 }} }}\n"
+    (tmp_path / "plan.toml").write_text(text, "utf-8")
+    ended = one_night(load_plan(tmp_path / "plan.toml"), tmp_path)
+    (part,) = ended.run.parts
+    assert (part.state, part.done) == (PartState.FAILED, 2)
+    assert "mujoco" in part.reason
+    assert "not installed; try: pip install" in part.reason
+    assert not ended.run.complete
+    with open_store(str(tmp_path / "history.sqlite")) as store:
+        figures = store.night(ended.name).figures
+    assert {figure.identity.engine for figure in figures} >= {"reference"}
 
 
 def test_a_night_that_is_killed_goes_on_with_what_it_has(

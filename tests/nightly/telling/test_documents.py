@@ -70,6 +70,21 @@ def test_the_first_night_has_all_documents_and_exit_code_0(history: str, tmp_pat
     assert {p.name for p in (tmp_path / "out").iterdir()} == {"nightly.html", "nightly.json", "summary.md", "junit.xml"}
 
 
+def test_a_verdict_that_is_no_pass_is_named_in_every_document_of_every_night(history: str, tmp_path: Path) -> None:
+    for number in (0, 1):
+        add(history, night(verdict("inconsistent", reason="reactions off <by> 2 N"), number=number))
+        out = tmp_path / str(number)
+        shown = CliRunner().invoke(cli, ["history", "report", "--history", history, "--out", str(out)])
+        assert shown.exit_code == 0  # nothing changed
+        (told,) = read_nightly(out / "nightly.json").rejected
+        assert (told.verdict, told.reason) == ("inconsistent", "reactions off <by> 2 N")
+        assert f"  {told.engine} on {told.scene}: inconsistent: reactions off <by> 2 N\n" in shown.output
+        assert told.engine in (out / "summary.md").read_text()
+        assert "reactions off &lt;by&gt; 2 N" in (out / "nightly.html").read_text()
+        cases = [case for suite in JUnitXml.fromfile(str(out / "junit.xml")) for case in suite]
+        assert [case.system_out for case in cases if case.system_out] == [told.words]
+
+
 def test_a_larger_error_is_told_with_factor_and_suspect_and_ends_with_1(history: str, tmp_path: Path) -> None:
     add(history, usual(number=0), usual(number=1), usual(2.0, number=2, parts=NEWER))
     code, facts = report(history, tmp_path / "out")
