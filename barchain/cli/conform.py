@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 SIGNS = {"passed": "✓", "warning": "!", "unsupported": "-", "not run": "·", "failed": "✗"}
 COLOURS = {"passed": "green", "warning": "yellow", "unsupported": "dim", "not run": "dim", "failed": "bold red"}
+GROUPS = ("loading", "conventions", "physics", "accuracy", "behaviour")
 NAME_WIDTH = 38
 INDENT = 6 * " "
 """Of a check's further lines on a terminal"""
@@ -37,19 +38,44 @@ INDENT = 6 * " "
     type=POSITIVE_SECONDS,
     default=10.0,
     show_default=True,
-    help="Longest time of one run in seconds: build and simulate, beside 30 s for the start of its process.",
+    help="End a run after this wall time, in seconds, beside 30 s for the start of its process.",
+)
+@click.option(
+    "--only",
+    "groups",
+    metavar="GROUP",
+    multiple=True,
+    type=click.Choice(GROUPS),
+    help=f"Examine this group alone, beside loading: {', '.join(GROUPS)}. May be repeated.",
+)
+@click.option(
+    "--scene",
+    "scenes",
+    metavar="SCENE",
+    multiple=True,
+    type=WORDS,
+    help="Examine this scene of the physics alone, e.g. impulse_alone. May be repeated.",
 )
 @json_option
-def conform(targets: tuple[str, ...], junit: Path | None, time_limit: float, as_json: bool) -> None:
+def conform(
+    targets: tuple[str, ...],
+    junit: Path | None,
+    time_limit: float,
+    groups: tuple[str, ...],
+    scenes: tuple[str, ...],
+    as_json: bool,
+) -> None:
     """Examine an engine: declarations, conventions, physics, accuracy and behaviour, and name its mistakes.
 
     ENGINE is a name of `barchain engines`; MODULE:CLASS is a class that no package registers yet. Exits with 1 if a
-    check fails. docs/howto/conform.md describes the checks.
+    check fails. --only and --scene examine a part, which is no conformance. docs/howto/conform.md describes the checks.
     """
     from barchain.cli.common.result_folder import need_writable  # noqa: PLC0415
+    from barchain.conform.extent import extent_of  # noqa: PLC0415
     from barchain.conform.run import conform as examine  # noqa: PLC0415
     from barchain.conform.target import examined  # noqa: PLC0415
 
+    extent = extent_of(groups, scenes, time_limit)
     for target in targets:
         examined(target)  # a wrong name is told before anything runs
     if junit is not None:
@@ -61,7 +87,7 @@ def conform(targets: tuple[str, ...], junit: Path | None, time_limit: float, as_
     for target in targets:
         if not as_json:
             say(target)
-        reports.append(examine(target, shown(as_json), time_limit_s=time_limit))
+        reports.append(examine(target, shown(as_json), extent=extent, note=announced(as_json)))
     if junit is not None:
         from barchain.conform.junit import write_junit  # noqa: PLC0415
 
@@ -94,6 +120,13 @@ def shown(as_json: bool) -> Callable[[Check], None]:
     return show
 
 
+def announced(as_json: bool) -> Callable[[str], None]:
+    """Callback that prints to standard error what begins: the runs of a stage may take minutes."""
+    if as_json or quiet():
+        return lambda _: None
+    return lambda text: say(f"  … {text}", err=True)
+
+
 def line(check: Check) -> str:
     """Check in one line, a failure with the page that states the convention."""
     name = f"{check.group}: {check.name}"
@@ -106,4 +139,4 @@ def summary(report: ConformanceReport) -> str:
     """Result in one line."""
     count = {state: sum(c.state == state for c in report.checks) for state in SIGNS}
     said = ", ".join(f"{n} {state}" for state, n in count.items() if n)
-    return f"{report.engine}: {'conforms' if report.passed else 'does not conform'} ({said}; {report.seconds:.1f} s)"
+    return f"{report.engine}: {report.verdict} ({said}; {report.seconds:.1f} s)"

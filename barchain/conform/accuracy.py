@@ -136,6 +136,7 @@ def accuracy(engine: Examined) -> Iterator[Check]:
         return
     settings = tried_settings(engine, scene_of(name))
     jobs = [engine.job(scene_of(name), setting, Role.MAIN) for setting in settings]
+    engine.note(f"accuracy: {len(jobs)} settings on {name}")
     limit_s, all_s = RUN_SHARE * engine.run_s, ALL_RUNS_SHARE * engine.run_s
     made = results(engine, jobs, [solved(name).trajectory.t_s] * len(jobs), limit_s, all_s)
     failed = [f"{s}: {r.reason}" for s, r in zip(settings, made, strict=False) if r.outcome is not Outcome.PASS]

@@ -45,6 +45,7 @@ def behaviour(engine: Examined) -> Iterator[Check]:
         return
     scene, setting = scene_of(name), engine.load().sweep.setting()
     asked = (engine.registration, scene, setting)
+    engine.note(f"behaviour: {TIMES} runs of {name} in one process")
     first = ask("behaviour", *asked, TIMES, limits=OutsideLimits(2.0 * START_S))
     if first.problem:
         yield Check(Group.BEHAVIOUR, "several runs", CheckState.FAILED, first.problem, PAGE, scene=name)
@@ -75,7 +76,7 @@ def left_behind(header: dict[str, Any]) -> Iterator[Check]:
     files = [name for name in after["files"] if name not in before["files"]]
     yield told("files", f"leaves {', '.join(files[:4])} in the working folder" if files else "", CheckState.FAILED)
     grown = (after["memory_B"] - after_first["memory_B"]) / further
-    said_memory = f"{grown / 2**20:.1f} MB more after each run" if grown > MEMORY_B else ""
+    said_memory = f"{grown / 2**20:.2f} MB more after each run; a warning from 1 MB on" if grown > MEMORY_B else ""
     yield told("memory", said_memory, CheckState.WARNING)
 
 

@@ -57,13 +57,22 @@ class ConformanceReport:
     version: str
     checks: tuple[Check, ...]
     seconds: float
+    whole: bool = True
+    """Whether all groups and scenes were examined"""
 
     @property
     def passed(self) -> bool:
-        """Whether no check failed, and at least one scene of the physics was passed."""
+        """Whether no check failed, and, of a whole examination, at least one scene of the physics was passed."""
         states = [c.state for c in self.checks]
         agreed = any(c.group is Group.PHYSICS and c.state is CheckState.PASSED for c in self.checks)
-        return CheckState.FAILED not in states and agreed
+        return CheckState.FAILED not in states and (agreed or not self.whole)
+
+    @property
+    def verdict(self) -> str:
+        """Result in words; a part of the examination is no conformance."""
+        if self.whole:
+            return "conforms" if self.passed else "does not conform"
+        return f"{'passes' if self.passed else 'fails'} a part of the examination"
 
     @property
     def failures(self) -> tuple[Check, ...]:
@@ -73,7 +82,8 @@ class ConformanceReport:
     def as_dict(self) -> dict[str, Any]:
         """Content as JSON values."""
         return {
-            "engine": self.engine, "version": self.version, "passed": self.passed, "seconds": round(self.seconds, 3),
+            "engine": self.engine, "version": self.version, "passed": self.passed, "whole": self.whole,
+            "seconds": round(self.seconds, 3),
             "checks": [json_values(c) for c in self.checks],
         }  # fmt: skip
 

@@ -48,6 +48,7 @@ def conventions(engine: Examined) -> Iterator[Check]:
         said = f"supports none of {', '.join(FIRST)}: {'; '.join(reasons)}"
         yield Check(Group.CONVENTIONS, FIRST_RUN, CheckState.FAILED, said, PAGE)
         return
+    engine.note(f"conventions: a first run, of {name}")
     run = main_run(engine, name)
     if run.outcome is not Outcome.PASS or run.trajectory is None:
         yield Check(Group.CONVENTIONS, FIRST_RUN, CheckState.FAILED, run.reason, f"{PAGE}#samples", scene=name)

@@ -26,10 +26,12 @@ from barchain.judge.support import unsupported
 from barchain.run.job import Role
 from reports.tables.crossval import QUANTITY_UNITS
 from reports.tables.outcome import Outcome
+from scenarios.plural import plural
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
+    from barchain.conform.scenes import SceneStage
     from barchain.conform.target import Examined
     from barchain.judge.comparison.verdict import Verdict
     from barchain.judge.diagnosis.diagnose import Diagnosis
@@ -40,13 +42,14 @@ ENOUGH = 0.5
 """Share of a scene that must be compared"""
 
 
-def physics(engine: Examined) -> Iterator[Check]:
-    """Checks of all scenes; no stage follows one with a failure."""
+def physics(engine: Examined, stages: Sequence[SceneStage] = STAGES) -> Iterator[Check]:
+    """Checks of the scenes of some stages, by default of all; no stage follows one with a failure."""
     failed = ""
-    for stage in STAGES:
+    for stage in stages:
         if failed:
             yield Check(Group.PHYSICS, stage.name, CheckState.NOT_RUN, f"{failed} fails")
             continue
+        engine.note(f"physics, {stage.name}: {plural(len(stage.scenes), 'scene')}, each at two settings")
         for check in stage_checks(engine, stage.scenes):
             failed = failed or (check.name if check.state is CheckState.FAILED else "")
             yield check
@@ -215,7 +218,7 @@ def agreement(verdict: Verdict) -> str:
     """Largest differences from the certified solution, in the order of the quantities."""
     found = {row["quantity"]: row["value"] for row in verdict.rows if row["metric"] == "max"}
     said = [f"{QUANTITY_WORDS[q]} {found[q]:.1e} {QUANTITY_UNITS[q]}" for q in QUANTITY_WORDS if q in found]
-    return f"within {', '.join(said)}"
+    return f"differs by {', '.join(said)}"
 
 
 def reasons_of(verdict: Verdict) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 import traceback
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 from barchain.boundary.message import plain_text
@@ -13,9 +14,10 @@ from barchain.conform.accuracy import accuracy
 from barchain.conform.behaviour import behaviour
 from barchain.conform.checks import Check, CheckState, ConformanceReport, Group
 from barchain.conform.conventions import FIRST_RUN, conventions
+from barchain.conform.extent import WHOLE, Extent
 from barchain.conform.loading import loading
 from barchain.conform.physics import physics
-from barchain.conform.target import RUN_S, examined
+from barchain.conform.target import RUN_S, examined, ignore
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -28,7 +30,11 @@ MISTAKE = "known mistake"
 
 
 def conform(
-    given: str, report: Callable[[Check], None] = lambda _: None, *, time_limit_s: float = RUN_S
+    given: str,
+    report: Callable[[Check], None] = lambda _: None,
+    *,
+    extent: Extent = WHOLE,
+    note: Callable[[str], None] = ignore,
 ) -> ConformanceReport:
     """Examine an engine.
 
@@ -38,22 +44,26 @@ def conform(
         Name of a registered engine, or ``module:Class``.
     report : callable, optional
         Called with each check as it is done.
-    time_limit_s : float, optional
-        Longest time of one run after the start of its process, s: building, compiling and integrating.
+    extent : Extent, optional
+        Groups, scenes and time limit; everything by default.
+    note : callable, optional
+        Called with a sentence before checks that take long.
 
     Raises
     ------
     UnknownEngineError
         If no engine has the name.
     """
-    engine, start, found = replace(examined(given), run_s=time_limit_s), time.perf_counter(), []
-    before = start
-    for made in checks(engine):
+    engine = replace(examined(given), run_s=extent.time_limit_s, note=note)
+    before = start = time.perf_counter()
+    found: list[Check] = []
+    for made in checks(engine, extent):
         check = replace(made, seconds=(now := time.perf_counter()) - before)
         found.append(check)
         report(check)
         before = now
-    return ConformanceReport(engine.name, engine.registration.version, tuple(found), time.perf_counter() - start)
+    seconds = time.perf_counter() - start
+    return ConformanceReport(engine.name, engine.registration.version, tuple(found), seconds, extent.whole)
 
 
 def assert_conforms(given: str, *, time_limit_s: float = RUN_S) -> None:
@@ -73,7 +83,7 @@ def assert_conforms(given: str, *, time_limit_s: float = RUN_S) -> None:
     UnknownEngineError
         If no engine has the name.
     """
-    report = conform(given, time_limit_s=time_limit_s)
+    report = conform(given, extent=Extent(time_limit_s=time_limit_s))
     if not report.passed:
         lines = [f"{c.group}, {c.name}: {c.words} ({c.page})" for c in report.failures]
         raise AssertionError("\n".join([f"{report.engine} does not conform:", *(lines or ["no scene was passed"])]))
@@ -89,16 +99,18 @@ def guarded(group: Group, made: Iterator[Check]) -> Iterator[Check]:
         yield Check(group, "examination", CheckState.FAILED, f"ended by an exception: {words}", PAGE)
 
 
-def checks(engine: Examined) -> Iterator[Check]:
-    """Checks in order."""
+def checks(engine: Examined, extent: Extent = WHOLE) -> Iterator[Check]:
+    """Checks of an extent in order."""
     failed: dict[str, str] = {}
     for group, make, needs in (
         (Group.LOADING, loading, ()),
         (Group.CONVENTIONS, conventions, (Group.LOADING,)),
-        (Group.PHYSICS, physics, (Group.LOADING,)),
+        (Group.PHYSICS, partial(physics, stages=extent.stages), (Group.LOADING,)),
         (Group.ACCURACY, accuracy, (Group.LOADING, MISTAKE)),
         (Group.BEHAVIOUR, behaviour, (Group.LOADING,)),
     ):
+        if group not in extent.groups:
+            continue
         reason = next((failed[g] for g in needs if g in failed), failed.get(FIRST_RUN, ""))
         if reason:
             yield Check(group, str(group), CheckState.NOT_RUN, f"{reason} fails")

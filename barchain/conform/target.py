@@ -11,12 +11,19 @@ from typing import TYPE_CHECKING
 from adapters.registry import ENGINES, RESERVED, TARGET, Registration, UnknownEngineError, find_engine
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from adapters.engine import Engine, Setting
     from barchain.run.job import Job, Role
     from scenarios import Scene
 
 RUN_S = 10.0
 """Longest time of one run by default: a scene is a fifth of an orbit of a few bars"""
+
+
+def ignore(text: str) -> None:
+    """Tell nothing."""
+    del text
 
 
 @dataclass(frozen=True)
@@ -29,6 +36,8 @@ class Examined:
     """Whether the engine has an entry point; False of a class that is named directly"""
     run_s: float = RUN_S
     """Longest time of one run, after the start of its process"""
+    note: Callable[[str], None] = ignore
+    """Called with a sentence before checks that take long"""
 
     @property
     def own(self) -> bool:

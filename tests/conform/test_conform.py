@@ -11,7 +11,7 @@ import pytest
 
 from adapters.registry import engines
 from barchain.cli.main import run
-from barchain.conform import assert_conforms, conform, target
+from barchain.conform import Extent, assert_conforms, conform, target
 from barchain.conform.accuracy import accuracy
 from barchain.conform.checks import CheckState, Group
 
@@ -124,11 +124,24 @@ def test_a_slow_engine_is_tried_at_the_settings_that_fit_into_the_time() -> None
     assert found["errors inside the bound"].state is CheckState.PASSED
 
 
+def test_a_part_of_the_examination_is_run_alone_and_is_no_conformance(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["conform", f"{HERE}:Right", "--scene", "thrust_body"]) == 0
+    shown = capsys.readouterr()
+    assert "physics: thrust body" in shown.out
+    assert not any(word in shown.out for word in ("behaviour:", "accuracy:", "conventions:", "two bars"))
+    assert "passes a part of the examination" in shown.out
+    assert "physics, with one effect: 1 scene" in shown.err
+    assert run(["conform", f"{HERE}:Right", "--only", "behaviour"]) == 0
+    assert "physics:" not in capsys.readouterr().out
+    assert run(["conform", f"{HERE}:Right", "--scene", "thrust_bod"]) == 2
+    assert "did you mean thrust_body?" in capsys.readouterr().err
+
+
 def test_a_run_that_is_ended_tells_its_phase_and_the_option_that_allows_more_time(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("barchain.conform.runs.START_S", 3.0)
-    found = failed(conform(f"{HERE}:Compiles", time_limit_s=1.0))
+    found = failed(conform(f"{HERE}:Compiles", extent=Extent(time_limit_s=1.0)))
     assert found["a first run"].startswith("no result within 4 s, ended in build")
     assert "--time-limit" in found["a first run"]
 

@@ -1,21 +1,68 @@
-"""Recipes for CI agree with the schemas of GitHub and GitLab, and name options that there are."""
+"""Recipes for nights agree with the schemas of their services, name options that there are, and pass on exit codes."""
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
-from click.testing import CliRunner
+from ruamel.yaml import YAML
 
-from barchain.cli.main import cli
+from tests.documents.commands import fault
 
 ROOT = Path(__file__).parents[2]
 RECIPES = ROOT / "docs" / "recipes"
-GITHUB, GITLAB, CRON = (RECIPES / name for name in ("github-nightly.yml", "gitlab-nightly.yml", "crontab"))
+GITHUB, GITLAB, SCRIPT, SERVICE, TIMER = (
+    RECIPES / name
+    for name in (
+        "github-nightly.yml", "gitlab-nightly.yml", "nightly.sh", "barchain-nightly.service", "barchain-nightly.timer",
+    )
+)  # fmt: skip
+COMMAND = re.compile(r"^[^#]*?\bbarchain ((?:-q )?(?:nightly|history) [^|&;\n]*)", re.MULTILINE)
+PARAMETER = re.compile(r"\$\{\w+:\+(.*?)\}")
+INPUTS = {"CHANGE": "*:exudyn:*", "REASON": "$(touch injected)", "UNTIL": "2031-01-02", "LOGNAME": "someone"}
+CODES = [(0, 0, True), (1, 1, True), (2, 2, False), (3, 3, True), (130, 130, False)]
+"""Exit code of a night, of a recipe, and whether the history is kept"""
+
+
+def yaml(file: Path) -> Any:
+    return YAML(typ="safe").load(file.read_text("utf-8"))
+
+
+def github_steps() -> dict[str, dict[str, Any]]:
+    return {step.get("name", step.get("uses")): step for step in yaml(GITHUB)["jobs"]["nightly"]["steps"]}
+
+
+def shell_parts() -> dict[str, str]:
+    """Shell text of all recipes, by place; GitLab joins before_script and script."""
+    gitlab = yaml(GITLAB)
+    before = "\n".join(gitlab[".barchain"]["before_script"])
+    return (
+        {name: step["run"] for name, step in github_steps().items() if "run" in step}
+        | {job: "\n".join([before, *gitlab[job]["script"]]) for job in ("nightly", "accept")}
+        | {"after nightly": "\n".join(gitlab["nightly"]["after_script"]), "nightly.sh": SCRIPT.read_text("utf-8")}
+    )
+
+
+def play(text: str, folder: Path, code: int = 0, **given: str) -> subprocess.CompletedProcess[str]:
+    """Run shell text as a CI does, with a `barchain` that writes down its arguments, and a `pip` that does nothing."""
+    programs = folder / "bin"
+    programs.mkdir(exist_ok=True)
+    for name, body in {
+        "barchain": f'[ "$1" = history ] || code={code}\necho "$LOGNAME:$*" >> said\n'
+        "mkdir -p nights\necho of tonight > nights/history.sqlite\nexit ${code:-0}",
+        "pip": 'echo "pip $*"',
+    }.items():
+        (programs / name).write_text(f"#!/bin/sh\n{body}\n", "utf-8")
+        (programs / name).chmod(0o755)
+    known = {"PATH": f"{programs}:{os.environ['PATH']}", "GITHUB_ENV": str(folder / "kept.env"), "BARCHAIN": "barchain"}
+    line = ["bash", "-e", "-o", "pipefail", "-c", text]
+    return subprocess.run(line, cwd=folder, env=known | given, capture_output=True, text=True, check=False)
 
 
 @pytest.mark.parametrize(
@@ -37,13 +84,120 @@ def test_actionlint_finds_nothing_in_the_workflow() -> None:
     assert done.returncode == 0, done.stdout
 
 
+@pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="systemd is not installed")
+def test_systemd_finds_nothing_in_the_units(tmp_path: Path) -> None:
+    for file in (SERVICE, TIMER):
+        text = file.read_text("utf-8").replace("/srv/barchain/bin/barchain", "/bin/true")
+        (tmp_path / file.name).write_text(text, "utf-8")
+    line = ["systemd-analyze", "verify", *(str(tmp_path / file.name) for file in (SERVICE, TIMER))]
+    done = subprocess.run(line, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_the_projects_own_workflow_is_the_recipe() -> None:
     assert (ROOT / ".github" / "workflows" / "nightly.yml").read_bytes() == GITHUB.read_bytes()
 
 
-@pytest.mark.parametrize("file", [GITHUB, GITLAB, CRON])
-def test_every_option_of_a_recipe_is_one_of_the_command(file: Path) -> None:
-    line = next(each for each in file.read_text("utf-8").splitlines() if re.search(r"barchain (-q )?nightly ", each))
-    known = CliRunner().invoke(cli, ["nightly", "--help"]).output
-    for option in re.findall(r"(--[a-z-]+)", line.partition("nightly")[2]):
-        assert option in known
+@pytest.mark.parametrize("file", [GITHUB, GITLAB, SCRIPT, SERVICE])
+def test_every_command_of_a_recipe_has_the_options_that_it_names(file: Path) -> None:
+    commands = COMMAND.findall(file.read_text("utf-8"))
+    assert commands
+    for command in commands:
+        assert not fault(PARAMETER.sub(r"\1", command), whole=False), command
+
+
+@pytest.mark.parametrize("place", shell_parts())
+def test_the_shell_of_a_recipe_has_no_fault_of_syntax_and_no_expression(place: str) -> None:
+    text = shell_parts()[place]
+    done = subprocess.run(["bash", "-n"], input=text, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "${{" not in text, "an expression in shell text lets inputs run commands"
+
+
+@pytest.mark.parametrize(("code", "ends", "kept"), CODES)
+def test_the_github_night_keeps_the_history_unless_it_may_be_damaged(
+    tmp_path: Path, code: int, ends: int, kept: bool
+) -> None:
+    done = play(shell_parts()["Run the night"], tmp_path, code, PLAN="my plan.toml")
+    assert done.returncode == (0 if ends == 3 else ends)
+    assert ("::warning::" in done.stdout) == (ends == 3)
+    assert (tmp_path / "kept.env").exists() == kept
+    assert ":nightly --plan my plan.toml --out nights\n" in (tmp_path / "said").read_text("utf-8")
+
+
+@pytest.mark.parametrize(("code", "ends", "kept"), CODES)
+def test_the_gitlab_night_keeps_the_history_unless_it_may_be_damaged(
+    tmp_path: Path, code: int, ends: int, kept: bool
+) -> None:
+    (tmp_path / "kept").mkdir()
+    (tmp_path / "kept" / "history.sqlite").write_text("of last night\n", "utf-8")
+    done = play(shell_parts()["nightly"], tmp_path, code)
+    assert done.returncode == ends
+    now = (tmp_path / "kept" / "history.sqlite").read_text("utf-8")
+    assert now == ("of tonight\n" if kept else "of last night\n")
+    assert yaml(GITLAB)["nightly"]["allow_failure"] == {"exit_codes": [3]}
+
+
+def test_github_accepts_a_change_on_the_default_branch_alone(tmp_path: Path) -> None:
+    step = shell_parts()["Accept a change"]
+    elsewhere = play(step, tmp_path, GITHUB_REF_NAME="mine", BRANCH="main", **INPUTS)
+    assert (elsewhere.returncode, (tmp_path / "said").exists()) == (2, False)
+    done = play(step, tmp_path, GITHUB_REF_NAME="main", BRANCH="main", **INPUTS)
+    assert done.returncode == 0, done.stderr
+    assert_accepted(tmp_path)
+    assert (tmp_path / "kept.env").read_text("utf-8") == "KEEP=yes\n"
+
+
+def test_gitlab_accepts_a_change_and_keeps_the_history(tmp_path: Path) -> None:
+    done = play(shell_parts()["accept"], tmp_path, GITLAB_USER_LOGIN="someone", **INPUTS)
+    assert done.returncode == 0, done.stderr
+    assert_accepted(tmp_path)
+    assert (tmp_path / "kept" / "history.sqlite").exists()
+
+
+def assert_accepted(folder: Path) -> None:
+    """The inputs came as they are: no shell read them."""
+    said = (folder / "said").read_text("utf-8")
+    assert said == "someone:history accept --reason $(touch injected) --until 2031-01-02 -- *:exudyn:*\n"
+    assert not (folder / "injected").exists()
+
+
+@pytest.mark.parametrize("place", ["Install", "nightly", "accept"])
+def test_a_recipe_tells_in_one_sentence_that_barchain_is_not_installed(tmp_path: Path, place: str) -> None:
+    text = shell_parts()[place]
+    unset = play(text, tmp_path, BARCHAIN="")
+    assert unset.returncode == 2
+    assert (
+        unset.stdout.strip().removeprefix("::error::").startswith("Set the variable BARCHAIN to the arguments of pip")
+    )
+    own = play(text.replace("command -v barchain", "command -v no-such-barchain"), tmp_path, BARCHAIN="-e .[all]")
+    assert own.returncode == 2
+    assert "pip install -e .[all]\n" in own.stdout
+    assert "The variable BARCHAIN (-e .[all]) does not install barchain." in own.stdout
+
+
+@pytest.mark.parametrize("code", [0, 1, 2, 3])
+def test_the_script_of_cron_speaks_if_the_night_has_something_to_tell(tmp_path: Path, code: int) -> None:
+    done = play(script(tmp_path, "echo a result; exit $CODE"), tmp_path, CODE=str(code))
+    assert done.returncode == code
+    assert done.stdout == ("" if code == 0 else f"The night ended with exit code {code}.\na result\n")
+
+
+def test_the_script_of_cron_tells_that_the_last_night_still_runs(tmp_path: Path) -> None:
+    held = play(f"exec flock lock bash -c '{script(tmp_path, 'exit 0')}'", tmp_path)
+    assert (held.returncode, held.stdout) == (75, "The last night still runs: no night began.\n\n")
+
+
+def test_the_script_of_cron_ends_a_night_that_hangs(tmp_path: Path) -> None:
+    done = play(script(tmp_path, "exec sleep 60").replace("60m", "1"), tmp_path)
+    assert done.returncode == 124
+    assert done.stdout.startswith("The night was ended after")
+
+
+def script(folder: Path, body: str) -> str:
+    """Text of the script, with the paths of a folder and a barchain of this body."""
+    program = folder / "its-barchain"
+    program.write_text(f"#!/bin/sh\n{body}\n", "utf-8")
+    program.chmod(0o755)
+    text = SCRIPT.read_text("utf-8").replace("/srv/barchain/bin/barchain", str(program))
+    return text.replace("/srv/nights ", f"{folder} ")

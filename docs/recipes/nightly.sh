@@ -1,0 +1,16 @@
+#!/bin/sh
+# One night for cron: prints nothing after exit code 0, else the reason and what barchain said.
+# Set the paths; add `--plan FILE` for a plan of your own. The page is /srv/nights/nights/nightly.html.
+# `flock` keeps a second night from beginning beside the first one. `timeout` ends a night that hangs, as by Ctrl-C: keep its
+# limit well above the plan's minutes.
+cd /srv/nights || exit 2
+said=$(flock -n -E 75 lock timeout -s INT -k 60 60m /srv/barchain/bin/barchain -q nightly --out nights 2>&1)
+code=$?
+case $code in
+  0) exit 0 ;;
+  75) echo "The last night still runs: no night began." ;;
+  124|137) echo "The night was ended after 60 minutes." ;;
+  *) echo "The night ended with exit code $code." ;;
+esac
+echo "$said"
+exit $code
