@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 SIGNS = {"passed": "✓", "warning": "!", "unsupported": "-", "not run": "·", "failed": "✗"}
 COLOURS = {"passed": "green", "warning": "yellow", "unsupported": "dim", "not run": "dim", "failed": "bold red"}
-GROUPS = ("loading", "conventions", "physics", "accuracy", "behaviour")
 NAME_WIDTH = 38
 INDENT = 6 * " "
 """Of a check's further lines on a terminal"""
@@ -32,50 +31,26 @@ INDENT = 6 * " "
 @click.argument("targets", metavar="ENGINE|MODULE:CLASS...", nargs=-1, required=True, type=WORDS)
 @click.option("--junit", metavar="FILE", type=NamedPath(path_type=Path, dir_okay=False),
               help="Write the checks as JUnit XML into this file.")  # fmt: skip
-@click.option(
-    "--time-limit",
-    metavar="S",
-    type=POSITIVE_SECONDS,
-    default=10.0,
-    show_default=True,
-    help="End a run after this wall time, in seconds, beside 30 s for the start of its process.",
-)
-@click.option(
-    "--only",
-    "groups",
-    metavar="GROUP",
-    multiple=True,
-    type=click.Choice(GROUPS),
-    help=f"Examine this group alone, beside loading: {', '.join(GROUPS)}. May be repeated.",
-)
-@click.option(
-    "--scene",
-    "scenes",
-    metavar="SCENE",
-    multiple=True,
-    type=WORDS,
-    help="Examine this scene of the physics alone, e.g. impulse_alone. May be repeated.",
-)
+@click.option("--time-limit", metavar="S", type=POSITIVE_SECONDS, default=10.0, show_default=True,
+              help="End a run after this wall time, in seconds, beside 30 s for the start of its process.")  # fmt: skip
+@click.option("--only", "names", metavar="NAME", multiple=True, type=WORDS,
+              help="Examine this group of checks, or this scene of the physics (impulse_alone), alone, beside loading. "
+                   "May be repeated.")  # fmt: skip
 @json_option
 def conform(
-    targets: tuple[str, ...],
-    junit: Path | None,
-    time_limit: float,
-    groups: tuple[str, ...],
-    scenes: tuple[str, ...],
-    as_json: bool,
+    targets: tuple[str, ...], junit: Path | None, time_limit: float, names: tuple[str, ...], as_json: bool
 ) -> None:
     """Examine an engine: declarations, conventions, physics, accuracy and behaviour, and name its mistakes.
 
     ENGINE is a name of `barchain engines`; MODULE:CLASS is a class that no package registers yet. Exits with 1 if a
-    check fails. --only and --scene examine a part, which is no conformance. docs/howto/conform.md describes the checks.
+    check fails. A part of the examination is no conformance. docs/howto/conform.md describes the checks.
     """
     from barchain.cli.common.result_folder import need_writable  # noqa: PLC0415
     from barchain.conform.extent import extent_of  # noqa: PLC0415
     from barchain.conform.run import conform as examine  # noqa: PLC0415
     from barchain.conform.target import examined  # noqa: PLC0415
 
-    extent = extent_of(groups, scenes, time_limit)
+    extent = extent_of(names, time_limit)
     for target in targets:
         examined(target)  # a wrong name is told before anything runs
     if junit is not None:

@@ -43,32 +43,35 @@ class Extent:
 WHOLE = Extent()
 
 
-def extent_of(groups: Iterable[str], scenes: Iterable[str], time_limit_s: float = RUN_S) -> Extent:
-    """Extent of named groups and scenes; loading always belongs to it, and scenes alone to the physics.
+def extent_of(names: Iterable[str], time_limit_s: float = RUN_S) -> Extent:
+    """Extent of named groups and scenes; loading always belongs to it, and the physics to a scene.
 
     Parameters
     ----------
-    groups : iterable of str
-        Names of groups; all without any.
-    scenes : iterable of str
-        Scenes of the physics, ``impulse_alone`` or ``conform/impulse_alone``; all without any.
+    names : iterable of str
+        Groups, and scenes of the physics as ``impulse_alone`` or ``conform/impulse_alone``; everything without any.
     time_limit_s : float, optional
 
     Raises
     ------
     SceneError
-        If a scene is none of the examination; the message gives the nearest one.
+        If a name is neither a group nor a scene of the examination; the message gives the nearest name.
     """
-    chosen = tuple(scene_name(given) for given in scenes)
-    named = frozenset(map(Group, groups)) or (frozenset({Group.PHYSICS}) if chosen else frozenset(Group))
-    return Extent(named | {Group.LOADING}, chosen, time_limit_s)
+    every = list(names)
+    if not every:
+        return Extent(time_limit_s=time_limit_s)
+    groups = {Group(name) for name in every if name in set(Group)}
+    scenes = tuple(scene_name(name) for name in every if name not in set(Group))
+    own = {Group.PHYSICS} if scenes else set[Group]()
+    return Extent(frozenset(groups | own | {Group.LOADING}), scenes, time_limit_s)
 
 
 def scene_name(given: str) -> str:
     """Full name of a scene of the physics."""
-    known = [scene for stage in STAGES for scene in stage.scenes]
-    name = given if given.startswith(FOLDER) else f"{FOLDER}{given}"
+    known = [scene.removeprefix(FOLDER) for stage in STAGES for scene in stage.scenes]
+    name = given.removeprefix(FOLDER)
     if name not in known:
-        short = [scene.removeprefix(FOLDER) for scene in known]
-        raise SceneError(f"{given}: no scene of the examination{nearest(name.removeprefix(FOLDER), short)}")
-    return name
+        groups = ", ".join(Group)
+        near = nearest(name, [*known, *Group])
+        raise SceneError(f"{given} given, allowed: {groups}, or a scene of the physics{near}")
+    return f"{FOLDER}{name}"

@@ -8,7 +8,7 @@ said=$(flock -n -E 75 lock timeout -s INT -k 60 60m /srv/barchain/bin/barchain -
 code=$?
 case $code in
   0) exit 0 ;;
-  75) echo "The last night still runs: no night began." ;;
+  75) echo "The last night still runs: no night began."; exit 75 ;;
   124|137) echo "The night was ended after 60 minutes." ;;
   *) echo "The night ended with exit code $code." ;;
 esac

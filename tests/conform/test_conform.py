@@ -125,7 +125,7 @@ def test_a_slow_engine_is_tried_at_the_settings_that_fit_into_the_time() -> None
 
 
 def test_a_part_of_the_examination_is_run_alone_and_is_no_conformance(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["conform", f"{HERE}:Right", "--scene", "thrust_body"]) == 0
+    assert run(["conform", f"{HERE}:Right", "--only", "thrust_body"]) == 0
     shown = capsys.readouterr()
     assert "physics: thrust body" in shown.out
     assert not any(word in shown.out for word in ("behaviour:", "accuracy:", "conventions:", "two bars"))
@@ -133,7 +133,7 @@ def test_a_part_of_the_examination_is_run_alone_and_is_no_conformance(capsys: py
     assert "physics, with one effect: 1 scene" in shown.err
     assert run(["conform", f"{HERE}:Right", "--only", "behaviour"]) == 0
     assert "physics:" not in capsys.readouterr().out
-    assert run(["conform", f"{HERE}:Right", "--scene", "thrust_bod"]) == 2
+    assert run(["conform", f"{HERE}:Right", "--only", "thrust_bod"]) == 2
     assert "did you mean thrust_body?" in capsys.readouterr().err
 
 

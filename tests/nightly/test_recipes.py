@@ -11,9 +11,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from click.testing import CliRunner
 from ruamel.yaml import YAML
 
-from tests.documents.commands import fault
+from barchain.cli.main import cli
 
 ROOT = Path(__file__).parents[2]
 RECIPES = ROOT / "docs" / "recipes"
@@ -23,8 +24,7 @@ GITHUB, GITLAB, SCRIPT, SERVICE, TIMER = (
         "github-nightly.yml", "gitlab-nightly.yml", "nightly.sh", "barchain-nightly.service", "barchain-nightly.timer",
     )
 )  # fmt: skip
-COMMAND = re.compile(r"^[^#]*?\bbarchain ((?:-q )?(?:nightly|history) [^|&;\n]*)", re.MULTILINE)
-PARAMETER = re.compile(r"\$\{\w+:\+(.*?)\}")
+COMMAND = re.compile(r"^[^#]*?\bbarchain (?:-q )?(nightly|history \w+) ([^|&;\n]*)", re.MULTILINE)
 INPUTS = {"CHANGE": "*:exudyn:*", "REASON": "$(touch injected)", "UNTIL": "2031-01-02", "LOGNAME": "someone"}
 CODES = [(0, 0, True), (1, 1, True), (2, 2, False), (3, 3, True), (130, 130, False)]
 """Exit code of a night, of a recipe, and whether the history is kept"""
@@ -49,7 +49,9 @@ def shell_parts() -> dict[str, str]:
     )
 
 
-def play(text: str, folder: Path, code: int = 0, **given: str) -> subprocess.CompletedProcess[str]:
+def play(
+    text: str, folder: Path, given: dict[str, str] | None = None, code: int = 0
+) -> subprocess.CompletedProcess[str]:
     """Run shell text as a CI does, with a `barchain` that writes down its arguments, and a `pip` that does nothing."""
     programs = folder / "bin"
     programs.mkdir(exist_ok=True)
@@ -62,7 +64,7 @@ def play(text: str, folder: Path, code: int = 0, **given: str) -> subprocess.Com
         (programs / name).chmod(0o755)
     known = {"PATH": f"{programs}:{os.environ['PATH']}", "GITHUB_ENV": str(folder / "kept.env"), "BARCHAIN": "barchain"}
     line = ["bash", "-e", "-o", "pipefail", "-c", text]
-    return subprocess.run(line, cwd=folder, env=known | given, capture_output=True, text=True, check=False)
+    return subprocess.run(line, cwd=folder, env=known | (given or {}), capture_output=True, text=True, check=False)
 
 
 @pytest.mark.parametrize(
@@ -102,8 +104,11 @@ def test_the_projects_own_workflow_is_the_recipe() -> None:
 def test_every_command_of_a_recipe_has_the_options_that_it_names(file: Path) -> None:
     commands = COMMAND.findall(file.read_text("utf-8"))
     assert commands
-    for command in commands:
-        assert not fault(PARAMETER.sub(r"\1", command), whole=False), command
+    for command, rest in commands:
+        known = CliRunner().invoke(cli, [*command.split(), "--help"])
+        assert known.exit_code == 0, command
+        for option in re.findall(r"(--[a-z-]+)", rest):
+            assert option in known.output
 
 
 @pytest.mark.parametrize("place", shell_parts())
@@ -118,7 +123,7 @@ def test_the_shell_of_a_recipe_has_no_fault_of_syntax_and_no_expression(place: s
 def test_the_github_night_keeps_the_history_unless_it_may_be_damaged(
     tmp_path: Path, code: int, ends: int, kept: bool
 ) -> None:
-    done = play(shell_parts()["Run the night"], tmp_path, code, PLAN="my plan.toml")
+    done = play(shell_parts()["Run the night"], tmp_path, {"PLAN": "my plan.toml"}, code)
     assert done.returncode == (0 if ends == 3 else ends)
     assert ("::warning::" in done.stdout) == (ends == 3)
     assert (tmp_path / "kept.env").exists() == kept
@@ -131,7 +136,7 @@ def test_the_gitlab_night_keeps_the_history_unless_it_may_be_damaged(
 ) -> None:
     (tmp_path / "kept").mkdir()
     (tmp_path / "kept" / "history.sqlite").write_text("of last night\n", "utf-8")
-    done = play(shell_parts()["nightly"], tmp_path, code)
+    done = play(shell_parts()["nightly"], tmp_path, code=code)
     assert done.returncode == ends
     now = (tmp_path / "kept" / "history.sqlite").read_text("utf-8")
     assert now == ("of tonight\n" if kept else "of last night\n")
@@ -140,16 +145,16 @@ def test_the_gitlab_night_keeps_the_history_unless_it_may_be_damaged(
 
 def test_github_accepts_a_change_on_the_default_branch_alone(tmp_path: Path) -> None:
     step = shell_parts()["Accept a change"]
-    elsewhere = play(step, tmp_path, GITHUB_REF_NAME="mine", BRANCH="main", **INPUTS)
+    elsewhere = play(step, tmp_path, INPUTS | {"GITHUB_REF_NAME": "mine", "BRANCH": "main"})
     assert (elsewhere.returncode, (tmp_path / "said").exists()) == (2, False)
-    done = play(step, tmp_path, GITHUB_REF_NAME="main", BRANCH="main", **INPUTS)
+    done = play(step, tmp_path, INPUTS | {"GITHUB_REF_NAME": "main", "BRANCH": "main"})
     assert done.returncode == 0, done.stderr
     assert_accepted(tmp_path)
     assert (tmp_path / "kept.env").read_text("utf-8") == "KEEP=yes\n"
 
 
 def test_gitlab_accepts_a_change_and_keeps_the_history(tmp_path: Path) -> None:
-    done = play(shell_parts()["accept"], tmp_path, GITLAB_USER_LOGIN="someone", **INPUTS)
+    done = play(shell_parts()["accept"], tmp_path, INPUTS | {"GITLAB_USER_LOGIN": "someone"})
     assert done.returncode == 0, done.stderr
     assert_accepted(tmp_path)
     assert (tmp_path / "kept" / "history.sqlite").exists()
@@ -165,12 +170,12 @@ def assert_accepted(folder: Path) -> None:
 @pytest.mark.parametrize("place", ["Install", "nightly", "accept"])
 def test_a_recipe_tells_in_one_sentence_that_barchain_is_not_installed(tmp_path: Path, place: str) -> None:
     text = shell_parts()[place]
-    unset = play(text, tmp_path, BARCHAIN="")
+    unset = play(text, tmp_path, {"BARCHAIN": ""})
     assert unset.returncode == 2
     assert (
         unset.stdout.strip().removeprefix("::error::").startswith("Set the variable BARCHAIN to the arguments of pip")
     )
-    own = play(text.replace("command -v barchain", "command -v no-such-barchain"), tmp_path, BARCHAIN="-e .[all]")
+    own = play(text.replace("command -v barchain", "command -v no-such-barchain"), tmp_path, {"BARCHAIN": "-e .[all]"})
     assert own.returncode == 2
     assert "pip install -e .[all]\n" in own.stdout
     assert "The variable BARCHAIN (-e .[all]) does not install barchain." in own.stdout
@@ -178,26 +183,27 @@ def test_a_recipe_tells_in_one_sentence_that_barchain_is_not_installed(tmp_path:
 
 @pytest.mark.parametrize("code", [0, 1, 2, 3])
 def test_the_script_of_cron_speaks_if_the_night_has_something_to_tell(tmp_path: Path, code: int) -> None:
-    done = play(script(tmp_path, "echo a result; exit $CODE"), tmp_path, CODE=str(code))
+    done = cron(tmp_path, f"echo a result; exit {code}")
     assert done.returncode == code
     assert done.stdout == ("" if code == 0 else f"The night ended with exit code {code}.\na result\n")
 
 
 def test_the_script_of_cron_tells_that_the_last_night_still_runs(tmp_path: Path) -> None:
-    held = play(f"exec flock lock bash -c '{script(tmp_path, 'exit 0')}'", tmp_path)
-    assert (held.returncode, held.stdout) == (75, "The last night still runs: no night began.\n\n")
+    held = cron(tmp_path, "exit 0", "flock", "lock")
+    assert (held.returncode, held.stdout) == (75, "The last night still runs: no night began.\n")
 
 
 def test_the_script_of_cron_ends_a_night_that_hangs(tmp_path: Path) -> None:
-    done = play(script(tmp_path, "exec sleep 60").replace("60m", "1"), tmp_path)
+    done = cron(tmp_path, "exec sleep 60", limit="1")
     assert done.returncode == 124
-    assert done.stdout.startswith("The night was ended after")
+    assert done.stdout.startswith("The night was ended after 60 minutes.")
 
 
-def script(folder: Path, body: str) -> str:
-    """Text of the script, with the paths of a folder and a barchain of this body."""
-    program = folder / "its-barchain"
+def cron(folder: Path, body: str, *under: str, limit: str = "60m") -> subprocess.CompletedProcess[str]:
+    """Run the script in a folder, under some command, with a barchain of this body."""
+    program, file = folder / "barchain", folder / "nightly.sh"
     program.write_text(f"#!/bin/sh\n{body}\n", "utf-8")
     program.chmod(0o755)
-    text = SCRIPT.read_text("utf-8").replace("/srv/barchain/bin/barchain", str(program))
-    return text.replace("/srv/nights ", f"{folder} ")
+    text = SCRIPT.read_text("utf-8").replace("/srv/barchain/bin/barchain", str(program)).replace(" 60m ", f" {limit} ")
+    file.write_text(text.replace("/srv/nights ", f"{folder} "), "utf-8")
+    return subprocess.run([*under, "sh", str(file)], cwd=folder, capture_output=True, text=True, check=False)

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from barchain.solutions.reference import ReferenceSolution
 
 NORMALISED = "normalised_error"
+UNEXPLAINED = "; no known mistake that was tried explains it, and `barchain conform` tries more"
 OPEN_RAD = 1.0
 """Tolerance of the attitude from which on a run is not compared: the engine's two runs have parted"""
 
@@ -100,11 +101,12 @@ def diagnosed_rows(rows: list[Row], diagnosis: Diagnosis) -> list[Row]:
     """Rows of a verdict with a diagnosis in the reasons of the inconsistent ones."""
     wrong = {w.quantity: w for w in diagnosis.wrong}
     new, explanations = [], diagnosis.explanations
+    further = "" if explanations else UNEXPLAINED
     for row in rows:
         if is_inconsistent(row) and row["quantity"] in wrong:
-            said = inconsistent_reason(wrong[row["quantity"]], explanations, diagnosis.next_best)
+            said = inconsistent_reason(wrong[row["quantity"]], explanations, diagnosis.next_best) + further
             new.append(row | {"reason": f"{said}; {row['reason']}" if row["reason"] else said})
-            explanations = ()  # told once
+            explanations, further = (), ""  # told once
         else:
             new.append(row)
     return new
