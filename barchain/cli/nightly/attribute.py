@@ -34,7 +34,7 @@ def attribute_night(night: str, names: tuple[str, ...], url: str | None) -> None
 
     need_extra("packaging", "pypi_simple")
     from barchain.nightly.attribution.attribute import attribute  # noqa: PLC0415
-    from barchain.nightly.attribution.choice import worth_attributing  # noqa: PLC0415
+    from barchain.nightly.attribution.choice import reasons_against, worth_attributing  # noqa: PLC0415
     from barchain.nightly.history.judged import change_named, judge  # noqa: PLC0415
 
     with opened(url) as store:
@@ -42,6 +42,8 @@ def attribute_night(night: str, names: tuple[str, ...], url: str | None) -> None
         chosen = [change_named(judged, name) for name in names] or worth_attributing(judged, MOST_CHANGES)
         if not chosen:
             say(f"{judged.night.name}: no change with a suspect that can be exchanged")
+            for reason in reasons_against(judged):
+                say(f"  {reason}")
             return
         found = attribute(store, judged, chosen, note=lambda text: say(f"  {text}", err=True), told=show)
     if any(one.attribution.verdict == "not reproduced" for one in found):

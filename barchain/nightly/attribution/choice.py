@@ -34,6 +34,23 @@ def worth_attributing(judged: JudgedNight, most: int) -> list[Change]:
     return list(found.values())[:most]
 
 
+def reasons_against(judged: JudgedNight) -> list[str]:
+    """Why the changes of a night can't be attributed: a line for each reason, without repetitions."""
+    nights = {night.name: night for night in (*judged.compared_with, judged.night)}
+    found: list[str] = []
+    for change in judged.tonight:
+        try:
+            command_of(change.identity)
+        except CellError as error:
+            found.append(str(error).partition(": ")[2])
+            continue
+        if change.irreproducible:
+            found.append("a run is not reproducible: equal parts gave other bits")
+        else:
+            found += swaps_of(suspicion(change, nights).suspects)[1] or ["no part is known to differ"]
+    return list(dict.fromkeys(found))
+
+
 def rank(change: Change) -> tuple[bool, int, float]:
     """Order of changes: for the worse first, errors first, large factors first."""
     kind = change.identity.kind

@@ -1,0 +1,48 @@
+"""Changes that real runs can attribute, and the reasons why others can't be."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING
+
+from barchain.nightly.attribution.choice import reasons_against, worth_attributing
+from barchain.nightly.history.judged import judge
+from barchain.nightly.history.model.figures import NightPart
+from barchain.nightly.history.store import open_store
+from tests.nightly.history.synthetic import PARTS, error, night
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from barchain.nightly.history.changes.judging import JudgedNight
+    from barchain.nightly.history.model.figures import Figure
+
+NEWER = (NightPart("engine:mujoco", "4.0.0", "ee"), *PARTS[1:])
+SAME_VERSION = (dataclasses.replace(PARTS[0], digest="edited"), *PARTS[1:])
+
+
+def of_scene(figure: Figure, scene: str) -> Figure:
+    return dataclasses.replace(figure, identity=dataclasses.replace(figure.identity, scene=scene))
+
+
+def judged(folder: Path, parts: tuple[NightPart, ...], *scenes: str) -> JudgedNight:
+    """Night on which the error doubled in some scenes, with other parts than on the two nights before."""
+    with open_store(str(folder / "history.sqlite"), create=True) as store:
+        for number, factor in enumerate((1.0, 1.0, 2.0)):
+            figures = (of_scene(error(1e-5 * factor), scene) for scene in scenes)
+            store.add(night(*figures, number=number, parts=parts if factor > 1.0 else PARTS))
+        return judge(store, "latest")
+
+
+def test_a_scene_of_a_file_is_left_out_and_costs_no_other_change(tmp_path: Path) -> None:
+    found = judged(tmp_path, NEWER, "mine", "paper/fig05")
+    assert [change.identity.scene for change in worth_attributing(found, 10)] == ["paper/fig05"]
+    assert any("scene of a file" in reason for reason in reasons_against(found))
+
+
+def test_other_files_of_one_version_are_the_reason_against_a_change(tmp_path: Path) -> None:
+    found = judged(tmp_path, SAME_VERSION, "paper/fig05")
+    assert worth_attributing(found, 10) == []
+    assert reasons_against(found) == [
+        "engine:mujoco: has the same version on both nights; other files of one version can't be installed again"
+    ]
