@@ -85,6 +85,19 @@ def test_a_verdict_that_is_no_pass_is_named_in_every_document_of_every_night(his
         assert [case.system_out for case in cases if case.system_out] == [told.words]
 
 
+def test_larger_errors_of_a_result_that_became_right_are_no_regression_on_any_night(
+    history: str, tmp_path: Path
+) -> None:
+    add(history, night(error(1e-5), verdict("inconsistent"), number=0))
+    for number in (1, 2):
+        add(history, night(error(2e-5), verdict("pass"), number=number, parts=NEWER))
+        code, facts = report(history, tmp_path / str(number))
+        assert (code, facts.counts.worse, facts.standing) == (0, 0, ())
+    (mended,) = [c for c in read_nightly(tmp_path / "1" / "nightly.json").changes if c.kind == "error"]
+    assert mended.direction == "changed"
+    assert mended.reason.startswith("the verdict became right")
+
+
 def test_a_larger_error_is_told_with_factor_and_suspect_and_ends_with_1(history: str, tmp_path: Path) -> None:
     add(history, usual(number=0), usual(number=1), usual(2.0, number=2, parts=NEWER))
     code, facts = report(history, tmp_path / "out")

@@ -11,6 +11,7 @@ from barchain.nightly.history.changes.levels import RULES, level_changes, same_c
 from barchain.nightly.history.changes.model import Change, Direction
 from barchain.nightly.history.changes.times import FALSE_ALARMS, time_changes
 from barchain.nightly.history.changes.vanished import vanished
+from barchain.nightly.history.changes.verdicts import without_mended
 from barchain.nightly.history.model.figures import STEPPED
 
 if TYPE_CHECKING:
@@ -81,12 +82,12 @@ def judge_night(
     own = [one for one in (restricted(each, kept) for each in series) if one.nights]
     alike = same_class(kept)
     current = [one for one in own if one.nights[-1].number == tonight.number]
-    settled = [
+    settled = without_mended(
         change
         for one in own
         if one.identity.kind not in STEPPED
         for change in (level_changes(one) if one.identity.kind in RULES else bit_changes(one))
-    ]
+    )
     noisy = [restricted(one, alike) for one in own if one.identity.kind in STEPPED]
     stepped, fresh = time_changes([one for one in noisy if one.nights], false_alarms, told)
     gone = vanished(own, kept, presence)

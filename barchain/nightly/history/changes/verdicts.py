@@ -1,16 +1,25 @@
-"""Rule of verdicts: another word is always told, and the scale of its study says whether it is better or worse."""
+"""Rules of verdicts: another word is always told, and the scale of its study says whether it is better or worse.
+
+Where a comparison's verdict became right, larger errors of the same run are no regression: the earlier ones were those
+of a wrong result, which may be small by chance.
+"""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from barchain.nightly.history.changes.model import Direction, Judgement
+from barchain.nightly.history.model.figures import FigureKind
 from reports.tables.faults.campaign import CellClass
 from reports.tables.faults.selftest import FaultOutcome
-from reports.tables.outcome import SEVERITY
+from reports.tables.outcome import SEVERITY, Outcome
 from reports.tables.stability import Stability
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from barchain.nightly.history.changes.model import Change
     from barchain.nightly.history.model.figures import Figure
 
 SCALES: tuple[tuple[str, ...], ...] = (
@@ -27,6 +36,13 @@ SCALES: tuple[tuple[str, ...], ...] = (
 )  # fmt: skip
 """Words of each study from the best to the worst"""
 
+WRONG = {str(o) for o in (Outcome.INCONSISTENT, Outcome.EXCEEDS_BOUND, Outcome.JOINTS_IGNORED, Outcome.MALFORMED)}
+"""Verdicts on a whole result that is wrong"""
+RIGHT = {str(Outcome.PASS), str(Outcome.ROUNDOFF_LIMITED)}
+OF_A_RESULT = {FigureKind.ERROR, FigureKind.VALUE, FigureKind.COUNT}
+"""Kinds of figures that a wrong result makes meaningless"""
+MENDED = "the verdict became right: the earlier value was that of a wrong result"
+
 
 def judge_verdict(was: Figure, now: Figure) -> Judgement | None:
     """Judge a verdict against an earlier one; None for the same word."""
@@ -38,3 +54,27 @@ def judge_verdict(was: Figure, now: Figure) -> Judgement | None:
             worse = scale.index(now.word) > scale.index(was.word)
             return Judgement(Direction.WORSE if worse else Direction.BETTER, said)
     return Judgement(Direction.CHANGED, said)
+
+
+def without_mended(changes: Iterable[Change]) -> list[Change]:
+    """Changes, those for the worse as neither better nor worse where the verdict of their run became right."""
+    every = list(changes)
+    mended = {
+        run_of(change)
+        for change in every
+        if change.identity.kind is FigureKind.VERDICT and change.was.word in WRONG and change.now.word in RIGHT
+    }
+    return [as_mended(change) if run_of(change) in mended else change for change in every]
+
+
+def run_of(change: Change) -> tuple[str, str, str, str]:
+    """Scene, engine and setting of a change, and the night since which it is."""
+    identity = change.identity
+    return identity.scene, identity.engine, identity.setting, change.since
+
+
+def as_mended(change: Change) -> Change:
+    """Change of a result that was wrong before."""
+    if change.identity.kind not in OF_A_RESULT or change.direction is not Direction.WORSE:
+        return change
+    return replace(change, direction=Direction.CHANGED, reason=f"{MENDED}; {change.reason}")
