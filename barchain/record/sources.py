@@ -9,7 +9,7 @@ import re
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -69,20 +69,32 @@ def digest_of(*names: str) -> str:
     return found.hexdigest()[:DIGITS]
 
 
+def direct_url(distribution: str) -> dict[str, Any]:
+    """Place from which pip installed a distribution, by PEP 610; empty for one of an index, or that is not there."""
+    try:
+        found = json.loads(metadata.distribution(distribution).read_text("direct_url.json") or "{}")
+    except (metadata.PackageNotFoundError, ValueError):
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def installed_commit(distribution: str) -> str | None:
+    """Commit from which pip installed a distribution by its repository's address; None of any other."""
+    given = direct_url(distribution).get("vcs_info")
+    commit = given.get("commit_id") if isinstance(given, dict) else None
+    return commit if isinstance(commit, str) and re.fullmatch("[0-9a-f]{7,64}", commit) else None
+
+
 def editable_modules(distribution: str) -> tuple[str, ...]:
     """Top-level modules of a distribution that runs from its sources (`pip install -e`); none of any other.
 
     Its list of installed files names no source. The modules are those of its entry points, those that it names as its
     own, and the one with its name.
     """
-    try:
-        found = metadata.distribution(distribution)
-        url = json.loads(found.read_text("direct_url.json") or "{}")
-        editable = url.get("dir_info", {}).get("editable", False)
-    except (metadata.PackageNotFoundError, ValueError, AttributeError):
+    about = direct_url(distribution).get("dir_info")
+    if not (isinstance(about, dict) and about.get("editable") is True):
         return ()
-    if not editable:
-        return ()
+    found = metadata.distribution(distribution)
     entries = {point.value.partition(":")[0].partition(".")[0] for point in found.entry_points}
     named = set((found.read_text("top_level.txt") or "").split())
     return tuple(sorted(entries | named | {re.sub(r"[-.]+", "_", distribution).lower()}))

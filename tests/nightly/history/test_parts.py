@@ -19,6 +19,7 @@ from barchain.nightly.history.model.parts import (
     made_by_wheel,
 )
 from barchain.record.environment import environment, machine
+from barchain.record.sources import installed_commit
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -92,6 +93,17 @@ def installed_editable(folder: Path, *, editable: bool) -> Path:
     (source.parent / "__init__.py").touch()
     source.write_text("step = 1.0")
     return source
+
+
+def test_pip_notes_the_commit_of_an_installation_from_a_repository(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    installed_editable(tmp_path, editable=False)
+    monkeypatch.syspath_prepend(tmp_path)
+    assert installed_commit("toy-engine") is None
+    place = {"url": "https://example.org/toy", "vcs_info": {"vcs": "git", "commit_id": "0123456789abcdef"}}
+    (tmp_path / "toy_engine-1.0.dist-info" / "direct_url.json").write_text(json.dumps(place))
+    assert installed_commit("toy-engine") == "0123456789abcdef"
 
 
 @pytest.mark.parametrize("editable", [True, False])

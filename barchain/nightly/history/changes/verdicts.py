@@ -67,10 +67,9 @@ def without_mended(changes: Iterable[Change]) -> list[Change]:
     return [as_mended(change) if run_of(change) in mended else change for change in every]
 
 
-def run_of(change: Change) -> tuple[str, str, str, str]:
-    """Scene, engine and setting of a change, and the night since which it is."""
-    identity = change.identity
-    return identity.scene, identity.engine, identity.setting, change.since
+def run_of(change: Change) -> tuple[str, str, str]:
+    """Scene and engine of a change, and the night since which it is; verdicts have no setting in their names."""
+    return change.identity.scene, change.identity.engine, change.since
 
 
 def as_mended(change: Change) -> Change:

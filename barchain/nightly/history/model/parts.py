@@ -14,7 +14,7 @@ from barchain.nightly.history.model.checked_text import MOST_TEXT
 from barchain.nightly.history.model.figures import MACHINE, REQUIREMENTS, FigureKind, NightPart
 from barchain.nightly.history.model.identity import content_digest
 from barchain.record.environment import package_version
-from barchain.record.sources import DIGITS, digest_of, editable_modules
+from barchain.record.sources import DIGITS, digest_of, editable_modules, installed_commit
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -247,7 +247,8 @@ def solution_part(name: str) -> str:
 def commit() -> str | None:
     """Commit of barchain's sources, with a plus where a file of any package differs; None outside its repository.
 
-    An installation that lies inside a repository, but is no part of it, has no commit: it may be older.
+    An installation that lies inside a repository, but is no part of it, has no commit of that: it may be older. Of one
+    from a repository's address, pip notes the commit.
     """
     folder = Path(__file__).parent
 
@@ -260,5 +261,5 @@ def commit() -> str | None:
         found = git("rev-parse", "HEAD")
         changed = git("status", "--porcelain", "--untracked-files=no", "--", *(f":/{name}" for name in PACKAGES))
     except (OSError, subprocess.SubprocessError):
-        return None
+        return installed_commit("barchain")
     return f"{found}+" if changed else found
