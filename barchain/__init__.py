@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from reports.tables.schema import SchemaVersionError as SchemaVersionError
     from scenarios.load import SceneError as SceneError
     from scenarios.load import load_scene as load_scene
+    from scenarios.load import make_scene as make_scene
     from scenarios.scene import Scene as Scene
 
     __version__: str
@@ -46,6 +47,7 @@ MODULES = {
     "SchemaVersionError": "reports.tables.schema",
     "SceneError": "scenarios.load",
     "load_scene": "scenarios.load",
+    "make_scene": "scenarios.load",
     "Scene": "scenarios.scene",
 }
 """Module that each public name is imported from"""
@@ -75,6 +77,7 @@ __all__ = [
     "compare",
     "engines",
     "load_scene",
+    "make_scene",
     "render",
     "scenes",
     "simulate",

@@ -18,6 +18,7 @@ from scenarios.effect_types import Thrust as Thrust
 from scenarios.load import SHIPPED as SHIPPED
 from scenarios.load import SceneError as SceneError
 from scenarios.load import load_scene as load_scene
+from scenarios.load import make_scene as make_scene
 from scenarios.load import parse_scene as parse_scene
 from scenarios.load import scene_names as scene_names
 from scenarios.nearest import nearest as nearest

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
@@ -130,8 +131,44 @@ def parse_scene(text: str, *, name: str, file: str) -> Scene:
         As :func:`load_scene`.
     """
     try:
-        return resolve(SceneFile.model_validate(tables_of(text)), name)
+        return scene_of(tables_of(text), name, file)
+    except (LimitError, UnreadableError) as error:
+        raise SceneError(f"{file}: {error}") from None
+
+
+def make_scene(tables: Mapping[str, Any], name: str = "mine") -> Scene:
+    """Make a scene from tables in Python: the keys, units and defaults of a scene file.
+
+    Parameters
+    ----------
+    tables : mapping
+        The file's tables, e.g. ``{"title": "Two bars", "source": "mine", "orbit": {"altitude_m": 5e5}, "chain": {...},
+        "run": {"orbits": 1.0}}``.
+    name : str, optional
+        Name of the scene in tables, folders and messages.
+
+    Returns
+    -------
+    Scene
+        Complete and frozen, in SI units and radians.
+
+    Raises
+    ------
+    SceneError
+        If a file with these tables would be rejected; the message has one line for each fault.
+    """
+    if not isinstance(tables, Mapping):
+        raise SceneError(
+            f"{shorten(tables)} given as a scene's tables, allowed: a mapping with the keys of a scene file"
+        )
+    return scene_of(dict(tables), name, name)
+
+
+def scene_of(tables: dict[str, Any], name: str, file: str) -> Scene:
+    """Scene of a file's tables; error messages begin with `file`."""
+    try:
+        return resolve(SceneFile.model_validate(tables), name)
     except ValidationError as error:
         raise SceneError("\n".join(f"{file}: {line}" for line in fault_lines(error))) from None
-    except (IncompleteError, LimitError, UnreadableError) as error:
+    except (IncompleteError, LimitError) as error:
         raise SceneError(f"{file}: {error}") from None

@@ -13,7 +13,9 @@ part of an engine       names
 contract                `Engine`, `EngineError`, `UnsupportedMotionError`, `Setting`, `AccuracyParameter`,
                         `AccuracySweep`, `Coordinates`
 results                 `Trajectory`, `Observable`, `Array`, `ENDED`
-scene                   `Scene`, `Gravity`, `load_scene`
+scene                   `Scene`, `Chain`, `Orbit`, `CentralBody`, `Run`, `load_scene`
+effects                 `Effects`, `Gravity`, `Oblateness`, `ThirdBody`, `Drag`, `SolarPressure`, `JointSpringDamper`,
+                        `PrescribedRotation`, `Thrust`, `Impulse`, `all_effect_names`
 start                   `initial_state`, `InitialState`
 joint coordinates       `to_joint_coordinates`, `from_joint_coordinates`, `bar_accelerations`, `bar_angles`,
                         `BarsInFrame`
@@ -65,9 +67,23 @@ from adapters.trajectory import ENDED as ENDED
 from adapters.trajectory import Array as Array
 from adapters.trajectory import Observable as Observable
 from adapters.trajectory import Trajectory as Trajectory
+from scenarios import Drag as Drag
+from scenarios import Effects as Effects
 from scenarios import Gravity as Gravity
+from scenarios import Impulse as Impulse
+from scenarios import JointSpringDamper as JointSpringDamper
+from scenarios import Oblateness as Oblateness
+from scenarios import PrescribedRotation as PrescribedRotation
 from scenarios import Scene as Scene
+from scenarios import SolarPressure as SolarPressure
+from scenarios import ThirdBody as ThirdBody
+from scenarios import Thrust as Thrust
 from scenarios import load_scene as load_scene
+from scenarios.effect_types import all_effect_names as all_effect_names
+from scenarios.scene import CentralBody as CentralBody
+from scenarios.scene import Chain as Chain
+from scenarios.scene import Orbit as Orbit
+from scenarios.scene import Run as Run
 
 FORCE_EFFECTS = _SUPPORTED - {"impulse"}
 """Names of the effects that `ChainForces` supports; impulses, which are no forces, have `impulse_jumps`"""
@@ -80,20 +96,34 @@ __all__ = [
     "AccuracySweep",
     "Array",
     "BarsInFrame",
+    "CentralBody",
+    "Chain",
     "ChainForces",
     "Coordinates",
+    "Drag",
+    "Effects",
     "Engine",
     "EngineError",
     "FrameState",
     "Gravity",
+    "Impulse",
     "InitialState",
+    "JointSpringDamper",
     "LandedError",
+    "Oblateness",
     "Observable",
+    "Orbit",
+    "PrescribedRotation",
+    "Run",
     "Scene",
     "Setting",
+    "SolarPressure",
+    "ThirdBody",
+    "Thrust",
     "Trajectory",
     "UnsupportedMotionError",
     "accuracy_scales",
+    "all_effect_names",
     "bar_accelerations",
     "bar_angles",
     "bars_of",

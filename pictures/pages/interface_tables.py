@@ -11,6 +11,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from pictures.pages.words import table
+from scenarios.effect_types import all_effect_names
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -29,9 +30,22 @@ def engine_interface() -> str:
     functions = {name: value for name, value in found.items() if inspect.isfunction(value)}
     parts = [f"## Functions\n\n{table(HEAD, (row(name, value) for name, value in functions.items()))}"]
     for name, cls in classes.items():
-        members = [*field_rows(cls), *member_rows(cls)]
+        members = [*attribute_rows(cls), *field_rows(cls), *member_rows(cls)]
         parts.append("\n\n".join([f"## `{name}`", first_paragraph(cls), *([table(HEAD, members)] if members else [])]))
-    return "\n\n".join(parts)
+    return "\n\n".join([*parts, effect_names()])
+
+
+def effect_names() -> str:
+    """Names for `Engine.effects`."""
+    names = ", ".join(f"`{name}`" for name in sorted(all_effect_names()))
+    return f"## Names of effects\n\nAn engine's `effects` may hold: {names}."
+
+
+def attribute_rows(cls: type) -> Iterator[tuple[str, str]]:
+    """Rows of the section Attributes of a class's docstring."""
+    section = re.search(r"^Attributes\n-+\n(.*?)(?:^\S+\n-+\n|\Z)", inspect.getdoc(cls) or "", re.DOTALL | re.MULTILINE)
+    for entry in re.finditer(r"^(\w+) : (.*)\n((?: +.*\n?)+)", section[1] if section else "", re.MULTILINE):
+        yield f"`{entry[1]}`", f"{entry[2]}. {plain(entry[3])}"
 
 
 def field_rows(cls: type) -> Iterator[tuple[str, str]]:

@@ -63,6 +63,7 @@ def rendered(facts: NightlyFile, trends: Sequence[TrendChart], nights: Sequence[
         changes=by_cause(rows),
         untried=any(row.confirmed == NOT_TRIED for row in rows),
         standing=by_cause(change_rows(facts.standing)),
+        held=by_cause(change_rows(facts.held)),
         changed=[small_chart(t, len(nights)) for t in changed],
         engines=by_engine(trends, len(nights)),
         years=year_blocks(nights),

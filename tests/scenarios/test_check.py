@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from barchain import compare, simulate
-from scenarios import SceneError, Thrust, check_scene, load_scene, scene_names
+from scenarios import SceneError, Thrust, check_scene, load_scene, make_scene, parse_scene, scene_names
 from scenarios.scene import Run
+from scenarios.scene_file import scene_toml
 
 if TYPE_CHECKING:
     from scenarios.scene import Scene
@@ -60,3 +61,25 @@ def test_a_wrong_scene_is_named_by_its_key_and_never_run(message: str) -> None:
 def test_every_scene_from_a_file_passes(name: str) -> None:
     scene = load_scene(name)
     assert check_scene(scene) is scene
+
+
+TABLES: dict[str, Any] = {
+    "title": "Two bars", "source": "mine", "orbit": {"altitude_m": 5e5},
+    "chain": {"bars": 2, "mass_kg": [100.0, 5.0], "length_m": 20.0, "angle_deg": 80.0}, "run": {"orbits": 1.0},
+}  # fmt: skip
+
+
+def test_tables_in_python_make_the_scene_of_the_same_file() -> None:
+    text = scene_toml(make_scene(TABLES))
+    assert parse_scene(text, name="mine", file="mine.toml").digest == make_scene(TABLES).digest
+    assert make_scene(TABLES, "pair").name == "pair"
+
+
+@pytest.mark.parametrize(("tables", "message"), [
+    (TABLES | {"orbit": {"altitude_km": 500.0}}, r"mine: orbit.altitude_km: unknown key \(did you mean altitude_m\?\)"),
+    ({k: v for k, v in TABLES.items() if k != "run"}, "mine: run: missing"),
+    ("tether.toml", "'tether.toml' given as a scene's tables, allowed: a mapping"),
+])  # fmt: skip
+def test_a_fault_of_tables_in_python_is_told_as_that_of_a_file(tables: Any, message: str) -> None:
+    with pytest.raises(SceneError, match=message):
+        make_scene(tables)

@@ -20,6 +20,7 @@ from barchain.cli.nightly.documents import (
     junit_option,
     publish,
     show_night,
+    withdraw,
     write_documents,
 )
 from barchain.cli.nightly.options import exists, history_option, opened
@@ -110,6 +111,7 @@ def run_and_tell(
             baseline_night(store, baseline)  # a wrong name is told before anything runs
         if new:
             say(f"history: begins in {url or default_url()}", err=True)
+        withdraw(out, junit)
         with shown_progress() as progress:
             ended = run_night(plan, minutes, store, out, progress, process_age_s())
         with kept_without_documents(ended.name):

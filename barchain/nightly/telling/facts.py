@@ -80,7 +80,8 @@ def night_facts(
         return change_entry(change, nights, accepting(change, accepted, now), (confirmed or {}).get(change.id, ""))
 
     tonight = tuple(sorted(standing_for(map(entry, judged.tonight)), key=weight))
-    standing = tuple(sorted((e for e in map(entry, still_holding(judged)) if e.accepted is None), key=weight))
+    holding = sorted(map(entry, still_holding(judged)), key=weight)
+    standing = tuple(e for e in holding if e.accepted is None)
     night = judged.night
     return NightlyFile(
         sentence=opening(
@@ -95,6 +96,7 @@ def night_facts(
         rejected=tuple(map(rejected_entry, filter(is_rejected, cells))),
         changes=tonight,
         standing=standing,
+        held=tuple(e for e in holding if e.accepted is not None),
         run=run_entry(run),
     )  # fmt: skip
 

@@ -167,6 +167,9 @@ class NightlyFile(Entry):
     )
     changes: tuple[ChangeEntry, ...] = Field(description="changes that this night tells first")
     standing: tuple[ChangeEntry, ...] = Field(description="earlier changes for the worse that still hold")
+    held: tuple[ChangeEntry, ...] = Field(
+        (), description="earlier changes for the worse that still hold and that somebody accepted"
+    )
     run: NightRunEntry | None = Field(None, description="None of a night that a result folder was added as")
 
     @property

@@ -16,6 +16,7 @@ from click.testing import CliRunner
 from junitparser import JUnitXml
 
 from barchain.cli.main import cli
+from barchain.cli.nightly.documents import withdraw
 from barchain.nightly.history.judged import accept, change_named, judge
 from barchain.nightly.history.kept.told import kept_judgements
 from barchain.nightly.history.model.figures import Figure, NightPart
@@ -197,6 +198,19 @@ def test_an_earlier_change_for_the_worse_no_longer_fails_once_it_is_accepted(his
     code, facts = report(history, tmp_path / "out")
     assert code == 0
     assert facts.standing == ()
+    assert [c.quantity for c in facts.held] == ["attitude.max"]
+    assert "fewer steps on purpose" in (tmp_path / "out" / "nightly.html").read_text("utf-8")
+    assert "One accepted change for the worse still holds" in (tmp_path / "out" / "summary.md").read_text("utf-8")
+
+
+def test_documents_of_the_night_before_are_gone_while_a_night_runs(tmp_path: Path) -> None:
+    own = tmp_path / "2026-01-01" / "nightly.html"
+    own.parent.mkdir()
+    paths = [tmp_path / "nightly.html", tmp_path / "junit.xml", tmp_path / "ci.xml", own]
+    for path in paths:
+        path.touch()
+    withdraw(tmp_path, tmp_path / "ci.xml")
+    assert [path.exists() for path in paths] == [False, False, False, True]
 
 
 def test_junit_agrees_with_the_schema_of_jenkins(history: str, tmp_path: Path) -> None:
