@@ -1,6 +1,5 @@
 """Scenes: physics only, from TOML files to validated frozen dataclasses."""
 
-from scenarios.check import check_scene as check_scene
 from scenarios.effect_types import Actuator as Actuator
 from scenarios.effect_types import Axes as Axes
 from scenarios.effect_types import Drag as Drag
@@ -17,6 +16,7 @@ from scenarios.effect_types import ThirdBody as ThirdBody
 from scenarios.effect_types import Thrust as Thrust
 from scenarios.load import SHIPPED as SHIPPED
 from scenarios.load import SceneError as SceneError
+from scenarios.load import check_scene as check_scene
 from scenarios.load import load_scene as load_scene
 from scenarios.load import make_scene as make_scene
 from scenarios.load import parse_scene as parse_scene

@@ -12,9 +12,11 @@ from scenarios.limits import MOST_LINE, LimitError
 from scenarios.nearest import nearest_name, nearest_scene
 from scenarios.text import is_scene_name, shorten, visible
 from scenarios.toml.faults import fault_lines
+from scenarios.toml.field_types import type_faults
 from scenarios.toml.file import SceneFile
 from scenarios.toml.reading import UnreadableError, read_text, tables_of
 from scenarios.toml.resolve import IncompleteError, resolve
+from scenarios.toml.writing import scene_data
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -172,3 +174,32 @@ def scene_of(tables: dict[str, Any], name: str, file: str) -> Scene:
         raise SceneError("\n".join(f"{file}: {line}" for line in fault_lines(error))) from None
     except (IncompleteError, LimitError) as error:
         raise SceneError(f"{file}: {error}") from None
+
+
+def check_scene(scene: Scene) -> Scene:
+    """Check a scene that was made or changed in Python; a scene from a file is valid already.
+
+    Faults are named as in a file: ``effects.thrust[0].bar`` is the bar of the first thrust, and angles are in degrees.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    Scene
+        The same scene.
+
+    Raises
+    ------
+    SceneError
+        If a file with these values would be rejected; the message has one line for each fault.
+    """
+    try:
+        found = scene_of(scene_data(scene), scene.name, scene.name)
+    except (TypeError, AttributeError, OverflowError) as error:
+        raise SceneError(f"{scene.name}: a field of the scene is not of its type: {error}") from None
+    faults = list(type_faults(scene, found))
+    if faults:
+        raise SceneError("\n".join(f"{scene.name}: {line}" for line in faults))
+    return scene

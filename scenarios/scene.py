@@ -1,7 +1,7 @@
 """Scene: a complete problem in SI units and radians, the same for every engine.
 
 A :class:`Scene` holds physics only. :func:`scenarios.load.load_scene` makes and validates it from a TOML file,
-:func:`scenarios.check.check_scene` validates one that was made in Python.
+:func:`scenarios.load.check_scene` validates one that was made in Python.
 Every scene is complete: one value per bar, defaults filled in, degrees turned into radians.
 """
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from adapters.common.step_alignment import misalignment, off_step_events_s
 from adapters.registry import engines
 from barchain.boundary.declared import AdapterLoadError, engine_class, engine_fault
-from barchain.crossval.suggested_run import aligned, fitting_run, with_run
+from barchain.crossval.suggested_run import aligned, fitting_run, run_advice, with_run
 from barchain.solutions.certified import committed_tables
 from barchain.solutions.certified_table import physics_digest, read_head
 from barchain.solutions.judging import WORDS
@@ -100,6 +100,13 @@ def unaligned_instants(scene: Scene, independent: Mapping[str, type[Engine]]) ->
         return {}
     off = off_step_events_s(scene)
     return {"engines": rejecting, "at_s": off, "run": None if run is None else dataclasses.asdict(run)}
+
+
+def instants_advice(scene: Scene, requested: Mapping[str, Registration]) -> str:
+    """Advice for a scene that some engines reject for its instants alone; empty where another run helps none."""
+    advice = run_advice(scene)
+    rejecting = external_coverage(scene, requested)["instants"].get("engines") if advice else None
+    return f"instants alone stop {', '.join(rejecting)}: {advice}" if rejecting else ""
 
 
 def committed_precision(scene: Scene) -> str:

@@ -117,10 +117,14 @@ class Suite:
 
     def make(self, jobs: list[Job], start: float) -> None:
         """Make runs, and take their results as they come."""
+        judging, judged = sum(job.role in JUDGING_ROLES for job in jobs), 0
         for job, result in run_jobs(
             longest_first(jobs), time_limit_s=self.plan.time_limit_s, executor=self.plan.executor
         ):
             self.take(job, result)
+            if job.role in JUDGING_ROLES:
+                judged += 1
+                self.note(f"run {judged} of {judging} of judging solutions: {job.scene.name}")
             self.collect(wait=False)
             self.store.record["seconds"] = time.perf_counter() - start
         self.collect(wait=True)

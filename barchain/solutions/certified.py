@@ -123,12 +123,33 @@ def computed(scene: Scene, path: Path) -> CertifiedSolution:
     """Certified solution from a run, which is then cached."""
     missing = find_engine("heyoka-quad").missing
     if missing:
-        raise CertifiedSolutionError(f"{scene.name} has no committed certified solution at its instants, and {missing}")
+        raise CertifiedSolutionError(no_solution_words(scene, missing))
     from barchain.solutions.certified_run import fresh  # noqa: PLC0415  # only here is heyoka needed
 
     table = fresh(scene, scene.times_s)
     write_table(path, table)
     return CertifiedSolution(scene, table.trajectory, table.error, table.precision, "computed")
+
+
+def need_certifiable(scene: Scene) -> None:
+    """Check, without a run, that a certified solution can be had.
+
+    Raises
+    ------
+    CertifiedSolutionError
+        If none comes with barchain at the scene's instants, none is kept here, and heyoka is not installed.
+    """
+    missing = find_engine("heyoka-quad").missing
+    kept = committed(physics_digest(scene)) if missing else None
+    if missing and not (kept and served(scene, kept, "committed")):
+        path = cache_folder() / "certified_solutions" / f"{cache_key(scene)}.csv"
+        if cached(scene, path) is None:
+            raise CertifiedSolutionError(no_solution_words(scene, missing))
+
+
+def no_solution_words(scene: Scene, missing: str) -> str:
+    """Reason why a scene has no certified solution here."""
+    return f"{scene.name}: no certified solution comes with barchain at its instants, and {missing}"
 
 
 def cache_folder() -> Path:

@@ -73,7 +73,8 @@ def explain(error: ErrorDetails, root: type[BaseModel]) -> str:
         return explain_value(loc, given, message)
     if kind in BOUNDS:
         words, name = BOUNDS[kind]
-        message = f"{words} {error['ctx'][name]:g}"
+        bound = error["ctx"][name]
+        message = f"{words} {bound if isinstance(bound, int) else f'{bound:g}'}"
     if kind in NUMBERS:
         message = NUMBERS[kind] + (" without quotes" if isinstance(given, str) else "")
     if kind in ("model_type", "list_type"):

@@ -208,3 +208,29 @@ def test_quiet_commands_print_no_progress(quiet, lines, capsys):
     finally:
         verbosity.choose(quiet=False, verbose=False)
     assert len(capsys.readouterr().err.splitlines()) == lines
+
+
+THRUST = """
+[[effects.thrust]]
+bar = 1
+direction_deg = 90.0
+force_N = 0.01
+start_s = 100.0
+duration_s = 700.0
+"""
+SLEW = """
+[[effects.prescribed_rotation]]
+bar = 1
+amplitude_deg = 30.0
+duration_s = 300.0
+start_s = 100.0
+"""
+
+
+@pytest.mark.parametrize(("tables", "proposed"), [(THRUST, True), (THRUST + SLEW, False)])
+def test_validate_proposes_another_run_only_where_an_engine_then_supports_the_scene(tables, proposed, tmp_path, capsys):
+    file = tmp_path / "mine.toml"
+    text = BAD_SCENE.replace("altitude_km = 500.0", "altitude_m = 5e5").replace("-5.0", "5.0")
+    file.write_text(text.replace("orbits = 1.0", "duration_s = 5130.0") + tables)
+    assert run(["validate", str(file)]) == 0
+    assert ("instants alone stop" in capsys.readouterr().out) is proposed

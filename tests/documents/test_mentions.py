@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 TUTORIAL_ENGINE = "spring"
 """Engine that the tutorial's reader installs"""
 
-OTHER_PROGRAMS = {"--against": "benchmarks/instructions.py, benchmarks/same_bits.py", "--only": "python -m pictures"}
+OTHER_PROGRAMS = {"--against": "benchmarks/instructions.py, benchmarks/same_bits.py"}
 """Options in prose that belong to another program than barchain"""
 
 every_document = pytest.mark.parametrize("document", documents(), ids=relative)

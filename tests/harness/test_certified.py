@@ -200,7 +200,7 @@ def test_instants_that_differ_in_their_last_bits_are_served_with_what_that_moves
 def test_without_heyoka_tables_are_served_and_all_else_says_how_to_install_it(quick, tmp_path, monkeypatch):
     monkeypatch.setattr(Registration, "missing", "heyoka is not installed; try: pip install '.[certified]'")
     assert certified(over(QUICK), cache=tmp_path).source == "committed"
-    with pytest.raises(CertifiedSolutionError, match=r"no committed .* pip install '\.\[certified\]'"):
+    with pytest.raises(CertifiedSolutionError, match=r"no certified solution comes .* pip install '\.\[certified\]'"):
         certified(quick, cache=tmp_path)
     made = CliRunner().invoke(certified_solutions, [QUICK, "--out", str(tmp_path)])
     assert made.exit_code == 3

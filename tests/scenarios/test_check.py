@@ -11,7 +11,7 @@ import pytest
 from barchain import compare, simulate
 from scenarios import SceneError, Thrust, check_scene, load_scene, make_scene, parse_scene, scene_names
 from scenarios.scene import Run
-from scenarios.scene_file import scene_toml
+from scenarios.toml.writing import scene_toml
 
 if TYPE_CHECKING:
     from scenarios.scene import Scene

@@ -11,7 +11,7 @@ import pytest
 
 from barchain.studies.selftest.campaign.scenes.draw import draw
 from scenarios import Gravity, load_scene
-from scenarios.scene_file import UnwrittenError, in_degrees, scene_toml
+from scenarios.toml.writing import UnwrittenError, in_degrees, scene_toml
 from tests.studies.campaign.drawn import SEED
 
 if TYPE_CHECKING:

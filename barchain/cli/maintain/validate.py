@@ -23,7 +23,7 @@ def validate(files: tuple[str, ...]) -> None:
 
     The line names the file, the key, the given value, the allowed values and the nearest name.
     A valid scene has a line on the period and the lowest height of its orbit. A height below 80 km is a warning.
-    A line proposes another duration and number of samples where engines of equal steps reject instants of the scene.
+    A line proposes another duration and number of samples where engines reject a scene for its instants alone.
     Exits with 2 if a file has a fault.
     """
     checked = [valid(file) for file in files]  # all of them, also after a fault
@@ -33,7 +33,8 @@ def validate(files: tuple[str, ...]) -> None:
 
 def valid(file: str) -> bool:
     """Print whether a file holds a scene, and if not, its faults to standard error."""
-    from barchain.crossval.suggested_run import run_advice  # noqa: PLC0415
+    from adapters.registry import engines  # noqa: PLC0415
+    from barchain.crossval.external_coverage import instants_advice  # noqa: PLC0415
     from scenarios import SceneError, load_scene  # noqa: PLC0415
 
     try:
@@ -46,7 +47,7 @@ def valid(file: str) -> bool:
     say(f"{file}: {orbit_words(scene)}")
     if scene.lowest_height_m < LOW_M:
         say(f"{file}: warning: {low_words(scene)}", err=True)
-    if advice := run_advice(scene):
+    if advice := instants_advice(scene, {n: r for n, r in engines().items() if r.by_default}):
         say(f"{file}: {advice}")
     return True
 

@@ -188,11 +188,8 @@ def show_unchecked(result: ComparisonResult, engines: Mapping[str, Registration]
 
 def show_advice(scenes: list[Scene], engines: Mapping[str, Registration]) -> None:
     """Print how independent engines that reject only the instants of a scene would support it."""
-    from barchain.crossval.external_coverage import external_coverage  # noqa: PLC0415
-    from barchain.crossval.suggested_run import run_advice  # noqa: PLC0415
+    from barchain.crossval.external_coverage import instants_advice  # noqa: PLC0415
 
     for scene in scenes:
-        advice = run_advice(scene)
-        rejecting = external_coverage(scene, engines)["instants"].get("engines") if advice else None
-        if rejecting:
-            say(f"  {scene.name}: instants alone stop {', '.join(rejecting)}: {advice}")
+        if advice := instants_advice(scene, engines):
+            say(f"  {scene.name}: {advice}")

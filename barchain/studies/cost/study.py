@@ -60,11 +60,18 @@ class CostStudy:
         ------
         SceneError, UnknownEngineError
             For a scene or an engine that does not exist.
+        CertifiedSolutionError
+            For a scene whose certified solution can't be had here.
         """
         names = [n for n in scene_names() if n.startswith(DEFAULT_SCENES)] if options.scenes is None else options.scenes
         loaded = unique_names([s if isinstance(s, Scene) else load_scene(s) for s in names])
         chosen = engines() if options.engines is None else chosen_engines(options.engines)
         scenes = [shortened(s, options.orbits) for s in loaded]
+        if self.solution_of is None:
+            from barchain.solutions.certified import need_certifiable  # noqa: PLC0415  # as in certified_source
+
+            for scene in scenes:
+                need_certifiable(scene)
         named = frozenset(() if options.engines is None else chosen)
         return CostPlan(scenes, chosen, options.repeats, options.minutes, options.time_limit_s, named)
 

@@ -14,7 +14,7 @@ from barchain.studies.selftest.campaign.scenes.draw import draw
 from barchain.studies.selftest.campaign.scenes.shrink import alike, simplest
 from barchain.studies.selftest.campaign.scenes.simpler import Form, effects_of, simplified, whole
 from reports.tables.faults.campaign import CellClass
-from scenarios.scene_file import scene_toml
+from scenarios.toml.writing import scene_toml
 from tests.studies.campaign.drawn import EVENTS, cells
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from barchain.boundary.contexts import SPAWN
 from barchain.studies.selftest.campaign.scenes.draw import draw
 from barchain.studies.selftest.campaign.scenes.shrink import alike, cell_of, simplest
 from reports.tables.writing import write_atomically
-from scenarios.scene_file import scene_toml
+from scenarios.toml.writing import scene_toml
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable

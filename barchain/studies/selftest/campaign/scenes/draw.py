@@ -30,9 +30,9 @@ from scenarios.effect_types import (
     Thrust,
 )
 from scenarios.scene import CentralBody, Chain, Orbit, Run, Scene
-from scenarios.scene_file import writable
 from scenarios.toml.alignment import on_sample
 from scenarios.toml.effect_tables import EARTH_J2, EARTH_ROTATION_RAD_S, SUN_RATE_RAD_S, SUNLIGHT_PA, THIRD_BODIES
+from scenarios.toml.writing import writable
 
 if TYPE_CHECKING:
     from numpy.random import Generator

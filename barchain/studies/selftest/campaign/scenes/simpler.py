@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenarios import Gravity, SceneError, parse_scene
-from scenarios.scene_file import TABLES, scene_data, toml
+from scenarios.toml.writing import TABLES, scene_data, toml
 
 if TYPE_CHECKING:
     from scenarios import Scene

@@ -7,7 +7,9 @@ import json
 import math
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from scenarios.load import parse_scene
+from scenarios.toml.file import SceneFile
+from scenarios.toml.reading import tables_of
+from scenarios.toml.resolve import resolve
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -142,6 +144,6 @@ def scene_toml(scene: Scene) -> str:
         If it is not read back as the same scene.
     """
     text = "\n".join(toml(scene_data(scene))) + "\n"
-    if parse_scene(text, name=scene.name, file=scene.name).digest != scene.digest:
+    if resolve(SceneFile.model_validate(tables_of(text)), scene.name).digest != scene.digest:
         raise UnwrittenError(f"{scene.name}: an angle that is no number of degrees, or an instant beside a sample")
     return text
