@@ -42,6 +42,8 @@ if TYPE_CHECKING:
 
 __all__ = ["ArgumentError", "SettingError", "choose_setting", "compare", "engines", "render", "scenes", "simulate"]
 
+LONGER = "a longer time limit, a coarser setting, or the compiled form `reference-fast` of the reference may do"
+
 
 def scenes(tag: str | None = None) -> list[str]:
     """Names of the scenes that come with barchain, sorted; :func:`barchain.load_scene` takes each.
@@ -135,7 +137,8 @@ def simulate(
     job = Job(loaded, engine, registration, choose_setting(engine, setting), Role.MAIN, options)
     _, result = next(iter(run_jobs([job], time_limit_s=time_limit_s, executor=LocalProcesses(1))))
     if result.outcome is not Outcome.PASS or result.trajectory is None:
-        raise EngineError(f"{engine} on {loaded.name}: {result.reason or result.outcome.advice}")
+        late = f"; {LONGER}" if result.outcome is Outcome.TIMED_OUT else ""
+        raise EngineError(f"{engine} on {loaded.name}: {result.reason or result.outcome.advice}{late}")
     return dataclasses.replace(result.trajectory, scene=loaded.name, engine=engine, setting=str(job.setting))
 
 

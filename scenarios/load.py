@@ -98,6 +98,8 @@ def scene_files(folder: Path) -> list[str]:
 
 def missing(path: Path, folders: Sequence[Path]) -> str:
     """Words on a scene that is not there, with the nearest one."""
+    if path.suffix == ".toml" and is_folder(path):
+        return "a folder; a scene is a file that ends with .toml"
     if path.suffix == ".toml":
         near = nearest_name(path.name, scene_files(path.parent))
         return f"no such file{f' (did you mean {visible(path.with_name(near))}?)' if near else ''}"

@@ -60,6 +60,24 @@ def test_round_off_since_the_start_makes_no_later_sample_unpredictable(chaotic, 
     assert declared_noise_rad(errors, errors.n - 1) == 0.0
 
 
+def test_the_tide_on_open_joints_is_allowed_in_restarts_and_nothing_else_is(chaotic, unmodified):
+    """Two halves of a radial chain that stand d farther apart pull by 0.75 n² m d more; the rest stays strict."""
+    main, opened_m = unmodified[0], 1e-3
+    gaps = np.full((len(main.t_s), chaotic.scene.bars - 1), opened_m / (chaotic.scene.bars - 1))
+
+    def allowed(gap_m):
+        seen = main.replace(gap_m=gap_m)
+        errors = ErrorModel(Reference, SETTING, chaotic, seen)
+        first = int(np.count_nonzero(main.t_s <= errors.limit_s)) - 1
+        return restart_segments(errors, seen, first)[0].allowed
+
+    closed, opened = allowed(None), allowed(gaps)
+    pull = 0.75 * chaotic.scene.mean_motion_rad_s**2 * chaotic.scene.mass_kg * opened_m
+    added = opened["reaction"] - closed["reaction"]
+    assert np.all((pull < added) & (added < 5.0 * pull))
+    assert all(np.array_equal(opened[name], closed[name]) for name in ("attitude", "rate"))
+
+
 def test_samples_that_no_segment_covers_answer_for_themselves(chaotic, unmodified):
     main = unmodified[0]
     errors = ErrorModel(Reference, SETTING, chaotic, main)

@@ -157,6 +157,23 @@ def test_an_engine_in_relative_coordinates_can_not_pass_as_limited_by_round_off(
     assert verdict.outcome not in (Outcome.PASS, Outcome.ROUNDOFF_LIMITED)
 
 
+@pytest.mark.parametrize(("finest", "outcome"), [(0.02, Outcome.PASS), (0.9, Outcome.ROUNDOFF_LIMITED)])
+def test_scatter_of_chosen_steps_is_no_round_off_if_finer_settings_reduce_it(chaotic, unmodified, finest, outcome):
+    """Runs that perturbed steps move by their own error; a still finer run tells the cause."""
+    main, size = unmodified[0], 3e-7 * scales(chaotic)["reaction"]
+
+    def moved(share):
+        return main.replace(reaction_N=chaotic.trajectory.reaction_N[: len(main.t_s)] + share * size)
+
+    final = judged(
+        chaotic, moved(1.0), moved(0.999), perturbed=tuple(moved(share) for share in (-1.0, 0.5, -0.3)),
+        finest=RunResult(Outcome.PASS, trajectory=moved(finest)),
+    )  # fmt: skip
+    row = next(r for r in final.rows if (r["quantity"], r["metric"]) == ("reaction", "normalised_error"))
+    assert row["outcome"] == outcome
+    assert ("as their steps differ" in row["reason"]) is (outcome is Outcome.PASS)
+
+
 def test_a_comparison_looks_closely_enough_and_keeps_a_scene_s_own_instants():
     scene = lasting("paper/fig05", 2.0, 5)
     close = closely_sampled(scene)

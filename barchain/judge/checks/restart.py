@@ -52,6 +52,8 @@ CONSECUTIVE = 7
 """Consecutive segments from the predictability limit on"""
 SCATTERED = 15
 """Segments spread over the rest of the run, where the consecutive ones do not reach its end"""
+GRADIENT_SLACK = 3.0
+"""Gradient of gravity over mu/r³: 2 along the radius, and a half of that for the other fields"""
 JUDGED = ("attitude", "rate", "reaction", "torque", "impulse")
 
 
@@ -215,7 +217,24 @@ class RestartErrorModel(ErrorModel):
 
     def allowed(self, quantity: str) -> Array:
         """Bound of a difference from the restarted reference, (m,), in the quantity's unit."""
-        return self.bound[quantity] + self.solution.error[quantity] + NORM_SLACK * self.before.get(quantity, 0.0)
+        read = NORM_SLACK * self.before.get(quantity, 0.0)
+        return self.bound[quantity] + self.solution.error[quantity] + read + self.pull_on_gaps(quantity)
+
+    def pull_on_gaps(self, quantity: str) -> Array:
+        """Reaction, or torque, that the tide on open joints makes, (m,); zero of other quantities.
+
+        The reference restarts from the angles, which put all bars in place. Bars that stand apart by the sum of the
+        gaps feel the gradient of gravity over that distance besides: at most 3 mu/r³ for each unit of mass, which
+        leaves room for the other fields and the gradient's torque.
+        """
+        none = np.zeros(self.n)
+        if self.run.gap_m is None or quantity not in ("reaction", "torque"):
+            return none
+        rows = slice(self.first, self.first + self.n)
+        chain, body = self.scene.chain, self.scene.central_body
+        gradient = GRADIENT_SLACK * body.mu_m3_s2 / np.linalg.norm(self.run.com_m[rows], axis=1) ** 3
+        force: Array = self.scene.mass_kg * gradient * self.run.gap_m[rows].sum(axis=1)
+        return force if quantity == "reaction" else force * max(chain.length_m)
 
 
 def during_manoeuvre(scene: Scene, t_s: Array, first: int) -> bool:

@@ -66,18 +66,28 @@ class DistributionFamily:
     parameters: tuple[str, ...]
     make: Callable[..., Any]
     valid: Callable[..., bool]
+    rule: str
+    """Allowed parameters in words"""
 
 
 FAMILIES = {
-    "normal": DistributionFamily(("mean", "deviation"), stats.norm, lambda _, s: s >= 0.0),
-    "uniform": DistributionFamily(("low", "high"), lambda a, b: stats.uniform(a, b - a), lambda a, b: b >= a),
+    "normal": DistributionFamily(
+        ("mean", "deviation"), stats.norm, lambda _, s: s >= 0.0, "with a deviation of 0 or more"
+    ),
+    "uniform": DistributionFamily(
+        ("low", "high"), lambda a, b: stats.uniform(a, b - a), lambda a, b: b >= a, "with low at most high"
+    ),
     "lognormal": DistributionFamily(
-        ("median", "sigma"), lambda m, s: stats.lognorm(s, scale=m), lambda m, s: m > 0.0 and s > 0.0
+        ("median", "sigma"),
+        lambda m, s: stats.lognorm(s, scale=m),
+        lambda m, s: m > 0.0 and s > 0.0,
+        "both above 0",
     ),
     "triangular": DistributionFamily(
         ("low", "mode", "high"),
         lambda a, m, b: stats.triang((m - a) / (b - a), a, b - a),
         lambda a, m, b: a <= m <= b and b > a,
+        "with low <= mode <= high, and low below high",
     ),
 }
 
@@ -175,7 +185,7 @@ def parameters(text: str, name: str, inside: str) -> tuple[float, ...]:
             f"--vary: {text!r} given, allowed: {form} of 0 or magnitudes from {LEAST_MAGNITUDE:g} to {MOST_MAGNITUDE:g}"
         )
     if len(numbers) != len(family.parameters) or not family.valid(*numbers):
-        raise VariationError(f"--vary: {text!r} given, allowed: {form} that make a distribution")
+        raise VariationError(f"--vary: {text!r} given, allowed: {form} {family.rule}")
     return numbers
 
 

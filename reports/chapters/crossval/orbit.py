@@ -184,7 +184,7 @@ def square_axes(track: Array, reach: float, geometry: Geometry) -> Axes:
         ax.add_patch(Circle((0, 0), r, facecolor=COLOURS["body"].stand_in, edgecolor="none", zorder=0))
         points = np.concatenate([points, [[-r, -r], [r, r]]])
     middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
-    half = 0.505 * float(np.ptp(points, axis=0).max())
+    half = 0.505 * float(np.ptp(points, axis=0).max()) or 1.0  # a chain of no size at rest has no extent
     ax.set_xlim(middle[0] - half, middle[0] + half)
     ax.set_ylim(middle[1] - half, middle[1] + half)
     return ax
