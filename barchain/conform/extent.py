@@ -73,5 +73,5 @@ def scene_name(given: str) -> str:
     if name not in known:
         groups = ", ".join(Group)
         near = nearest(name, [*known, *Group])
-        raise SceneError(f"{given} given, allowed: {groups}, or a scene of the physics{near}")
+        raise SceneError(f"{given} given, allowed: {groups}, or a scene such as {known[0]}{near}")
     return f"{FOLDER}{name}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from adapters.registry import engines
 from barchain.boundary.limits import OutsideLimits
 from barchain.boundary.process import ask
 from barchain.conform.checks import Check, CheckState, Group
@@ -48,6 +49,9 @@ def name_check(engine: Examined) -> Check:
     r = engine.registration
     if r.missing:
         return Check(Group.LOADING, "entry point", CheckState.FAILED, r.missing, PAGE)
+    known = next((name for name, other in engines().items() if other.target == r.target), "")
+    if not engine.registered and known:
+        return Check(Group.LOADING, "entry point", CheckState.PASSED, f"registered as {known}", PAGE)
     if not engine.registered:
         said = f'none; `{engine.name} = "{r.target}"` under [project.entry-points."barchain.engines"] registers it'
         return Check(Group.LOADING, "entry point", CheckState.WARNING, said, PAGE)

@@ -58,9 +58,15 @@ def test_a_right_result_has_no_diagnosis(engine: str, name: str) -> None:
     check_nothing_named(engine, name)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", [*CORE, *LONG])
-@pytest.mark.parametrize("engine", ENGINES_HERE)
+def marks_of(engine: str, name: str) -> pytest.MarkDecorator:
+    """Long scenes in all engines of a library are run by hand and nightly."""
+    same = [other for other in ENGINES_HERE if ENGINES[other].requires == ENGINES[engine].requires]
+    return pytest.mark.exhaustive if name in LONG and engine != same[0] else pytest.mark.slow
+
+
+@pytest.mark.parametrize(
+    ("engine", "name"), [pytest.param(e, n, marks=marks_of(e, n)) for e in ENGINES_HERE for n in (*CORE, *LONG)]
+)
 def test_no_built_in_engine_gets_a_diagnosis(engine: str, name: str) -> None:
     check_nothing_named(engine, name)
 

@@ -13,7 +13,6 @@ import pytest
 from barchain.cli.main import run
 from reports.tables.reading import TABLES
 from tests.storage.small_plans import SMALL
-from tests.support.slow import slow_but
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -35,6 +34,13 @@ def each(names: Iterable[str]) -> list[ParameterSet]:
 
 RENDERED = each(name for name in SMALL if name != "campaign")
 GOES_ON = each(name for name, small in SMALL.items() if small.resumes)
+VALUES: tuple[object, ...] = ([], 1, {}, "x", None, [1], {"a": 1})
+ENTRIES = [
+    pytest.param(name, value, marks=() if not k else pytest.mark.slow) if name in QUICK else
+    pytest.param(name, value, marks=pytest.mark.exhaustive)
+    for name in SMALL if name != "campaign" for k, value in enumerate(VALUES)
+]  # fmt: skip
+"""Values of every type for each study: the default run tries the first, the slow tests the others of quick results"""
 READ_ON = ["cost", "scaling"]
 """Studies whose tables are read by --resume; the others go on from runs, and make a damaged one anew"""
 
@@ -134,8 +140,7 @@ def test_words_for_numbers_are_named_without_a_digest(
     check_named(table, ["report", str(out)], capsys)
 
 
-@pytest.mark.parametrize("value", slow_but([1, [], {}, "x", None, [1], {"a": 1}], [[]]))
-@pytest.mark.parametrize("name", RENDERED)
+@pytest.mark.parametrize(("name", "value"), ENTRIES)
 def test_an_entry_of_any_type_is_read_or_named(
     name: str, value: object, sound: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

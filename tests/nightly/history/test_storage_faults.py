@@ -85,8 +85,9 @@ def killed_writer(url: str, chance: random.Random) -> list[str]:
         return process.stdout.read().split()
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize(
+    "seed", [pytest.param(k, marks=pytest.mark.slow if k < 4 else pytest.mark.exhaustive) for k in range(10)]
+)
 def test_a_kill_at_any_instant_leaves_whole_nights_and_every_night_that_was_confirmed(url: str, seed: int) -> None:
     said = killed_writer(url, random.Random(seed))
     with open_store(url, create=True) as store:
