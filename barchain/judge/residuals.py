@@ -18,11 +18,12 @@ from barchain.judge.checks.track_beyond_limit import parted_track_bound
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.error_units import NORM_SLACK
 from barchain.judge.measured_roundoff import max_roundoff, measured_roundoff
-from barchain.metrics.model_difference import com_displacement
+from barchain.metrics.model_difference import SECOND_MOMENT_SENSITIVITY, com_displacement, displacement_bound
 from barchain.metrics.quantities import differences
 from barchain.solutions.reference import RICHARDSON, TRACK
 from reports.tables.crossval import QUANTITY_UNITS
 from reports.tables.outcome import Outcome
+from scenarios import Gravity
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -97,7 +98,8 @@ class Residuals:
         self.finer_residual = {k: d[: self.n] for k, d in differences(self.finer, self.solution.trajectory).items()}
         self.model = self.remove_model_difference() if self.com_only else {}
         self.explained = errors.explained(differences(self.main, self.finer))
-        self.parted_track = parted_track_bound(self.solution, self.t, self.limit_s)
+        known_s = self.solution.limit_s if self.com_only else self.limit_s  # a particle has no attitude to part
+        self.parted_track = parted_track_bound(self.solution, self.t, known_s)
 
     @property
     def com_only(self) -> bool:
@@ -112,12 +114,23 @@ class Residuals:
     def remove_model_difference(self) -> dict[str, ModelDifference]:
         """Subtract the predicted departure of the chain's centre of mass from a particle's track from the residuals."""
         predicted = com_displacement(self.scene, self.solution.trajectory)
+        turned = self.displacement_by_solution_error()
         return {
-            "com": self.subtracted("com", "com_m", predicted.vector_m, predicted.uncertainty_m),
+            "com": self.subtracted("com", "com_m", predicted.vector_m, predicted.uncertainty_m + turned["com"]),
             "com_velocity": self.subtracted(
-                "com_velocity", "com_velocity_m_s", predicted.vector_m_s, predicted.uncertainty_m_s
+                "com_velocity", "com_velocity_m_s", predicted.vector_m_s,
+                predicted.uncertainty_m_s + turned["com_velocity"],
             ),
-        }
+        }  # fmt: skip
+
+    def displacement_by_solution_error(self) -> dict[str, Array]:
+        """Change of the predicted departure by the attitude's error of the judging solution, (n,) each."""
+        scene, t_s = self.scene, self.solution.trajectory.t_s
+        if scene.effects.gravity is Gravity.NONE or not scene.bound:
+            return {name: np.zeros(len(t_s)) for name in TRACK}
+        wrong_rad = np.maximum.accumulate(self.solution.error["attitude"])
+        bounds = displacement_bound(scene, t_s, SECOND_MOMENT_SENSITIVITY)
+        return {name: wrong_rad * bounds[name] for name in TRACK}
 
     def subtracted(self, quantity: str, field: str, predicted: Array, uncertainty: Array) -> ModelDifference:
         """Subtract the prediction (n, 2) from the residuals of one quantity; return size and uncertainty, (n,) each."""
