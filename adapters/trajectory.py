@@ -26,13 +26,21 @@ class Observable(StrEnum):
     """Quantity that an engine can provide for a run."""
 
     COM = "com"
+    """`com_m` and `com_velocity_m_s`"""
     ATTITUDE = "attitude"
+    """`angle_rad`"""
     RATE = "rate"
+    """`rate_rad_s`"""
     REACTION = "reaction"
+    """`reaction_N`"""
     GAP = "gap"
+    """`gap_m`"""
     COM_RESIDUAL = "com_residual"
+    """`com_residual_m`"""
     TORQUE = "torque"
+    """`torque_N_m`, in scenes with prescribed rotations"""
     IMPULSE = "impulse"
+    """`impulse_N_s`, in scenes with impulses"""
 
 
 @dataclass(frozen=True)

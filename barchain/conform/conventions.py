@@ -9,6 +9,7 @@ import numpy as np
 from adapters.engine import EngineError
 from barchain.conform.checks import Check, CheckState, Group
 from barchain.conform.physics import ask_about_scenes, main_run, reason_against
+from barchain.conform.runs import TIME_LIMITS
 from barchain.conform.scenes import FIRST, solved
 from barchain.judge.checks.digits import rounded_values
 from barchain.judge.error_model import ErrorModel
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
     from adapters.trajectory import Array, Trajectory
     from barchain.conform.target import Examined
+    from barchain.run.job import RunResult
 
 PAGE = "docs/explanation/engine_conventions.md"
 FIELDS = {
@@ -51,7 +53,7 @@ def conventions(engine: Examined) -> Iterator[Check]:
     engine.note(f"conventions: a first run, of {name}")
     run = main_run(engine, name)
     if run.outcome is not Outcome.PASS or run.trajectory is None:
-        yield Check(Group.CONVENTIONS, FIRST_RUN, CheckState.FAILED, run.reason, f"{PAGE}#samples", scene=name)
+        yield Check(Group.CONVENTIONS, FIRST_RUN, CheckState.FAILED, run.reason, page_of(run), scene=name)
         return
     n = len(run.trajectory.t_s)
     said = f"{len(run.trajectory.observables)} quantities of {n} samples, float64"
@@ -75,6 +77,13 @@ def in_single_precision(values: Array | None) -> bool:
         return False
     later = values[1:]
     return len(np.unique(later)) >= LEAST_VALUES and np.array_equal(later, later.astype(np.float32))
+
+
+def page_of(run: RunResult) -> str:
+    """Page on the reason why a first run gave no result."""
+    if run.outcome is Outcome.TIMED_OUT:
+        return TIME_LIMITS
+    return f"{PAGE}#{'declarations' if 'does not declare' in run.reason else 'samples'}"
 
 
 def start_checks(engine: Examined, name: str, run: Trajectory) -> Iterator[Check]:

@@ -12,7 +12,7 @@ from adapters.engine import EngineError
 from barchain.boundary.declared import OutsideEngine
 from barchain.conform.checks import Check, CheckState, Group
 from barchain.conform.dependence import dependent_check
-from barchain.conform.runs import results
+from barchain.conform.runs import TIME_LIMITS, results
 from barchain.conform.scenes import STAGES, scene_of, solved
 from barchain.conform.settings import setting_of
 from barchain.judge.comparison.compare import judge
@@ -136,7 +136,9 @@ def scene_check(engine: Examined, name: str, runs: dict[Role, RunResult]) -> Che
         return Check(Group.PHYSICS, short(name), state, said, scene=name)
     found = diagnosis_of(name, evidence, verdict)
     if found is None or found.inside_tolerances or verdict.outcome is Outcome.MALFORMED:
-        return Check(Group.PHYSICS, short(name), CheckState.FAILED, reasons_of(verdict), PAGE, scene=name)
+        late = any(run.outcome is Outcome.TIMED_OUT for run in runs.values())
+        page = TIME_LIMITS if late else PAGE
+        return Check(Group.PHYSICS, short(name), CheckState.FAILED, reasons_of(verdict), page, scene=name)
     free = name in STAGES[0].scenes and not found.explanations and looks_single(relative_difference(found.wrong))
     hint = f" {SINGLE_PRECISION}" if free else ""
     sizes = "; ".join(f"{QUANTITY_WORDS[w.quantity]} {w.words}" for w in found.wrong)

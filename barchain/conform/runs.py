@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from barchain.conform.target import Examined
     from barchain.run.job import Job, RunResult
 
+TIME_LIMITS = "docs/howto/conform.md#time-limits"
 START_S = 30.0
 """Time for the import of an engine's library"""
 TOGETHER_SHARE = 0.15

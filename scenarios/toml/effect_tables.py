@@ -13,7 +13,8 @@ from scenarios.limits import LEAST_MAGNITUDE, MOST_MAGNITUDE, MOST_POINTS, MOST_
 def check_not_tiny(value: float) -> float:
     """Reject a number that is not zero and smaller than any in physics; products of such numbers vanish."""
     if 0.0 < abs(value) < LEAST_MAGNITUDE:
-        raise ValueError(f"allowed: a magnitude from {LEAST_MAGNITUDE:g} to {MOST_MAGNITUDE:g}, or 0 where the key takes 0")
+        sizes = f"{LEAST_MAGNITUDE:g} to {MOST_MAGNITUDE:g}"
+        raise ValueError(f"allowed: a magnitude from {sizes}, or 0 if the key takes 0")
     return value
 
 
