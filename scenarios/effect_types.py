@@ -375,7 +375,13 @@ class Effects:
 
 
 def all_effect_names() -> frozenset[str]:
-    """Every name that :attr:`Effects.names` may hold."""
+    """Every name that :attr:`Effects.names`, and an engine's ``effects``, may hold.
+
+    Returns
+    -------
+    frozenset of str
+        E.g. ``gravity.gradient``, ``prescribed_rotation.joint``, ``impulse``.
+    """
     laws = [*Frame, *Actuator]
     return frozenset(
         {

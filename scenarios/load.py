@@ -199,7 +199,9 @@ def check_scene(scene: Scene) -> Scene:
     """
     try:
         found = scene_of(scene_data(scene), scene.name, scene.name)
-    except (TypeError, AttributeError, OverflowError) as error:
+    except SceneError:
+        raise
+    except (TypeError, AttributeError, OverflowError, ValueError) as error:
         raise SceneError(f"{scene.name}: a field of the scene is not of its type: {error}") from None
     faults = list(type_faults(scene, found))
     if faults:

@@ -23,7 +23,8 @@ def enter(phase: str) -> None:
 def late_words(folder: Path, time_s: float) -> str:
     """Words on a process that was ended at its time limit: ``no result within 40 s, ended in build``."""
     try:
-        phase = Path(folder, PHASE).read_text(encoding="ascii")[:MOST_LENGTH]
+        path = Path(folder, PHASE)
+        phase = path.read_text(encoding="ascii")[:MOST_LENGTH] if path.is_file() else ""  # no pipe of an engine's
     except (OSError, ValueError):
         phase = ""
     known = phase if phase.replace(" ", "").isalpha() else ""

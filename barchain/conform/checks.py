@@ -62,16 +62,22 @@ class ConformanceReport:
 
     @property
     def passed(self) -> bool:
-        """Whether no check failed, and, of a whole examination, at least one scene of the physics was passed."""
-        states = [c.state for c in self.checks]
-        agreed = any(c.group is Group.PHYSICS and c.state is CheckState.PASSED for c in self.checks)
-        return CheckState.FAILED not in states and (agreed or not self.whole)
+        """Whether no check failed and at least one was passed; of the whole, one on a scene of the physics."""
+        return not self.failures and self.agreed
+
+    @property
+    def agreed(self) -> bool:
+        """Whether a scene of the physics was passed; of a part, any check beyond loading, if there are others."""
+        groups = {Group.PHYSICS} if self.whole else {c.group for c in self.checks} - {Group.LOADING}
+        return not groups or any(c.group in groups and c.state is CheckState.PASSED for c in self.checks)
 
     @property
     def verdict(self) -> str:
         """Result in words; a part of the examination is no conformance."""
         if self.whole:
             return "conforms" if self.passed else "does not conform"
+        if not self.failures and not self.agreed:
+            return "supports nothing of this part of the examination"
         return f"{'passes' if self.passed else 'fails'} a part of the examination"
 
     @property

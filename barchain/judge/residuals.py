@@ -124,11 +124,15 @@ class Residuals:
         }  # fmt: skip
 
     def displacement_by_solution_error(self) -> dict[str, Array]:
-        """Change of the predicted departure by the attitude's error of the judging solution, (n,) each."""
+        """Change of the predicted departure by the attitude's error of the judging solution, (n,) each.
+
+        The error counts as it is at the solution's own limit: beyond it :func:`parted_track_bound` allows any attitude.
+        """
         scene, t_s = self.scene, self.solution.trajectory.t_s
         if scene.effects.gravity is Gravity.NONE or not scene.bound:
             return {name: np.zeros(len(t_s)) for name in TRACK}
-        wrong_rad = np.maximum.accumulate(self.solution.error["attitude"])
+        known = np.where(t_s <= self.solution.limit_s, self.solution.error["attitude"], 0.0)
+        wrong_rad = np.maximum.accumulate(known)
         bounds = displacement_bound(scene, t_s, SECOND_MOMENT_SENSITIVITY)
         return {name: wrong_rad * bounds[name] for name in TRACK}
 
@@ -206,7 +210,7 @@ class Residuals:
         if ratio <= 1.0:
             return ResidualCheck(ratio, Outcome.PASS, "")
         with_noise = worst(residual, allowed + self.limiting_noise(quantity), inside)[0]
-        if with_noise <= 1.0 and failure is Outcome.INCONSISTENT and self.is_scatter_of_steps(quantity):
+        if with_noise <= 1.0 and failure is Outcome.INCONSISTENT and self.is_scatter_of_steps(quantity, allowed):
             return ResidualCheck(with_noise, Outcome.PASS, self.scatter_reason(quantity, f"{ratio:.3g} times {named}"))
         if with_noise <= 1.0:
             limited = self.digits_left(quantity, residual[inside], f"{ratio:.3g} times {named}")
@@ -278,14 +282,19 @@ class Residuals:
         sizes = self.errors_by_setting(quantity)
         return sizes[-1] < CONVERGED_SHARE * sizes[0]
 
-    def is_scatter_of_steps(self, quantity: str) -> bool:
+    def is_scatter_of_steps(self, quantity: str, allowed: Array) -> bool:
         """Whether perturbed runs differ by their steps, not by round-off.
 
         A method that controls its steps takes other steps after a change in the last digits, and its error changes by
-        its own size. Finer settings reduce that; round-off they can't reduce.
+        its own size. Finer settings reduce that; round-off they can't reduce. The still finer run must be inside
+        `allowed`, (n,), at every sample: a fault of one instant does not shrink.
         """
         sizes = self.errors_by_setting(quantity)
-        return self.engine.order is None and bool(sizes) and sizes[-1] < SCATTER_SHARE * sizes[0]
+        if self.engine.order is not None or not sizes or sizes[-1] >= SCATTER_SHARE * sizes[0]:
+            return False
+        finest = self.finest_difference[quantity][: self.n]
+        m = len(finest)
+        return bool(worst(finest, allowed[:m], self.inside(quantity)[:m])[0] <= 1.0)
 
     def scatter_reason(self, quantity: str, without: str) -> str:
         """Reason of a pass that counts the scatter of runs at one setting, with the ratio `without` it."""

@@ -136,13 +136,14 @@ def displacement_bound(scene: Scene, t_s: Array, factor: float) -> dict[str, Arr
     """Bound of the displacement by an acceleration of at most `factor` mu I/(M r⁴), at `t_s`.
 
     ``com`` (m) and ``com_velocity`` (m/s) are (n,). A constant acceleration a along the track displaces by 3/2 a t²
-    along it, and by up to 8 a/n² across; the displacement rotates with the rate n.
+    along it, and by up to 8 a/n² across; the displacement rotates with the rate n. The least radius is that of the
+    perigee, or the surface, where a run ends.
     """
     model = chain_model(scene)
     place = relative_positions(model, np.zeros(model.bars))[:, 0]
     inertia = float(model.mass_kg @ place**2 + model.inertia_kg_m2.sum())
     r0 = scene.radius0_m
-    lowest = min(r0, 2.0 * r0 / (2.0 - scene.orbit.speed_factor**2) - r0)
+    lowest = max(min(r0, 2.0 * r0 / (2.0 - scene.orbit.speed_factor**2) - r0), scene.central_body.radius_m)
     acceleration = factor * scene.central_body.mu_m3_s2 * inertia / (scene.mass_kg * lowest**4)
     rate = math.sqrt(scene.central_body.mu_m3_s2 / lowest**3)
     moved_m = acceleration * (1.5 * t_s**2 + 8.0 / scene.mean_motion_rad_s**2)

@@ -45,6 +45,8 @@ class PartResult:
     """Number of its items (scenes, faults) that were done"""
     command: str = ""
     """Command that repeats the part"""
+    missing: str = ""
+    """Why engines that the part names did not run; the others did"""
 
 
 def some_of(names: Sequence[str]) -> str:
@@ -92,8 +94,8 @@ class NightRun:
 
     @property
     def complete(self) -> bool:
-        """Whether all parts were done."""
-        return bool(self.parts) and all(part.state is PartState.DONE for part in self.parts)
+        """Whether all parts were done, with all engines that they name."""
+        return bool(self.parts) and all(part.state is PartState.DONE and not part.missing for part in self.parts)
 
     def to_json(self) -> str:
         """Content as JSON."""

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 ENGINE_PACKAGES = ("adapters", "reference_impl", "scenarios")
 """Packages that decide a run of any engine"""
+BESIDE_SOURCES = {"tests", "test", "docs", "doc", "examples", "benchmarks"}
+"""Folders beside a package's sources that decide no result"""
 COMPILED = {".so", ".pyd", ".dylib", ".dll"}
 DIGITS = 16
 
@@ -89,7 +91,7 @@ def editable_modules(distribution: str) -> tuple[str, ...]:
     """Top-level modules of a distribution that runs from its sources (`pip install -e`); none of any other.
 
     Its list of installed files names no source. The modules are those of its entry points, those that it names as its
-    own, and the one with its name.
+    own, the one with its name, and the packages in the folders that its installation adds to Python's path.
     """
     about = direct_url(distribution).get("dir_info")
     if not (isinstance(about, dict) and about.get("editable") is True):
@@ -97,7 +99,16 @@ def editable_modules(distribution: str) -> tuple[str, ...]:
     found = metadata.distribution(distribution)
     entries = {point.value.partition(":")[0].partition(".")[0] for point in found.entry_points}
     named = set((found.read_text("top_level.txt") or "").split())
-    return tuple(sorted(entries | named | {re.sub(r"[-.]+", "_", distribution).lower()}))
+    return tuple(sorted(entries | named | added_packages(found) | {re.sub(r"[-.]+", "_", distribution).lower()}))
+
+
+def added_packages(distribution: metadata.Distribution) -> set[str]:
+    """Packages in the folders that a distribution's ``.pth`` files add to Python's path, without tests and the like."""
+    files = [Path(str(file.locate())) for file in distribution.files or () if file.suffix == ".pth"]
+    text = "\n".join(file.read_text(errors="replace") for file in files if file.is_file())
+    folders = [Path(line.strip()) for line in text.splitlines() if line.strip() and not line.startswith("import ")]
+    inside = (path for folder in folders if folder.is_dir() for path in folder.iterdir())
+    return {path.name for path in inside if (path / "__init__.py").is_file() and path.name not in BESIDE_SOURCES}
 
 
 def files_of(name: str) -> Iterator[tuple[Path, str]]:

@@ -137,6 +137,12 @@ def test_a_part_of_the_examination_is_run_alone_and_is_no_conformance(capsys: py
     assert "did you mean thrust_body?" in capsys.readouterr().err
 
 
+def test_a_part_that_an_engine_does_not_support_is_no_pass(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["conform", "exudyn-tree", "--only", "impulse_alone"]) == 1
+    assert "exudyn-tree: supports nothing of this part of the examination" in capsys.readouterr().out
+    assert run(["conform", "exudyn-tree", "--only", "loading"]) == 0
+
+
 def test_a_run_that_is_ended_tells_its_phase_and_the_option_that_allows_more_time(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -13,10 +13,11 @@ from barchain.judge.comparison.compare import judge
 from barchain.judge.evidence import Evidence
 from barchain.metrics.model_difference import com_displacement
 from barchain.run.job import RunResult
+from barchain.solutions.sampling import closely_sampled
 from barchain.solutions.shipped import shipped_solution
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
-from tests.judge.trust_cases import value
+from tests.judge.trust_cases import solution_of, value
 
 pytest.importorskip("rebound")
 SCENE = load_scene("paper/fig05")
@@ -38,6 +39,30 @@ def test_the_departure_of_five_chaotic_bars_from_a_particle_is_seen_in_the_track
     assert value(right, "com", "detection_limit") * np.linalg.norm(solution.trajectory.com_m[0]) < 1e-3
     assert np.linalg.norm(departure, axis=1).max() > 0.05
     assert verdict(departure).outcome is Outcome.INCONSISTENT
+
+
+def judged_alone(scene, solution):
+    setting = Rebound.sweep.setting()
+    runs = [Rebound().run(scene, each) for each in (setting, finer_setting(scene, Rebound.sweep, setting))]
+    return judge(
+        "rebound", Rebound, setting, Evidence(*(RunResult(Outcome.PASS, trajectory=r) for r in runs)), solution
+    )
+
+
+def test_a_particle_that_falls_to_the_surface_is_judged():
+    solution = solution_of(closely_sampled(load_scene("hard/vertical_fall")))
+    assert judged_alone(solution.scene, solution).outcome is Outcome.PASS
+
+
+def test_a_solution_that_has_lost_the_attitude_leaves_the_track_no_more_room_than_any_attitude_does():
+    """Errors of many radians stand behind the limit of a solution that is no certified one."""
+    solution = shipped_solution(SCENE)
+    half_s = 0.5 * solution.limit_s
+    lost = np.where(solution.trajectory.t_s > half_s, 80.0, solution.error["attitude"])
+    vague = dataclasses.replace(solution, error=solution.error | {"attitude": lost}, limit_s=half_s)
+    unsure = dataclasses.replace(solution, limit_s=half_s)
+    limits = [value(judged_alone(s.scene, s), "com", "detection_limit") for s in (vague, unsure)]
+    assert limits[0] == pytest.approx(limits[1], rel=1e-6)
 
 
 def test_the_prediction_knows_the_attitude_no_better_than_the_judging_solution():

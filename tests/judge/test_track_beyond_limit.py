@@ -13,6 +13,7 @@ from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
 from barchain.judge.checks.track_beyond_limit import parted_track_bound
 from scenarios import Axes, End, Impulse, Scene, Thrust, load_scene
+from tests.support.slow import slow_but
 
 if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
@@ -51,7 +52,7 @@ def bound(scene: Scene) -> dict[str, np.ndarray]:
     return parted_track_bound(cast("ReferenceSolution", Solved(scene, found)), found.t_s, LIMIT_S)
 
 
-@pytest.mark.parametrize("speed_factor", [1.0, 1.2, 0.95])
+@pytest.mark.parametrize("speed_factor", slow_but([1.0, 1.2, 0.95], [1.0]))
 def test_opposite_thrusts_move_the_track_by_less_than_the_bound_and_not_by_far_less(speed_factor: float) -> None:
     allowed = bound(bar(speed_factor, thrust=(thrust(0.0, Axes.BODY),)))
     apart = {"com": np.zeros(601), "com_velocity": np.zeros(601)}

@@ -65,8 +65,8 @@ def test_the_tide_on_open_joints_is_allowed_in_restarts_and_nothing_else_is(chao
     main, opened_m = unmodified[0], 1e-3
     gaps = np.full((len(main.t_s), chaotic.scene.bars - 1), opened_m / (chaotic.scene.bars - 1))
 
-    def allowed(gap_m):
-        seen = main.replace(gap_m=gap_m)
+    def allowed(gap_m, places=main.angle_rad):
+        seen = main.replace(gap_m=gap_m, position_m=None if places is None else np.zeros((*places.shape, 2)))
         errors = ErrorModel(Reference, SETTING, chaotic, seen)
         first = int(np.count_nonzero(main.t_s <= errors.limit_s)) - 1
         return restart_segments(errors, seen, first)[0].allowed
@@ -76,6 +76,8 @@ def test_the_tide_on_open_joints_is_allowed_in_restarts_and_nothing_else_is(chao
     added = opened["reaction"] - closed["reaction"]
     assert np.all((pull < added) & (added < 5.0 * pull))
     assert all(np.array_equal(opened[name], closed[name]) for name in ("attitude", "rate"))
+    reported = allowed(gaps, places=None)  # without places that show them
+    assert np.array_equal(reported["reaction"], closed["reaction"])
 
 
 def test_samples_that_no_segment_covers_answer_for_themselves(chaotic, unmodified):

@@ -160,13 +160,15 @@ def test_an_engine_in_relative_coordinates_can_not_pass_as_limited_by_round_off(
 @pytest.mark.parametrize(("finest", "outcome"), [(0.02, Outcome.PASS), (0.9, Outcome.ROUNDOFF_LIMITED)])
 def test_scatter_of_chosen_steps_is_no_round_off_if_finer_settings_reduce_it(chaotic, unmodified, finest, outcome):
     """Runs that perturbed steps move by their own error; a still finer run tells the cause."""
-    main, size = unmodified[0], 3e-7 * scales(chaotic)["reaction"]
+    main = unmodified[0]
+    explained = judged(chaotic, *unmodified).series["reaction_tolerance"].fillna(0.0).to_numpy()[:, None, None]
+    right = chaotic.trajectory.reaction_N[: len(main.t_s)]
 
     def moved(share):
-        return main.replace(reaction_N=chaotic.trajectory.reaction_N[: len(main.t_s)] + share * size)
+        return main.replace(reaction_N=right + share * explained / np.sqrt(2.0))  # both components alike
 
     final = judged(
-        chaotic, moved(1.0), moved(0.999), perturbed=tuple(moved(share) for share in (-1.0, 0.5, -0.3)),
+        chaotic, moved(1.5), moved(1.499), perturbed=tuple(moved(share) for share in (-1.0, 0.5, -0.3)),
         finest=RunResult(Outcome.PASS, trajectory=moved(finest)),
     )  # fmt: skip
     row = next(r for r in final.rows if (r["quantity"], r["metric"]) == ("reaction", "normalised_error"))

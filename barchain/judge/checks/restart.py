@@ -225,10 +225,11 @@ class RestartErrorModel(ErrorModel):
 
         The reference restarts from the angles, which put all bars in place. Bars that stand apart by the sum of the
         gaps feel the gradient of gravity over that distance besides: at most 3 mu/r³ for each unit of mass, which
-        leaves room for the other fields and the gradient's torque.
+        leaves room for the other fields and the gradient's torque. Gaps count only with the bars' places, from which
+        they are computed: a reported number alone would make room.
         """
         none = np.zeros(self.n)
-        if self.run.gap_m is None or quantity not in ("reaction", "torque"):
+        if self.run.gap_m is None or self.run.position_m is None or quantity not in ("reaction", "torque"):
             return none
         rows = slice(self.first, self.first + self.n)
         chain, body = self.scene.chain, self.scene.central_body

@@ -241,7 +241,7 @@ def run_job(night: Running, job: NightJob, taken: NightJob, time_s: float) -> Pa
 def result_of(job: NightJob, taken: NightJob, time_s: float, ended: ChildEnd, out: Path) -> PartResult:
     """Result of a job whose process has ended.
 
-    A part whose engines are not all installed has failed, though the others are measured: the night is incomplete.
+    A part whose engines are not all installed is done with the others, and leaves its night incomplete.
     """
     beyond = tuple(scene for scene in job.scenes if scene not in taken.scenes)
     left: tuple[str, ...] = ()
@@ -255,14 +255,11 @@ def result_of(job: NightJob, taken: NightJob, time_s: float, ended: ChildEnd, ou
         state, reason = PartState.FAILED, fault
     elif job.study == ALARM and alarm_test(out) is None:
         state, reason = PartState.FAILED, "no fault was inserted: the alarm was not tried"
-    done = items_done(taken, state, left, out)
-    if taken.missing and state is PartState.DONE:
-        state, reason = PartState.FAILED, taken.missing
     if beyond and state is not PartState.FAILED:
         state, reason = PartState.LEFT, reason or f"more scenes than fit into {time_s:.0f} s"
     return PartResult(
         job.part, state, round(time_s, 1), round(ended.duration_s, 3), (*left, *beyond), reason,
-        done, taken.shown(out),
+        items_done(taken, state, left, out), taken.shown(out), taken.missing,
     )  # fmt: skip
 
 

@@ -197,7 +197,7 @@ def comparison_verdicts(figures: Iterable[Figure]) -> list[Figure]:
 
 def is_rejected(cell: Figure) -> bool:
     """Whether a cell is neither a pass nor a limit that the engine states; a word of another version counts."""
-    return cell.word not in {str(outcome) for outcome in Outcome if outcome.ok}
+    return not cell.not_run and cell.word not in {str(outcome) for outcome in Outcome if outcome.ok}
 
 
 def rejected_entry(cell: Figure) -> RejectedEntry:

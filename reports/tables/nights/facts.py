@@ -76,6 +76,7 @@ class PartEntry(Entry):
     reason: str = ""
     done: int = Field(0, description="number of scenes or faults that were done")
     command: str = Field("", description="command that repeats the part")
+    missing: str = Field("", description="why engines that the part names did not run; the others did")
 
 
 class AlarmEntry(Entry):

@@ -39,8 +39,9 @@ SCALES: tuple[tuple[str, ...], ...] = (
 WRONG = {str(o) for o in (Outcome.INCONSISTENT, Outcome.EXCEEDS_BOUND, Outcome.JOINTS_IGNORED, Outcome.MALFORMED)}
 """Verdicts on a whole result that is wrong"""
 RIGHT = {str(Outcome.PASS), str(Outcome.ROUNDOFF_LIMITED)}
-OF_A_RESULT = {FigureKind.ERROR, FigureKind.VALUE, FigureKind.COUNT}
-"""Kinds of figures that a wrong result makes meaningless"""
+VERDICT = "verdict"
+"""Quantity of a comparison's verdict; those of other studies have the study's name before them"""
+OTHER_STUDIES = {"cost", "stability", "roundoff", "selftest", "campaign", "scaling", "effects", "ensemble"}
 MENDED = "the verdict became right: the earlier value was that of a wrong result"
 
 
@@ -57,12 +58,12 @@ def judge_verdict(was: Figure, now: Figure) -> Judgement | None:
 
 
 def without_mended(changes: Iterable[Change]) -> list[Change]:
-    """Changes, those for the worse as neither better nor worse where the verdict of their run became right."""
+    """Changes; a comparison's larger errors are neither better nor worse where its verdict became right."""
     every = list(changes)
     mended = {
         run_of(change)
         for change in every
-        if change.identity.kind is FigureKind.VERDICT and change.was.word in WRONG and change.now.word in RIGHT
+        if change.identity.quantity == VERDICT and change.was.word in WRONG and change.now.word in RIGHT
     }
     return [as_mended(change) if run_of(change) in mended else change for change in every]
 
@@ -73,7 +74,8 @@ def run_of(change: Change) -> tuple[str, str, str]:
 
 
 def as_mended(change: Change) -> Change:
-    """Change of a result that was wrong before."""
-    if change.identity.kind not in OF_A_RESULT or change.direction is not Direction.WORSE:
+    """Change of a result that was wrong before; an error that is gone, or of another study, is no larger one."""
+    error = change.identity.kind is FigureKind.ERROR and change.identity.quantity.partition(".")[0] not in OTHER_STUDIES
+    if not error or change.now.missing or change.direction is not Direction.WORSE:
         return change
     return replace(change, direction=Direction.CHANGED, reason=f"{MENDED}; {change.reason}")
