@@ -55,7 +55,7 @@ WRONG = {
     "effects.thrust[0].times_s[0]: .* given, allowed: .*, the sample beside it": with_thrust(
         times_s=(SCENE.times_s[1] * (1.0 + 1e-13), SCENE.times_s[5])
     ),
-    "truth value": dataclasses.replace(
+    "of an array with more than one element": dataclasses.replace(
         SCENE, effects=dataclasses.replace(SCENE.effects, thrust=np.array([1.0, 2.0]))  # type: ignore[arg-type]
     ),
     "not of its type": dataclasses.replace(
