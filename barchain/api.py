@@ -143,7 +143,7 @@ def simulate(
 
 
 def checked(scene: Scene | str | Path) -> Scene | str | Path:
-    """The same scene; one that was made in Python is checked, a name or a file is checked where it is loaded."""
+    """Check a scene that was made in Python, and return it; a name or a file is checked where it is loaded."""
     return check_scene(scene) if isinstance(scene, Scene) else scene
 
 

@@ -49,10 +49,10 @@ def name_check(engine: Examined) -> Check:
     r = engine.registration
     if r.missing:
         return Check(Group.LOADING, "entry point", CheckState.FAILED, r.missing, PAGE)
-    known = next((name for name, other in engines().items() if other.target == r.target), "")
-    if not engine.registered and known:
-        return Check(Group.LOADING, "entry point", CheckState.PASSED, f"registered as {known}", PAGE)
     if not engine.registered:
+        known = next((name for name, other in engines().items() if other.target == r.target), "")
+        if known:
+            return Check(Group.LOADING, "entry point", CheckState.PASSED, f"registered as {known}", PAGE)
         said = f'none; `{engine.name} = "{r.target}"` under [project.entry-points."barchain.engines"] registers it'
         return Check(Group.LOADING, "entry point", CheckState.WARNING, said, PAGE)
     if not engine.own and r.version == "none":

@@ -17,7 +17,7 @@ from barchain.conform.conventions import FIRST_RUN, conventions
 from barchain.conform.extent import WHOLE, Extent
 from barchain.conform.loading import loading
 from barchain.conform.physics import physics
-from barchain.conform.target import RUN_S, examined, ignore
+from barchain.conform.target import RUN_S, examined
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -34,7 +34,7 @@ def conform(
     report: Callable[[Check], None] = lambda _: None,
     *,
     extent: Extent = WHOLE,
-    note: Callable[[str], None] = ignore,
+    note: Callable[[str], None] = lambda _: None,
 ) -> ConformanceReport:
     """Examine an engine.
 

@@ -21,11 +21,6 @@ RUN_S = 10.0
 """Longest time of one run by default: a scene is a fifth of an orbit of a few bars"""
 
 
-def ignore(text: str) -> None:
-    """Tell nothing."""
-    del text
-
-
 @dataclass(frozen=True)
 class Examined:
     """An engine that is examined."""
@@ -36,7 +31,7 @@ class Examined:
     """Whether the engine has an entry point; False of a class that is named directly"""
     run_s: float = RUN_S
     """Longest time of one run, after the start of its process"""
-    note: Callable[[str], None] = ignore
+    note: Callable[[str], None] = lambda _: None
     """Called with a sentence before checks that take long"""
 
     @property

@@ -80,10 +80,19 @@ def certified(scene: Scene, *, cache: Path | None = None) -> CertifiedSolution:
     EngineError
         If the run fails.
     """
+    path = cache_file(scene, cache)
+    return available(scene, path) or computed(scene, path)
+
+
+def available(scene: Scene, path: Path) -> CertifiedSolution | None:
+    """Certified solution that needs no run: from a committed table, or from a file of the cache; None without one."""
     kept = committed(physics_digest(scene))
-    found = served(scene, kept, "committed") if kept else None
-    path = (cache or cache_folder()) / "certified_solutions" / f"{cache_key(scene)}.csv"
-    return found or cached(scene, path) or computed(scene, path)
+    return (served(scene, kept, "committed") if kept else None) or cached(scene, path)
+
+
+def cache_file(scene: Scene, cache: Path | None = None) -> Path:
+    """File of a scene's certified solution in the cache, or in another folder."""
+    return (cache or cache_folder()) / "certified_solutions" / f"{cache_key(scene)}.csv"
 
 
 def served(scene: Scene, table: CertifiedTable, source: Source) -> CertifiedSolution | None:
@@ -140,11 +149,8 @@ def need_certifiable(scene: Scene) -> None:
         If none comes with barchain at the scene's instants, none is kept here, and heyoka is not installed.
     """
     missing = find_engine("heyoka-quad").missing
-    kept = committed(physics_digest(scene)) if missing else None
-    if missing and not (kept and served(scene, kept, "committed")):
-        path = cache_folder() / "certified_solutions" / f"{cache_key(scene)}.csv"
-        if cached(scene, path) is None:
-            raise CertifiedSolutionError(no_solution_words(scene, missing))
+    if missing and available(scene, cache_file(scene)) is None:
+        raise CertifiedSolutionError(no_solution_words(scene, missing))
 
 
 def no_solution_words(scene: Scene, missing: str) -> str:

@@ -10,6 +10,8 @@ from pictures.pages.marked import with_part
 from pictures.pages.record import rows
 from pictures.pages.words import table
 from pictures.paths import DOCS
+from reports.tables.cost import INDEPENDENT, OWN_EQUATIONS
+from reports.tables.cost import KINDS as HEADINGS
 from reports.text.ratios import decade, ratio_text
 
 if TYPE_CHECKING:
@@ -19,10 +21,7 @@ if TYPE_CHECKING:
 
 COST_PAGE = DOCS / "studies" / "cost.md"
 NAME = "times"
-KINDS = (
-    (True, "Engines with independent physics:"),
-    (False, "The reference, and integrators on barchain's equations:"),
-)
+KINDS = ((True, f"{HEADINGS[INDEPENDENT]}:"), (False, f"{HEADINGS[OWN_EQUATIONS]}:"))
 
 
 def cost_page(text: str, measured: MeasuredRecord) -> str:

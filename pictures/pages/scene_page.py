@@ -10,6 +10,8 @@ from pictures.pages.words import cell, errors, growth_text, outcome_text, short,
 from pictures.paths import DOCS, ENGINE_PAGES, GALLERY
 from pictures.record.certified import SHIPPED, TABLE
 from pictures.templating import render
+from reports.tables.cost import KINDS as HEADINGS
+from reports.tables.cost import OWN_EQUATIONS
 from reports.text.numerals import each
 
 if TYPE_CHECKING:
@@ -20,7 +22,7 @@ if TYPE_CHECKING:
 
 EFFECT_PAGES = {"gravity": "gravity", "impulse": "thrust", "thrust": "thrust"}
 """Pages of effects that are not named like the effect"""
-KINDS = ((True, "Independent physics"), (False, "The reference, and integrators on barchain's equations"))
+KINDS = ((True, "Independent physics"), (False, HEADINGS[OWN_EQUATIONS]))
 HARD = "hard/"
 LEAST_ORBITS = 0.01  # below, seconds say more
 

@@ -12,6 +12,7 @@ from barchain.nightly.environments.making import pinned_environment
 from barchain.nightly.environments.running import run_in
 from barchain.nightly.history.changes.levels import RULES, compared
 from barchain.nightly.history.changes.model import Direction
+from barchain.nightly.history.changes.verdicts import OTHER_STUDIES
 from barchain.nightly.history.faults import HistoryError
 from barchain.nightly.history.folders.reading import read_figures_of
 from barchain.nightly.history.model.figures import Figure, FigureIdentity, FigureKind
@@ -102,16 +103,16 @@ def command_of(identity: FigureIdentity) -> tuple[str, ...]:
         raise CellError(f"{identity.name}: belongs to a run at the finer setting, which no command makes by itself")
     if not identity.scene or not identity.engine:
         raise CellError(f"{identity.name}: belongs to no scene and engine, so that it can't be measured by itself")
-    if study in STUDIES and identity.scene in scene_names():
-        anchor = ("--engine", identity.anchor) if identity.anchor else ()
-        line = (STUDIES[study], identity.scene, "--engine", identity.engine, *anchor)
-        return (*line, "--repeats", "5", "--minutes", f"{MINUTES}") if study == "cost" else line
-    if study in {"roundoff", "selftest", "campaign", "scaling", "effects", "ensemble"}:
+    if study in OTHER_STUDIES - STUDIES.keys():
         raise CellError(f"{identity.name}: figures of {study} are not measured by themselves")
     if identity.scene not in scene_names():
         raise CellError(
             f"{identity.name}: belongs to a scene of a file, and only scenes that come with barchain are run again"
         )
+    if study in STUDIES:
+        anchor = ("--engine", identity.anchor) if identity.anchor else ()
+        line = (STUDIES[study], identity.scene, "--engine", identity.engine, *anchor)
+        return (*line, "--repeats", "5", "--minutes", f"{MINUTES}") if study == "cost" else line
     setting = ("--set", identity.setting) if "=" in identity.setting else ()
     return ("compare", identity.scene, "--engine", identity.engine, *setting)
 

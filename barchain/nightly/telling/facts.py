@@ -12,6 +12,7 @@ from barchain.nightly.history.changes.accepted import accepting
 from barchain.nightly.history.changes.model import result_words
 from barchain.nightly.history.changes.standing import still_holding
 from barchain.nightly.history.changes.suspects import differing, state_words, suspicion
+from barchain.nightly.history.changes.verdicts import VERDICT
 from barchain.nightly.history.model.figures import STEPPED, FigureKind
 from barchain.nightly.telling.sentence import opening
 from reports.tables.nights.facts import (
@@ -41,7 +42,6 @@ if TYPE_CHECKING:
     from barchain.nightly.run_facts import NightRun
 
 VERSIONED = ("engine:", "library:", "python")
-COMPARISON_VERDICT = "verdict"
 MISSING = "missing"
 OWN = STEPPED | {FigureKind.BITS}
 """Kinds whose changes are attributed by themselves"""
@@ -191,7 +191,7 @@ def comparison_verdicts(figures: Iterable[Figure]) -> list[Figure]:
     return [
         figure
         for figure in figures
-        if figure.identity.kind is FigureKind.VERDICT and figure.identity.quantity == COMPARISON_VERDICT
+        if figure.identity.kind is FigureKind.VERDICT and figure.identity.quantity == VERDICT
     ]
 
 

@@ -91,17 +91,16 @@ def plan_suite(facts: NightlyFile, fault: type[Error | Skipped] = Error) -> Test
     if facts.night.void:
         night.result = [fault(plain_text(facts.night.void), "void")]
     parts = facts.run.parts if facts.run else ()
-    if facts.night.state == "incomplete" and all(part.state == "done" and not part.missing for part in parts):
+    if facts.night.state == "incomplete" and all(part.whole for part in parts):
         night.result = [fault("the night is incomplete", "incomplete")]
     if facts.against.baseline and not facts.counts.judged:
         night.result = [fault(plain_text(f"{facts.against.baseline} has no figure of this night"), "not compared")]
     suite.add_testcase(night)
     for part in parts:
         case = TestCase(part.name, PLAN, round(part.duration_s, 3))
-        if part.state != "done" or part.missing:
+        if not part.whole:
             left = f"; left: {', '.join(part.left)}" if part.left else ""
-            reasons = "; ".join(filter(None, [part.reason, part.missing])) or part.state
-            case.result = [fault(plain_text(f"{reasons}{left}"), part.state)]
+            case.result = [fault(plain_text(f"{part.reasons or part.state}{left}"), part.state)]
         suite.add_testcase(case)
     suite.update_statistics()  # type: ignore[no-untyped-call]
     return suite

@@ -31,10 +31,10 @@ def summary_verdict(summary: Summary) -> CrossvalVerdict:
     """Verdict of a summary."""
     failed = tuple(c for c in summary.all if not c.outcome.ok)
     failures = (*summary.unsolved, *failed)
-    holes = scenes_without_comparison(summary)
-    if not summary.finished:
-        holes = []  # their engines may not have run yet
-    unchecked = [s for s in scenes_without_external(summary) if s not in holes] if summary.finished else []
+    holes, unchecked = [], []  # of an unfinished run, whose engines may not have run yet
+    if summary.finished:
+        holes = scenes_without_comparison(summary)
+        unchecked = [s for s in scenes_without_external(summary) if s not in holes]
     gaps = [unsolved_words(summary), gap_words(holes, unchecked, len(summary.scenes)), idle_words(summary)]
     gaps = [words for words in gaps if words]
     good = not failures and not gaps and summary.finished and bool(summary.with_outcome(Outcome.PASS))

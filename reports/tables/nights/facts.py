@@ -78,6 +78,16 @@ class PartEntry(Entry):
     command: str = Field("", description="command that repeats the part")
     missing: str = Field("", description="why engines that the part names did not run; the others did")
 
+    @property
+    def whole(self) -> bool:
+        """Whether the part was done with all engines that it names."""
+        return self.state == "done" and not self.missing
+
+    @property
+    def reasons(self) -> str:
+        """Why the part is not whole; empty without a reason."""
+        return "; ".join(filter(None, [self.reason, self.missing]))
+
 
 class AlarmEntry(Entry):
     """Test of the alarm by planted faults."""

@@ -42,6 +42,7 @@ RIGHT = {str(Outcome.PASS), str(Outcome.ROUNDOFF_LIMITED)}
 VERDICT = "verdict"
 """Quantity of a comparison's verdict; those of other studies have the study's name before them"""
 OTHER_STUDIES = {"cost", "stability", "roundoff", "selftest", "campaign", "scaling", "effects", "ensemble"}
+"""First words of the quantities of all studies but the comparison"""
 MENDED = "the verdict became right: the earlier value was that of a wrong result"
 
 
