@@ -12,7 +12,7 @@ from scenarios.limits import MOST_LINE, LimitError
 from scenarios.nearest import nearest_name, nearest_scene
 from scenarios.text import is_scene_name, shorten, visible
 from scenarios.toml.faults import fault_lines
-from scenarios.toml.field_types import type_faults
+from scenarios.toml.field_types import type_faults, with_plain_numbers, with_types_of, without_numpy
 from scenarios.toml.file import SceneFile
 from scenarios.toml.reading import UnreadableError, read_text, tables_of
 from scenarios.toml.resolve import IncompleteError, resolve
@@ -147,7 +147,7 @@ def make_scene(tables: Mapping[str, Any], name: str = "mine") -> Scene:
     ----------
     tables : mapping
         The file's tables, e.g. ``{"title": "Two bars", "source": "mine", "orbit": {"altitude_m": 5e5}, "chain": {...},
-        "run": {"orbits": 1.0}}``.
+        "run": {"orbits": 1.0}}``. Arrays and numbers of NumPy stand for lists and numbers.
     name : str, optional
         Name of the scene in tables, folders and messages.
 
@@ -165,7 +165,7 @@ def make_scene(tables: Mapping[str, Any], name: str = "mine") -> Scene:
         raise SceneError(
             f"{shorten(tables)} given as a scene's tables, allowed: a mapping with the keys of a scene file"
         )
-    return scene_of(dict(tables), name, name)
+    return scene_of(without_numpy(tables), name, name)
 
 
 def scene_of(tables: dict[str, Any], name: str, file: str) -> Scene:
@@ -190,7 +190,8 @@ def check_scene(scene: Scene) -> Scene:
     Returns
     -------
     Scene
-        The same scene.
+        The same scene; numbers of NumPy are Python's in it, and numbers are whole or not as in a file's scene, so that
+        equal scenes have equal digests.
 
     Raises
     ------
@@ -198,6 +199,7 @@ def check_scene(scene: Scene) -> Scene:
         If a file with these values would be rejected; the message has one line for each fault.
     """
     try:
+        scene = with_plain_numbers(scene)
         found = scene_of(scene_data(scene), scene.name, scene.name)
     except SceneError:
         raise
@@ -206,4 +208,5 @@ def check_scene(scene: Scene) -> Scene:
     faults = list(type_faults(scene, found))
     if faults:
         raise SceneError("\n".join(f"{scene.name}: {line}" for line in faults))
-    return scene
+    checked: Scene = with_types_of(scene, found)
+    return checked

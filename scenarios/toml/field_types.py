@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from scenarios.text import shorten
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
 
 ROUNDED = 1e-9
@@ -20,6 +23,49 @@ SAME = 1e-15
 """Relative difference of such instants: a sum of two of them is rounded"""
 TINY = 1e-12
 """Difference of such numbers beside zero"""
+
+
+def without_numpy(tables: Any) -> Any:
+    """Tables with lists and numbers of Python in place of NumPy's, at every depth."""
+    if isinstance(tables, np.ndarray):
+        return without_numpy(tables.tolist())
+    if isinstance(tables, np.generic):
+        return tables.item()
+    if isinstance(tables, Mapping):
+        return {key: without_numpy(value) for key, value in tables.items()}
+    if isinstance(tables, list | tuple):
+        return [without_numpy(value) for value in tables]
+    return tables
+
+
+def with_plain_numbers(part: Any) -> Any:
+    """A scene, or a part of one, with numbers of Python in place of NumPy's; the same object where there are none."""
+    return changed_leaves(part, part, lambda one, _: one.item() if isinstance(one, np.generic) else one)
+
+
+def with_types_of(part: Any, found: Any) -> Any:
+    """A scene, or a part of one, whose numbers are whole or not as those of `found`, which has the same shape."""
+    return changed_leaves(
+        part,
+        found,
+        lambda one, other: type(other)(one) if is_number(one) and is_number(other) else one,
+    )
+
+
+def changed_leaves(part: Any, beside: Any, change: Callable[[Any, Any], Any]) -> Any:
+    """A part of a scene after a change of each value, which also sees the value at its place in `beside`."""
+    if isinstance(part, tuple):
+        values = tuple(changed_leaves(one, other, change) for one, other in zip(part, beside, strict=True))
+        return values if any(new is not old for new, old in zip(values, part, strict=True)) else part
+    if dataclasses.is_dataclass(part) and not isinstance(part, type):
+        changes = {}
+        for field in dataclasses.fields(part):
+            old = getattr(part, field.name)
+            new = changed_leaves(old, getattr(beside, field.name), change)
+            if new is not old:
+                changes[field.name] = new
+        return dataclasses.replace(part, **changes) if changes else part
+    return change(part, beside)
 
 
 def is_number(value: Any) -> bool:

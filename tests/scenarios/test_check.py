@@ -92,6 +92,21 @@ def test_tables_in_python_make_the_scene_of_the_same_file() -> None:
     assert make_scene(TABLES, "pair").name == "pair"
 
 
+def test_numbers_and_arrays_of_numpy_in_tables_are_those_of_python() -> None:
+    chain = TABLES["chain"] | {"bars": np.int64(2), "mass_kg": np.array([100.0, 5.0]), "length_m": np.float32(20.0)}
+    assert make_scene(TABLES | {"chain": chain}) == make_scene(TABLES)
+
+
+def test_numbers_of_numpy_and_whole_numbers_in_a_scene_leave_its_digest_alone() -> None:
+    mass = tuple(np.float64(each) for each in SCENE.chain.mass_kg)
+    length = tuple(map(int, SCENE.chain.length_m))
+    changed = dataclasses.replace(
+        with_chain(mass_kg=mass, length_m=length), run=Run(SCENE.run.duration_s, np.int64(SCENE.run.samples))
+    )
+    assert length == SCENE.chain.length_m
+    assert check_scene(changed).digest == SCENE.digest
+
+
 @pytest.mark.parametrize(("tables", "message"), [
     (TABLES | {"orbit": {"altitude_km": 500.0}}, r"mine: orbit.altitude_km: unknown key \(did you mean altitude_m\?\)"),
     ({k: v for k, v in TABLES.items() if k != "run"}, "mine: run: missing"),
