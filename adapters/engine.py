@@ -105,10 +105,13 @@ class AccuracySweep:
     """Settings of an engine from coarse to fine, and the default setting of comparisons."""
 
     parameter: AccuracyParameter
+    """The number that sets the accuracy"""
     values: tuple[float, ...]
+    """From coarse to fine, none twice"""
     default: float
+    """Value of comparisons"""
     finer_rtol: float = 0.1
-    """Requested error of the finer run relative to that of the run itself"""
+    """Requested error of the finer run relative to that of the run itself, between 0 and 1"""
 
     def setting(self, value: float | None = None) -> Setting:
         """Setting of the sweep's accuracy parameter; the default value if none is given."""
@@ -142,12 +145,15 @@ class Engine(ABC):
     title: ClassVar[str]
     """One line for tables and reports."""
     coordinates: ClassVar[Coordinates]
+    """Coordinates that the engine integrates; they decide which round-off is expected"""
     order: ClassVar[float | None]
     """Order of the method in the step; None if the method controls its step."""
     sweep: ClassVar[AccuracySweep]
+    """Accuracy parameter, its values from coarse to fine, and the default"""
     effects: ClassVar[frozenset[str]]
     """Supported effects, named as in `Effects.names`; each is modelled without approximation."""
     observables: ClassVar[frozenset[Observable]]
+    """Quantities that every result holds; torques and impulses only in scenes that have them"""
     options: ClassVar[frozenset[str]] = frozenset()
     """Names of options, each taken by the constructor as ``name=True``: optional observables that cost time, and
     ``repeated_load``, with which barchain's loads are applied twice, at half strength"""

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
+"""Array of double precision"""
 ENDED = "ended_s"
 """Key in `info` of the instant at which the run ended, s; set by engines that locate the instant, and then judged"""
 

@@ -25,7 +25,7 @@ class ChainForces:
     """
 
     def __init__(self, scene: Scene, *, falling: bool = True, surface: bool = True) -> None:
-        """Prepare the effects of a scene.
+        """Prepare the effects of a scene, for a frame that falls freely or one at rest.
 
         Parameters
         ----------
@@ -43,7 +43,7 @@ class ChainForces:
     def __call__(
         self, frame: FrameState, position_m: Array, angle_rad: Array, velocity_m_s: Array, rate_rad_s: Array
     ) -> tuple[Array, Array]:
-        """Force and torque on each bar.
+        """Force (N, 2), N, and torque (N,), N m, on each bar, from its place and velocity in the frame.
 
         Parameters
         ----------

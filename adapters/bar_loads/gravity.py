@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class LandedError(Exception):
-    """A bar reached the surface."""
+    """A bar is at or below the surface: raised by `ChainForces`, unless it was made with ``surface=False``."""
 
 
 class Loads(ABC):

@@ -19,14 +19,17 @@ class FrameState(NamedTuple):
     """Position and velocity of the frame at an instant."""
 
     x: float
-    """Origin relative to the centre of the body, m"""
+    """First component of the origin relative to the centre of the body, m"""
     y: float
+    """Second component, m"""
     vx: float = 0.0
-    """Velocity of the origin, m/s"""
+    """First component of the origin's velocity, m/s"""
     vy: float = 0.0
+    """Second component, m/s"""
     t_s: float = 0.0
+    """Instant, s"""
     inside_s: float = 0.0
-    """An instant within the current event-free interval: at `t_s` itself an event may occur"""
+    """An instant within the current event-free interval, s: at `t_s` itself an event may occur"""
 
     @classmethod
     def of_arrays(cls, origin_m: Array, drift_m_s: Array, t_s: float, inside_s: float) -> FrameState:

@@ -3,7 +3,7 @@
 Formulation: a planar joint at one end of bar 1 and a revolute joint between bars; accelerations by
 `computeForwardDynamics`, reactions by `getBodyForce`.
 Coordinates: the frame's origin, one end of bar 1 in the frame, and the angle at each joint.
-Integrator: DART's own steps are of first order; SciPy's DOP853 steps its accelerations, with error control.
+Integrator: DART's own step is a semi-implicit Euler step; SciPy's DOP853 steps its accelerations, with error control.
 Accuracy parameter: `rtol`.
 
 Supported: all gravity models, oblateness, third bodies, drag, solar pressure without shadow, joint springs and dampers,

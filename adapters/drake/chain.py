@@ -28,7 +28,7 @@ def plant_of(bars: Sequence[BarProperties]) -> Any:
 
     plant, before = MultibodyPlant(time_step=0.0), None
     for j, (mass, J, half) in enumerate(bars):
-        # the same inertia about all axes: a thin rod's 0 has no meaning here, plane motion depends on one only
+        # the same inertia about all three axes: plane motion depends on the one about z alone
         inertia = SpatialInertia.MakeFromCentralInertia(mass, [half, 0.0, 0.0], RotationalInertia(J, J, J))
         frame = plant.AddRigidBody(f"bar{j + 1}", inertia).body_frame()
         if before is None:

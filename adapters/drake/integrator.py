@@ -45,14 +45,17 @@ class DrakeIntegrator:
         """
         from pydrake.systems.analysis import SimulatorStatus
 
+        end = SimulatorStatus.ReturnReason
         simulator = self.simulator(problem, start_s, float(instants_s[-1]), y)
         context, rows = simulator.get_context(), []
         try:
             for instant in instants_s.tolist():
                 reason = simulator.AdvanceTo(instant).reason()
-                landed = reason != SimulatorStatus.ReturnReason.kReachedBoundaryTime
+                landed = reason == end.kReachedTerminationCondition
                 if landed:
                     break
+                if reason != end.kReachedBoundaryTime:
+                    raise EngineError(f"Drake: t = {context.get_time():.6g} s: stopped by {reason.name}")
                 rows.append(self.units * context.get_continuous_state_vector().CopyToVector())
         except RuntimeError as error:
             raise EngineError(f"Drake: t = {context.get_time():.6g} s: {error}") from error

@@ -13,10 +13,10 @@ import numpy as np
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, EngineError
 from adapters.registry import ENGINES, Registration
 from adapters.trajectory import Observable
+from barchain.boundary.declarations import DeclarationError
 from barchain.boundary.limits import TEXT_LENGTH, OutsideLimits
 from barchain.boundary.message import plain_text
 from barchain.boundary.process import Reply, ask
-from barchain.boundary.questions import DeclarationError
 from reports.tables.crossval import QUANTITY_UNITS
 from scenarios import nearest
 

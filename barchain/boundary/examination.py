@@ -19,13 +19,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import psutil
 
-from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine
-from adapters.trajectory import Observable
+from adapters.engine import Engine
+from barchain.boundary.declarations import DECLARED, DeclarationError, declared
 from barchain.boundary.message import plain_text
 from barchain.boundary.questions import (
     Answer,
-    DeclarationError,
-    declared,
     failed,
     finished,
     loaded,
@@ -44,13 +42,6 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
     from scenarios import Scene
 
-DECLARED: dict[str, tuple[type, ...]] = {
-    "title": (str,), "coordinates": (str,), "order": (float, int, type(None)), "sweep": (AccuracySweep,),
-    "effects": (frozenset, set), "observables": (frozenset, set), "options": (frozenset, set),
-    "joints_in_place": (bool,), "track_by_length": (bool,), "step_constant": (float, int),
-    "unsupported_reasons": (dict,),
-}  # fmt: skip
-"""Declarations of an engine, with their types"""
 OWN_MODULES = frozenset({"adapters", "barchain", "numpy", "reference_impl", "scenarios", "scipy"})
 """Packages that an adapter may import at its top: barchain, and what it needs itself"""
 REPORTED_LIBRARIES = 6
@@ -75,8 +66,8 @@ def examined_class(registration: Registration) -> Answer:
     header["libraries"] = imported_libraries(registration, before)
     if found is None or step(steps, "class", lambda: whole_class(registration)) is None:
         return header, {}
-    for name, types in DECLARED.items():
-        step(steps, name, lambda name=name, types=types: checked(found, name, types) or True)  # type: ignore[misc]
+    for name in DECLARED:
+        step(steps, name, lambda name=name: declared(found, name) or True)  # type: ignore[misc]
     effects = getattr(found, "effects", ())
     header["effects"] = sorted(plain_text(e, 60) for e in effects) if isinstance(effects, (set, frozenset)) else []
     return header, {}
@@ -118,31 +109,6 @@ def whole_class(registration: Registration) -> type[Engine]:
     if not inspect.isclass(found):
         raise DeclarationError(f"{registration.target} is no class")
     return found
-
-
-def checked(engine: type[Engine], name: str, types: tuple[type, ...]) -> Any:
-    """Value of a declaration, checked."""
-    value = declared(engine, name, *types)
-    if name == "coordinates":
-        Coordinates(value)
-    if name == "observables":
-        for each in value:
-            Observable(each)
-    if name == "sweep":
-        check_sweep(value)
-    return value
-
-
-def check_sweep(sweep: AccuracySweep) -> None:
-    """Check that settings go from coarse to fine."""
-    values = [float(v) for v in sweep.values]
-    coarse_first = sorted(values, reverse=AccuracyParameter(sweep.parameter) is AccuracyParameter.RTOL)
-    if not values or values != coarse_first:
-        raise DeclarationError(f"sweep.values are not sorted from coarse to fine: {plain_text(values, 120)}")
-    if len(set(values)) < len(values):
-        raise DeclarationError(f"sweep.values repeat a value: {plain_text(values, 120)}")
-    if not all(np.isfinite(v) and v > 0.0 for v in (*values, float(sweep.default), float(sweep.finer_rtol))):
-        raise DeclarationError("sweep holds a value that is not positive and finite")
 
 
 def imported_libraries(registration: Registration, before: set[str]) -> list[str]:

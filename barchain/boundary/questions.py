@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, EngineError
-from adapters.trajectory import Observable, Trajectory
+from adapters.engine import Engine, EngineError
+from adapters.trajectory import Trajectory
+from barchain.boundary.declarations import DECLARED, DeclarationError, declared
 from barchain.boundary.memory import Peak
 from barchain.boundary.message import MessageError, plain_info, plain_number, plain_text
 from barchain.boundary.phase import enter
@@ -26,10 +27,6 @@ Answer = tuple[dict[str, Any], dict[str, "Array"]]
 WORDS = {"ended", "info", "scene", "engine", "setting"}
 """Fields of a trajectory that are no arrays"""
 ARRAYS = tuple(f.name for f in dataclasses.fields(Trajectory) if f.name not in WORDS)
-
-
-class DeclarationError(TypeError):
-    """A declaration of an engine that is missing or of a wrong type; the message names it."""
 
 
 def failed(error: BaseException) -> dict[str, Any]:
@@ -50,31 +47,25 @@ def failed(error: BaseException) -> dict[str, Any]:
 def declarations(registration: Registration) -> Answer:
     """Declarations of an engine's class, checked."""
     engine = loaded(registration)
-    sweep = declared(engine, "sweep", AccuracySweep)
-    values = tuple(float(v) for v in sweep.values)
-    if not values or list(values) not in (sorted(values), sorted(values, reverse=True)):
-        raise DeclarationError("sweep.values are not sorted from coarse to fine")
-    order = declared(engine, "order", float, int, type(None))
-    observables = declared(engine, "observables", frozenset, set)
-    effects = declared(engine, "effects", frozenset, set)
-    reasons = declared(engine, "unsupported_reasons", dict)
+    said = {name: declared(engine, name) for name in DECLARED}
+    sweep, order = said["sweep"], said["order"]
     return {
-        "title": plain_text(declared(engine, "title", str), 200),
-        "coordinates": str(Coordinates(declared(engine, "coordinates", str))),
+        "title": plain_text(said["title"], 200),
+        "coordinates": str(said["coordinates"]),
         "order": None if order is None else float(order),
         "sweep": {
-            "parameter": str(AccuracyParameter(sweep.parameter)),
-            "values": values,
+            "parameter": str(sweep.parameter),
+            "values": tuple(float(v) for v in sweep.values),
             "default": float(sweep.default),
             "finer_rtol": float(sweep.finer_rtol),
         },
-        "effects": sorted(plain_text(e, 60) for e in effects),
-        "observables": sorted(str(Observable(o)) for o in observables),
-        "options": sorted(plain_text(o, 60) for o in declared(engine, "options", frozenset, set)),
-        "joints_in_place": bool(engine.joints_in_place),
-        "track_by_length": bool(engine.track_by_length),
-        "step_constant": float(engine.step_constant),
-        "unsupported_reasons": {plain_text(k, 60): plain_text(v) for k, v in reasons.items()},
+        "effects": sorted(plain_text(e, 60) for e in said["effects"]),
+        "observables": sorted(map(str, said["observables"])),
+        "options": sorted(plain_text(o, 60) for o in said["options"]),
+        "joints_in_place": said["joints_in_place"],
+        "track_by_length": said["track_by_length"],
+        "step_constant": float(said["step_constant"]),
+        "unsupported_reasons": {plain_text(k, 60): plain_text(v) for k, v in said["unsupported_reasons"].items()},
         "asks": sorted(n for n in ("unsupported", "unsupported_motion", "noise") if overrides(engine, n)),
     }, {}
 
@@ -89,17 +80,6 @@ def loaded(registration: Registration) -> type[Engine]:
         lacking = ", ".join(sorted(found.__abstractmethods__))
         raise DeclarationError(f"{registration.target} does not define {lacking}")
     return found
-
-
-def declared(engine: type[Engine], name: str, *types: type) -> Any:
-    """Declaration of an engine, if it is there and of one of the types."""
-    if not hasattr(engine, name):
-        raise DeclarationError(f"it does not declare {name}")
-    value = getattr(engine, name)
-    if not isinstance(value, types) or (isinstance(value, bool) and bool not in types):
-        wanted = " or ".join("None" if t is type(None) else t.__name__ for t in types)
-        raise DeclarationError(f"{name} is a {type(value).__name__}, expected {wanted}")
-    return value
 
 
 def overrides(engine: type[Engine], name: str) -> bool:

@@ -13,8 +13,8 @@ from adapters.common.equal_steps import step_s, steps_between_samples
 from adapters.engine import AccuracyParameter, Setting
 from adapters.trajectory import Observable
 from barchain.conform.checks import Check, CheckState, Group
-from barchain.conform.physics import reason_against
-from barchain.conform.runs import results
+from barchain.conform.physics import reason_against, unsupported_check
+from barchain.conform.runs import TIME_LIMITS, ended_early, results
 from barchain.conform.scenes import PARTICLE, REPEATED, scene_of, solved
 from barchain.judge.diagnosis.words import SINGLE_PRECISION, looks_single
 from barchain.judge.error_model import ErrorModel
@@ -130,33 +130,39 @@ def accuracy(engine: Examined) -> Iterator[Check]:
     scenes = REPEATED if Observable.ATTITUDE in engine.load().observables else PARTICLE
     name = next((n for n in scenes if reason_against(engine, n) is None), None)
     if name is None:
-        yield Check(
-            Group.ACCURACY, "errors at several settings", CheckState.UNSUPPORTED, "supports no scene of this check"
-        )
+        yield unsupported_check(engine, Group.ACCURACY, "errors at several settings", scenes)
         return
     settings = tried_settings(engine, scene_of(name))
     jobs = [engine.job(scene_of(name), setting, Role.MAIN) for setting in settings]
     engine.note(f"accuracy: {len(jobs)} settings on {name}")
     limit_s, all_s = RUN_SHARE * engine.run_s, ALL_RUNS_SHARE * engine.run_s
     made = results(engine, jobs, [solved(name).trajectory.t_s] * len(jobs), limit_s, all_s)
-    failed = [f"{s}: {r.reason}" for s, r in zip(settings, made, strict=False) if r.outcome is not Outcome.PASS]
+    faults = {s: fault_of(name, r) for s, r in zip(settings, made, strict=False)}
+    failed = [f"{s}: {fault}" for s, fault in faults.items() if fault]
     if len(made) < len(settings):
         said = f"{len(made)} of {len(settings)} settings end within {all_s:g} s"
         state = CheckState.WARNING if made else CheckState.FAILED
         yield Check(Group.ACCURACY, "time of runs", state, said, PAGE, scene=name)
-    if not made:
-        return
     if failed:
-        yield Check(Group.ACCURACY, "runs at several settings", CheckState.FAILED, "; ".join(failed), PAGE, scene=name)
-    found = [
-        setting_error(engine, name, s, r) for s, r in zip(settings, made, strict=False) if r.outcome is Outcome.PASS
-    ]
+        late = any(r.outcome is Outcome.TIMED_OUT for r in made)
+        yield Check(Group.ACCURACY, "runs at several settings", CheckState.FAILED, "; ".join(failed),
+                    TIME_LIMITS if late else PAGE, scene=name)  # fmt: skip
+    found = [setting_error(engine, name, s, r) for s, r in zip(settings, made, strict=False) if not faults[s]]
+    if not found:
+        return
     yield bound_check(found, name)
     yield falling_check(found, engine.load().order, name)
     if engine.load().order is None:
         yield request_check(found, name)
     else:
         yield order_check(found, float(engine.load().order or 0.0), name)
+
+
+def fault_of(name: str, result: RunResult) -> str:
+    """Reason why a run has no error that can be judged; empty without one."""
+    if result.outcome is not Outcome.PASS or result.trajectory is None:
+        return result.reason
+    return ended_early(scene_of(name), result.trajectory)
 
 
 def tried_settings(engine: Examined, scene: Scene) -> list[Setting]:
@@ -200,7 +206,7 @@ def bound_check(found: list[ErrorAtSetting], name: str) -> Check:
     if beyond:
         said = "; ".join(f"{e.bound_ratio:.3g} times the bound at {e.setting}" for e in beyond)
         return Check(Group.ACCURACY, "errors inside the bound", CheckState.FAILED, said, PAGE, scene=name)
-    most = max((e.bound_ratio for e in found), default=0.0)
+    most = max(e.bound_ratio for e in found)
     return Check(
         Group.ACCURACY, "errors inside the bound", CheckState.PASSED, f"at most {most:.2g} of it", PAGE, scene=name
     )
@@ -210,7 +216,7 @@ def falling_check(found: list[ErrorAtSetting], order: float | None, name: str) -
     """Check that a finer setting gives a smaller error, down to rounding."""
     shown, pairs = ", ".join(map(str, found)), compared(found)
     if not pairs:
-        few = "the settings of the sweep take one number of steps on this scene, so that no fall shows"
+        few = "one setting gave a result, so that no fall shows"
         said = f"no two errors are below {ASYMPTOTIC:g}, where they have to fall" if len(found) > 1 else few
         said = f"{said}: {shown}"
         return Check(Group.ACCURACY, "errors fall with the setting", CheckState.WARNING, said, PAGE, scene=name)
@@ -224,7 +230,7 @@ def falling_check(found: list[ErrorAtSetting], order: float | None, name: str) -
 
 
 def request_check(found: list[ErrorAtSetting], name: str) -> Check:
-    """Tell the ratio of the error to the requested one, and whether it keeps its order of magnitude."""
+    """Tell the ratio of the error to the requested one."""
     ratios = [e.error / e.setting.value for e in found if e.tells]
     if not ratios:
         return Check(

@@ -9,8 +9,8 @@ import numpy as np
 from adapters.engine import EngineError
 from barchain.conform.checks import Check, CheckState, Group
 from barchain.conform.physics import ask_about_scenes, main_run, reason_against
-from barchain.conform.runs import TIME_LIMITS
-from barchain.conform.scenes import FIRST, solved
+from barchain.conform.runs import TIME_LIMITS, ended_early
+from barchain.conform.scenes import FIRST, scene_of, solved
 from barchain.judge.checks.digits import rounded_values
 from barchain.judge.error_model import ErrorModel
 from barchain.metrics.quantities import differences
@@ -34,8 +34,6 @@ FIELDS = {
 }
 """Array, name and section of the page of each quantity at the start"""
 FIRST_RUN = "a first run"
-LEAST_VALUES = 10
-"""Different values that tell of the precision: zeros and a few round numbers do not"""
 START_SLACK = 1e-9
 """Largest difference at t = 0 relative to a quantity's scale: nothing was integrated yet, and absolute coordinates
 keep nine digits of a bar's angle"""
@@ -55,6 +53,10 @@ def conventions(engine: Examined) -> Iterator[Check]:
     if run.outcome is not Outcome.PASS or run.trajectory is None:
         yield Check(Group.CONVENTIONS, FIRST_RUN, CheckState.FAILED, run.reason, page_of(run), scene=name)
         return
+    early = ended_early(scene_of(name), run.trajectory)
+    if early:
+        yield Check(Group.CONVENTIONS, FIRST_RUN, CheckState.FAILED, early, f"{PAGE}#landing", scene=name)
+        return
     n = len(run.trajectory.t_s)
     said = f"{len(run.trajectory.observables)} quantities of {n} samples, float64"
     yield Check(Group.CONVENTIONS, FIRST_RUN, CheckState.PASSED, said, f"{PAGE}#samples", scene=name)
@@ -64,19 +66,9 @@ def conventions(engine: Examined) -> Iterator[Check]:
 
 def precision_check(run: Trajectory, scene: str) -> Check:
     """Check that no quantity was computed or kept in single precision, or rounded to decimals."""
-    single = [words for field, words, _ in FIELDS.values() if in_single_precision(getattr(run, field))]
-    rounded = rounded_values(run, solved(scene)) or ""
-    said = f"all values of {', '.join(single)} are numbers of single precision" if single else rounded
+    said = rounded_values(run, solved(scene)) or ""
     state = CheckState.FAILED if said else CheckState.PASSED
     return Check(Group.CONVENTIONS, "double precision", state, said, f"{PAGE}#samples", scene=scene)
-
-
-def in_single_precision(values: Array | None) -> bool:
-    """Whether 32 bits hold all values (n, ...) after the first sample, and they are more than a few round ones."""
-    if values is None:
-        return False
-    later = values[1:]
-    return len(np.unique(later)) >= LEAST_VALUES and np.array_equal(later, later.astype(np.float32))
 
 
 def page_of(run: RunResult) -> str:

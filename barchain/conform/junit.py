@@ -7,14 +7,16 @@ from xml.etree import ElementTree
 
 from junitparser import Failure, JUnitXml, Skipped, TestCase, TestSuite
 
-from barchain.conform.checks import CheckState
+from barchain.conform.checks import Check, CheckState, Group
 from reports.tables.writing import write_atomically
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
-    from barchain.conform.checks import Check, ConformanceReport
+    from barchain.conform.checks import ConformanceReport
+
+PAGE = "docs/howto/conform.md"
 
 
 def write_junit(path: Path, reports: Iterable[ConformanceReport]) -> None:
@@ -30,6 +32,9 @@ def write_junit(path: Path, reports: Iterable[ConformanceReport]) -> None:
         suite = TestSuite(report.engine)
         for check in report.checks:
             suite.add_testcase(case(report.engine, check))
+        if not report.passed and not report.failures:
+            verdict = Check(Group.PHYSICS, "verdict", CheckState.FAILED, f"{report.verdict}: no scene was passed", PAGE)
+            suite.add_testcase(case(report.engine, verdict))
         suite.update_statistics()  # type: ignore[no-untyped-call]
         document.add_testsuite(suite)
     document.update_statistics()  # type: ignore[no-untyped-call]
@@ -45,6 +50,8 @@ def case(engine: str, check: Check) -> TestCase:
         made.result = [Failure(printable(f"{check.words} ({check.page})"), "failed")]
     elif check.state in {CheckState.UNSUPPORTED, CheckState.NOT_RUN}:
         made.result = [Skipped(printable(check.words))]
+    elif check.state is CheckState.WARNING:
+        made.system_out = printable(check.words)
     return made
 
 

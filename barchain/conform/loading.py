@@ -45,7 +45,7 @@ def loading(engine: Examined) -> Iterator[Check]:
 
 
 def name_check(engine: Examined) -> Check:
-    """Check that the name is safe and free, and that a distribution provides the engine."""
+    """Check that a distribution provides the engine, or tell how a class is registered."""
     r = engine.registration
     if r.missing:
         return Check(Group.LOADING, "entry point", CheckState.FAILED, r.missing, PAGE)

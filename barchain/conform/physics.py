@@ -87,6 +87,14 @@ def reason_against(engine: Examined, name: str) -> tuple[CheckState, str] | None
     return None if reason is None else (CheckState.UNSUPPORTED, reason)
 
 
+def unsupported_check(engine: Examined, group: Group, name: str, scenes: Sequence[str]) -> Check:
+    """Check of a group whose scenes are all unsupported, with the first reason; failed if a reason can't be had."""
+    reasons = [reason for scene in scenes if (reason := reason_against(engine, scene)) is not None]
+    state, words = min(reasons, key=lambda reason: reason[0] is not CheckState.FAILED)
+    said = words if state is CheckState.FAILED else f"supports no scene of this check: {words}"
+    return Check(group, name, state, said, PAGE)
+
+
 def ask_about_scenes(engine: Examined) -> None:
     """Ask an engine about all scenes at once: a process for each of them would take half of the examination."""
     loaded = engine.load()
@@ -130,15 +138,13 @@ def scene_check(engine: Examined, name: str, runs: dict[Role, RunResult]) -> Che
     verdict = verdict_of(engine, name, evidence, runs)
     state, said = state_without_failure(verdict, name)
     if state is not CheckState.FAILED:
-        setting = setting_of(engine.load(), name)
-        if state is CheckState.PASSED and setting != engine.load().sweep.setting():
-            said = f"{said}, at {setting}"
-        return Check(Group.PHYSICS, short(name), state, said, scene=name)
+        return Check(Group.PHYSICS, short(name), state, f"{said}{at_setting(engine, name)}", scene=name)
     found = diagnosis_of(name, evidence, verdict)
     if found is None or found.inside_tolerances or verdict.outcome is Outcome.MALFORMED:
         late = any(run.outcome is Outcome.TIMED_OUT for run in runs.values())
         page = TIME_LIMITS if late else PAGE
-        return Check(Group.PHYSICS, short(name), CheckState.FAILED, reasons_of(verdict), page, scene=name)
+        said = f"{reasons_of(verdict)}{at_setting(engine, name)}"
+        return Check(Group.PHYSICS, short(name), CheckState.FAILED, said, page, scene=name)
     free = name in STAGES[0].scenes and not found.explanations and looks_single(relative_difference(found.wrong))
     hint = f" {SINGLE_PRECISION}" if free else ""
     sizes = "; ".join(f"{QUANTITY_WORDS[w.quantity]} {w.words}" for w in found.wrong)
@@ -147,11 +153,17 @@ def scene_check(engine: Examined, name: str, runs: dict[Role, RunResult]) -> Che
         Group.PHYSICS,
         short(name),
         CheckState.FAILED,
-        f"{found}{hint} Off: {sizes}",
+        f"{found}{hint} Off: {sizes}{at_setting(engine, name)}",
         page,
         bool(found.explanations),
         name,
     )
+
+
+def at_setting(engine: Examined, name: str) -> str:
+    """Words on the setting of a scene, if it is not the default."""
+    setting = setting_of(engine.load(), name)
+    return "" if setting == engine.load().sweep.setting() else f", at {setting}"
 
 
 def state_without_failure(verdict: Verdict, name: str) -> tuple[CheckState, str]:

@@ -8,19 +8,20 @@ import time
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
+from barchain.boundary.declarations import DeclarationError
 from barchain.boundary.declared import OutsideEngine
 from barchain.boundary.limits import OutsideLimits
 from barchain.boundary.process import Reply, ask, failed_reply
-from barchain.boundary.questions import DeclarationError
 from barchain.run.outside_runs import one_run, result_of
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.trajectory import Array
+    from adapters.trajectory import Array, Trajectory
     from barchain.conform.target import Examined
     from barchain.run.job import Job, RunResult
+    from scenarios import Scene
 
 TIME_LIMITS = "docs/howto/conform.md#time-limits"
 START_S = 30.0
@@ -44,7 +45,8 @@ def results(
     limit_s : float
         Longest time of one run.
     budget_s : float, optional
-        Time after which no further run begins: the last results are then missing. No limit by default.
+        Time after which no further run begins: the last results are then missing. No limit by default. If the runs of
+        one process give no result, the time counts anew for runs one by one, after the time of a start.
     """
     if not jobs:
         return []
@@ -52,12 +54,12 @@ def results(
         return [alone(jobs[0], limit_s)]
     asked = [(job.scene, job.setting, t) for job, t in zip(jobs, t_s, strict=True)]
     together_s = max(limit_s, TOGETHER_SHARE * engine.run_s * len(jobs))
-    start, limits = time.monotonic(), OutsideLimits(START_S + min(together_s, budget_s))
+    limits = OutsideLimits(START_S + min(together_s, budget_s))
     reply = ask("several_runs", engine.registration, asked, budget_s, limits=limits)
     if not reply.problem and budget_s < math.inf:
         jobs = jobs[: len(reply.header.get("runs", ()))]
     if reply.problem or len(reply.header.get("runs", ())) != len(jobs):  # to see which run ends the process
-        return one_by_one(jobs, limit_s, start + budget_s)
+        return one_by_one(jobs, limit_s, time.monotonic() + START_S + budget_s)
     if reply.header["noise"]:
         with suppress(DeclarationError):  # a fault of the declaration is told with the first sample
             remember_noise(engine, jobs, t_s, reply)
@@ -65,7 +67,7 @@ def results(
 
 
 def one_by_one(jobs: Sequence[Job], limit_s: float, end: float) -> list[RunResult]:
-    """Results of runs in a process each; a scene on which the engine hangs is not run again.
+    """Results of runs in a process each; without an end, a scene on which the engine hangs is not run again.
 
     Parameters
     ----------
@@ -81,7 +83,7 @@ def one_by_one(jobs: Sequence[Job], limit_s: float, end: float) -> list[RunResul
         if time.monotonic() >= end:
             break
         result = hung.get(job.scene.name) or alone(job, limit_s)
-        if result.outcome is Outcome.TIMED_OUT:
+        if result.outcome is Outcome.TIMED_OUT and end == math.inf:
             hung[job.scene.name] = result
         made.append(result)
     return made
@@ -94,6 +96,12 @@ def alone(job: Job, limit_s: float) -> RunResult:
         return result
     hint = f"({START_S:g} s to start and {limit_s:g} s to run; --time-limit allows longer runs)"
     return dataclasses.replace(result, reason=f"{result.reason} {hint}")
+
+
+def ended_early(scene: Scene, trajectory: Trajectory) -> str:
+    """Words on a run that ends before its last sample, as in no scene of the examination; empty on a whole run."""
+    n, asked = len(trajectory.t_s), scene.run.samples
+    return "" if n == asked else f"ended after {n} of {asked} samples ({trajectory.ended}), though no bar lands"
 
 
 def part(reply: Reply, k: int) -> Reply:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from adapters.engine import AccuracyParameter
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
 
 MOST_FINER = 10.0
 """Largest ratio of the steps, or of the requested errors, to the default: finer runs take too long"""
+FINER = {AccuracyParameter.RTOL: 0.1, AccuracyParameter.STEPS_PER_ORBIT: 2.0}
+"""Factor from a setting to the next finer one; `AccuracySweep.finer_rtol` is that of a second run beside the first"""
 LASTING = 0.9
 """Least share of a scene in which right runs agree; the rest is judged in restarts"""
 
@@ -40,9 +43,10 @@ def setting_of(engine: type[Engine], name: str) -> Setting:
 def from_default_on(engine: type[Engine]) -> Iterator[Setting]:
     """The default, and settings of twice the steps or a tenth of the requested error each, up to `MOST_FINER`."""
     setting = default = engine.sweep.setting()
+    factor = FINER[setting.parameter]
     while finer_than(setting, default) <= MOST_FINER * (1.0 + 1e-9):
         yield setting
-        setting = engine.sweep.finer(setting)
+        setting = replace(setting, value=setting.value * factor)
 
 
 def finer_than(setting: Setting, default: Setting) -> float:

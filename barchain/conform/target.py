@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 RUN_S = 10.0
-"""Longest time of one run by default: a scene is a fifth of an orbit of a few bars"""
+"""Longest time of one run by default: most scenes are a fifth of an orbit of a few bars"""
 
 
 @dataclass(frozen=True)

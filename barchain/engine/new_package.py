@@ -99,7 +99,9 @@ def write_package(names: PackageNames, out: Path) -> list[str]:
     Raises
     ------
     PackageError
-        If `out` is there, or nothing can be written beside it.
+        If `out` is there, or the folder above it is not.
+    OSError
+        If nothing can be written beside it.
     """
     if os.path.lexists(out):
         raise PackageError(f"{out} is there already, and nothing in it is replaced; --out DIR gives another folder")

@@ -24,6 +24,7 @@ def fault(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[O
     for check in (
         missing_channel,
         wrong_shape,
+        no_samples,
         not_finite,
         cut_short,
         off_the_clock,
@@ -95,6 +96,14 @@ def shape_fault(scene: Scene, trajectory: Trajectory) -> tuple[Outcome, str] | N
     return None
 
 
+def no_samples(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[Outcome, str] | None:
+    """Find results without the first sample."""
+    del scene, engine
+    if len(trajectory.t_s):
+        return None
+    return Outcome.INCOMPLETE, "returned no samples; the first, at t = 0, is always there"
+
+
 def not_finite(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[Outcome, str] | None:
     """Find NaN and infinity."""
     del scene, engine
@@ -114,7 +123,7 @@ def cut_short(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tup
     del engine
     if len(trajectory.t_s) == scene.run.samples or trajectory.ended:
         return None
-    last = trajectory.t_s[-1] if len(trajectory.t_s) else 0.0
+    last = trajectory.t_s[-1]
     return (
         Outcome.INCOMPLETE,
         f"returned {len(trajectory.t_s)} of {scene.run.samples} samples, up to t = {last:.6g} of "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import dataclasses
 import importlib
 import inspect
 import re
@@ -15,6 +16,7 @@ from scenarios.effect_types import all_effect_names
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
+    from types import ModuleType
 
 ROLE = re.compile(r":[a-z]+:`(?:[^`<]*<)?[~!]?([^`>]+)>?`")
 PLAIN = str | int | float | type | None
@@ -26,9 +28,11 @@ def engine_interface() -> str:
     """Names of `barchain.engine`, classes with their public members."""
     module = importlib.import_module("barchain.engine")
     found = {name: getattr(module, name) for name in module.__all__}
-    classes = {name: value for name, value in found.items() if inspect.isclass(value)}
+    classes = {name: value for name, value in found.items() if inspect.isclass(value) and inspect.getdoc(value)}
     functions = {name: value for name, value in found.items() if inspect.isfunction(value)}
+    others = {**constants(importlib.import_module("adapters.trajectory")), **constants(module)}
     parts = [f"## Functions\n\n{table(HEAD, (row(name, value) for name, value in functions.items()))}"]
+    parts.append(f"## Constants and types\n\n{table(HEAD, ((f'`{n}`', others[n]) for n in found if n in others))}")
     for name, cls in classes.items():
         members = [*attribute_rows(cls), *field_rows(cls), *member_rows(cls)]
         parts.append("\n\n".join([f"## `{name}`", first_paragraph(cls), *([table(HEAD, members)] if members else [])]))
@@ -41,18 +45,31 @@ def effect_names() -> str:
     return f"## Names of effects\n\nAn engine's `effects` may hold: {names}."
 
 
+def constants(module: ModuleType) -> dict[str, str]:
+    """Meanings of a module's constants, from the docstrings that follow them."""
+    body = ast.parse(inspect.getsource(module)).body
+    return {name.strip("`"): meaning for name, meaning in documented(body)}
+
+
 def attribute_rows(cls: type) -> Iterator[tuple[str, str]]:
-    """Rows of the section Attributes of a class's docstring."""
-    section = re.search(r"^Attributes\n-+\n(.*?)(?:^\S+\n-+\n|\Z)", inspect.getdoc(cls) or "", re.DOTALL | re.MULTILINE)
-    for entry in re.finditer(r"^(\w+) : (.*)\n((?: +.*\n?)+)", section[1] if section else "", re.MULTILINE):
-        yield f"`{entry[1]}`", f"{entry[2]}. {plain(entry[3])}"
+    """Rows of the fields in a class's docstring: its section Attributes, or of a dataclass Parameters."""
+    pattern = r"^(?:Attributes|Parameters)\n-+\n(.*?)(?:^\S+\n-+\n|\Z)"
+    section = re.search(pattern, inspect.getdoc(cls) or "", re.DOTALL | re.MULTILINE)
+    for entry in re.finditer(r"^(\w[\w, ]*) : (.*)\n((?: +.*\n?)+)", section[1] if section else "", re.MULTILINE):
+        for name in entry[1].split(", "):
+            yield f"`{name}`", f"{entry[2]}. {plain(entry[3])}"
 
 
 def field_rows(cls: type) -> Iterator[tuple[str, str]]:
     """Rows of the fields, class attributes and choices of a class that a docstring follows in its source."""
     body = ast.parse(textwrap.dedent(inspect.getsource(cls))).body[0]
     assert isinstance(body, ast.ClassDef)
-    for statement, after in pairwise(body.body):
+    yield from documented(body.body)
+
+
+def documented(body: list[ast.stmt]) -> Iterator[tuple[str, str]]:
+    """Rows of the public names that are assigned or declared, and followed by a docstring."""
+    for statement, after in pairwise(body):
         target = target_of(statement)
         if target and isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant):
             yield f"`{target}`", plain(str(after.value.value))
@@ -66,7 +83,11 @@ def target_of(statement: ast.stmt) -> str:
 
 
 def member_rows(cls: type) -> Iterator[tuple[str, str]]:
-    """Rows of the functions and properties that a class defines itself."""
+    """Rows of the functions and properties that a class defines itself; its own arguments and call first."""
+    if not dataclasses.is_dataclass(cls) and inspect.isfunction(made := vars(cls).get("__init__")):
+        yield f"`{cls.__name__}{arguments(made)}`", first_paragraph(made)
+    if inspect.isfunction(called := vars(cls).get("__call__")):
+        yield f"call `{arguments(called)}`", first_paragraph(called)
     for name, member in vars(cls).items():
         inner = member.__func__ if isinstance(member, classmethod | staticmethod) else member
         if not name.startswith("_") and (inspect.isfunction(inner) or isinstance(inner, property)):

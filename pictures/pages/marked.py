@@ -5,14 +5,19 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from pictures.pages import interface_tables, judge_tables, reference_tables
+from pictures.pages import interface_tables, judge_tables, mistake_lists, reference_tables
 from pictures.paths import DOCS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-TABLES: dict[str, Callable[[], str]] = {**interface_tables.TABLES, **judge_tables.TABLES, **reference_tables.TABLES}
+TABLES: dict[str, Callable[[], str]] = {
+    **interface_tables.TABLES,
+    **judge_tables.TABLES,
+    **mistake_lists.TABLES,
+    **reference_tables.TABLES,
+}
 """Tables by the name in their comments"""
 PAGES = (
     "explanation/certified_solutions.md",
@@ -21,6 +26,7 @@ PAGES = (
     "explanation/verdicts.md",
     "reference/engine_interface.md",
     "reference/glossary.md",
+    "reference/known_mistakes.md",
     "reference/outcomes.md",
     "reference/result_tables.md",
     "reference/scene_keys.md",

@@ -11,6 +11,7 @@ import pytest
 
 from adapters.reference.numpy_engines import Reference
 from barchain import engine as kit
+from pictures.pages.interface_tables import engine_interface
 from scenarios import Gravity, Scene, load_scene
 from tests.structure.product import ROOT
 
@@ -42,6 +43,13 @@ def test_every_public_name_is_there_once_and_in_the_table_of_the_docstring() -> 
     assert len(kit.__all__) == len(set(kit.__all__))
     assert all(hasattr(kit, name) for name in kit.__all__)
     assert all(f"`{name}`" in str(kit.__doc__) for name in kit.__all__)
+
+
+@pytest.mark.parametrize("name", [n for n in kit.__all__ if n[0].isupper() and inspect.isclass(getattr(kit, n))])
+def test_every_field_and_declaration_of_a_public_class_is_in_the_tables(name: str) -> None:
+    section = engine_interface().partition(f"\n## `{name}`\n")[2].partition("\n## ")[0]
+    own = inspect.get_annotations(getattr(kit, name))
+    assert not [field for field in own if not field.startswith("_") and f"| `{field}` |" not in section]
 
 
 @pytest.mark.parametrize("name", [n for n in kit.__all__ if inspect.isfunction(getattr(kit, n))])

@@ -10,15 +10,19 @@ from xml.etree import ElementTree
 import pytest
 
 from adapters.registry import engines
+from barchain.boundary.process import Reply, ask
 from barchain.cli.main import run
 from barchain.conform import Extent, assert_conforms, conform, target
 from barchain.conform.accuracy import accuracy
-from barchain.conform.checks import CheckState, Group
+from barchain.conform.behaviour import TIMES, behaviour
+from barchain.conform.checks import Check, CheckState, ConformanceReport, Group
+from barchain.conform.junit import write_junit
+from barchain.conform.runs import START_S
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from barchain.conform.checks import ConformanceReport
+    from barchain.boundary.limits import OutsideLimits
 
 pytest.importorskip("llvmlite")
 HERE = "tests.conform.wrong_engines"
@@ -65,7 +69,7 @@ def test_single_precision_is_a_fault_of_the_first_run_and_ends_the_examination()
 
 
 def test_single_precision_inside_an_array_of_double_precision_is_told() -> None:
-    assert failed(examined("SingleInside"))["double precision"] == "all values of rates are numbers of single precision"
+    assert failed(examined("SingleInside"))["double precision"] == "rate_rad_s is in single precision"
 
 
 def test_an_error_that_does_not_follow_the_setting_is_a_finding_by_itself() -> None:
@@ -86,6 +90,9 @@ def test_noise_beyond_a_scenes_forces_is_told_with_both_numbers() -> None:
         ("OrderOfChosenSteps", "order and setting", "expected None"),
         ("UnknownEffect", "effect names", "'oblatness' is no effect (did you mean oblateness?)"),
         ("FineFirst", "sweep", "not sorted from coarse to fine"),
+        ("CoarserFinerRun", "sweep", "sweep.finer_rtol is 10, allowed: between 0 and 1"),
+        ("OrderNotANumber", "order", "order is nan, allowed: 1 to 40, or None"),
+        ("StepConstantZero", "step_constant", "step_constant is 0, allowed: greater than 0, at most 10"),
         ("Unfinished", "class", "does not define build, read, simulate"),
         ("NoEngine", "class", "is no subclass of adapters.engine.Engine"),
         ("Missing", "import", "has no class Missing; its engines: "),
@@ -95,6 +102,21 @@ def test_a_wrong_declaration_is_named_and_nothing_is_run(name: str, check: str, 
     report = examined(name)
     assert words in failed(report)[check]
     assert all(c.state is CheckState.NOT_RUN for c in report.checks if c.group is not Group.LOADING)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("Empty", "returned no samples; the first, at t = 0, is always there"),
+        ("Landed", "ended after 3 of 81 samples (a bar reached the surface), though no bar lands"),
+    ],
+)
+def test_a_result_that_is_not_whole_is_a_fault_of_the_first_run(name: str, words: str) -> None:
+    assert failed(examined(name)) == {"a first run": words}
+
+
+def test_angles_of_a_single_bar_that_differ_by_whole_turns_are_named_as_that() -> None:
+    assert "Your angles differ by whole turns (explained to" in failed(examined("OtherTurns"))["one bar free"]
 
 
 def test_what_runs_leave_behind_is_told() -> None:
@@ -122,6 +144,53 @@ def test_a_slow_engine_is_tried_at_the_settings_that_fit_into_the_time() -> None
     assert found["time of runs"].state is CheckState.WARNING
     assert found["time of runs"].words == "2 of 5 settings end within 5 s"
     assert found["errors inside the bound"].state is CheckState.PASSED
+
+
+def test_a_setting_that_hangs_costs_no_other_setting(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("barchain.conform.runs.START_S", 4.0)
+    found = {c.name: c for c in accuracy(dataclasses.replace(target.examined(f"{HERE}:HangsAtOneSetting"), run_s=2.0))}
+    assert found["runs at several settings"].words.startswith("rtol=0.0001: no result within 5 s, ended in build")
+    assert found["runs at several settings"].page.endswith("#time-limits")
+    assert found["errors inside the bound"].state is CheckState.PASSED
+
+
+def test_runs_without_a_result_are_told_as_that_and_not_as_runs_that_differ(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[float] = []
+
+    def answer(question: str, *asked: object, limits: OutsideLimits, **others: object) -> Reply:
+        seen.append(limits.time_s)
+        if question == "behaviour" and asked[-1] == 1:
+            return Reply(problem="no result within 90 s, ended in build", kind="timed_out")
+        return ask(question, *asked, limits=limits, **others)  # type: ignore[arg-type]
+
+    monkeypatch.setattr("barchain.conform.behaviour.ask", answer)
+    found = {c.name: c for c in behaviour(dataclasses.replace(target.examined(f"{HERE}:Right"), run_s=60.0))}
+    assert found["a run in another process"].words == "no result within 90 s, ended in build"
+    assert found["a run in another process"].page.endswith("#time-limits")
+    assert "same bits again" not in found
+    assert seen == [START_S + TIMES * 60.0, START_S + 60.0]
+
+
+@pytest.mark.parametrize(
+    ("name", "state", "words"),
+    [
+        ("Right", CheckState.PASSED, "within 0."),
+        ("RaisesOnLongRuns", CheckState.WARNING, "the run ended by itself (the run is too long)"),
+    ],
+)
+def test_a_long_run_is_ended_while_it_integrates(name: str, state: CheckState, words: str) -> None:
+    (found,) = [c for c in behaviour(target.examined(f"{HERE}:{name}")) if c.name == "end at a time limit"]
+    assert found.state is state
+    assert found.words.startswith(words)
+
+
+def test_a_junit_file_of_an_engine_that_passes_no_scene_has_a_failure(tmp_path: Path) -> None:
+    checks = (Check(Group.PHYSICS, "two bars free", CheckState.WARNING, "round-off limits the run"),)
+    write_junit(tmp_path / "junit.xml", [ConformanceReport("mine", "1.0", checks, 1.0)])
+    suite = ElementTree.parse(tmp_path / "junit.xml").getroot().find("testsuite")
+    assert suite is not None
+    assert suite.get("failures") == "1"
+    assert [case.findtext("system-out") for case in suite] == ["round-off limits the run", None]
 
 
 def test_a_part_of_the_examination_is_run_alone_and_is_no_conformance(capsys: pytest.CaptureFixture[str]) -> None:

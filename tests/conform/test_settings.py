@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from adapters.engine import AccuracyParameter, AccuracySweep
 from adapters.mujoco.adapter import Mujoco
 from adapters.pymunk.adapter import Pymunk
+from adapters.reference.compiled_engine import ReferenceFast
 from barchain.conform.checks import CheckState
 from barchain.conform.physics import main_and_finer, scene_check
 from barchain.conform.scenes import STAGES
-from barchain.conform.settings import MOST_FINER, lasts, setting_of
+from barchain.conform.settings import MOST_FINER, from_default_on, lasts, setting_of
 from barchain.conform.target import examined
 
 if TYPE_CHECKING:
@@ -42,6 +44,16 @@ class LostThrust(SecondOrder):
         """Build without the later part of each thrust."""
         cut = tuple(dataclasses.replace(t, times_s=(0.0, END_S), force_N=t.force_N[:2]) for t in scene.effects.thrust)
         super().build(dataclasses.replace(scene, effects=dataclasses.replace(scene.effects, thrust=cut)), setting)
+
+
+class Multistep(ReferenceFast):
+    """Needs a hundredth of the request for a finer run."""
+
+    sweep = AccuracySweep(AccuracyParameter.RTOL, (1e-4, 1e-6, 1e-8), 1e-4, finer_rtol=0.01)
+
+
+def test_a_finer_setting_is_a_tenth_of_the_request_whatever_the_second_run_needs() -> None:
+    assert [setting.value for setting in from_default_on(Multistep)] == pytest.approx([1e-4, 1e-5])
 
 
 def test_the_default_is_taken_where_right_runs_agree_for_most_of_the_scene() -> None:

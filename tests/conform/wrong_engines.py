@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 import random
 import signal
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from adapters.engine import AccuracyParameter, AccuracySweep, Engine, Setting
+from adapters.engine import AccuracyParameter, AccuracySweep, Engine, EngineError, Setting
 from adapters.reference.compiled_engine import ReferenceFast
 from adapters.trajectory import Observable
 
@@ -92,6 +93,65 @@ class FineFirst(ReferenceFast):
     """Settings from fine to coarse."""
 
     sweep = AccuracySweep(AccuracyParameter.RTOL, (1e-12, 1e-9, 1e-6), 1e-9)
+
+
+class CoarserFinerRun(ReferenceFast):
+    """A finer run that is ten times coarser."""
+
+    sweep = AccuracySweep(AccuracyParameter.RTOL, (1e-6, 1e-9, 1e-12), 1e-9, finer_rtol=10.0)
+
+
+class OrderNotANumber(ReferenceFast):
+    """An order that is no number."""
+
+    order = float("nan")
+
+
+class StepConstantZero(ReferenceFast):
+    """Steps without an error."""
+
+    step_constant = 0.0
+
+
+class Empty(ReferenceFast):
+    """A reason for the end, and no sample."""
+
+    def read(self) -> Trajectory:
+        return dataclasses.replace(super().read().samples(slice(0)), ended="a bar reached the surface")
+
+
+class Landed(ReferenceFast):
+    """A landing in a scene in which no bar lands."""
+
+    def read(self) -> Trajectory:
+        return dataclasses.replace(super().read().samples(slice(3)), ended="a bar reached the surface")
+
+
+class OtherTurns(ReferenceFast):
+    """Angles that begin a turn later."""
+
+    def read(self) -> Trajectory:
+        found = super().read()
+        assert found.angle_rad is not None
+        return found.replace(angle_rad=found.angle_rad + 2.0 * np.pi)
+
+
+class HangsAtOneSetting(ReferenceFast):
+    """A minute at the coarsest setting, no time at the others."""
+
+    def build(self, scene: Scene, setting: Setting) -> None:
+        if setting == self.sweep.settings[0]:
+            time.sleep(60.0)
+        super().build(scene, setting)
+
+
+class RaisesOnLongRuns(ReferenceFast):
+    """An error instead of a run of many orbits."""
+
+    def build(self, scene: Scene, setting: Setting) -> None:
+        if scene.run.duration_s > 1e7:
+            raise EngineError("the run is too long")
+        super().build(scene, setting)
 
 
 class Untidy(ReferenceFast):

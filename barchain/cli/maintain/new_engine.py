@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 
 import click
@@ -34,4 +35,4 @@ def new_engine(name: str, out: Path | None) -> None:
     say("\n".join(f"{folder / file}" for file in written))
     if not quiet():
         trial = f"barchain compare paper/fig05 --engine reference --engine {name} --out {name}-fig05"
-        say(f"Next: pip install -e {folder} && {trial}, then barchain conform {name}", err=True)
+        say(f"Next: pip install -e {shlex.quote(f'{folder}[test]')} && {trial}, then barchain conform {name}", err=True)

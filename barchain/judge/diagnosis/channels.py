@@ -10,6 +10,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from adapters.trajectory import Array, Trajectory
+    from barchain.judge.diagnosis.mistake import ReadingChange
+    from scenarios import Scene
 
 REACTION, TORQUE, ANGLE, RATE = "reaction_N", "torque_N_m", "angle_rad", "rate_rad_s"
 COM, VELOCITY, IMPULSE = "com_m", "com_velocity_m_s", "impulse_N_s"
@@ -23,6 +25,25 @@ JOINT_FORCES = (REACTION, IMPULSE)
 def changed(trajectory: Trajectory, change: Callable[[Array], Array], *fields: str) -> Trajectory:
     """Trajectory with `change` applied to some of its arrays; a missing array stays missing."""
     return trajectory.replace(**{name: change(v) for name in fields if (v := getattr(trajectory, name)) is not None})
+
+
+def channel(change: Callable[[Array], Array], *fields: str) -> ReadingChange:
+    """Altered reading of some arrays, without regard to the scene."""
+
+    def read(_: Scene, right: Trajectory) -> Trajectory:
+        return changed(right, change, *fields)
+
+    return read
+
+
+def times(factor: float, *fields: str) -> ReadingChange:
+    """Altered reading: some arrays times a factor."""
+    return channel(lambda values: values * factor, *fields)
+
+
+def plus(constant: float | Array, *fields: str) -> ReadingChange:
+    """Altered reading: some arrays (n, ...) with a constant added."""
+    return channel(lambda values: values + constant, *fields)
 
 
 def channels_of(trajectory: Trajectory) -> dict[str, Array]:

@@ -18,6 +18,7 @@ from barchain.judge.diagnosis.altered_scenes.runs import ALTERED, AlteredRuns, r
 from barchain.judge.diagnosis.explanation import MIN_GAIN, Explanation, ranked
 from barchain.judge.diagnosis.fit import merged
 from barchain.judge.diagnosis.mistake import ReadingMistake, SceneMistake
+from barchain.judge.diagnosis.readings.angles import WHOLE_TURNS
 from barchain.judge.diagnosis.readings.catalogue import READINGS, TIMINGS
 from barchain.judge.diagnosis.readings.fitted import fitted
 from barchain.judge.diagnosis.readings.timing import delayed
@@ -116,7 +117,7 @@ class MistakeSearch:
         fit = self.result.fit(supposed, any_turns=mistake.any_turns, tolerance=tolerance)
         apart = differences(self.result.right, supposed)
         altered = frozenset(name for name in self.result.quantities if name not in apart or apart[name].any())
-        if mistake.any_turns:  # and nothing else, perhaps
+        if mistake.any_turns and (altered or mistake.name == WHOLE_TURNS):  # of one bar, "relative" alters nothing
             altered |= {"attitude"} & self.result.quantities
         return TriedReading(mistake, supposed, fit, altered)
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import TYPE_CHECKING
 
 from barchain.judge.diagnosis.altered_scenes.bodies import SECTION as BODIES
 from barchain.judge.diagnosis.altered_scenes.changes import part
+from barchain.judge.diagnosis.altered_scenes.events import delayed, interval_s
 from barchain.judge.diagnosis.altered_scenes.loads import SECTION as LOADS
-from barchain.judge.diagnosis.altered_scenes.loads import each, interval_s, single, times, with_effects
+from barchain.judge.diagnosis.altered_scenes.loads import each, single, times, with_effects
 from barchain.judge.diagnosis.altered_scenes.start import ANGLES, ORBIT, RATES
 from barchain.judge.diagnosis.mistake import SceneMistake
 from barchain.judge.diagnosis.readings.fitted import factor_words
@@ -257,35 +259,22 @@ def added_words(word: str, unit: str, size: float) -> Words:
     return lambda amount: f"the joints have a {word} of {amount * size:.4g} {unit}, and the scene's have none"
 
 
-EVENTS: tuple[tuple[str, str, Callable[..., dict[str, Any]]], ...] = (
-    ("thrust", "the thrusts act", lambda e, late: {"times_s": tuple(t + late for t in e.times_s)}),
-    ("impulse", "the impulses act", lambda e, late: {"at_s": e.at_s + late}),
-    ("prescribed_rotation", "the prescribed rotations begin", lambda e, late: {"start_s": e.start_s + late}),
+EVENTS = (
+    ("thrust", "the thrusts act"),
+    ("impulse", "the impulses act"),
+    ("prescribed_rotation", "the prescribed rotations begin"),
 )
 
 
 def of_events(scene: Scene) -> Iterator[Amount]:
     """Instants of thrusts, impulses and prescribed rotations."""
     interval = interval_s(scene)
-    for effect, subject, later in EVENTS:
+    for effect, subject in EVENTS:
         if getattr(scene.effects, effect):
             yield Amount(
-                f"{effect}-late".replace("_", "-"), LOADS, delay(effect, later), late_words(subject),
+                f"{effect}-late".replace("_", "-"), LOADS, partial(delayed, effect), late_words(subject),
                 0.01 * interval, (-interval, interval),
             )  # fmt: skip
-
-
-def delay(effect: str, later: Callable[..., Any]) -> Callable[[float], SceneChange]:
-    """Change of the instants of all effects of a kind by a delay, s."""
-
-    def of(late_s: float) -> SceneChange:
-        def change(scene: Scene) -> Scene:
-            entries = tuple(dataclasses.replace(e, **later(e, late_s)) for e in getattr(scene.effects, effect))
-            return with_effects(scene, **{effect: entries})
-
-        return change
-
-    return of
 
 
 def late_words(subject: str) -> Words:

@@ -3,22 +3,53 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from barchain.judge.diagnosis.altered_scenes.loads import SECTION, with_effects
 from barchain.judge.diagnosis.mistake import SceneMistake
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from barchain.judge.diagnosis.mistake import SceneChange
     from scenarios import Scene, Thrust
 
+    LaterEntry = Callable[[Any, float], dict[str, Any]]
+
 JUMP_S = 1e-4
 """Duration of a jump in a table; its effect on the motion is of second order"""
+LATER: dict[str, LaterEntry] = {
+    "thrust": lambda entry, late_s: {"times_s": tuple(t + late_s for t in entry.times_s)},
+    "impulse": lambda entry, late_s: {"at_s": entry.at_s + late_s},
+    "prescribed_rotation": lambda entry, late_s: {"start_s": entry.start_s + late_s},
+}
+"""Instants of an effect that comes late by a number of seconds"""
 SEVERAL = (("thrust", "thrust"), ("impulse", "impulse"), ("prescribed_rotation", "prescribed rotation"))
 MISSING = (
     ("first", "that the scene names first is missing", True),
     ("later", "that the scene names first is the only one", False),
 )
+
+
+def interval_s(scene: Scene) -> float:
+    """Time from one sample to the next, s."""
+    return scene.run.duration_s / (scene.run.samples - 1)
+
+
+def delayed(name: str, late_s: float) -> SceneChange:
+    """Scene in which all effects of a kind come late, s."""
+
+    def change(scene: Scene) -> Scene:
+        later = LATER[name]
+        late = tuple(dataclasses.replace(entry, **later(entry, late_s)) for entry in getattr(scene.effects, name))
+        return with_effects(scene, **{name: late})
+
+    return change
+
+
+def a_sample_late(name: str) -> SceneChange:
+    """Scene in which all effects of a kind come one sample late."""
+    return lambda scene: delayed(name, interval_s(scene))(scene)
 
 
 def one_missing(name: str, *, first: bool) -> SceneChange:
@@ -54,6 +85,10 @@ MISTAKES = (
         )
         for name, said in SEVERAL
         for which, words, first in MISSING
+    ),
+    *(
+        SceneMistake(f"{name}-a-sample-late", f"the {name} comes a whole sample late", SECTION, a_sample_late(name))
+        for name in ("impulse", "thrust")
     ),
     SceneMistake(
         "thrust-table-held", "the thrust keeps its size from one instant of its table to the next", SECTION, held_table

@@ -73,10 +73,10 @@ class TideAtEnd(ChainEffect):
 
 @final
 @dataclass(frozen=True)
-class NoTide(ChainEffect):
-    """Differences between the bars' gravity and that at the centre of mass, with the opposite sign."""
+class CancelledTide(ChainEffect):
+    """Cancels the tide, which is the difference of each bar's gravity from that at the centre of mass."""
 
-    name = "no tide"
+    name = "cancelled tide"
 
     def accelerations(self, at: EffectState, mode: Array | None) -> EffectAccelerations:
         """Differences alone; no torque."""
@@ -163,7 +163,10 @@ MISTAKES = (
         for name, side in (("left", -1.0), ("right", 1.0))
     ),
     SceneMistake(
-        "tide-missing", "the gravity on all bars is that at the centre of mass", SECTION, model=with_effect(NoTide())
+        "tide-missing",
+        "the gravity on all bars is that at the centre of mass",
+        SECTION,
+        model=with_effect(CancelledTide()),
     ),
     *(SceneMistake(f"gravity-{g}", words, SECTION, other_gravity(g)) for g, words in GRAVITY_WORDS.items()),
     *(

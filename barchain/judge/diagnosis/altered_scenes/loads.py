@@ -141,26 +141,6 @@ def next_bar(shift: int) -> Callable[[str], SceneChange]:
     return of
 
 
-def interval_s(scene: Scene) -> float:
-    """Time from one sample to the next, s."""
-    return scene.run.duration_s / (scene.run.samples - 1)
-
-
-def thrust_a_sample_late(scene: Scene) -> Scene:
-    """Thrusts with a table that is a sample late."""
-    late = tuple(
-        dataclasses.replace(entry, times_s=tuple(t + interval_s(scene) for t in entry.times_s))
-        for entry in scene.effects.thrust
-    )
-    return with_effects(scene, thrust=late)
-
-
-def a_sample_late(scene: Scene) -> Scene:
-    """Impulses a sample after their instants."""
-    late = tuple(dataclasses.replace(entry, at_s=entry.at_s + interval_s(scene)) for entry in scene.effects.impulse)
-    return with_effects(scene, impulse=late)
-
-
 def without_body(name: str) -> SceneChange:
     """Scene without one of its third bodies."""
 
@@ -232,8 +212,6 @@ CHANGES: tuple[tuple[str, str, SceneChange], ...] = (
         "the third body moves the other way",
         times(each, "third_body", "rate_rad_s", -1.0),
     ),
-    ("impulse-a-sample-late", "the impulse comes a whole sample late", a_sample_late),
-    ("thrust-a-sample-late", "the thrust comes a whole sample late", thrust_a_sample_late),
     ("drag-atmosphere-at-rest", "the atmosphere is at rest", single("drag", rotation_rad_s=lambda _: 0.0)),
     (
         "drag-halved",

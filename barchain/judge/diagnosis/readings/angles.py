@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.common.initial_state import chain_model
-from barchain.judge.diagnosis.channels import ANGLE, RATE, changed
+from barchain.judge.diagnosis.channels import ANGLE, RATE, changed, channel
 from barchain.judge.diagnosis.mistake import ReadingMistake
 from reference_impl.model.kinematics import cross, relative_positions, relative_velocities
 
@@ -19,20 +19,12 @@ if TYPE_CHECKING:
     from barchain.judge.diagnosis.mistake import ReadingChange
     from scenarios import Scene
 
-    Relative = Callable[[Array], Array]
     Reference = Callable[[Scene, Trajectory], Array]
 
+WHOLE_TURNS = "angles-with-other-turns"
+"""Name of the mistake that is nothing but whole turns"""
 HORIZONTAL_RAD = -0.5 * math.pi
 """Direction of the local horizontal relative to the radial direction"""
-
-
-def channel(change: Relative, *fields: str) -> ReadingChange:
-    """Some arrays changed without regard to the scene."""
-
-    def read(_: Scene, right: Trajectory) -> Trajectory:
-        return changed(right, change, *fields)
-
-    return read
 
 
 def wrapped(values: Array) -> Array:
@@ -180,9 +172,7 @@ MISTAKES = (
         "angles",
         channel(wrapped_positive, ANGLE),
     ),
-    ReadingMistake(
-        "angles-with-other-turns", "the angles differ by whole turns", "angles", channel(np.positive, ANGLE), True
-    ),
+    ReadingMistake(WHOLE_TURNS, "the angles differ by whole turns", "angles", channel(np.positive, ANGLE), True),
     ReadingMistake(
         "angles-from-start", "the angles count from their first sample", "angles", channel(from_start, ANGLE)
     ),

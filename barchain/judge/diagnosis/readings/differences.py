@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.judge.diagnosis.channels import ANGLE, COM, RATE, REACTION, VELOCITY, changed
+from barchain.judge.diagnosis.channels import ANGLE, COM, RATE, REACTION, VELOCITY, channel
 from barchain.judge.diagnosis.mistake import ReadingMistake
 
 if TYPE_CHECKING:
@@ -61,15 +61,6 @@ def with_sample_before(values: Array) -> Array:
     return mean
 
 
-def means(field: str) -> ReadingChange:
-    """An array whose values are means of two samples."""
-
-    def read(_: Scene, right: Trajectory) -> Trajectory:
-        return changed(right, with_sample_before, field)
-
-    return read
-
-
 DIFFERENCES: tuple[tuple[str, Slope], ...] = (("central", central), ("forward", forward), ("backward", backward))
 SLOPES = (
     ("rates", "the rates are", "the angles", ANGLE, RATE, "rates"),
@@ -91,7 +82,12 @@ MISTAKES = (
         for name, slope in DIFFERENCES
     ),
     *(
-        ReadingMistake(f"{part}-means-of-two-samples", f"{who} means of a sample and the one before", where, means(f))
+        ReadingMistake(
+            f"{part}-means-of-two-samples",
+            f"{who} means of a sample and the one before",
+            where,
+            channel(with_sample_before, f),
+        )
         for part, who, f, where in MEANS
     ),
 )

@@ -15,11 +15,12 @@ from barchain.judge.diagnosis.channels import (
     TORQUE,
     VECTORS,
     VELOCITY,
-    changed,
+    channel,
     channels_of,
+    plus,
+    times,
 )
 from barchain.judge.diagnosis.mistake import ReadingMistake
-from barchain.judge.diagnosis.readings.units import times
 from scenarios import Gravity
 
 if TYPE_CHECKING:
@@ -76,7 +77,7 @@ def fitted(scene: Scene, given: Trajectory, right: Trajectory) -> Iterator[Readi
     if given.angle_rad is not None and right.angle_rad is not None:
         offset = math.remainder(float(np.median(given.angle_rad - right.angle_rad)), 2.0 * math.pi)
         said = f"the angles are off by a constant {math.degrees(offset):.6g} degrees"
-        yield ReadingMistake("angles-off-by-a-constant", said, "angles", offset_angle(offset), True)
+        yield ReadingMistake("angles-off-by-a-constant", said, "angles", plus(offset, ANGLE), True)
     yield from off_by_constants(given, right)
     yield from at_one_place(given, right)
 
@@ -113,15 +114,6 @@ def constant_words(places: Array) -> str:
     rows = [", ".join(f"{round(v, decimals) + 0.0:.{DIGITS}g}" for v in place) for place in places.tolist()]
     each = [f"({row})" if places.shape[1] > 1 else row for row in rows]
     return each[0] if len(set(each)) == 1 else f"({', '.join(each)})"
-
-
-def plus(constant: Array, field: str) -> ReadingChange:
-    """Values (n, ...) with a constant added."""
-
-    def read(_: Scene, right: Trajectory) -> Trajectory:
-        return changed(right, lambda v: v + constant, field)
-
-    return read
 
 
 def at_one_place(given: Trajectory, right: Trajectory) -> Iterator[ReadingMistake]:
@@ -164,16 +156,4 @@ def times_at(place: int, factor: float, field: str) -> ReadingChange:
         found[:, place] *= factor
         return found
 
-    def read(_: Scene, right: Trajectory) -> Trajectory:
-        return changed(right, scaled, field)
-
-    return read
-
-
-def offset_angle(offset_rad: float) -> ReadingChange:
-    """Angles with a constant added."""
-
-    def read(_: Scene, right: Trajectory) -> Trajectory:
-        return changed(right, lambda v: v + offset_rad, ANGLE)
-
-    return read
+    return channel(scaled, field)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.judge.diagnosis.channels import ANGLE, IMPULSE, JOINT_FORCES, RATE, TORQUE, changed
+from barchain.judge.diagnosis.channels import ANGLE, IMPULSE, JOINT_FORCES, RATE, TORQUE, changed, channel
 from barchain.judge.diagnosis.mistake import ReadingMistake
 
 if TYPE_CHECKING:
@@ -48,12 +48,8 @@ def local_axes(offset_rad: float) -> ReadingChange:
 
 
 def joints(change: Callable[[Array], Array]) -> ReadingChange:
-    """Reactions of all joints changed together."""
-
-    def read(_: Scene, right: Trajectory) -> Trajectory:
-        return changed(right, change, *JOINT_FORCES)
-
-    return read
+    """Reactions and impulses of all joints changed together."""
+    return channel(change, *JOINT_FORCES)
 
 
 def of_next_joint(values: Array) -> Array:
@@ -95,11 +91,7 @@ def zero_at_start(values: Array) -> Array:
 
 def bars_reversed(*fields: str) -> ReadingChange:
     """Arrays of the bars from the last to the first."""
-
-    def read(_: Scene, right: Trajectory) -> Trajectory:
-        return changed(right, reversed_order, *fields)
-
-    return read
+    return channel(reversed_order, *fields)
 
 
 def chain_reversed(_: Scene, right: Trajectory) -> Trajectory:

@@ -17,6 +17,8 @@ from barchain.judge.diagnosis.channels import (
     VECTORS,
     VELOCITY,
     changed,
+    channel,
+    plus,
 )
 from barchain.judge.diagnosis.mistake import ReadingMistake
 
@@ -52,15 +54,6 @@ SIGNS = (
 )
 
 
-def opposite(*fields: str) -> ReadingChange:
-    """Some arrays with the opposite sign."""
-
-    def read(_: Scene, right: Trajectory) -> Trajectory:
-        return changed(right, np.negative, *fields)
-
-    return read
-
-
 def quarter_turns(count: int) -> Array:
     """Matrix that turns row vectors counter-clockwise by quarter turns, (2, 2)."""
     matrix: Array = np.linalg.matrix_power(np.array([[0.0, 1.0], [-1.0, 0.0]]), count)
@@ -69,11 +62,7 @@ def quarter_turns(count: int) -> Array:
 
 def by_matrix(matrix: Array, *fields: str) -> ReadingChange:
     """Some arrays of vectors times a matrix (2, 2)."""
-
-    def read(_: Scene, right: Trajectory) -> Trajectory:
-        return changed(right, lambda v: v @ matrix, *fields)
-
-    return read
+    return channel(lambda v: v @ matrix, *fields)
 
 
 def turned(count: int) -> ReadingChange:
@@ -97,18 +86,12 @@ def mirrored(name: str, matrix: Array) -> ReadingChange:
     return read
 
 
-def offset_angle(count: int) -> ReadingChange:
-    """Angles alone with quarter turns added."""
-
-    def read(_: Scene, right: Trajectory) -> Trajectory:
-        return changed(right, lambda v: v + 0.5 * math.pi * count, ANGLE)
-
-    return read
-
-
 ANGLE_ORIGINS = {1: "the -z2 axis", 2: "the -z1 axis", 3: "the z2 axis"}
 MISTAKES = (
-    *(ReadingMistake(name, f"{who} the opposite sign", where, opposite(*f)) for name, who, f, where in SIGNS),
+    *(
+        ReadingMistake(name, f"{who} the opposite sign", where, channel(np.negative, *f))
+        for name, who, f, where in SIGNS
+    ),
     *(
         ReadingMistake(
             f"axes-turned-{90 * k}", f"the whole result is turned by {90 * k} degrees", "axes", turned(k), True
@@ -133,7 +116,11 @@ MISTAKES = (
     ),
     *(
         ReadingMistake(
-            f"angles-turned-{90 * k}", f"the angles count from {ANGLE_ORIGINS[k]}", "angles", offset_angle(k), True
+            f"angles-turned-{90 * k}",
+            f"the angles count from {ANGLE_ORIGINS[k]}",
+            "angles",
+            plus(0.5 * math.pi * k, ANGLE),
+            True,
         )
         for k in TURNS
     ),

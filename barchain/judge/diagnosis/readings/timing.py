@@ -6,13 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.judge.diagnosis.channels import ANGLE, CHANNELS, COM, RATE, REACTION, VELOCITY, changed, channels_of
+from barchain.judge.diagnosis.channels import ANGLE, CHANNELS, COM, RATE, REACTION, VELOCITY, channel, channels_of
 from barchain.judge.diagnosis.mistake import ReadingMistake, TimingMistake
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
-    from barchain.judge.diagnosis.mistake import ReadingChange
-    from scenarios import Scene
 
 DELAYS = (
     (1.0, "a whole sample late"),
@@ -43,15 +41,6 @@ def held(values: Array) -> Array:
     return np.repeat(values[:1], len(values), axis=0)
 
 
-def held_at_start(*fields: str) -> ReadingChange:
-    """Some arrays whose first values are read at all samples."""
-
-    def read(_: Scene, right: Trajectory) -> Trajectory:
-        return changed(right, held, *fields)
-
-    return read
-
-
 HELD = (
     ("angles", "the angles stay", (ANGLE,)),
     ("rates", "the rates stay", (RATE,)),
@@ -59,7 +48,7 @@ HELD = (
     ("track", "the centre of mass and its velocity stay", (COM, VELOCITY)),
 )
 HELD_MISTAKES = tuple(
-    ReadingMistake(f"{name}-held-at-start", f"{who} as at the first sample", "samples", held_at_start(*fields))
+    ReadingMistake(f"{name}-held-at-start", f"{who} as at the first sample", "samples", channel(held, *fields))
     for name, who, fields in HELD
 )
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from barchain.judge.diagnosis.channels import (
     ANGLE,
@@ -14,14 +13,9 @@ from barchain.judge.diagnosis.channels import (
     REACTION,
     TORQUE,
     VELOCITY,
-    changed,
+    times,
 )
 from barchain.judge.diagnosis.mistake import ReadingMistake
-
-if TYPE_CHECKING:
-    from adapters.trajectory import Trajectory
-    from barchain.judge.diagnosis.mistake import ReadingChange
-    from scenarios import Scene
 
 DEGREES = math.degrees(1.0)
 STANDARD_GRAVITY_M_S2 = 9.80665
@@ -39,7 +33,7 @@ UNITS = (
     ("reactions-in-mn", "the reactions are in millinewtons", 1e3, JOINT_FORCES, "reactions"),
     ("reactions-in-kgf", "the reactions are in kilogram-force", 1.0 / STANDARD_GRAVITY_M_S2, JOINT_FORCES, "reactions"),
     ("torques-in-kn-m", "the torques are in kN m", 1e-3, (TORQUE,), "torques"),
-    ("impulses-in-kn-s", "the impulses are in kN s", 1e-3, (IMPULSE,), "reactions"),
+    ("impulses-in-kn-s", "the impulses are in kN s", 1e-3, (IMPULSE,), "impulses"),
 )
 DOUBLED = (
     ("reactions", (REACTION,), "reactions"),
@@ -48,15 +42,6 @@ DOUBLED = (
     ("torques", (TORQUE,), "torques"),
 )
 FACTORS = ((2.0, "twice"), (0.5, "half"))
-
-
-def times(factor: float, *fields: str) -> ReadingChange:
-    """Some arrays times a factor."""
-
-    def read(_: Scene, right: Trajectory) -> Trajectory:
-        return changed(right, lambda v: v * factor, *fields)
-
-    return read
 
 
 MISTAKES = (
