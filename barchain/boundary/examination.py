@@ -162,7 +162,7 @@ def behaviour(registration: Registration, scene: Scene, setting: Setting, times:
 
     ``reused`` names arrays of the first run that a later run has written into, or that a later trajectory shares.
     """
-    folder = Path.cwd()  # an engine may change to a folder that others use
+    folder, given = Path.cwd(), scene.digest  # an engine may change to a folder that others use
     before, variables = process_state(folder), dict(os.environ)
     own = sendable(finished(registration, frozenset(), scene, setting)[1], keep_order=True)
     first = {name: values.copy() for name, values in own.items()}
@@ -181,7 +181,7 @@ def behaviour(registration: Registration, scene: Scene, setting: Setting, times:
         reused |= {name for name in set(own) & set(again) if np.may_share_memory(own[name], again[name])}
     return {
         "before": before, "after_first": after_first, "after": process_state(folder), "same": bool(same),
-        "times": times, "reused": sorted(reused - CONSTANT),
+        "times": times, "scene_changed": scene.digest != given, "reused": sorted(reused - CONSTANT),
         "random": sorted(drawn), "sets": sorted(plain_text(v, 80) for v in set_again | changed_variables(variables)),
     }, {name: np.ascontiguousarray(values) for name, values in first.items()}  # fmt: skip
 

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 Answer = tuple[dict[str, Any], dict[str, "Array"]]
+CLASS_METHODS = ("unsupported", "unsupported_motion", "noise")
+"""Methods of the contract that are asked of the class"""
 WORDS = {"ended", "info", "scene", "engine", "setting"}
 """Fields of a trajectory that are no arrays"""
 ARRAYS = tuple(f.name for f in dataclasses.fields(Trajectory) if f.name not in WORDS)
@@ -66,7 +68,7 @@ def declarations(registration: Registration) -> Answer:
         "track_by_length": said["track_by_length"],
         "step_constant": float(said["step_constant"]),
         "unsupported_reasons": {plain_text(k, 60): plain_text(v) for k, v in said["unsupported_reasons"].items()},
-        "asks": sorted(n for n in ("unsupported", "unsupported_motion", "noise") if overrides(engine, n)),
+        "asks": sorted(n for n in CLASS_METHODS if overrides(engine, n)),
     }, {}
 
 
@@ -79,6 +81,9 @@ def loaded(registration: Registration) -> type[Engine]:
     if inspect.isabstract(found):
         lacking = ", ".join(sorted(found.__abstractmethods__))
         raise DeclarationError(f"{registration.target} does not define {lacking}")
+    for name in CLASS_METHODS:
+        if not hasattr(getattr(found, name), "__func__"):
+            raise DeclarationError(f"{name} is no class method; it needs @classmethod above it")
     return found
 
 

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
 CALLERS = {"barchain", "contextlib"}
 """Top-level packages that call an engine's code"""
+IMPORTER = "importlib"
 BASE = "adapters.engine"
 """Module of the class that every engine inherits; it calls the engine's methods"""
 
@@ -26,7 +27,7 @@ def exception_words(error: BaseException) -> str:
 
 def place_words(error: BaseException) -> str:
     """Place of an exception, in parentheses after a space; empty if no code but barchain's was running."""
-    frames = [*traceback.walk_tb(error.__traceback__)]
+    frames = [pair for pair in traceback.walk_tb(error.__traceback__) if package(pair[0]) != IMPORTER]
     outside = [k for k, (frame, _) in enumerate(frames) if package(frame) not in CALLERS and module(frame) != BASE]
     if not outside:
         return ""

@@ -83,6 +83,7 @@ def left_behind(header: dict[str, Any]) -> Iterator[Check]:
     yield told("output", f"prints {printed:.0f} bytes in a run" if printed > 0 else "", CheckState.WARNING)
     changed = [words for key, words in STATE.items() if before[key] != after[key]]
     changed += [f"draws from or seeds {name}'s global random numbers in later runs" for name in header["random"]]
+    changed += ["changes the scene that it is given"] if header["scene_changed"] else []
     changed += [f"sets {', '.join(header['sets'][:4])} in later runs"] if header["sets"] else []
     yield told("state of the process", "; ".join(changed), CheckState.FAILED)
     threads, children = after["threads"] - after_first["threads"], after["children"] - before["children"]

@@ -162,8 +162,9 @@ def truncation_errors(engine: type[Engine], scene: Scene, setting: Setting, solu
     """Local errors of a fixed-step method of order p: C h^p times derivative p+1 of the judging solution.
 
     Third derivatives come from its dense samples, higher ones from the third by the rate at which that varies. In
-    absolute coordinates the orbit's own error along the track turns every local vertical. The track in a moving frame
-    is the chain's departure from Kepler's orbit, of order (L/r)² r, and the departure by other effects.
+    absolute coordinates, and where the steps integrate the centre of mass beside relative ones, the orbit's own error
+    along the track turns every local vertical. The track in a moving frame is the chain's departure from Kepler's
+    orbit, of order (L/r)² r, and the departure by other effects.
     """
     seen, order = solution.fine, engine.order or 1.0
     t = seen.t_s
@@ -173,7 +174,7 @@ def truncation_errors(engine: type[Engine], scene: Scene, setting: Setting, solu
         power *= varying_rate(scene, seen) ** (order - SECOND_ORDER)
     track = power * second_derivative(t, seen.com_velocity_m_s)
     turned = np.zeros(len(t))
-    if engine.coordinates is Coordinates.ABSOLUTE:
+    if engine.coordinates in (Coordinates.ABSOLUTE, Coordinates.RELATIVE):
         turned = track / scene.radius0_m * kepler_growth(scene, t)
     else:
         departing = departure_velocity(engine, scene, seen)

@@ -32,6 +32,9 @@ SPREAD_FACTOR = 5.0
 """Times the largest difference among four runs: of four errors of one distribution, one is farther from the right value
 than this with a chance of 1e-3"""
 
+EARLY = 4
+"""Samples at the start whose round-off is of one size: at the first alone, four runs may agree by chance"""
+
 
 def measured_roundoff(scene: Scene, runs: Sequence[Trajectory]) -> dict[str, Array]:
     """Round-off of the first of some runs with different rounding: for each quantity and drift, (n,), never falling.
@@ -45,6 +48,7 @@ def measured_roundoff(scene: Scene, runs: Sequence[Trajectory]) -> dict[str, Arr
         pairs = zip(drifted[k].items(), drifted[j].values(), strict=False)
         apart = differences(one, other) | {name: np.abs(a[:n] - b[:n]) for (name, a), b in pairs}
         for name, size in apart.items():
+            size[:EARLY] = size[:EARLY].max(initial=0.0)
             grown = np.zeros(len(runs[0].t_s))
             grown[: len(size)] = SPREAD_FACTOR * np.maximum.accumulate(size)[: len(grown)]
             found[name] = np.maximum(found.get(name, 0.0), grown)

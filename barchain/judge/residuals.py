@@ -354,14 +354,19 @@ class Residuals:
             self.engine, finer_setting(self.scene, self.engine.sweep, self.setting), self.solution, self.main
         )
 
-    def persists(self, quantity: str, over: NDArray[np.bool_], size: Array) -> bool:
-        """Whether an error `size` (n,), `over` its tolerance, is there at a third setting too; yes without that."""
+    def persisting(self, quantity: str, over: NDArray[np.bool_], size: Array) -> NDArray[np.bool_]:
+        """Samples (n,) at which an error `size` (n,), `over` its tolerance, is there at a third setting too.
+
+        Without a third setting, all samples over the tolerance.
+        """
+        over = over & self.inside(quantity)[: len(over)]
         if self.finest is None:
-            return True
+            return over
         later, allowed = self.extrapolation_error(quantity, self.finer, self.finest, FINEST_NOISE)
         n = min(len(later), len(size))
-        persists = over[:n] & (later[:n] > allowed[:n]) & (later[:n] > PERSISTING_SHARE * size[:n])
-        return bool(np.any(persists & self.inside(quantity)[:n]))
+        found = np.zeros_like(over)
+        found[:n] = over[:n] & (later[:n] > allowed[:n]) & (later[:n] > PERSISTING_SHARE * size[:n])
+        return found
 
 
 def worst(found: Array, allowed: Array, inside: NDArray[np.bool_]) -> tuple[float, int]:

@@ -93,6 +93,7 @@ def test_noise_beyond_a_scenes_forces_is_told_with_both_numbers() -> None:
         ("CoarserFinerRun", "sweep", "sweep.finer_rtol is 10, allowed: between 0 and 1"),
         ("OrderNotANumber", "order", "order is nan, allowed: 1 to 40, or None"),
         ("StepConstantZero", "step_constant", "step_constant is 0, allowed: greater than 0, at most 10"),
+        ("NoClassMethod", "class", "unsupported is no class method; it needs @classmethod above it"),
         ("Unfinished", "class", "does not define build, read, simulate"),
         ("NoEngine", "class", "is no subclass of adapters.engine.Engine"),
         ("Missing", "import", "has no class Missing; its engines: "),
@@ -125,6 +126,10 @@ def test_what_runs_leave_behind_is_told() -> None:
     assert "changes the working folder" in found["state of the process"]
     assert "signal handlers" in found["state of the process"]
     assert next(c.words for c in report.checks if c.name == "output").startswith("prints ")
+
+
+def test_a_scene_that_an_engine_changes_is_told() -> None:
+    assert "changes the scene that it is given" in failed(examined("ChangesScene"))["state of the process"]
 
 
 def test_runs_that_differ_in_the_last_bit_are_told() -> None:

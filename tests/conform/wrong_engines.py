@@ -113,6 +113,22 @@ class StepConstantZero(ReferenceFast):
     step_constant = 0.0
 
 
+class NoClassMethod(ReferenceFast):
+    """A method of the class that is none."""
+
+    def unsupported(self, scene: Scene) -> str | None:  # type: ignore[override]
+        del scene
+
+
+class ChangesScene(ReferenceFast):
+    """Doubled masses in the scene itself."""
+
+    def build(self, scene: Scene, setting: Setting) -> None:
+        heavy = dataclasses.replace(scene.chain, mass_kg=tuple(2.0 * m for m in scene.chain.mass_kg))
+        super().build(scene, setting)
+        object.__setattr__(scene, "chain", heavy)
+
+
 class Empty(ReferenceFast):
     """A reason for the end, and no sample."""
 

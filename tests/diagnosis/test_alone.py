@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from barchain.judge.diagnosis.altered_scenes import defaults, equations
 from barchain.judge.diagnosis.altered_scenes.catalogue import SCENES
 from barchain.judge.diagnosis.diagnose import Diagnosis, diagnose
 from barchain.judge.diagnosis.readings.catalogue import READINGS, TIMINGS
@@ -22,7 +23,17 @@ WITHOUT_TRACE = {"torque-sign", "torques-in-kn-m", "impulses-in-kn-s", "impulses
                  "central-body-earth", "initial-rates-all-positive",
                  "torques-half", "torques-in-reversed-order", "angles-with-other-turns", "mu-egm"}  # fmt: skip
 """Mistakes that alter nothing in this scene: it has no torques and no impulses, and takes its mu from EGM2008"""
-OF_EQUATIONS = [m for m in SCENES if m.model is not None]
+OF_EQUATIONS = {m: "" for m in SCENES if m.model is not None} | {
+    m: scene
+    for m in equations.MISTAKES
+    for name, scene in (("springs", "conform/joint_springs_alone"), ("drag", "conform/drag_alone"))
+    if m.name.startswith(name)
+}
+"""Mistakes in the equations, with a scene in which they show; the one of this module without"""
+UNUSUAL = {"oblateness": "oblateness_alone", "drag": "drag_alone", "sunlight": "solar_pressure_alone",
+           "third-body": "third_body_alone", "thrust": "thrust_body", "impulse": "impulse_alone"}  # fmt: skip
+"""Scenes whose keys have other values than the defaults, by the effect"""
+OF_EVENTS = [m for m in SCENES if m.name.endswith("-sample-after")]
 LOADED = {
     "effects/thrust_table": ("thrust",),
     "effects/drag": ("drag",),
@@ -85,8 +96,14 @@ def test_a_mistake_in_the_scene_is_named_alone(mistake: SceneMistake) -> None:
 
 
 @pytest.mark.parametrize("mistake", OF_EQUATIONS, ids=lambda m: m.name)
-def test_a_mistake_in_the_equations_is_named(mistake: Mistake) -> None:
-    check_named(SCENE, mistake, FULL)
+def test_a_mistake_in_the_equations_is_named(mistake: SceneMistake) -> None:
+    check_named(load_scene(OF_EQUATIONS[mistake]) if OF_EQUATIONS[mistake] else SCENE, mistake, FULL)
+
+
+@pytest.mark.parametrize("mistake", [*defaults.MISTAKES, *OF_EVENTS], ids=lambda m: m.name)
+def test_a_key_that_is_ignored_and_a_sample_after_an_event_are_named(mistake: SceneMistake) -> None:
+    scene = next(scene for effect, scene in UNUSUAL.items() if mistake.name.startswith(effect))
+    check_named(load_scene(f"conform/{scene}"), mistake)
 
 
 @pytest.mark.parametrize("name", sorted(WITHOUT_TRACE))

@@ -66,6 +66,17 @@ def test_a_pair_of_mistakes_in_the_scene_is_named(names: tuple[str, str]) -> Non
     assert [set(each) for each in found.names] == [set(names)], str(found)
 
 
+def test_a_mistake_in_the_scene_is_named_beside_reactions_that_are_late() -> None:
+    missing, made = BY_NAME["gradient-missing"], []
+    for rtol in (RTOL, 0.1 * RTOL):
+        motion = planted(SCENE, missing, rtol)
+        assert motion is not None
+        assert motion.reaction_N is not None
+        made.append(motion.replace(reaction_N=np.concatenate([motion.reaction_N[:1], motion.reaction_N[:-1]])))
+    found = diagnose(SCENE, made[0], solution(SCENE), verdict_tolerance(verdict_on(*made, solution(SCENE))), BRIEF)
+    assert found.names == {("gradient-missing", "reactions-a-whole-sample-late")}, str(found)
+
+
 def test_four_mistakes_in_different_quantities_are_named_together() -> None:
     names = ("reactions-in-kn", "angles-in-degrees", "rates-less-orbit", "centre-of-mass-in-km")
     found = diagnosis_of(names)

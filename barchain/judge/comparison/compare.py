@@ -262,15 +262,16 @@ class Comparison(BeyondLimit):
 
     def extrapolation_row(self, quantity: str) -> Row:
         """Row of a quantity's extrapolation; an error outside its tolerance must be there at a third setting too."""
-        inside = self.inside(quantity)
         size, allowed = self.extrapolated[quantity]
         allowed = allowed + self.granted_roundoff(quantity)[: len(allowed)]
-        used, at = worst(size, allowed, inside[: len(size)])
-        if used <= 1.0 or not self.persists(quantity, size > allowed, size):
+        used, _ = worst(size, allowed, self.inside(quantity)[: len(size)])
+        persisting = self.persisting(quantity, ~(size <= allowed), size)
+        if not persisting.any():
             return self.row(quantity, "extrapolation_ratio", used, 1.0, Outcome.PASS)
+        used, at = worst(size, allowed, persisting)
         noise = FINEST_NOISE * self.limiting_noise(quantity)[: len(allowed)]
-        if worst(size, allowed + noise, inside[: len(size)])[0] <= 1.0:
-            left = self.digits_left(quantity, size[inside[: len(size)]], f"{used:.3g} times the allowed")
+        if worst(size, allowed + noise, persisting)[0] <= 1.0:
+            left = self.digits_left(quantity, size[persisting], f"{used:.3g} times the allowed")
             return self.row(quantity, "extrapolation_ratio", used, 1.0, Outcome.ROUNDOFF_LIMITED, left)
         unit = QUANTITY_UNITS[quantity]
         reason = (

@@ -127,7 +127,8 @@ def wrong_quantities(result: GivenResult) -> tuple[WrongQuantity, ...]:
         over = inside & ~(apart[name] <= result.tolerance[name])
         if over.any():
             first = int(np.argmax(over))
-            largest, size = float(apart[name][inside].max()), float(sizes[name][inside].max(initial=0.0))
             alone = result.n > FEW_SAMPLES and np.count_nonzero(over) == 1
+            counted = over if alone else inside
+            largest, size = float(apart[name][counted].max()), float(sizes[name][inside].max(initial=0.0))
             found.append(WrongQuantity(name, largest, size, first, float(result.right.t_s[first]), alone))
     return tuple(found)

@@ -16,7 +16,7 @@ from barchain.judge.diagnosis.altered_scenes.catalogue import SCENES
 from barchain.judge.diagnosis.altered_scenes.equation_amounts import equation_amounts
 from barchain.judge.diagnosis.altered_scenes.runs import ALTERED, AlteredRuns, run_errors
 from barchain.judge.diagnosis.explanation import MIN_GAIN, Explanation, ranked
-from barchain.judge.diagnosis.fit import merged
+from barchain.judge.diagnosis.fit import QUANTITY_OF, merged
 from barchain.judge.diagnosis.mistake import ReadingMistake, SceneMistake
 from barchain.judge.diagnosis.readings.angles import WHOLE_TURNS
 from barchain.judge.diagnosis.readings.catalogue import READINGS, TIMINGS
@@ -182,7 +182,8 @@ class MistakeSearch:
     @cached_property
     def pairs(self) -> list[Explanation]:
         """Pairs of mistakes that explain the result far better than either mistake alone, ranked."""
-        found = self.needed([*self.reading_pairs(), *self.pairs_with_reading([*self.timings, *self.scenes])])
+        readings = [*self.reading_pairs(), *self.pairs_with_reading([*self.timings, *self.scenes])]
+        found = self.needed([*readings, *self.pairs_with_timing()])
         if self.effort.scene_pairs and not found:
             found = self.needed(self.scene_pairs())
         return ranked(found)
@@ -213,6 +214,16 @@ class MistakeSearch:
             for reading in self.readings:
                 if base.fit.outside <= reading.altered:
                     yield from self.composed(base, reading.mistake)
+
+    def pairs_with_timing(self) -> Iterator[Explanation]:
+        """Pairs of an altered scene with samples that are a whole number of samples late or early."""
+        whole = [t for t in TIMINGS if t.late_samples == round(t.late_samples)]
+        for base in self.scenes:
+            for timing in whole:
+                if base.fit.outside <= {QUANTITY_OF[f] for f in timing.fields}:
+                    supposed = delayed(timing, base.supposed, None)
+                    if supposed is not None and len(supposed.t_s) == self.result.n:
+                        yield Explanation((base.mistake, timing), self.result_of_run.fit(supposed))
 
     def composed(self, first: Tried, second: ReadingMistake) -> Iterator[Explanation]:
         """A mistake of reading on top of another mistake, if they explain the result at some samples."""

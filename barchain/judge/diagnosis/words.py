@@ -35,7 +35,7 @@ class WrongQuantity:
 
     quantity: str
     difference: float
-    """Largest difference from the judging solution, in the quantity's unit"""
+    """Largest difference from the judging solution, in the quantity's unit; that of the sample if it is alone"""
     size: float
     """Largest value of the judging solution, in the quantity's unit"""
     first: int

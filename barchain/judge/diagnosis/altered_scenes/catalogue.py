@@ -2,7 +2,16 @@
 
 from __future__ import annotations
 
-from barchain.judge.diagnosis.altered_scenes import bodies, effect_angles, events, gravity, loads, start
+from barchain.judge.diagnosis.altered_scenes import (
+    bodies,
+    defaults,
+    effect_angles,
+    equations,
+    events,
+    gravity,
+    loads,
+    start,
+)
 
 SCENES = (
     *bodies.MISTAKES,
@@ -11,4 +20,6 @@ SCENES = (
     *loads.MISTAKES,
     *effect_angles.MISTAKES,
     *events.MISTAKES,
+    *defaults.MISTAKES,
+    *equations.MISTAKES,
 )

@@ -24,6 +24,9 @@ LATER: dict[str, LaterEntry] = {
     "prescribed_rotation": lambda entry, late_s: {"start_s": entry.start_s + late_s},
 }
 """Instants of an effect that comes late by a number of seconds"""
+BEFORE = 1e-11
+"""Share of the run by which an effect comes early if a sample at its instant is to show the state after it: ten times
+the difference of two instants that count as one"""
 SEVERAL = (("thrust", "thrust"), ("impulse", "impulse"), ("prescribed_rotation", "prescribed rotation"))
 MISSING = (
     ("first", "that the scene names first is missing", True),
@@ -50,6 +53,11 @@ def delayed(name: str, late_s: float) -> SceneChange:
 def a_sample_late(name: str) -> SceneChange:
     """Scene in which all effects of a kind come one sample late."""
     return lambda scene: delayed(name, interval_s(scene))(scene)
+
+
+def seen_after(name: str) -> SceneChange:
+    """Scene in which samples at the instants of a kind of effect hold the state after them."""
+    return lambda scene: delayed(name, -BEFORE * scene.run.duration_s)(scene) if getattr(scene.effects, name) else scene
 
 
 def one_missing(name: str, *, first: bool) -> SceneChange:
@@ -89,6 +97,15 @@ MISTAKES = (
     *(
         SceneMistake(f"{name}-a-sample-late", f"the {name} comes a whole sample late", SECTION, a_sample_late(name))
         for name in ("impulse", "thrust")
+    ),
+    SceneMistake(
+        "impulse-sample-after", "the sample at an impulse holds the state after it", "samples", seen_after("impulse")
+    ),
+    SceneMistake(
+        "thrust-sample-after",
+        "the sample at a start or an end of a thrust holds the forces after it",
+        "samples",
+        seen_after("thrust"),
     ),
     SceneMistake(
         "thrust-table-held", "the thrust keeps its size from one instant of its table to the next", SECTION, held_table

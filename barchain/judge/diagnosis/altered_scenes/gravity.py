@@ -43,7 +43,8 @@ RADIUS_M = (
 class AddedGradientTorque(ChainEffect):
     """The gravity gradient's torque once more, times `share`."""
 
-    share: float
+    share: float | Array
+    """One number, or one for each bar, (N,)"""
     name = "added gradient torque"
 
     def accelerations(self, at: EffectState, mode: Array | None) -> EffectAccelerations:

@@ -1,0 +1,48 @@
+"""An error that follows the setting passes, whatever part of a scene shows it; one that stays fails."""
+
+from __future__ import annotations
+
+import pytest
+
+from adapters.engine import AccuracyParameter, Setting
+from barchain.conform.accuracy import Compared
+
+RTOL, STEPS = AccuracyParameter.RTOL, AccuracyParameter.STEPS_PER_ORBIT
+
+
+def pair(coarse: float, fine: float, requests: tuple[float, float], *, whole: bool = True) -> Compared:
+    one, other = (Setting(RTOL, value) for value in requests)
+    return Compared(coarse, fine, (one, other), (81 if whole else 33, 81), requests[0] / requests[1], True, whole)
+
+
+@pytest.mark.parametrize(
+    "right",
+    [
+        pair(4.6e-6, 1.07e-6, (1e-5, 1e-7), whole=False),  # SciPy's DOP853, the coarse run in its first steps
+        pair(8.1e-10, 1.6e-9, (1e-5, 1e-7), whole=False),  # the same with steps that end at the samples
+        pair(1.1e-6, 3.1e-8, (1e-7, 1e-8)),
+    ],
+    ids=str,
+)
+def test_an_error_that_falls_or_is_below_its_request_passes(right: Compared) -> None:
+    assert right.falls(None)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        pair(2e-6, 1.9e-6, (1e-7, 1e-9)),
+        pair(2e-6, 1.9e-6, (1e-5, 1e-7), whole=False),
+        pair(3.7e-6, 4.8e-5, (1e-5, 1e-8)),  # Drake with caching
+    ],
+    ids=str,
+)
+def test_an_error_above_its_request_that_stays_fails(wrong: Compared) -> None:
+    assert not wrong.falls(None)
+
+
+def test_equal_steps_have_to_lower_the_error_by_the_order() -> None:
+    steps = (Setting(STEPS, 1000.0), Setting(STEPS, 2000.0))
+    assert Compared(1.0e-4, 1.0e-4 / 16.0, steps, (81, 81), 2.0, True, True).falls(4.0)
+    assert not Compared(1.0e-4, 0.6e-4, steps, (81, 81), 2.0, True, True).falls(4.0)
+    assert str(Compared(1.0e-4, 0.6e-4, steps, (33, 81), 2.0, True, False)).endswith("up to sample 33 of 81")
