@@ -10,7 +10,7 @@ from barchain.judge.diagnosis.altered_scenes import defaults, equations
 from barchain.judge.diagnosis.altered_scenes.catalogue import SCENES
 from barchain.judge.diagnosis.diagnose import Diagnosis, diagnose
 from barchain.judge.diagnosis.readings.catalogue import READINGS, TIMINGS
-from barchain.judge.diagnosis.search import BRIEF, FULL
+from barchain.judge.diagnosis.search import BRIEF, FULL, ONE_ENGINE
 from barchain.judge.diagnosis.verdicts import verdict_tolerance
 from scenarios import Scene, load_scene
 from tests.diagnosis.planting import RTOL, planted, solution, unequal_chain, verdict_on
@@ -23,16 +23,16 @@ WITHOUT_TRACE = {"torque-sign", "torques-in-kn-m", "impulses-in-kn-s", "impulses
                  "central-body-earth", "initial-rates-all-positive",
                  "torques-half", "torques-in-reversed-order", "angles-with-other-turns", "mu-egm"}  # fmt: skip
 """Mistakes that alter nothing in this scene: it has no torques and no impulses, and takes its mu from EGM2008"""
-OF_EQUATIONS = {m: "" for m in SCENES if m.model is not None} | {
-    m: scene
-    for m in equations.MISTAKES
-    for name, scene in (("springs", "conform/joint_springs_alone"), ("drag", "conform/drag_alone"))
-    if m.name.startswith(name)
-}
-"""Mistakes in the equations, with a scene in which they show; the one of this module without"""
 UNUSUAL = {"oblateness": "oblateness_alone", "drag": "drag_alone", "sunlight": "solar_pressure_alone",
            "third-body": "third_body_alone", "thrust": "thrust_body", "impulse": "impulse_alone"}  # fmt: skip
 """Scenes whose keys have other values than the defaults, by the effect"""
+OF_EQUATIONS = {m: "" for m in SCENES if m.model is not None} | {
+    m: f"conform/{scene}"
+    for m in equations.MISTAKES
+    for name, scene in (("springs", "joint_springs_alone"), *UNUSUAL.items())
+    if m.name.startswith(name)
+}
+"""Mistakes in the equations, with a scene in which they show; the one of this module without"""
 OF_EVENTS = [m for m in SCENES if m.name.endswith("-sample-after")]
 LOADED = {
     "effects/thrust_table": ("thrust",),
@@ -95,9 +95,17 @@ def test_a_mistake_in_the_scene_is_named_alone(mistake: SceneMistake) -> None:
         assert found.names == {(mistake.name,)}, str(found)
 
 
-@pytest.mark.parametrize("mistake", OF_EQUATIONS, ids=lambda m: m.name)
+@pytest.mark.parametrize("mistake", [m for m, scene in OF_EQUATIONS.items() if not scene], ids=lambda m: m.name)
 def test_a_mistake_in_the_equations_is_named(mistake: SceneMistake) -> None:
-    check_named(load_scene(OF_EQUATIONS[mistake]) if OF_EQUATIONS[mistake] else SCENE, mistake, FULL)
+    check_named(SCENE, mistake, FULL)
+
+
+@pytest.mark.parametrize("mistake", [
+    pytest.param(m, id=m.name, marks=pytest.mark.slow if m.name.startswith("springs") else pytest.mark.exhaustive)
+    for m, scene in OF_EQUATIONS.items() if scene
+])  # fmt: skip
+def test_a_mistake_in_the_equations_of_an_effect_is_named(mistake: SceneMistake) -> None:
+    check_named(load_scene(OF_EQUATIONS[mistake]), mistake, ONE_ENGINE)
 
 
 @pytest.mark.parametrize("mistake", [*defaults.MISTAKES, *OF_EVENTS], ids=lambda m: m.name)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, final
+from functools import partial
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
@@ -15,16 +16,25 @@ from barchain.judge.diagnosis.altered_scenes.loads import SECTION as LOADS
 from barchain.judge.diagnosis.mistake import SceneMistake
 from reference_impl.effects.drag import DragEffect
 from reference_impl.effects.joint_spring_damper import JointSpringDamperEffect
+from reference_impl.effects.oblateness import OblatenessEffect
+from reference_impl.effects.third_body import ThirdBodyEffect
 from reference_impl.model.effect import ChainEffect, EffectAccelerations
 from scenarios.toml.effect_tables import slender_inertia
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from barchain.judge.diagnosis.mistake import ModelChange
     from reference_impl.model.arrays import Array
     from reference_impl.model.chain import ChainModel
     from reference_impl.model.effect import EffectState
 
 TURN = 2.0 * math.pi
+KINDS: tuple[tuple[str, str, type[ChainEffect]], ...] = (
+    ("drag", "drag", DragEffect),
+    ("oblateness", "oblateness", OblatenessEffect),
+    ("third-body", "third body", ThirdBodyEffect),
+)
 
 
 @final
@@ -50,29 +60,34 @@ class SpringJumps(ChainEffect):
 
 @final
 @dataclass(frozen=True)
-class CancelledDragTorque(ChainEffect):
-    """Cancels the torque of the drag."""
+class CancelledPart(ChainEffect):
+    """Cancels the torque of an effect, and with `differences` also what its forces differ from those at the centre."""
 
-    drag: DragEffect
-    name = "cancelled torque of drag"
+    effect: ChainEffect
+    differences: bool
+    name = "cancelled part of an effect"
 
     def accelerations(self, at: EffectState, mode: Array | None) -> EffectAccelerations:
-        """Torque over moment of inertia with the opposite sign; no force."""
+        """The part with the opposite sign."""
         del mode
-        whole = self.drag.accelerations(at, None)
-        return EffectAccelerations(0j, at.zero_acceleration, -whole.angular)
+        whole = self.effect.accelerations(at, None)
+        difference = -whole.difference if self.differences else at.zero_acceleration
+        return EffectAccelerations(0j, difference, -whole.angular)
 
 
-def beside(kind: type[ChainEffect], added: object) -> ModelChange:
-    """Model with one more effect, made of its effect of a kind; a model without that effect stays as it is."""
+def beside(kind: type[ChainEffect], added: Callable[[Any], ChainEffect]) -> ModelChange:
+    """Model with one more effect for each of its effects of a kind; a model without any stays as it is."""
 
     def change(model: ChainModel) -> ChainModel:
-        found = next((effect for effect in model.effects if isinstance(effect, kind)), None)
-        if found is None:
-            return model
-        return dataclasses.replace(model, effects=(*model.effects, added(found)))  # type: ignore[operator]
+        more = tuple(added(effect) for effect in model.effects if isinstance(effect, kind))
+        return dataclasses.replace(model, effects=(*model.effects, *more)) if more else model
 
     return change
+
+
+def without_part(kind: type[ChainEffect], *, differences: bool = False) -> ModelChange:
+    """Model in which effects of a kind have no torque, or act on all bars as at the centre of mass."""
+    return beside(kind, lambda effect: CancelledPart(effect, differences))
 
 
 def slender_gradient(model: ChainModel) -> ChainModel:
@@ -90,12 +105,22 @@ MISTAKES = (
             f"springs-wrapped{name}",
             f"the springs' angles {words}are wrapped to half a turn either way",
             LOADS,
-            model=beside(JointSpringDamperEffect, lambda springs, rest=rest: SpringJumps(springs, rest)),
+            model=beside(JointSpringDamperEffect, partial(SpringJumps, from_rest=rest)),
         )
         for name, words, rest in (("", "", False), ("-from-rest", "from their rest ", True))
     ),
-    SceneMistake(
-        "drag-without-torque", "the torque of the drag is missing", LOADS, model=beside(DragEffect, CancelledDragTorque)
+    *(
+        SceneMistake(f"{name}-without-torque", f"the torque of the {words} is missing", LOADS, model=without_part(kind))
+        for name, words, kind in KINDS
+    ),
+    *(
+        SceneMistake(
+            f"{name}-at-centre-of-mass",
+            f"the {words} acts on all bars as at the chain's centre of mass",
+            LOADS,
+            model=without_part(kind, differences=True),
+        )
+        for name, words, kind in KINDS[1:]
     ),
     SceneMistake(
         "gradient-of-slender-bars",
