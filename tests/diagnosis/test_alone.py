@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from barchain.judge.diagnosis.altered_scenes import defaults, equations
+from barchain.judge.diagnosis.altered_scenes import defaults, equations, events
 from barchain.judge.diagnosis.altered_scenes.catalogue import SCENES
 from barchain.judge.diagnosis.diagnose import Diagnosis, diagnose
 from barchain.judge.diagnosis.readings.catalogue import READINGS, TIMINGS
@@ -33,7 +33,7 @@ OF_EQUATIONS = {m: "" for m in SCENES if m.model is not None} | {
     if m.name.startswith(name)
 }
 """Mistakes in the equations, with a scene in which they show; the one of this module without"""
-OF_EVENTS = [m for m in SCENES if m.name.endswith("-sample-after")]
+OF_EVENTS = [m for m in events.MISTAKES if m.name.endswith(("-sample-after", "-start", "-end", "-along"))]
 LOADED = {
     "effects/thrust_table": ("thrust",),
     "effects/drag": ("drag",),

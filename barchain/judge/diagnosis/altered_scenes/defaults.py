@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from barchain.judge.diagnosis.altered_scenes.loads import SECTION, each, single, with_effects
+from barchain.judge.diagnosis.altered_scenes.loads import SECTION, each, single
 from barchain.judge.diagnosis.mistake import SceneMistake
 from scenarios.toml.effect_tables import EARTH_J2, THIRD_BODIES, DragTable, SolarPressureTable
 
@@ -31,13 +30,6 @@ def usual(number: int) -> Callable[[Any], float]:
 def radius_of_body(scene: Scene) -> Scene:
     """Scene whose oblateness counts from the central body's radius."""
     return single("oblateness", radius_m=lambda _: scene.central_body.radius_m)(scene)
-
-
-def thrusts_all_along(scene: Scene) -> Scene:
-    """Scene whose thrusts of constant size last from the start to the end."""
-    whole = (0.0, scene.run.duration_s)
-    thrusts = tuple(replace(t, times_s=whole) if t.force_N == t.force_N[:1] * 2 else t for t in scene.effects.thrust)
-    return with_effects(scene, thrust=thrusts)
 
 
 COEFFICIENTS = ("normal_coefficient", "tangential_coefficient")
@@ -73,6 +65,5 @@ IGNORED: tuple[tuple[str, str, SceneChange], ...] = (
      each("third_body", mu_m3_s2=usual(0))),
     ("third-body-default-distance", "the third body's distance is the usual one",
      each("third_body", distance_m=usual(1))),
-    ("thrust-all-along", "the thrust lasts from the start to the end of the run", thrusts_all_along),
 )  # fmt: skip
 MISTAKES = tuple(SceneMistake(name, words, SECTION, change) for name, words, change in IGNORED)

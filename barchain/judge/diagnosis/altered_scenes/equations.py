@@ -75,6 +75,22 @@ class CancelledPart(ChainEffect):
         return EffectAccelerations(0j, difference, -whole.angular)
 
 
+@final
+@dataclass(frozen=True)
+class AddedIndirectPull(ChainEffect):
+    """Acceleration of the central body by a third body, added a number of times: once cancels its subtraction."""
+
+    body: ThirdBodyEffect
+    times: float
+    name = "added indirect pull"
+
+    def accelerations(self, at: EffectState, mode: Array | None) -> EffectAccelerations:
+        """Acceleration common to all bars."""
+        del mode
+        pull = self.times * self.body.mu_m3_s2 * self.body.body_position(at.t_s) / self.body.distance_m**3
+        return EffectAccelerations(pull, at.zero_acceleration, at.zero_angular)
+
+
 def beside(kind: type[ChainEffect], added: Callable[[Any], ChainEffect]) -> ModelChange:
     """Model with one more effect for each of its effects of a kind; a model without any stays as it is."""
 
@@ -121,6 +137,15 @@ MISTAKES = (
             model=without_part(kind, differences=True),
         )
         for name, words, kind in KINDS[1:]
+    ),
+    *(
+        SceneMistake(
+            f"third-body-indirect-{name}",
+            f"the third body's pull on the central body {words}",
+            LOADS,
+            model=beside(ThirdBodyEffect, partial(AddedIndirectPull, times=times)),
+        )
+        for name, words, times in (("missing", "is missing", 1.0), ("opposite", "has the opposite sign", 2.0))
     ),
     SceneMistake(
         "gradient-of-slender-bars",

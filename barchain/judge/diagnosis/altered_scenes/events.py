@@ -28,6 +28,11 @@ BEFORE = 1e-11
 """Share of the run by which an effect comes early if a sample at its instant is to show the state after it: ten times
 the difference of two instants that count as one"""
 SEVERAL = (("thrust", "thrust"), ("impulse", "impulse"), ("prescribed_rotation", "prescribed rotation"))
+PROLONGED = (
+    ("from-the-start", "acts from the start of the run on", True, False),
+    ("without-end", "does not end", False, True),
+    ("all-along", "acts from the start to the end of the run", True, True),
+)
 MISSING = (
     ("first", "that the scene names first is missing", True),
     ("later", "that the scene names first is the only one", False),
@@ -70,6 +75,27 @@ def one_missing(name: str, *, first: bool) -> SceneChange:
     return change
 
 
+def prolonged(*, before: bool, after: bool) -> SceneChange:
+    """Scene whose thrusts have their first size from the start on, their last size to the end, or both."""
+
+    def change(scene: Scene) -> Scene:
+        return with_effects(
+            scene, thrust=tuple(longer(t, scene.run.duration_s, before, after) for t in scene.effects.thrust)
+        )
+
+    return change
+
+
+def longer(thrust: Thrust, end_s: float, before: bool, after: bool) -> Thrust:
+    """A thrust that begins at the start, goes on to the end, or both."""
+    times, sizes = list(thrust.times_s), list(thrust.force_N)
+    if before and times[0] > 0.0:
+        times, sizes = [0.0, *times], [sizes[0], *sizes]
+    if after and times[-1] < end_s:
+        times, sizes = [*times, end_s], [*sizes, sizes[-1]]
+    return dataclasses.replace(thrust, times_s=tuple(times), force_N=tuple(sizes))
+
+
 def held_table(scene: Scene) -> Scene:
     """Thrusts whose sizes stay from one instant of the table to the next."""
     return with_effects(scene, thrust=tuple(held(entry) for entry in scene.effects.thrust))
@@ -106,6 +132,10 @@ MISTAKES = (
         "the sample at a start or an end of a thrust holds the forces after it",
         "samples",
         seen_after("thrust"),
+    ),
+    *(
+        SceneMistake(f"thrust-{name}", f"the thrust {words}", SECTION, prolonged(before=before, after=after))
+        for name, words, before, after in PROLONGED
     ),
     SceneMistake(
         "thrust-table-held", "the thrust keeps its size from one instant of its table to the next", SECTION, held_table
