@@ -104,8 +104,8 @@ class Compared:
     fine: float
     settings: tuple[Setting, Setting]
     """The coarse one and the fine one"""
-    samples: tuple[int, int]
-    """Samples of the part, and of the scene"""
+    samples: int
+    """Of the part"""
     finer: float
     """Ratio of the steps, or of the requested errors"""
     tells: bool
@@ -116,7 +116,7 @@ class Compared:
     def __str__(self) -> str:
         """Both errors, with the part of the scene."""
         one, other = self.settings
-        part = "" if self.whole else f" up to sample {self.samples[0]} of {self.samples[1]}"
+        part = "" if self.whole else f" up to sample {self.samples}"
         return f"{self.coarse:.1e} at {one} and {self.fine:.1e} at {other}{part}"
 
     def falls(self, order: float | None) -> bool:
@@ -135,8 +135,8 @@ class Compared:
         return math.log(self.coarse / self.fine) / math.log(self.finer)
 
 
-def compared(found: list[ErrorAtSetting], samples: int) -> list[Compared]:
-    """Neighbouring settings whose errors can be compared, from coarse to fine, on a scene with some samples."""
+def compared(found: list[ErrorAtSetting]) -> list[Compared]:
+    """Neighbouring settings whose errors can be compared, from coarse to fine."""
     pairs = []
     for coarse, fine in pairwise(found):
         n = min(int(np.count_nonzero(coarse.errors < ASYMPTOTIC)), len(fine.errors))
@@ -145,7 +145,7 @@ def compared(found: list[ErrorAtSetting], samples: int) -> list[Compared]:
             whole = coarse.whole and n == len(coarse.errors)
             errors = float(coarse.errors[n - 1]), float(fine.errors[n - 1])
             settings = coarse.setting, fine.setting
-            pairs.append(Compared(*errors, settings, (n, samples), coarse.step / fine.step, tells, whole))
+            pairs.append(Compared(*errors, settings, n, coarse.step / fine.step, tells, whole))
     return pairs
 
 
@@ -238,7 +238,7 @@ def bound_check(found: list[ErrorAtSetting], name: str) -> Check:
 
 def falling_check(found: list[ErrorAtSetting], order: float | None, name: str) -> Check:
     """Check that a finer setting gives a smaller error, down to rounding."""
-    shown, pairs = ", ".join(map(str, found)), compared(found, scene_of(name).run.samples)
+    shown, pairs = ", ".join(map(str, found)), compared(found)
     if not pairs:
         few = "one setting gave a result, so that no fall shows"
         said = f"no two errors are below {ASYMPTOTIC:g}, where they have to fall" if len(found) > 1 else few
@@ -265,7 +265,7 @@ def request_check(found: list[ErrorAtSetting], name: str) -> Check:
 
 def order_check(found: list[ErrorAtSetting], order: float, name: str) -> Check:
     """Check the declared order of a method of equal steps."""
-    pairs = [pair for pair in compared(found, scene_of(name).run.samples) if pair.tells]
+    pairs = [pair for pair in compared(found) if pair.tells]
     slopes, whole = [pair.order for pair in pairs], [pair.order for pair in pairs if pair.whole]
     if not slopes:
         return Check(

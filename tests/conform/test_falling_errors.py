@@ -12,7 +12,7 @@ RTOL, STEPS = AccuracyParameter.RTOL, AccuracyParameter.STEPS_PER_ORBIT
 
 def pair(coarse: float, fine: float, requests: tuple[float, float], *, whole: bool = True) -> Compared:
     one, other = (Setting(RTOL, value) for value in requests)
-    return Compared(coarse, fine, (one, other), (81 if whole else 33, 81), requests[0] / requests[1], True, whole)
+    return Compared(coarse, fine, (one, other), 81 if whole else 33, requests[0] / requests[1], True, whole)
 
 
 @pytest.mark.parametrize(
@@ -43,6 +43,6 @@ def test_an_error_above_its_request_that_stays_fails(wrong: Compared) -> None:
 
 def test_equal_steps_have_to_lower_the_error_by_the_order() -> None:
     steps = (Setting(STEPS, 1000.0), Setting(STEPS, 2000.0))
-    assert Compared(1.0e-4, 1.0e-4 / 16.0, steps, (81, 81), 2.0, True, True).falls(4.0)
-    assert not Compared(1.0e-4, 0.6e-4, steps, (81, 81), 2.0, True, True).falls(4.0)
-    assert str(Compared(1.0e-4, 0.6e-4, steps, (33, 81), 2.0, True, False)).endswith("up to sample 33 of 81")
+    assert Compared(1.0e-4, 1.0e-4 / 16.0, steps, 81, 2.0, True, True).falls(4.0)
+    assert not Compared(1.0e-4, 0.6e-4, steps, 81, 2.0, True, True).falls(4.0)
+    assert str(Compared(1.0e-4, 0.6e-4, steps, 33, 2.0, True, False)).endswith("up to sample 33")

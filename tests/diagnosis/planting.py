@@ -15,6 +15,7 @@ from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES
 from barchain.judge.comparison.compare import judge
 from barchain.judge.diagnosis.altered_scenes.runs import completed
+from barchain.judge.diagnosis.channels import channels_of
 from barchain.judge.diagnosis.mistake import ReadingMistake, SceneMistake, TimingMistake
 from barchain.judge.diagnosis.readings.timing import delayed
 from barchain.judge.evidence import Evidence
@@ -71,7 +72,7 @@ def planted(scene: Scene, mistake: Mistake, rtol: float, motion: Trajectory | No
     if isinstance(mistake, ReadingMistake):
         right = motion or run(scene, rtol)
         read = mistake.read(scene, right)
-        return None if read is right else read
+        return None if read is right else with_known_samples(read, right)
     if isinstance(mistake, TimingMistake):
         return late(scene, mistake, rtol)
     assert isinstance(mistake, SceneMistake)
@@ -88,9 +89,13 @@ def late(scene: Scene, mistake: TimingMistake, rtol: float) -> Trajectory:
     halves = dataclasses.replace(scene, run=dataclasses.replace(scene.run, samples=2 * scene.run.samples - 1))
     read = delayed(mistake, right, run(halves, rtol))
     assert read is not None
-    known = {name: (getattr(read, name), getattr(right, name)) for name in mistake.fields}
-    filled = {n: np.where(np.isnan(a), b, a) for n, (a, b) in known.items() if a is not None}
-    return read.replace(**filled)
+    return with_known_samples(read, right)
+
+
+def with_known_samples(read: Trajectory, right: Trajectory) -> Trajectory:
+    """Altered reading with right values at the samples of which it says nothing."""
+    known = {name: (values, getattr(right, name)) for name, values in channels_of(read).items()}
+    return read.replace(**{name: np.where(np.isnan(a), b, a) for name, (a, b) in known.items()})
 
 
 def with_model(scene: Scene, mistake: SceneMistake, rtol: float) -> Trajectory | None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import TYPE_CHECKING
 
 import pytest
 
-from barchain.judge.diagnosis.altered_scenes import defaults, equations, events
+from barchain.judge.diagnosis.altered_scenes import defaults, equations, events, simplified
 from barchain.judge.diagnosis.altered_scenes.catalogue import SCENES
 from barchain.judge.diagnosis.diagnose import Diagnosis, diagnose
 from barchain.judge.diagnosis.readings.catalogue import READINGS, TIMINGS
@@ -24,15 +25,17 @@ WITHOUT_TRACE = {"torque-sign", "torques-in-kn-m", "impulses-in-kn-s", "impulses
                  "torques-half", "torques-in-reversed-order", "angles-with-other-turns", "mu-egm"}  # fmt: skip
 """Mistakes that alter nothing in this scene: it has no torques and no impulses, and takes its mu from EGM2008"""
 UNUSUAL = {"oblateness": "oblateness_alone", "drag": "drag_alone", "sunlight": "solar_pressure_alone",
-           "third-body": "third_body_alone", "thrust": "thrust_body", "impulse": "impulse_alone"}  # fmt: skip
+           "third-body": "third_body_alone", "thrust": "thrust_body", "impulse": "impulse_alone",
+           "springs": "joint_springs_alone",
+           "rotation-all-horizontal": "prescribed_inertial", "rotation-all-external": "prescribed_orbital_joint",
+           "rotation": "prescribed_orbital"}  # fmt: skip
 """Scenes whose keys have other values than the defaults, by the effect"""
 OF_EQUATIONS = {m: "" for m in SCENES if m.model is not None} | {
-    m: f"conform/{scene}"
-    for m in equations.MISTAKES
-    for name, scene in (("springs", "joint_springs_alone"), *UNUSUAL.items())
-    if m.name.startswith(name)
+    m: f"conform/{scene}" for m in equations.MISTAKES for name, scene in UNUSUAL.items() if m.name.startswith(name)
 }
 """Mistakes in the equations, with a scene in which they show; the one of this module without"""
+OF_SCENES = dataclasses.replace(BRIEF, equation_run_s=0.0)
+"""Search without runs of altered equations, which take long"""
 OF_EVENTS = [m for m in events.MISTAKES if m.name.endswith(("-sample-after", "-start", "-end", "-along"))]
 LOADED = {
     "effects/thrust_table": ("thrust",),
@@ -108,10 +111,10 @@ def test_a_mistake_in_the_equations_of_an_effect_is_named(mistake: SceneMistake)
     check_named(load_scene(OF_EQUATIONS[mistake]), mistake, ONE_ENGINE)
 
 
-@pytest.mark.parametrize("mistake", [*defaults.MISTAKES, *OF_EVENTS], ids=lambda m: m.name)
+@pytest.mark.parametrize("mistake", [*defaults.MISTAKES, *simplified.MISTAKES, *OF_EVENTS], ids=lambda m: m.name)
 def test_a_key_that_is_ignored_and_a_sample_after_an_event_are_named(mistake: SceneMistake) -> None:
-    scene = next(scene for effect, scene in UNUSUAL.items() if mistake.name.startswith(effect))
-    check_named(load_scene(f"conform/{scene}"), mistake)
+    scene = next((scene for effect, scene in UNUSUAL.items() if mistake.name.startswith(effect)), "three_bars_gradient")
+    check_named(load_scene(f"conform/{scene}"), mistake, OF_SCENES)
 
 
 @pytest.mark.parametrize("name", sorted(WITHOUT_TRACE))

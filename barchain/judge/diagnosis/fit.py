@@ -30,8 +30,8 @@ SPREAD = 3.0
 """Slack of a tolerance carried through a reading: one perturbation of random signs may meet a weak direction"""
 MOST_CARRIED = 1e5
 """Largest factor by which a reading may widen tolerances; micronewtons would be 1e6"""
-MOST_UNKNOWN = 1
-"""Samples about which a supposed trajectory may say nothing: a delay by a sample leaves one"""
+MOST_UNKNOWN = 2
+"""Samples about which a supposed trajectory may say nothing: central differences leave both ends"""
 QUANTITY_OF = {
     "com_m": "com", "com_velocity_m_s": "com_velocity", "angle_rad": "attitude", "rate_rad_s": "rate",
     "reaction_N": "reaction", "torque_N_m": "torque", "impulse_N_s": "impulse",
@@ -86,7 +86,7 @@ def merged(parts: list[tuple[frozenset[str], Fit]]) -> Fit:
 
 
 def known(size: Array) -> Array:
-    """Differences (n,) with 0 at an unknown sample, NaN; infinite throughout if more samples are unknown."""
+    """Differences (n,) with 0 at one or two unknown samples, NaN; infinite throughout if more are unknown."""
     if np.count_nonzero(np.isnan(size)) > MOST_UNKNOWN:
         return np.full_like(size, math.inf)
     return np.nan_to_num(size, posinf=math.inf)

@@ -10,6 +10,7 @@ from barchain.judge.diagnosis.altered_scenes import (
     events,
     gravity,
     loads,
+    simplified,
     start,
 )
 
@@ -21,5 +22,6 @@ SCENES = (
     *effect_angles.MISTAKES,
     *events.MISTAKES,
     *defaults.MISTAKES,
+    *simplified.MISTAKES,
     *equations.MISTAKES,
 )

@@ -19,6 +19,7 @@ from reference_impl.effects.joint_spring_damper import JointSpringDamperEffect
 from reference_impl.effects.oblateness import OblatenessEffect
 from reference_impl.effects.third_body import ThirdBodyEffect
 from reference_impl.model.effect import ChainEffect, EffectAccelerations
+from reference_impl.model.gravity import gradient_angular_accelerations
 from scenarios.toml.effect_tables import slender_inertia
 
 if TYPE_CHECKING:
@@ -73,6 +74,42 @@ class CancelledPart(ChainEffect):
         whole = self.effect.accelerations(at, None)
         difference = -whole.difference if self.differences else at.zero_acceleration
         return EffectAccelerations(0j, difference, -whole.angular)
+
+
+@final
+@dataclass(frozen=True)
+class GradientAtCentre(ChainEffect):
+    """Difference of the gravity gradient's torque at the chain's centre of mass from that at each bar."""
+
+    name = "gradient at the centre of mass"
+
+    def accelerations(self, at: EffectState, mode: Array | None) -> EffectAccelerations:
+        """Torque over moment of inertia; no force."""
+        del mode
+        bars, centre = at.position_from_body, np.full(at.model.bars, at.com)
+        there, here = (gradient_angular_accelerations(at.model, place, at.unit) for place in (centre, bars))  # type: ignore[arg-type]
+        return EffectAccelerations(0j, at.zero_acceleration, there - here)
+
+
+@final
+@dataclass(frozen=True)
+class OneSidedSprings(ChainEffect):
+    """Cancels the torque of springs and dampers on the bars before the joints (0) or after them (1)."""
+
+    springs: JointSpringDamperEffect
+    side: int
+    name = "one-sided springs"
+
+    def accelerations(self, at: EffectState, mode: Array | None) -> EffectAccelerations:
+        """Torque over moment of inertia; no force."""
+        del mode
+        torque = self.springs.torque(at.state.angle_rad, at.rate)
+        on_bars = np.zeros(at.model.bars)
+        if self.side:
+            on_bars[1:] = torque
+        else:
+            on_bars[:-1] = -torque
+        return EffectAccelerations(0j, at.zero_acceleration, on_bars / at.model.inertia_kg_m2)
 
 
 @final
@@ -146,6 +183,21 @@ MISTAKES = (
             model=beside(ThirdBodyEffect, partial(AddedIndirectPull, times=times)),
         )
         for name, words, times in (("missing", "is missing", 1.0), ("opposite", "has the opposite sign", 2.0))
+    ),
+    *(
+        SceneMistake(
+            f"springs-without-bar-{words}",
+            f"the springs and dampers have no torque on the bar {words} the joint",
+            LOADS,
+            model=beside(JointSpringDamperEffect, partial(OneSidedSprings, side=side)),
+        )
+        for side, words in ((0, "before"), (1, "after"))
+    ),
+    SceneMistake(
+        "gradient-at-centre-of-mass",
+        "the torque of the gravity gradient is that at the chain's centre of mass",
+        GRAVITY,
+        model=with_effect(GradientAtCentre(), gradient=True),
     ),
     SceneMistake(
         "gradient-of-slender-bars",

@@ -20,21 +20,22 @@ if TYPE_CHECKING:
 
 
 def central(values: Array, t_s: Array) -> Array:
-    """Central differences (n, ...), one-sided at both ends."""
+    """Central differences (n, ...), unknown at both ends."""
     slope: Array = np.gradient(values, t_s, axis=0)
+    slope[[0, -1]] = np.nan
     return slope
 
 
 def forward(values: Array, t_s: Array) -> Array:
-    """Differences from the next sample, (n, ...); at the last sample those of the interval before."""
+    """Differences from the next sample, (n, ...); unknown at the last one, where engines differ."""
     slope = intervals(values, t_s)
-    return np.concatenate([slope, slope[-1:]])
+    return np.concatenate([slope, np.full_like(slope[-1:], np.nan)])
 
 
 def backward(values: Array, t_s: Array) -> Array:
-    """Differences from the sample before, (n, ...); at the first sample those of the interval after."""
+    """Differences from the sample before, (n, ...); unknown at the first one, where engines differ."""
     slope = intervals(values, t_s)
-    return np.concatenate([slope[:1], slope])
+    return np.concatenate([np.full_like(slope[:1], np.nan), slope])
 
 
 def intervals(values: Array, t_s: Array) -> Array:
