@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
 
 from barchain.judge.diagnosis.altered_scenes.amounts import RELATIVE, Amount
+from barchain.judge.diagnosis.altered_scenes.equations import KINDS, without_part
 from barchain.judge.diagnosis.altered_scenes.gravity import SECTION as GRAVITY
 from barchain.judge.diagnosis.altered_scenes.gravity import AddedGradientTorque, with_effect
 from barchain.judge.diagnosis.altered_scenes.loads import SECTION as LOADS
@@ -47,7 +48,17 @@ class BodyDamping(ChainEffect):
 def equation_amounts(scene: Scene) -> tuple[Amount, ...]:
     """All terms of a scene's equations that are fitted; their runs are NumPy's."""
     gradient = scene.effects.gravity is Gravity.GRADIENT
-    return (*((GRADIENT_TORQUE,) if gradient else ()), damping(scene, 0.0), damping(scene, 1.0))
+    torques = (effect_torque(*kind) for kind in KINDS if getattr(scene.effects, kind[0].replace("-", "_")))
+    return (*((GRADIENT_TORQUE,) if gradient else ()), *torques, damping(scene, 0.0), damping(scene, 1.0))
+
+
+def effect_torque(name: str, words: str, kind: type[ChainEffect]) -> Amount:
+    """Torque of an effect, times 1 + amount."""
+    subject = f"the torque of the {words} is"
+    return Amount(
+        f"{name}-torque", LOADS, None, lambda a: f"{subject} {factor_words(1.0 + a)} times the right value", 1e-5,
+        RELATIVE, lambda a: without_part(kind, share=-a),
+    )  # fmt: skip
 
 
 def damping(scene: Scene, linear: float) -> Amount:

@@ -66,14 +66,16 @@ class CancelledPart(ChainEffect):
 
     effect: ChainEffect
     differences: bool
+    share: float = 1.0
+    """Share that is cancelled"""
     name = "cancelled part of an effect"
 
     def accelerations(self, at: EffectState, mode: Array | None) -> EffectAccelerations:
         """The part with the opposite sign."""
         del mode
         whole = self.effect.accelerations(at, None)
-        difference = -whole.difference if self.differences else at.zero_acceleration
-        return EffectAccelerations(0j, difference, -whole.angular)
+        difference = -self.share * whole.difference if self.differences else at.zero_acceleration
+        return EffectAccelerations(0j, difference, -self.share * whole.angular)
 
 
 @final
@@ -138,9 +140,9 @@ def beside(kind: type[ChainEffect], added: Callable[[Any], ChainEffect]) -> Mode
     return change
 
 
-def without_part(kind: type[ChainEffect], *, differences: bool = False) -> ModelChange:
+def without_part(kind: type[ChainEffect], *, differences: bool = False, share: float = 1.0) -> ModelChange:
     """Model in which effects of a kind have no torque, or act on all bars as at the centre of mass."""
-    return beside(kind, lambda effect: CancelledPart(effect, differences))
+    return beside(kind, lambda effect: CancelledPart(effect, differences, share))
 
 
 def slender_gradient(model: ChainModel) -> ChainModel:
