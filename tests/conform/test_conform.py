@@ -16,6 +16,7 @@ from barchain.conform import Extent, assert_conforms, conform, target
 from barchain.conform.accuracy import accuracy
 from barchain.conform.behaviour import TIMES, behaviour
 from barchain.conform.checks import Check, CheckState, ConformanceReport, Group
+from barchain.conform.extent import extent_of
 from barchain.conform.junit import write_junit
 from barchain.conform.runs import START_S
 
@@ -33,8 +34,9 @@ def failed(report: ConformanceReport) -> dict[str, str]:
     return {c.name: c.words for c in report.failures}
 
 
-def examined(name: str) -> ConformanceReport:
-    return conform(f"{HERE}:{name}")
+def examined(name: str, *only: str) -> ConformanceReport:
+    """Examination of a wrong engine, or a part of one: groups of checks, and scenes."""
+    return conform(f"{HERE}:{name}", extent=extent_of(only))
 
 
 def test_a_right_engine_of_another_package_conforms_on_every_scene() -> None:
@@ -57,7 +59,7 @@ def test_reactions_of_the_opposite_sign_are_named_and_no_later_stage_is_run() ->
 
 
 def test_angles_in_degrees_are_named() -> None:
-    assert "degrees" in failed(examined("Degrees"))["one bar free"]
+    assert "degrees" in failed(examined("Degrees", "one_bar_free"))["one bar free"]
 
 
 def test_single_precision_is_a_fault_of_the_first_run_and_ends_the_examination() -> None:
@@ -69,17 +71,17 @@ def test_single_precision_is_a_fault_of_the_first_run_and_ends_the_examination()
 
 
 def test_single_precision_inside_an_array_of_double_precision_is_told() -> None:
-    assert failed(examined("SingleInside"))["double precision"] == "rate_rad_s is in single precision"
+    assert failed(examined("SingleInside", "conventions"))["double precision"] == "rate_rad_s is in single precision"
 
 
 def test_an_error_that_does_not_follow_the_setting_is_a_finding_by_itself() -> None:
-    found = failed(examined("IgnoresSetting"))
+    found = failed(examined("IgnoresSetting", "accuracy"))
     assert "does not follow the setting" in found["errors fall with the setting"]
     assert "times the bound at rtol=1e-" in found["errors inside the bound"]
 
 
 def test_noise_beyond_a_scenes_forces_is_told_with_both_numbers() -> None:
-    said = failed(examined("Noisy"))["two bars free"]
+    said = failed(examined("Noisy", "two_bars_free"))["two bars free"]
     assert said.startswith("declared noise of 1e+06 N is larger than the reactions of the scene, ")
     assert said.endswith(" N: nothing can be judged")
 
@@ -117,11 +119,14 @@ def test_a_result_that_is_not_whole_is_a_fault_of_the_first_run(name: str, words
 
 
 def test_angles_of_a_single_bar_that_differ_by_whole_turns_are_named_as_that() -> None:
-    assert "Your angles differ by whole turns (explained to" in failed(examined("OtherTurns"))["one bar free"]
+    assert (
+        "Your angles differ by whole turns (explained to"
+        in failed(examined("OtherTurns", "one_bar_free"))["one bar free"]
+    )
 
 
 def test_what_runs_leave_behind_is_told() -> None:
-    report = examined("Untidy")
+    report = examined("Untidy", "behaviour")
     found = failed(report)
     assert "changes the working folder" in found["state of the process"]
     assert "signal handlers" in found["state of the process"]
@@ -129,15 +134,15 @@ def test_what_runs_leave_behind_is_told() -> None:
 
 
 def test_a_scene_that_an_engine_changes_is_told() -> None:
-    assert "changes the scene that it is given" in failed(examined("ChangesScene"))["state of the process"]
+    assert "changes the scene that it is given" in failed(examined("ChangesScene", "behaviour"))["state of the process"]
 
 
 def test_runs_that_differ_in_the_last_bit_are_told() -> None:
-    assert "differ" in failed(examined("Random"))["same bits again"]
+    assert "differ" in failed(examined("Random", "behaviour"))["same bits again"]
 
 
 def test_global_random_numbers_and_variables_are_told_though_each_build_sets_the_same() -> None:
-    said = failed(examined("Seeds"))["state of the process"]
+    said = failed(examined("Seeds", "behaviour"))["state of the process"]
     assert "seeds NumPy's global random numbers" in said
     assert "seeds Python's global random numbers" in said
     assert "sets MY_THREADS in later runs" in said
@@ -239,7 +244,7 @@ def test_a_result_that_depends_on_the_runs_before_it_is_told_and_no_physics_is_n
 
 
 def test_values_that_are_rounded_to_decimals_are_told() -> None:
-    found = failed(examined("RoundedAngles"))
+    found = failed(examined("RoundedAngles", "conventions", "one_bar_free"))
     assert found["double precision"] == "angle_rad is rounded to multiples of 1e-6 of its unit"
     assert found["one bar free"] == found["double precision"]
 
@@ -251,11 +256,14 @@ def test_an_engine_without_rates_is_judged_up_to_the_predictability_limit() -> N
 
 
 def test_a_wrong_first_sample_is_told_as_that() -> None:
-    assert "at the first sample alone" in failed(examined("FirstReactionWrong"))["two bars free"]
+    assert "at the first sample alone" in failed(examined("FirstReactionWrong", "two_bars_free"))["two bars free"]
 
 
 def test_differences_as_single_precision_leaves_them_are_told() -> None:
-    assert "Single precision inside an engine" in failed(examined("SingleState"))["errors fall with the setting"]
+    assert (
+        "Single precision inside an engine"
+        in failed(examined("SingleState", "accuracy"))["errors fall with the setting"]
+    )
 
 
 def test_one_line_tests_an_engine_in_the_continuous_integration_of_its_package() -> None:
@@ -308,8 +316,9 @@ def test_an_unknown_engine_is_one_line_with_the_nearest_name(capsys: pytest.Capt
 
 
 OTHER_FORMS = {
-    "reference-absolute", "heyoka-quad", "heyoka-long", "diffrax-dopri8", "exudyn-index3", "exudyn-absolute",
-    "exudyn-absolute-index3", "pymunk-absolute", "scipy-lsoda", "scipy-rk45", "scipy-radau",
+    "reference", "reference-absolute", "heyoka-quad", "heyoka-long", "diffrax-dopri8", "exudyn-tree", "exudyn-index3",
+    "exudyn-absolute", "exudyn-absolute-index3", "pymunk-absolute", "cvode-adams", "scipy-lsoda",
+    "scipy-rk45", "scipy-radau",
 }  # fmt: skip
 """Further forms of engines, which are examined by hand and nightly; CI examines one or two of each library"""
 

@@ -135,9 +135,10 @@ def test_a_slow_down_by_a_fifth_is_found_within_six_nights() -> None:
     assert all(n is not None and n <= 6 for n in found)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("tails", ["student", "normal", "outliers"])
-@pytest.mark.parametrize("rho", [0.0, 0.3, 0.6])
+@pytest.mark.parametrize("rho", [
+    pytest.param(rho, marks=pytest.mark.exhaustive if rho == 0.3 else pytest.mark.slow) for rho in (0.0, 0.3, 0.6)
+])  # fmt: skip
 def test_false_alarms_over_sixty_nights_of_three_hundred_series_are_as_rare_as_derived(tails: str, rho: float) -> None:
     rung = len(set(alarms(noise(0, 300, 72, 0.03, rho, tails), 13)))
     expected = 60 * FALSE_ALARMS
