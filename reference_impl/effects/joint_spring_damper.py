@@ -14,6 +14,14 @@ if TYPE_CHECKING:
     from reference_impl.model.effect import ChainProperties
 
 
+def turned_by(torque: Array, at: EffectState) -> EffectAccelerations:
+    """Accelerations by torques (N-1,) N m on the first bar of each joint, and the opposite ones on the second."""
+    on_bars = np.zeros(at.model.bars)
+    on_bars[:-1] += torque
+    on_bars[1:] -= torque
+    return EffectAccelerations(0j, at.zero_acceleration, on_bars / at.model.inertia_kg_m2)
+
+
 @final
 @dataclass(frozen=True)
 class JointSpringDamperEffect(ChainEffect):
@@ -40,10 +48,7 @@ class JointSpringDamperEffect(ChainEffect):
         """Equal and opposite torques on both bars of each joint."""
         del mode
         torque = self.torque(at.state.angle_rad, at.rate)
-        on_bars = np.zeros(at.model.bars)
-        on_bars[:-1] += torque
-        on_bars[1:] -= torque
-        return EffectAccelerations(0j, at.zero_acceleration, on_bars / at.model.inertia_kg_m2)
+        return turned_by(torque, at)
 
     def torque(self, angle_rad: Array, rate_rad_s: Array) -> Array:
         """Torque (..., N-1) on the first bar of each joint, N m."""

@@ -15,7 +15,7 @@ from barchain.judge.diagnosis.altered_scenes.gravity import AddedGradientTorque,
 from barchain.judge.diagnosis.altered_scenes.loads import SECTION as LOADS
 from barchain.judge.diagnosis.mistake import SceneMistake
 from reference_impl.effects.drag import DragEffect
-from reference_impl.effects.joint_spring_damper import JointSpringDamperEffect
+from reference_impl.effects.joint_spring_damper import JointSpringDamperEffect, turned_by
 from reference_impl.effects.oblateness import OblatenessEffect
 from reference_impl.effects.third_body import ThirdBodyEffect
 from reference_impl.model.effect import ChainEffect, EffectAccelerations
@@ -53,10 +53,7 @@ class SpringJumps(ChainEffect):
         del mode
         between = np.diff(at.state.angle_rad) - (self.springs.rest_rad if self.from_rest else 0.0)
         torque = -self.springs.stiffness_N_m_rad * TURN * np.round(between / TURN)
-        on_bars = np.zeros(at.model.bars)
-        on_bars[:-1] += torque
-        on_bars[1:] -= torque
-        return EffectAccelerations(0j, at.zero_acceleration, on_bars / at.model.inertia_kg_m2)
+        return turned_by(torque, at)
 
 
 @final

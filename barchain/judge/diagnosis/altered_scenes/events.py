@@ -62,7 +62,7 @@ def a_sample_late(name: str) -> SceneChange:
 
 def seen_after(name: str) -> SceneChange:
     """Scene in which samples at the instants of a kind of effect hold the state after them."""
-    return lambda scene: delayed(name, -BEFORE * scene.run.duration_s)(scene) if getattr(scene.effects, name) else scene
+    return lambda scene: delayed(name, -BEFORE * scene.run.duration_s)(scene)
 
 
 def one_missing(name: str, *, first: bool) -> SceneChange:

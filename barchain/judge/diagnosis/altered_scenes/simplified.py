@@ -10,7 +10,7 @@ from adapters.common.initial_state import initial_state
 from barchain.judge.diagnosis.altered_scenes.bodies import SECTION as BODIES
 from barchain.judge.diagnosis.altered_scenes.changes import part
 from barchain.judge.diagnosis.altered_scenes.loads import SECTION as LOADS
-from barchain.judge.diagnosis.altered_scenes.loads import each, single, with_effects
+from barchain.judge.diagnosis.altered_scenes.loads import SPRINGS, each, single, with_effects
 from barchain.judge.diagnosis.mistake import SceneMistake
 from scenarios import Actuator, Axes, Frame
 
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 LEVEL_M = 1e15
 """Scale height of an atmosphere whose density is the same at all heights"""
-SPRINGS = ("stiffness_N_m_rad", "damping_N_m_s_rad", "rest_rad")
 
 
 def first_for_all(field: str) -> Callable[[Any], tuple[float, ...]]:
