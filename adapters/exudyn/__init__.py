@@ -19,7 +19,7 @@ thrusts; prescribed rotations except by the tree.
 Not supported: impulses, the shadow's edge, bars that turn their other face to the wind or the Sun, thrust tables with
 corners inside a step, and thrusts that start or end during a run with prescribed rotations.
 
-In `effects/slews` the comparison of `exudyn`, `exudyn-index3` and `exudyn-absolute` ends as `nothing_compared`: beyond
+In `effects/slews` the comparison of `exudyn`, `exudyn-index3` and `exudyn-absolute` ends as `too_coarse`: beyond
 the predictability limit, 620 to 635 s, their rates are too uncertain to predict 21 of 22 segments. With 20 000
 steps per orbit (`--set steps_per_orbit=20000`) `exudyn` and `exudyn-index3` pass there, and `exudyn-absolute` is
 `roundoff_limited`.

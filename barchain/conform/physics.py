@@ -175,7 +175,7 @@ def state_without_failure(verdict: Verdict, name: str) -> tuple[CheckState, str]
         return CheckState.UNSUPPORTED, reasons
     if verdict.outcome is Outcome.ROUNDOFF_LIMITED:
         return CheckState.WARNING, f"round-off limits the run: {reasons}"
-    if verdict.outcome is Outcome.NOTHING_COMPARED and compared_share(verdict, name) >= ENOUGH:
+    if verdict.outcome in (Outcome.TOO_COARSE, Outcome.NOTHING_COMPARED) and compared_share(verdict, name) >= ENOUGH:
         return CheckState.WARNING, f"{agreement(verdict)}; {reasons}"
     return CheckState.FAILED, reasons
 

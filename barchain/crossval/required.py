@@ -66,7 +66,7 @@ def engines_without_scene(plan: ComparisonPlan, progress: Mapping[str, SceneProg
         return
     for engine in plan.engines:
         verdicts = [own.verdicts[engine] for own in progress.values() if engine in own.verdicts]
-        if verdicts and all(v.outcome is Outcome.UNSUPPORTED for v in verdicts):
+        if verdicts and all(v.outcome in (Outcome.UNSUPPORTED, Outcome.TOO_COARSE) for v in verdicts):
             reasons = "; ".join(dict.fromkeys(row["reason"] for v in verdicts for row in v.rows))
             reason = f"compared on no scene: {reasons}"
             yield ALL_SCENES, engine, no_verdict(ALL_SCENES, engine, None, Outcome.NOTHING_COMPARED, reason)

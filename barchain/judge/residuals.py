@@ -41,9 +41,6 @@ MAX_MEASURED_SHARE = 1e-6
 """Largest measured round-off relative to a quantity's scale, in coordinates no larger than the chain"""
 CONVERGED_SHARE = 0.5
 """An error shrinks if it is below this two settings finer, relative to the main one: first order leaves a quarter"""
-SCATTER_SHARE = 0.1
-"""Largest error two settings finer, relative to the main run's, at which perturbed runs differ by their steps: finer
-settings reduce no round-off"""
 
 
 @dataclass(frozen=True)
@@ -97,9 +94,23 @@ class Residuals:
         self.residual = dict(self.difference)
         self.finer_residual = {k: d[: self.n] for k, d in differences(self.finer, self.solution.trajectory).items()}
         self.model = self.remove_model_difference() if self.com_only else {}
-        self.explained = errors.explained(differences(self.main, self.finer))
+        self.explained = errors.explained(self.own_error())
         known_s = self.solution.limit_s if self.com_only else self.limit_s  # a particle has no attitude to part
         self.parted_track = parted_track_bound(self.solution, self.t, known_s)
+
+    def own_error(self) -> dict[str, Array]:
+        """Differences of the main run from its finer runs, (n,) for each quantity: its error, by two settings or three.
+
+        The error of a method that chooses its steps is a sum of errors of any sign. Two of its runs may meet where both
+        are off, and most so where the order varies too. The third setting, where there is one, then decides.
+        """
+        own = differences(self.main, self.finer)
+        third = self.finest if self.engine.order is None else None
+        if third is not None:
+            for name, size in differences(self.main, third).items():
+                n = min(len(size), len(own[name]))
+                own[name] = np.maximum(own[name][:n], size[:n])
+        return own
 
     @property
     def com_only(self) -> bool:
@@ -210,8 +221,6 @@ class Residuals:
         if ratio <= 1.0:
             return ResidualCheck(ratio, Outcome.PASS, "")
         with_noise = worst(residual, allowed + self.limiting_noise(quantity), inside)[0]
-        if with_noise <= 1.0 and failure is Outcome.INCONSISTENT and self.is_scatter_of_steps(quantity, allowed):
-            return ResidualCheck(with_noise, Outcome.PASS, self.scatter_reason(quantity, f"{ratio:.3g} times {named}"))
         if with_noise <= 1.0:
             limited = self.digits_left(quantity, residual[inside], f"{ratio:.3g} times {named}")
             return ResidualCheck(ratio, Outcome.ROUNDOFF_LIMITED, limited)
@@ -281,26 +290,6 @@ class Residuals:
         """Whether a quantity's error falls from the first to the last of three settings."""
         sizes = self.errors_by_setting(quantity)
         return sizes[-1] < CONVERGED_SHARE * sizes[0]
-
-    def is_scatter_of_steps(self, quantity: str, allowed: Array) -> bool:
-        """Whether perturbed runs differ by their steps, not by round-off.
-
-        A method that controls its steps takes other steps after a change in the last digits, and its error changes by
-        its own size. Finer settings reduce that; round-off they can't reduce. The still finer run must be inside
-        `allowed`, (n,), at every sample: a fault of one instant does not shrink.
-        """
-        sizes = self.errors_by_setting(quantity)
-        if self.engine.order is not None or not sizes or sizes[-1] >= SCATTER_SHARE * sizes[0]:
-            return False
-        finest = self.finest_difference[quantity][: self.n]
-        m = len(finest)
-        return bool(worst(finest, allowed[:m], self.inside(quantity)[:m])[0] <= 1.0)
-
-    def scatter_reason(self, quantity: str, without: str) -> str:
-        """Reason of a pass that counts the scatter of runs at one setting, with the ratio `without` it."""
-        noise = float(self.limiting_noise(quantity)[self.inside(quantity)].max())
-        said = f"runs at this setting scatter by {noise:.2g} {QUANTITY_UNITS[quantity]}, as their steps differ"
-        return f"{said} ({without} without it){self.convergence_reason(quantity)}"
 
     def convergence_reason(self, quantity: str) -> str:
         """Errors at three settings and whether they shrink, for a reason; empty without a third setting."""

@@ -16,6 +16,7 @@ class Outcome(StrEnum):
     REPORTED = "reported"
     UNSUPPORTED = "unsupported"
     ROUNDOFF_LIMITED = "roundoff_limited"
+    TOO_COARSE = "too_coarse"
     INCONSISTENT = "inconsistent"
     EXCEEDS_BOUND = "exceeds_bound"
     NOTHING_COMPARED = "nothing_compared"
@@ -30,7 +31,14 @@ class Outcome(StrEnum):
     @property
     def ok(self) -> bool:
         """Whether a run with this outcome may still exit with 0."""
-        return self in {Outcome.PASS, Outcome.REPORTED, Outcome.UNSUPPORTED, Outcome.ROUNDOFF_LIMITED}
+        return self in {
+            Outcome.PASS, Outcome.REPORTED, Outcome.UNSUPPORTED, Outcome.ROUNDOFF_LIMITED, Outcome.TOO_COARSE,
+        }  # fmt: skip
+
+    @property
+    def judged(self) -> bool:
+        """Whether a run with this outcome was compared, or should have been."""
+        return self not in {Outcome.REPORTED, Outcome.UNSUPPORTED, Outcome.TOO_COARSE}
 
     @property
     def advice(self) -> str:
@@ -50,8 +58,9 @@ ADVICE = {
     "the physics, the signs and the error estimate.",
     Outcome.EXCEEDS_BOUND: "The error exceeds the expected-error bound of this engine at this setting. Check "
     "the order, the tolerance and the options.",
-    Outcome.NOTHING_COMPARED: "Too little of the run can be compared before the predictability limit. Refine "
-    "the setting.",
+    Outcome.TOO_COARSE: "Of this scene too little can be predicted at this setting of the engine: no error, and no "
+    "agreement. Refine the setting.",
+    Outcome.NOTHING_COMPARED: "Nothing of the run can be compared; the reason says why.",
     Outcome.INCOMPLETE: "The run stopped early or lacks a quantity that the engine declares.",
     Outcome.NOT_FINITE: "The engine returned NaN or infinity.",
     Outcome.JOINTS_IGNORED: "Connected bars drift apart like free bodies: the joints did not act.",
@@ -65,6 +74,7 @@ SEVERITY = (
     Outcome.PASS,
     Outcome.UNSUPPORTED,
     Outcome.ROUNDOFF_LIMITED,
+    Outcome.TOO_COARSE,
     Outcome.EXCEEDS_BOUND,
     Outcome.INCONSISTENT,
     Outcome.NOTHING_COMPARED,

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from adapters.engine import AccuracyParameter, Setting
-from barchain.conform.accuracy import Compared
+from barchain.conform.accuracy import Compared, ErrorAtSetting, falling_check
+from barchain.conform.checks import CheckState
 
 RTOL, STEPS = AccuracyParameter.RTOL, AccuracyParameter.STEPS_PER_ORBIT
 
@@ -46,3 +48,19 @@ def test_equal_steps_have_to_lower_the_error_by_the_order() -> None:
     assert Compared(1.0e-4, 1.0e-4 / 16.0, steps, 81, 2.0, True, True).falls(4.0)
     assert not Compared(1.0e-4, 0.6e-4, steps, 81, 2.0, True, True).falls(4.0)
     assert str(Compared(1.0e-4, 0.6e-4, steps, 33, 2.0, True, False)).endswith("up to sample 33")
+
+
+def errors_at(*errors: float) -> list[ErrorAtSetting]:
+    """Largest errors at 1e-6, 1e-7 and so on, over the whole scene, far above rounding."""
+    return [
+        ErrorAtSetting(Setting(RTOL, 10.0 ** -(6 + k)), 10.0 ** -(6 + k), np.full(5, e), np.full(5, 1e-16), True, 0.1)
+        for k, e in enumerate(errors)
+    ]
+
+
+def test_chosen_steps_are_not_accused_from_two_settings_where_a_third_falls() -> None:
+    """SciPy's DOP853 with samples by dense output: the errors of steps cancel at one setting and not at the next."""
+    irregular, stuck = errors_at(2.3e-6, 1.6e-6, 4.3e-8, 8.5e-10), errors_at(2.3e-6, 1.6e-6, 1.5e-6, 1.5e-6)
+    assert falling_check(irregular, None, "x").state is CheckState.PASSED
+    assert falling_check(stuck, None, "x").state is CheckState.FAILED
+    assert falling_check(errors_at(2.3e-6, 4.3e-8, 4.2e-8), None, "x").state is CheckState.FAILED  # the finest stays

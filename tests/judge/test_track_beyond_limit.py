@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from typing import TYPE_CHECKING, NamedTuple, cast
 
@@ -12,7 +13,19 @@ import pytest
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
 from barchain.judge.checks.track_beyond_limit import parted_track_bound
-from scenarios import Axes, End, Impulse, Scene, Thrust, load_scene
+from scenarios import (
+    Actuator,
+    Axes,
+    Drag,
+    End,
+    Frame,
+    Impulse,
+    PrescribedRotation,
+    Scene,
+    SolarPressure,
+    Thrust,
+    load_scene,
+)
 from tests.support.slow import slow_but
 
 if TYPE_CHECKING:
@@ -28,6 +41,7 @@ class Solved(NamedTuple):
 
     scene: Scene
     trajectory: Trajectory
+    fine: Trajectory
 
 
 def bar(speed_factor: float, *, thrust: tuple[Thrust, ...] = (), impulse: tuple[Impulse, ...] = ()) -> Scene:
@@ -49,7 +63,7 @@ def run(scene: Scene) -> Trajectory:
 
 def bound(scene: Scene) -> dict[str, np.ndarray]:
     found = run(scene)
-    return parted_track_bound(cast("ReferenceSolution", Solved(scene, found)), found.t_s, LIMIT_S)
+    return parted_track_bound(cast("ReferenceSolution", Solved(scene, found, found)), found.t_s, LIMIT_S)
 
 
 @pytest.mark.parametrize("speed_factor", slow_but([1.0, 1.2, 0.95], [1.0]))
@@ -81,3 +95,36 @@ def test_what_acts_before_the_limit_adds_nothing_and_what_acts_later_nothing_bef
     before = np.linspace(0.0, 60e3, 601) <= START_S
     np.testing.assert_allclose(late[before], plain["com"][before], rtol=1e-6)
     assert np.all(late[~before] > plain["com"][~before])
+
+
+def faces(scene: Scene, frame: Frame) -> list[Scene]:
+    """A bar held at several angles to the wind, or to the Sun."""
+    held = dataclasses.replace(
+        scene.effects, prescribed_rotation=(PrescribedRotation(1, 1e-9, 1.0, 0.0, frame, Actuator.EXTERNAL),)
+    )
+    turned = [dataclasses.replace(scene.chain, angle_rad=(a,)) for a in np.radians([0.0, 30.0, 60.0, 90.0, 120.0])]
+    return [dataclasses.replace(scene, effects=held, chain=chain) for chain in turned]
+
+
+@pytest.mark.parametrize(("force", "least_share"), [("drag", 0.04), ("light", 0.004)])
+@pytest.mark.parametrize("speed_factor", [1.0, 1.17, 1.3])
+def test_air_and_light_part_tracks_by_no_more_than_their_strength_along_the_orbit(
+    speed_factor: float, force: str, least_share: float
+) -> None:
+    """Drag is strongest at each perigee. Light from one side does not add up over an orbit: its bound is wider."""
+    scene = bar(speed_factor)
+    scene = dataclasses.replace(scene, orbit=dataclasses.replace(scene.orbit, altitude_m=350e3))
+    drag = Drag(1e-11, 350e3, 50e3, 7.292e-5, (0.3,), 2.2, 0.3) if force == "drag" else None
+    light = SolarPressure(4.5e-3, 0.3, 0.0, (0.3,), 0.4, shadow=False) if force == "light" else None
+    effects = dataclasses.replace(scene.effects, drag=drag, solar_pressure=light)
+    run_ = dataclasses.replace(scene.run, duration_s=2.9 * scene.period_s, samples=291)
+    scene = dataclasses.replace(scene, effects=effects, run=run_)
+    frame = Frame.LOCAL_HORIZONTAL if force == "drag" else Frame.INERTIAL
+    runs = [run(each) for each in faces(scene, frame)]
+    allowed = parted_track_bound(cast("ReferenceSolution", Solved(scene, runs[0], runs[0])), runs[0].t_s, 0.0)
+    pull = bound(dataclasses.replace(scene, effects=dataclasses.replace(effects, drag=None, solar_pressure=None)))
+    for name, field in (("com", "com_m"), ("com_velocity", "com_velocity_m_s")):
+        pairs = itertools.combinations([getattr(each, field) for each in runs], 2)
+        apart = np.max([np.linalg.norm(a - b, axis=1) for a, b in pairs], axis=0)
+        assert np.all(apart <= allowed[name] + 1e-3)
+        assert apart[-1] > least_share * (allowed[name] - pull[name])[-1]

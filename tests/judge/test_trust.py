@@ -89,7 +89,7 @@ def test_samples_that_no_segment_covers_answer_for_themselves(chaotic, unmodifie
     at = (np.arange(len(main.t_s)) == 100)[:, None]
     turned = main.replace(angle_rad=main.angle_rad + 3.0 * at)
     pushed = main.replace(reaction_N=main.reaction_N * np.where(at, -1.0, 1.0)[..., None])
-    assert "increment" in fault_between_segments(errors, turned, few, first, extra={})[2]
+    assert "otherwise than its rates" in fault_between_segments(errors, turned, few, first, extra={})[2]
     assert "own state" in fault_between_segments(errors, pushed, few, first, extra={})[2]
 
 

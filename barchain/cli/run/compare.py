@@ -163,7 +163,7 @@ def show_verdict(result: ComparisonResult) -> None:
     counts = Counter(str(o) for o in result.outcomes.values())
     say(", ".join(f"{count} {outcome}" for outcome, count in counts.most_common()))
     for (scene, engine), outcome in result.outcomes.items():
-        if not outcome.ok:
+        if not outcome.ok or str(outcome) == "too_coarse":
             rows = result.metrics.query("scene == @scene and engine == @engine and outcome == @outcome.value")
             reasons = "; ".join(f"{r.quantity}: {r.reason}" for r in rows.itertuples())
             say(f"  {scene}  {engine}  {outcome}: {reasons}")

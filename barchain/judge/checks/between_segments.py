@@ -1,8 +1,9 @@
 """Checks of samples that no restart segment covers: reactions by the own state, increments of angles by the rates.
 
 Beyond the predictability limit of a long run the reference restarts from some samples only
-(`barchain.judge.checks.restart`). At samples in between two questions need no integration. Do the reactions belong to
-the engine's own state? Does each angle grow from one sample to the next as its rates say?
+(`barchain.judge.checks.restart`). At samples in between two questions hardly need integration. Do the reactions belong
+to the engine's own state? Does each angle grow from one sample to the next as its rates say? Where it seems not to, the
+reference restarts there too.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.engine import EngineError
-from barchain.judge.checks.restart import RTOL, RestartSegment, restarted_run
+from barchain.judge.checks.restart import RTOL, RestartSegment, compare_segment, restarted_run
 from barchain.metrics.quantities import differences
 from reports.tables.crossval import PARTED_RAD
 
@@ -88,31 +89,29 @@ def size(trajectory: Trajectory, name: str) -> float:
     return 0.0 if values is None else float(np.abs(values).max(initial=0.0))
 
 
-def increment_ratio(scene: Scene, trajectory: Trajectory, first: int) -> tuple[float, float]:
-    """Largest ratio of an angle's increment, less the integral of its rates, to its tolerance, and its instant, s.
+def doubtful_increments(scene: Scene, trajectory: Trajectory, first: int) -> NDArray[np.int_]:
+    """Samples before the intervals in which an angle grows otherwise than its rates say, (k,).
 
-    The trapezoidal rule is off by h³/12 times the rate's second derivative. Samples some tenths of a turn apart hardly
-    show that derivative. The tolerance is therefore the first and second differences of the rates next to the interval,
-    times h and :data:`UNDERSAMPLED`, and :data:`barchain.solutions.reference.PARTED_RAD`. The check detects jumps of an
-    angle, and angles that rest while their rates do not. Intervals with an impulse are left out.
+    The trapezoidal rule is off by h³/12 times the rate's second derivative, of which the first and second differences
+    of the rates next to the interval, times h and :data:`UNDERSAMPLED`, are an estimate, and
+    :data:`barchain.solutions.reference.PARTED_RAD` is allowed. Samples far apart beside the motion hardly show that
+    derivative: such intervals are not wrong, but in doubt. Intervals with an impulse are left out.
     """
     assert trajectory.angle_rad is not None
     assert trajectory.rate_rad_s is not None
     t, angle, rate = trajectory.t_s, trajectory.angle_rad, trajectory.rate_rad_s
     if len(t) < 3:
-        return 0.0, 0.0
+        return np.zeros(0, int)
     h = np.diff(t)[:, None]
     off = np.abs(np.diff(angle, axis=0) - 0.5 * h * (rate[1:] + rate[:-1]))
     bent = np.abs(np.diff(rate, 2, axis=0))
     bent = np.concatenate([bent[:1], np.maximum(bent[1:], bent[:-1]), bent[-1:]])
-    share = off / (PARTED_RAD + UNDERSAMPLED * h * (np.abs(np.diff(rate, axis=0)) + bent))
-    share = share.max(axis=1)
-    share[np.isnan(share)] = np.inf
-    share[:first] = 0.0
+    allowed = PARTED_RAD + UNDERSAMPLED * h * (np.abs(np.diff(rate, axis=0)) + bent)
+    doubted = ~np.all(off <= allowed, axis=1)
+    doubted[:first] = False
     for at in scene.effects.breaks_s:
-        share[(t[:-1] <= at) & (at <= t[1:])] = 0.0
-    k = int(np.argmax(share))
-    return float(share[k]), float(t[k + 1])
+        doubted[(t[:-1] <= at) & (at <= t[1:])] = False
+    return np.flatnonzero(doubted)
 
 
 def fault_between_segments(
@@ -122,11 +121,14 @@ def fault_between_segments(
 
     `extra` is that of :func:`own_state_ratios`.
     """
-    used, when = increment_ratio(errors.scene, trajectory, first)
-    if used > 1.0:
-        said = f"an angle's increment up to t = {when:.6g} s differs from its rates by {used:.3g} times the tolerance"
-        return "attitude", used, said
     try:
+        for k in doubtful_increments(errors.scene, trajectory, first):
+            increment = compare_segment(errors, trajectory, int(k), int(k) + 1)
+            if not increment.right:
+                used = float((increment.difference["attitude"] / increment.allowed["attitude"])[-1])
+                when = trajectory.t_s[k + 1]
+                said = f"an angle grows up to t = {when:.6g} s otherwise than its rates say, {used:.3g} times the bound"
+                return "attitude", used, said
         worst = own_state_ratios(errors, trajectory, found, first, extra)
     except (EngineError, ArithmeticError) as error:
         return "reaction", np.inf, f"no accelerations belong to the engine's own state: {error}"

@@ -23,9 +23,17 @@ from adapters.registry import COMPILED, ENGINES
 from barchain.judge.declared_noise import MAX_ATTITUDE_NOISE_RAD, noise
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.error_units import NORM_SLACK
+from barchain.judge.local_errors import MACHINE_EPSILON
 from barchain.metrics.quantities import differences
 from barchain.metrics.rates import own_rate
-from barchain.solutions.reference import TRACK, ReferenceSolution, densely_sampled, perturbation_directions, sensitivity
+from barchain.solutions.reference import (
+    SOLUTION_RTOL,
+    TRACK,
+    ReferenceSolution,
+    densely_sampled,
+    perturbation_directions,
+    sensitivity,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -39,10 +47,14 @@ RTOL = 1e-7
 segment are far coarser"""
 TIGHTER = 0.1
 """Requested accuracy of a restart relative to that of an engine that chooses its steps"""
-PERTURBED_RTOL = 1e-6
-"""Requested accuracy of the perturbed run, of which only the distance is used, to some per cent"""
-RESTART_PERTURBATION_RAD = 3e-5
-"""Perturbation of the perturbed run: thirty times the errors of its steps, yet linear until 3e3 times larger"""
+PERTURBATION_RAD = (1e-10, 3e-5)
+"""Least and largest perturbation of a restart's perturbed run. In between it is the engine's own error before
+amplification: a larger one leaves the linear range while the engine can still be compared. The least is that of the
+judging solution: below it the run shows its own errors"""
+PERTURBED_SHARE = 1.0 / 30.0
+"""Requested accuracy of the perturbed run relative to its perturbation: only the distance is used, to some per cent"""
+LINEAR_RAD = 0.1
+"""Distance of the perturbed run up to which it measures an amplification; the segment ends there"""
 LOOK_AHEAD = 1.2
 """Samples that the reference computes ahead, relative to the length of the segment before"""
 FIRST_SEGMENT_SHARE = 0.2
@@ -167,7 +179,8 @@ def compare_segment(errors: ErrorModel, trajectory: Trajectory, first: int, last
     """Compare samples `first` to `last` of a run, as far as they can be predicted from the first."""
     setting = errors.setting
     rtol = min(RTOL, TIGHTER * setting.value) if setting.parameter is AccuracyParameter.RTOL else RTOL
-    restarted = restarted_solution(errors.solution, trajectory, first, last, rtol)
+    aside_rad = float(np.clip(error_before_amplification_rad(errors), *PERTURBATION_RAD))
+    restarted = restarted_solution(errors.solution, trajectory, first, last, max(rtol, SOLUTION_RTOL), aside_rad)
     model = RestartErrorModel(errors, restarted, trajectory, first)
     n = int(np.count_nonzero(model.t_s <= model.limit_s))
     rows = trajectory.samples(slice(first, last + 1))
@@ -180,8 +193,17 @@ def compare_segment(errors: ErrorModel, trajectory: Trajectory, first: int, last
     )
 
 
+def error_before_amplification_rad(errors: ErrorModel) -> float:
+    """Expected error of the attitude at the predictability limit over its amplification until then, rad."""
+    last = int(np.count_nonzero(errors.t_s <= errors.limit_s)) - 1
+    return float(errors.attitude_rad[last] / errors.amplification[last])
+
+
 class RestartErrorModel(ErrorModel):
     """Error model of a segment: its initial state is an engine's sample, which errors of reading are in.
+
+    A sample is stored in double precision, whatever the engine's own: its angles are rounded, and its instant, in which
+    the bars turn.
 
     A value read from a step may belong to the motion before the first sample, such as the end of a manoeuvre, and its
     ringing lasts where the method damps nothing. In scenes with such instants, the errors of reading of the whole run
@@ -213,7 +235,15 @@ class RestartErrorModel(ErrorModel):
         reading = float(self.local.immediate["rate"][0])
         if during_manoeuvre(self.scene, self.run.t_s, self.first):
             reading = max(reading, self.before.get("rate", 0.0))
-        return reading / own_rate(self.scene) + declared_noise_rad(self.whole, self.first)
+        return reading / own_rate(self.scene) + declared_noise_rad(self.whole, self.first) + self.stored_rad
+
+    @property
+    def stored_rad(self) -> float:
+        """Rounding of the first sample as an angle, rad: a unit in the last place of the angles and of the instant."""
+        assert self.run.angle_rad is not None
+        assert self.run.rate_rad_s is not None
+        turned = np.abs(self.run.rate_rad_s[self.first]).max() * self.run.t_s[self.first]
+        return MACHINE_EPSILON * float(np.abs(self.run.angle_rad[self.first]).max() + turned)
 
     def allowed(self, quantity: str) -> Array:
         """Bound of a difference from the restarted reference, (m,), in the quantity's unit."""
@@ -256,22 +286,26 @@ def declared_noise_rad(errors: ErrorModel, first: int) -> float:
 
 
 def restarted_solution(
-    solution: ReferenceSolution, trajectory: Trajectory, first: int, last: int, rtol: float
+    solution: ReferenceSolution, trajectory: Trajectory, first: int, last: int, rtol: float, aside_rad: float
 ) -> ReferenceSolution:
-    """Reference solution from a sample of a run on, with error amplification, derivatives and its own error."""
+    """Reference solution from a sample of a run on, with error amplification, derivatives and its own error.
+
+    The amplification is that of a perturbation by `aside_rad`, up to :data:`LINEAR_RAD`.
+    """
     scene = solution.scene
     between = max(1, (densely_sampled(scene).run.samples - 1) // (scene.run.samples - 1))
     times = trajectory.t_s[first : last + 1]
     closely = np.interp(np.arange((len(times) - 1) * between + 1) / between, np.arange(len(times)), times)
     closely[::between] = times
     fine = restarted_run(scene, trajectory, first, closely, rtol, 0.0)
-    aside = restarted_run(scene, trajectory, first, times, max(rtol, PERTURBED_RTOL), RESTART_PERTURBATION_RAD)
+    aside = restarted_run(scene, trajectory, first, times, max(rtol, PERTURBED_SHARE * aside_rad), aside_rad)
     main = fine.samples(slice(None, None, between))
     parted = differences(main, aside)
     n = min(len(main.t_s), len(aside.t_s))
     attitude = np.maximum.accumulate(parted["attitude"])[:n]
+    linear = max(int(np.count_nonzero(attitude <= LINEAR_RAD)), 1)
     response = sensitivity(parted, n, 0.0) | {name: np.zeros(n) for name in TRACK}
-    made = ReferenceSolution(scene, main, fine, {}, attitude / attitude[0], response, float(main.t_s[n - 1]))
+    made = ReferenceSolution(scene, main, fine, {}, attitude / attitude[0], response, float(main.t_s[linear - 1]))
     own = ErrorModel(Reference, Setting(AccuracyParameter.RTOL, rtol), made, main)
     return dataclasses.replace(made, error=own.bound)
 

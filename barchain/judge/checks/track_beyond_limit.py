@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
 
-from adapters.common.initial_state import chain_model
 from barchain.judge.local_errors import kepler_growth, orbit_rate_bound
 from barchain.metrics.model_difference import SECOND_MOMENT_ACCELERATION, displacement_bound
 from scenarios import Axes, Gravity
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from adapters.trajectory import Array
     from barchain.solutions.reference import ReferenceSolution
-    from scenarios import Scene, Thrust
+    from scenarios import Scene
 
 EITHER_WAY = 2.0
 """Factor of two parted attitudes, which may accelerate the track in opposite directions"""
@@ -30,8 +25,10 @@ def parted_track_bound(solution: ReferenceSolution, t_s: Array, limit_s: float) 
     """Largest effect on the track of attitudes that part at the limit, (n,): ``com`` (m), ``com_velocity`` (m/s).
 
     The pull on a chain differs from that on a particle by mu I/(M r⁴) at most. Forces that depend on the attitude
-    differ by their whole strength: drag and sunlight from the limit on, thrusts and impulses in the axes of bars while
-    they act. Those of fixed direction move the track alike at any attitude.
+    differ by their whole strength along the orbit: drag and sunlight from the limit on, thrusts and impulses in the
+    axes of bars while they act. Those of fixed direction move the track alike at any attitude.
+
+    A difference of accelerations a(s) displaces by the integral of a(s) times :func:`reach_s` of t - s.
     """
     scene = solution.scene
     since = np.maximum(t_s - limit_s, 0.0)
@@ -42,42 +39,62 @@ def parted_track_bound(solution: ReferenceSolution, t_s: Array, limit_s: float) 
     if scene.effects.gravity is not Gravity.NONE and scene.bound:
         for name, moved in displacement_bound(scene, since, EITHER_WAY * SECOND_MOMENT_ACCELERATION).items():
             found[name] = np.where(since > 0.0, moved, 0.0)
+    at_s, gained = velocity_steps(solution, limit_s)
+    if not gained.any():
+        return found
     rate = orbit_rate_bound(scene, solution.trajectory)
-    for gained, since_start in velocity_gains(scene, t_s, limit_s):
-        moved, faster = reach_s(scene, since_start), growth_of_velocity(scene, since_start)
-        found["com"] += EITHER_WAY * gained * moved
-        found["com_velocity"] += EITHER_WAY * gained * (faster + rate * moved)
+    for k in np.flatnonzero(since):
+        earlier = at_s < t_s[k]
+        elapsed = t_s[k] - at_s[earlier]
+        moved_m = float(gained[earlier] @ reach_s(scene, elapsed))
+        found["com"][k] += moved_m
+        found["com_velocity"][k] += float(gained[earlier] @ growth_of_velocity(scene, elapsed)) + rate * moved_m
     return found
 
 
-def velocity_gains(scene: Scene, t_s: Array, limit_s: float) -> Iterator[tuple[Array, Array]]:
-    """Velocity that forces of unknown direction have given by each sample, (n,) m/s, and the time since they began.
+def velocity_steps(solution: ReferenceSolution, limit_s: float) -> tuple[Array, Array]:
+    """Instants from the limit on, (m,) s, and largest differences of velocity that attitudes make in each, (m,) m/s.
 
-    The whole velocity counts from the beginning: a steady acceleration displaces by half as much.
+    The velocity gained in an interval counts from its beginning.
     """
-    since, mass = np.maximum(t_s - limit_s, 0.0), scene.mass_kg
-    steady = dataclasses.replace(scene, effects=dataclasses.replace(scene.effects, thrust=(), impulse=()))
-    model = chain_model(steady)
-    push = sum(effect.largest_acceleration_m_s2(model) for effect in model.effects)
-    yield push * since, since
-    for thrust in scene.effects.thrust:
-        if thrust.axes is Axes.BODY:
-            start = max(limit_s, thrust.times_s[0])
-            yield momentum_N_s(thrust, t_s, start) / mass, np.maximum(t_s - start, 0.0)
-    for impulse in scene.effects.impulse:
-        if impulse.axes is Axes.BODY and impulse.at_s >= limit_s:
-            after = t_s >= impulse.at_s
-            yield np.where(after, abs(impulse.impulse_N_s) / mass, 0.0), np.where(after, t_s - impulse.at_s, 0.0)
+    scene, fine = solution.scene, solution.fine
+    pushes = [thrust for thrust in scene.effects.thrust if thrust.axes is Axes.BODY]
+    knots = [t for thrust in pushes for t in thrust.times_s]
+    at_s: Array = np.unique([limit_s, *fine.t_s[fine.t_s > limit_s], *(t for t in knots if t > limit_s)])
+    interval_s, middle_s = np.diff(at_s), 0.5 * (at_s[:-1] + at_s[1:])
+    strength = face_acceleration_m_s2(solution, middle_s)
+    for thrust in pushes:  # linear inside an interval, so that its middle has its mean
+        strength += EITHER_WAY * np.array([abs(thrust.size_N(t)) for t in middle_s]) / scene.mass_kg
+    struck = [push for push in scene.effects.impulse if push.axes is Axes.BODY and push.at_s >= limit_s]
+    steps = [EITHER_WAY * abs(push.impulse_N_s) / scene.mass_kg for push in struck]
+    return np.append(at_s[:-1], [push.at_s for push in struck]), np.append(interval_s * strength, steps)
 
 
-def momentum_N_s(thrust: Thrust, t_s: Array, start_s: float) -> Array:
-    """Largest momentum that a thrust gives from an instant on, (n,): the integral of its size, by trapezoids."""
-    inside = t_s[(t_s > start_s) & (t_s < thrust.times_s[-1])]
-    knots: Array = np.unique([start_s, *inside, *(t for t in thrust.times_s if t > start_s)])
-    sizes: Array = np.array([abs(thrust.size_N(t)) for t in knots])
-    total: Array = cumulative_trapezoid(sizes, knots, initial=0)
-    gained: Array = np.interp(t_s, knots, total)
-    return gained
+def face_acceleration_m_s2(solution: ReferenceSolution, t_s: Array) -> Array:
+    """Largest difference of the accelerations by drag and sunlight at any two attitudes, (m,) m/s².
+
+    A flat bar's force at all its attitudes lies on a closed curve through zero, whose diameter is the force on the bar
+    face on: drag times the larger coefficient, light times 1 + reflectivity. Air counts at the chain's lowest end, and
+    the ends' own speed adds to the wind.
+    """
+    scene, fine = solution.scene, solution.fine
+    drag, light = scene.effects.drag, scene.effects.solar_pressure
+    force = np.zeros(len(t_s))
+    if light:
+        area = float(np.dot(light.width_m, scene.chain.length_m))
+        force += light.pressure_Pa * (1.0 + light.reflectivity) * area
+    if drag:
+        area = float(np.dot(drag.width_m, scene.chain.length_m))
+        turned = drag.rotation_rad_s * np.stack([-fine.com_m[:, 1], fine.com_m[:, 0]], axis=1)
+        spin = 0.0 if fine.rate_rad_s is None else float(np.abs(fine.rate_rad_s).max())
+        reach_m = scene.size_m
+        wind = np.linalg.norm(fine.com_velocity_m_s - turned, axis=1) + (spin + abs(drag.rotation_rad_s)) * reach_m
+        height = np.linalg.norm(fine.com_m, axis=1) - reach_m - scene.central_body.radius_m - drag.altitude_m
+        density = drag.density_kg_m3 * np.exp(-height / drag.scale_height_m)
+        coefficient = max(drag.normal_coefficient, drag.tangential_coefficient)
+        force += np.interp(t_s, fine.t_s, 0.5 * density * coefficient * area * wind**2)
+    found: Array = force / scene.mass_kg
+    return found
 
 
 def reach_s(scene: Scene, since_s: Array) -> Array:

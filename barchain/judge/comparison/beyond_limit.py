@@ -82,15 +82,15 @@ class BeyondLimit(Residuals):
         return [self.row(quantity, "own_state_ratio", used, 1.0, outcome, reason)]
 
     def unpredictable_segment_rows(self, found: list[RestartSegment]) -> list[Row]:
-        """Row of a fault if most segments could predict no sample: the values then say nothing of the motion."""
+        """Row of a setting that is too coarse, if most segments could predict no sample."""
         empty = sum(s.empty for s in found)
         if not found or empty <= MAX_EMPTY_SHARE * len(found):
             return []
         said = (
             f"beyond the predictability limit, {self.limit_s:.4g} s, in {empty} of {len(found)} segments the "
-            "next sample can't be predicted: the rates are too uncertain"
+            f"next sample can't be predicted: the rates are too uncertain at {self.setting}"
         )
-        return [self.row("run", "outcome", None, None, Outcome.NOTHING_COMPARED, said)]
+        return [self.row("run", "outcome", None, None, Outcome.TOO_COARSE, said)]
 
     def energy_row(self) -> Row:
         """Row of the kinetic energy about the centre of mass, relative to its largest possible value."""

@@ -170,7 +170,7 @@ class Comparison(BeyondLimit):
             f"the next sample is beyond the predictability limit at {self.setting}: the expected-error bound of the "
             f"attitude reaches {PARTED_RAD:g} rad before t = {self.t[1]:.4g} s"
         )
-        return self.row("run", "outcome", None, None, Outcome.NOTHING_COMPARED, reason)
+        return self.row("run", "outcome", None, None, Outcome.TOO_COARSE, reason)
 
     def malformed(self) -> Row | None:
         """Row of a fault if values have a form that no integration gives them."""
@@ -251,8 +251,8 @@ class Comparison(BeyondLimit):
         share = float(np.count_nonzero(judged[1:]) / last)
         if share >= MIN_JUDGED_SHARE or any(not Outcome(r["outcome"]).ok for r in rows):
             return self.row("run", "judged_share", share, MIN_JUDGED_SHARE, Outcome.REPORTED)
-        reason = f"{share:.0%} of the run could be judged, required: {MIN_JUDGED_SHARE:.0%}"
-        return self.row("run", "judged_share", share, MIN_JUDGED_SHARE, Outcome.NOTHING_COMPARED, reason)
+        reason = f"{share:.0%} of the run can be judged at {self.setting}, required: {MIN_JUDGED_SHARE:.0%}"
+        return self.row("run", "judged_share", share, MIN_JUDGED_SHARE, Outcome.TOO_COARSE, reason)
 
     def extrapolation_rows(self) -> list[Row]:
         """Rows of errors that fall less than the method's order says (`barchain.judge.checks.extrapolation`)."""

@@ -169,9 +169,11 @@ TOLERANCES = (
         "test_the_chains_centre_of_mass_leaves_keplers_orbit_as_the_square_of_its_length",
     ),
     Tolerance(
-        "com", "parted attitudes", "2 dv (3 t + 8/n)",
-        "beyond the predictability limit forces that depend on the attitude have any direction: their velocity dv "
-        "moves the track by 3 t dv along the orbit and 8 dv/n beside it (Hill), (1 + e)/(1 - e) times that on ellipses",
+        "com", "parted attitudes", "the integral of a(s) (3 (t - s) + 8/n) ds",
+        "beyond the predictability limit accelerations that depend on the attitude differ by their whole strength a(s) "
+        "along the orbit: drag and light by the force face on, thrusts in a bar's axes by twice their own. A velocity "
+        "step dv moves the track by 3 t dv along the orbit and 8 dv/n beside it (Hill), (1 + e)/(1 - e) times that on "
+        "ellipses",
         "test_opposite_thrusts_move_the_track_by_less_than_the_bound_and_not_by_far_less",
     ),
     Tolerance(
@@ -259,7 +261,7 @@ SAFEGUARDS = (
     ),
     Safeguard(
         "declared noise of rates, in restarts",
-        f"counts up to {plain(MAX_ATTITUDE_NOISE_RAD)} rad; a run is rejected if more than {MAX_EMPTY_SHARE:.0%} of "
+        f"counts up to {plain(MAX_ATTITUDE_NOISE_RAD)} rad; a setting is `too_coarse` if more than {MAX_EMPTY_SHARE:.0%} of "
         "its segments can predict nothing",
         "rate noise just below the believed size",
         "test_declared_noise_of_rates_does_not_switch_off_restarts",

@@ -75,7 +75,7 @@ def readings(verdict: Verdict) -> tuple[Reading, ...]:
 def reading(row: Row) -> Reading | None:
     """Result of one row; None of rows that do not judge."""
     outcome = Outcome(row["outcome"])
-    killed = not outcome.ok
+    killed = not outcome.ok or outcome is Outcome.TOO_COARSE
     if row["metric"] == "outcome":
         return Reading(row["quantity"], str(outcome), np.inf if killed else 0.0, killed, row["reason"])
     if row["metric"] not in CHECKS or row["value"] is None:

@@ -142,7 +142,7 @@ def counts_against(row: Row, engine_runs: EngineRuns) -> bool:
     Settings that part early count only where the reference solution's own predictability limit is later.
     """
     outcome = Outcome(row["outcome"])
-    if outcome is Outcome.NOTHING_COMPARED:
+    if outcome is Outcome.TOO_COARSE:
         return engine_runs.solution is not None and row["limit_s"] <= MIN_JUDGED_SHARE * engine_runs.solution.limit_s
     return not outcome.ok
 

@@ -12,7 +12,6 @@ from reports.plotting.palette import COLOURS, Pen
 from reports.plotting.panels import Legend, Panel
 from reports.plotting.series import decade_range
 from reports.plotting.svg import TEXT_SIZE, figure, inline
-from reports.tables.outcome import Outcome
 from reports.text.numerals import power_of_ten
 
 if TYPE_CHECKING:
@@ -92,7 +91,7 @@ def laid_out(
 
 def engine_marks(engine: str, pen: Pen, height: float, cells: Sequence[RunCell]) -> EngineMarks:
     """Marks of one engine from its cells."""
-    judged = [c for c in cells if c.outcome not in (Outcome.REPORTED, Outcome.UNSUPPORTED)]
+    judged = [c for c in cells if c.outcome.judged]
     passed = [c for c in judged if c.outcome.ok]
     count = f"{len(passed)} of {len(judged)}" if judged else ""
     failed = [c for c in judged if not c.outcome.ok]

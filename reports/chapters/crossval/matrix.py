@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from reports.tables.cost import INDEPENDENT, KINDS, OWN_EQUATIONS
-from reports.tables.outcome import Outcome
 from reports.text.numerals import significant
 
 if TYPE_CHECKING:
@@ -51,9 +50,7 @@ def engine_groups(summary: Summary) -> list[EngineGroup]:
 
 def engine_group(summary: Summary, key: str, heading: str, engines: tuple[str, ...], *, foldable: bool) -> EngineGroup:
     """Group of some engines; one with a failure is never folded at first."""
-    judged = [
-        c for c in summary.all if c.engine in engines and c.outcome not in (Outcome.REPORTED, Outcome.UNSUPPORTED)
-    ]
+    judged = [c for c in summary.all if c.engine in engines and c.outcome.judged]
     failed = sum(not c.outcome.ok for c in judged)
     return EngineGroup(key, heading, engines, len(judged) - failed, len(judged), bool(failed) or not foldable)
 

@@ -41,6 +41,7 @@ SYMBOLS = {
     Outcome.ROUNDOFF_LIMITED: "≈",
     Outcome.INCONSISTENT: "≠",
     Outcome.EXCEEDS_BOUND: "▲",
+    Outcome.TOO_COARSE: "◌",
     Outcome.NOTHING_COMPARED: "○",
     Outcome.MALFORMED: "#",
     Outcome.INCOMPLETE: "◐",
@@ -168,7 +169,7 @@ def kind(outcome: Outcome) -> str:
     """Class of an outcome's colour."""
     if outcome is Outcome.PASS:
         return "pass"
-    if outcome in (Outcome.REPORTED, Outcome.UNSUPPORTED, Outcome.ROUNDOFF_LIMITED):
+    if outcome in (Outcome.REPORTED, Outcome.UNSUPPORTED, Outcome.ROUNDOFF_LIMITED, Outcome.TOO_COARSE):
         return "aside"
     if outcome in (Outcome.MISSING, Outcome.NOTHING_COMPARED, Outcome.TIMED_OUT, Outcome.INCOMPLETE):
         return "gone"

@@ -79,7 +79,7 @@ def listed(scenes: list[str]) -> str:
 
 def headline(summary: Summary, failed: tuple[RunCell, ...], gaps: list[str]) -> str:
     """Verdict in one line, from failed comparisons and from clauses on other gaps."""
-    judged = [c for c in summary.all if c.outcome not in (Outcome.REPORTED, Outcome.UNSUPPORTED)]
+    judged = [c for c in summary.all if c.outcome.judged]
     unsolved = unsolved_words(summary)
     if not judged:
         return f"{unsolved[0].upper()}{unsolved[1:]}." if unsolved else "Nothing was compared."
@@ -103,6 +103,8 @@ def counts(summary: Summary, failures: tuple[RunCell, ...]) -> str:
         f"{len(failures)} failed",
         f"{len(left_out)} {be(left_out)} unsupported",
     ]
+    coarse = summary.with_outcome(Outcome.TOO_COARSE)
+    parts += [f"{len(coarse)} too coarse to be judged"] if coarse else []
     parts += [f"{len(reported)} {be(reported)} reported without a criterion"] if reported else []
     not_run = cells - len(summary.all)
     parts += [f"{not_run} {'was' if not_run == 1 else 'were'} not run"] if not_run else []

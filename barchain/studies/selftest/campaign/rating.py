@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 DETECTION_LIMIT = "detection_limit"
 UNRUN = (Outcome.FAILED, Outcome.TIMED_OUT, Outcome.MISSING)
 """Outcomes of a run that say nothing of a fault in it"""
+UNJUDGED = (Outcome.UNSUPPORTED, Outcome.TOO_COARSE)
+"""Outcomes that are neither a pass nor a rejection"""
 
 
 class Judged(NamedTuple):
@@ -87,7 +89,7 @@ def unmodified_cell(case: CampaignCase, verdict: Verdict) -> CampaignCell:
         return rejected(case, verdict, CellClass.LATE)
     if not outcome.ok:
         return rejected(case, verdict, CellClass.FALSE_ALARM)
-    kinds = {Outcome.UNSUPPORTED: CellClass.UNSUPPORTED, Outcome.ROUNDOFF_LIMITED: CellClass.LIMITED}
+    kinds = dict.fromkeys(UNJUDGED, CellClass.UNSUPPORTED) | {Outcome.ROUNDOFF_LIMITED: CellClass.LIMITED}
     kind = kinds.get(outcome, CellClass.PASS)
     said = next((row["reason"] for row in verdict.rows if row["outcome"] == outcome), "")
     return new_cell(case, kind, outcome=str(outcome), reason="" if kind is CellClass.PASS else said)
@@ -97,7 +99,7 @@ def fault_cell(case: CampaignCase, results: dict[Role, RunResult], verdict: Verd
     """Cell of a fault: detected, or smaller or larger than the stated detection limit."""
     whole, compared = (fault_sizes(case, results, to_limit=inside) for inside in (False, True))
     limited = verdict.outcome is Outcome.ROUNDOFF_LIMITED and case.passes
-    if limited or not verdict.outcome.ok or verdict.outcome is Outcome.UNSUPPORTED:  # none of these is a pass
+    if limited or not verdict.outcome.ok or verdict.outcome in UNJUDGED:  # none of these is a pass
         return rejected(case, verdict, CellClass.CAUGHT, whole)
     limits = stated(case.limits, limits_of(verdict))
     quantity, excess = worst(limits, compared)
