@@ -48,7 +48,8 @@ class ComparisonResult:
 
         - ``scene``, ``engine``, ``setting``: names of the run; in parentheses for several engines or scenes together;
         - ``quantity``: ``attitude``, ``rate``, ``reaction``, ``com``, ``com_velocity``, ``gap``, ``com_residual``,
-          ``torque``, ``impulse``, ``energy``, ``angular_momentum``, ``relative_energy``, or ``run`` for the
+          ``torque``, ``impulse``, ``energy``, ``angular_momentum``, their balances ``energy_about_com`` and
+          ``angular_momentum_about_com``, ``relative_energy``, or ``run`` for the
           whole run;
         - ``metric``: ``max``, ``rms``, ``final`` and ``first_orbit_max`` of the difference from the judging solution;
           ``drift``; ``normalised_error``, ``bound_ratio``, ``detection_limit``, and further ones;

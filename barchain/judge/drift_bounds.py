@@ -35,10 +35,13 @@ if TYPE_CHECKING:
 
 QUADRATIC = 4.0
 """Energy and angular momentum are of second degree in two kinds of variables: rates (angles) and track"""
+WHOLE = ("energy", "angular_momentum")
+ABOUT_COM = tuple(f"{name}_about_com" for name in WHOLE)
+"""Balances about the centre of mass: the rates of the bars are all that there is"""
 
 
 def drift_bounds(model: ErrorModel, main: Drifts, finer: Drifts) -> dict[str, Array]:
-    """Bound of each drift, (n,): ``gap``, ``com_residual`` (m), ``energy``, ``angular_momentum`` (1).
+    """Bound of each drift, (n,): ``gap``, ``com_residual`` (m), those of :data:`WHOLE` and :data:`ABOUT_COM` (1).
 
     Parameters
     ----------
@@ -56,7 +59,7 @@ def drift_bounds(model: ErrorModel, main: Drifts, finer: Drifts) -> dict[str, Ar
 
 
 def invariant_bounds(model: ErrorModel, main: Drifts, finer: Drifts) -> dict[str, Array]:
-    """Bounds of ``energy`` and ``angular_momentum``, (n,), relative: the smaller of promised and explained drift.
+    """Bounds of :data:`WHOLE` and :data:`ABOUT_COM`, (n,), relative: the smaller of promised and explained drift.
 
     Promised drift: energy is quadratic in rates and track, angular momentum bilinear. Their relative error is at most
     four times that of their factors, N bars each. The track counts only where a force acts.
@@ -64,35 +67,35 @@ def invariant_bounds(model: ErrorModel, main: Drifts, finer: Drifts) -> dict[str
     it, beside round-off. Neither a loosened tolerance nor different physics at both settings is inside the smaller one.
     """
     scene, solution, n, bound = model.scene, model.solution, model.n, model.bound
-    names = [name for name in ("energy", "angular_momentum") if name in main and name in finer]
+    names = [name for name in (*WHOLE, *ABOUT_COM) if name in main and name in finer]
     if not names:
         return {}
     track = np.zeros(n) if conserved(scene).relative else bound["com"] / scene.radius0_m
-    relative = inner_share(solution) * scene.bars * (bound["rate"] / fastest(solution) + bound["attitude"])
-    promised = QUADRATIC * (relative + track)
-    floor = invariant_floor(model)
+    relative = scene.bars * (bound["rate"] / fastest(solution) + bound["attitude"])
     found: dict[str, Array] = {}
     for name in names:
         k = min(n, len(finer[name]))
+        share = inner_share(solution, name)
+        promised = QUADRATIC * (share * relative + (0.0 if name in ABOUT_COM else track))
         change = np.maximum.accumulate(np.abs(main[name][:k] - finer[name][:k]))
-        found[name] = np.minimum(promised[:k], RICHARDSON * change + floor[:k])
+        found[name] = np.minimum(promised[:k], RICHARDSON * change + invariant_floor(model, name)[:k])
     return found
 
 
-def invariant_floor(model: ErrorModel) -> Array:
+def invariant_floor(model: ErrorModel, name: str) -> Array:
     """Relative error of an invariant by round-off and the engine's noise, (n,): a random walk, not amplified."""
     scene, setting = model.scene, model.setting
     requested = NORM_SLACK * setting.value if setting.parameter is AccuracyParameter.RTOL else 0.0
-    found: Array = QUADRATIC * scene.bars * (invariant_walk(model) + requested)
+    found: Array = QUADRATIC * scene.bars * (invariant_walk(model, name) + requested)
     return found
 
 
-def invariant_walk(model: ErrorModel) -> Array:
+def invariant_walk(model: ErrorModel, name: str) -> Array:
     """Random walk of the roundings and the engine's noise in a factor of an invariant, (n,), relative."""
     scene, solution = model.scene, model.solution
     steps = np.sqrt(model.steps_taken(model.t_s))
     unit = model.roundoff_rad * orbit_scale(scene) * ROUNDINGS + model.noise.get("rate", 0.0)
-    found: Array = (inner_share(solution) * unit / fastest(solution) + ROUNDINGS * MACHINE_EPSILON) * steps
+    found: Array = (inner_share(solution, name) * unit / fastest(solution) + ROUNDINGS * MACHINE_EPSILON) * steps
     return found
 
 
@@ -103,20 +106,21 @@ def drift_rounding(model: ErrorModel) -> dict[str, float]:
     """
     grown = np.sqrt(model.steps_taken(model.t_s)) * kepler_growth(model.scene, model.t_s - model.t_s[0])
     places = MACHINE_EPSILON * ROUNDINGS * model.place_m * (model.scene.bars + float(np.max(grown)))
-    invariants = QUADRATIC * model.scene.bars * float(np.max(invariant_walk(model)))
     noise = float(np.max(model.noise.get("gap", 0.0)))
-    found = dict.fromkeys(("energy", "angular_momentum"), invariants)
+    found = {
+        name: QUADRATIC * model.scene.bars * float(np.max(invariant_walk(model, name))) for name in (*WHOLE, *ABOUT_COM)
+    }
     return found | {"gap": places + noise, "com_residual": places}
 
 
-def inner_share(solution: ReferenceSolution) -> float:
-    """Largest share of the kinetic energy in the motion about the centre of mass, relative to the whole: (L w / v)².
+def inner_share(solution: ReferenceSolution, name: str) -> float:
+    """Largest share of an invariant in the motion about the centre of mass, relative to the whole: (L w / v)².
 
-    It is 1 where the centre of mass never moves.
+    It is 1 of balances about the centre of mass, and where the centre of mass never moves.
     """
     scene = solution.scene
     speed = float(np.linalg.norm(solution.trajectory.com_velocity_m_s, axis=-1).max())
-    if conserved(scene).relative or speed == 0.0:
+    if name in ABOUT_COM or conserved(scene).relative or speed == 0.0:
         return 1.0
     return float(min(1.0, (scene.size_m * fastest(solution) / speed) ** 2))
 

@@ -31,7 +31,7 @@ def scales(solution: ReferenceSolution) -> dict[str, float]:
         "gap": min(scene.chain.length_m),
         "com_residual": min(scene.chain.length_m),
     }
-    return found | {"energy": 1.0, "angular_momentum": 1.0}
+    return found | dict.fromkeys(("energy", "angular_momentum", "energy_about_com", "angular_momentum_about_com"), 1.0)
 
 
 def inertia_force_N(scene: Scene) -> float:

@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.common.initial_state import chain_model
+from barchain.metrics.balance import balanced, imbalance
 from barchain.metrics.joint_gaps import measured
 from reference_impl.model import invariants
 from scenarios import Actuator, Gravity
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
+    from reference_impl.model.chain import ChainModel
     from scenarios import Scene
 
 
@@ -79,6 +81,8 @@ def conserved(scene: Scene) -> Conserved:
 def drifts(scene: Scene, trajectory: Trajectory) -> dict[str, Array]:
     """Drifts of constraints and invariants, (n,): ``gap``, ``com_residual`` (m), ``energy``, ``angular_momentum`` (1).
 
+    Where gravity acts, ``energy_about_com`` and ``angular_momentum_about_com`` (1) are balances
+    (:mod:`barchain.metrics.balance`).
     Energy and angular momentum are computed from the centre of mass and the attitude, alike for every engine. Their
     changes are divided by the largest kinetic part of the run: a fall from rest has none at first.
     Gaps and the centre-of-mass residual follow from the bars' places; without places they are as reported.
@@ -96,7 +100,22 @@ def drifts(scene: Scene, trajectory: Trajectory) -> dict[str, Array]:
         found["energy"] = energy_drift(scene, trajectory, keeps.relative)
     if keeps.angular_momentum:
         found["angular_momentum"] = angular_momentum_drift(scene, trajectory, keeps.relative)
-    return found
+    return found | (balance_drifts(scene, trajectory) if balanced(scene) else {})
+
+
+def balance_drifts(scene: Scene, trajectory: Trajectory) -> dict[str, Array]:
+    """Changes about the centre of mass that gravity does not explain, over the largest values of the run, (n,)."""
+    assert trajectory.angle_rad is not None
+    assert trajectory.rate_rad_s is not None
+    model, slowest = chain_model(scene), slowest_rate(scene)
+    inertia = float(model.inertia_kg_m2.sum())
+    sizes = {
+        "energy_about_com": invariants.relative_kinetic_energy(model, trajectory.angle_rad, trajectory.rate_rad_s),
+        "angular_momentum_about_com": spin_size(model, trajectory),
+    }
+    least = {"energy_about_com": 0.5 * inertia * slowest**2, "angular_momentum_about_com": inertia * slowest}
+    left = imbalance(scene, trajectory)
+    return {name: values / max(float(np.max(sizes[name])), least[name]) for name, values in left.items()}
 
 
 def energy_drift(scene: Scene, trajectory: Trajectory, relative: bool) -> Array:
@@ -133,9 +152,18 @@ def angular_momentum_drift(scene: Scene, trajectory: Trajectory, relative: bool)
     assert trajectory.rate_rad_s is not None
     model = chain_model(scene)
     momentum = invariants.relative_angular_momentum(model, trajectory.angle_rad, trajectory.rate_rad_s)
-    size = np.abs(trajectory.rate_rad_s) @ model.inertia_kg_m2 + np.abs(momentum)
+    size = spin_size(model, trajectory)
     if not relative:
         momentum = momentum + invariants.com_angular_momentum(model, trajectory.com_m, trajectory.com_velocity_m_s)
         speed, distance = (np.linalg.norm(v, axis=-1) for v in (trajectory.com_velocity_m_s, trajectory.com_m))
         size = size + scene.mass_kg * speed * distance
     return from_first(momentum, size, float(model.inertia_kg_m2.sum()) * slowest_rate(scene))
+
+
+def spin_size(model: ChainModel, trajectory: Trajectory) -> Array:
+    """Size of the angular momentum about the centre of mass, (n,), N m s; no less than the bars' own, of any sign."""
+    assert trajectory.angle_rad is not None
+    assert trajectory.rate_rad_s is not None
+    momentum = invariants.relative_angular_momentum(model, trajectory.angle_rad, trajectory.rate_rad_s)
+    size: Array = np.abs(trajectory.rate_rad_s) @ model.inertia_kg_m2 + np.abs(momentum)
+    return size

@@ -63,6 +63,8 @@ QUANTITY_UNITS = {
     "com_residual": "m",
     "energy": "1",
     "angular_momentum": "1",
+    "energy_about_com": "1",
+    "angular_momentum_about_com": "1",
     "relative_energy": "1",
     "run": "",
 }

@@ -68,6 +68,8 @@ def test_an_honest_engine_passes_in_every_quantity(solution, honest):
         "reaction",
         "gap",
         "com_residual",
+        "energy_about_com",
+        "angular_momentum_about_com",
     }
 
 

@@ -261,8 +261,8 @@ SAFEGUARDS = (
     ),
     Safeguard(
         "declared noise of rates, in restarts",
-        f"counts up to {plain(MAX_ATTITUDE_NOISE_RAD)} rad; a setting is `too_coarse` if more than {MAX_EMPTY_SHARE:.0%} of "
-        "its segments can predict nothing",
+        f"counts up to {plain(MAX_ATTITUDE_NOISE_RAD)} rad; a setting is `too_coarse` if more than "
+        f"{MAX_EMPTY_SHARE:.0%} of its segments can predict nothing",
         "rate noise just below the believed size",
         "test_declared_noise_of_rates_does_not_switch_off_restarts",
     ),

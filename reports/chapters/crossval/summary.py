@@ -68,11 +68,15 @@ QUANTITY_NAMES = {
     "com_velocity": "CM velocity",
     "gap": "joint gap",
     "com_residual": "centre-of-mass residual",
+    "energy_about_com": "energy about the CM",
+    "angular_momentum_about_com": "angular momentum about the CM",
     "relative_energy": "kinetic energy about the CM",
 }
 SHARES = {
     "energy": "relative",
     "angular_momentum": "relative",
+    "energy_about_com": "relative",
+    "angular_momentum_about_com": "relative",
     "relative_energy": "of the largest possible",
 }
 """Units of quantities that are ratios, in words"""

@@ -45,6 +45,9 @@ MASS_KG = (0.1, 1e3)
 ALTITUDE_M = (300e3, 2000e3)
 RUN_PERIODS = (0.01, 0.5)
 SAMPLES = (2, 300)
+LONG_SHARE = 0.1
+"""Share of the scenes that last for many orbits, most of them far beyond the predictability limit"""
+LONG_PERIODS, LONG_SAMPLES = (2.0, 100.0), (5, 2000)
 PLAIN = 0.15  # share of the scenes with gravity alone
 POINTS = (Gravity.POINT, Gravity.GRADIENT)
 SETS: tuple[tuple[tuple[Gravity, ...], frozenset[str]], ...] = (
@@ -76,7 +79,8 @@ def draw(seed: int) -> Scene:
     """Scene number `seed`: the same for ever.
 
     Two to eight unequal bars of 0.1 to 200 m at any angles and longitudes, turning at 0 to 3 times the orbital rate,
-    injected at 0.9 to 1.3 times the circular speed, seen at 2 to 300 samples; effects alone and together (`SETS`).
+    injected at 0.9 to 1.3 times the circular speed, seen at 2 to 300 samples; effects alone and together (`SETS`). One
+    scene in ten lasts for 2 to 100 orbits, seen at 5 to 2000 samples.
     """
     random = np.random.default_rng([seed, 13])
     models, called = choose(random, list(SETS)) if random.random() > PLAIN else (tuple(Gravity)[:3], frozenset())
@@ -88,8 +92,11 @@ def draw(seed: int) -> Scene:
         f"random/{seed}", f"Random scene {seed}", "drawn", "", (), EARTH, orbit, draw_chain(random, gravity),
         Effects(gravity), Run(1.0, round(log_uniform(random, SAMPLES))),
     )  # fmt: skip
-    duration_s = log_uniform(random, RUN_PERIODS) * base.period_s
-    timed = replace(base, run=Run(duration_s, base.run.samples))
+    periods, samples = log_uniform(random, RUN_PERIODS), base.run.samples
+    longer = np.random.default_rng([seed, 14])
+    if longer.random() < LONG_SHARE:
+        periods, samples = log_uniform(longer, LONG_PERIODS), round(log_uniform(longer, LONG_SAMPLES))
+    timed = replace(base, run=Run(periods * base.period_s, samples))
     return writable(replace(timed, effects=draw_effects(random, timed, called)))
 
 
