@@ -71,9 +71,10 @@ def drawing(scene: Scene) -> Markup:
     )
     path, start = osculating(scene), polar(scene.radius0_m, scene.orbit.longitude_rad)
     factor = SHARE * 2.0 * math.pi * scene.radius0_m / INSTANTS / scene.size_m
-    ax = square_axes(path, 0.75 * factor * scene.size_m, geometry)
+    chain = start + factor * joints(geometry, initial_angles(scene))
+    ax = square_axes(np.concatenate([path, chain[0]]), radius_m)
     ax.plot(path[:, 0], path[:, 1], color=COLOURS["rule"].stand_in, linewidth=1.0, zorder=1)
-    draw_chains(ax, start + factor * joints(geometry, initial_angles(scene)))
+    draw_chains(ax, chain)
     return finish(ax, f"notebook-{scene.name}", f"{scene.title}: chain at the start, enlarged, on its osculating orbit")
 
 

@@ -8,6 +8,8 @@ from typing import Any
 from reports.text.mathematics import written
 from reports.text.numerals import number
 
+LEAST_ORBITS = 0.25  # a shorter time is told in seconds
+
 
 def is_complete(record: dict[str, Any]) -> bool:
     """Whether every result of a study is there; its report is rendered before the record says finished."""
@@ -71,6 +73,11 @@ class SceneRecord:
         """Whether the orbit is closed: with gravity, and below the escape speed."""
         speed = self.value("speed_factor") or 0.0
         return self.period_s > 0.0 and self.text("gravity") != "none" and speed**2 < 2.0
+
+    @property
+    def in_orbits(self) -> bool:
+        """Whether times of the run are told in orbits: a run of less than a quarter of one is told in seconds."""
+        return self.closed and (self.value("duration_s") or self.period_s) >= LEAST_ORBITS * self.period_s
 
     @property
     def prescribed(self) -> list[dict[str, Any]]:

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import math
+import re
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
-from reports.chapters.crossval.orbit import Geometry, joints
+from reports.chapters.crossval.orbit import SIZE, DrawnMotion, Geometry, joints, orbit_panels
 from reports.chapters.crossval.reactions import Reactions, nearest, spread
 from reports.plotting.palette import PAPER, SERIES, engine_pen
 from reports.plotting.panels import ChartFrame, Line, log_panel
 from reports.plotting.series import decade_range, thin
 from reports.text.numerals import as_given, powers, powers_in, prefixed, significant, typeset, unpadded
 from reports.text.words import breakable
+
+if TYPE_CHECKING:
+    from reports.plotting.panels import Panel
 
 LEAST_CONTRAST = 3.0  # WCAG 2 for graphical objects
 
@@ -54,6 +59,49 @@ def test_the_chain_is_rebuilt_with_joints_in_line_about_its_centre_of_mass() -> 
     np.testing.assert_allclose(np.linalg.norm(np.diff(ends, axis=0), axis=1), length)
     centres = 0.5 * (ends[1:] + ends[:-1])
     np.testing.assert_allclose(mass @ centres, 0.0, atol=1e-12 * length.sum() * mass.sum())
+
+
+def drawing(angle_rad: float, end_s: float, masses_kg: list[float], radius_m: float = 6.4e6) -> Panel:
+    """First drawing of a chain of a fixed angle to the vertical on a circular orbit of 7000 km and 6000 s."""
+    t = np.linspace(0.0, end_s, 301)
+    turned = 2.0 * np.pi * t / 6000.0
+    com = 7e6 * np.stack([np.cos(turned), np.sin(turned)], axis=1)
+    bars = len(masses_kg)
+    geometry = Geometry(np.full(bars, 1000.0), np.array(masses_kg), radius_m, 6000.0, True)
+    return orbit_panels("n", geometry, DrawnMotion(t, com, np.repeat(turned[:, None] + angle_rad, bars, axis=1)))[0]
+
+
+def drawn_points_px(panel: Panel) -> np.ndarray:
+    """Points (k, 2) of all straight lines of a drawing."""
+    outside = re.sub(r"<defs>.*?</defs>|<style>.*?</style>|<g class=.moving.*", "", str(panel.svg), flags=re.S)
+    lines = [d for d in re.findall(r' d="([^"]*)"', outside) if "C" not in d]
+    return np.array([float(x) for d in lines for x in re.findall(r"-?[\d.]+", d)]).reshape(-1, 2)
+
+
+@pytest.mark.parametrize("angle_rad", [0.0, 0.4, 1.6, 3.1])
+@pytest.mark.parametrize("end_s", [6000.0, 2500.0, 200.0])
+@pytest.mark.parametrize("masses_kg", [[500.0, *[1.0] * 18, 50.0], [1.0, 1000.0], [5.0] * 4])
+def test_no_chain_is_cut_off_at_the_edge(angle_rad: float, end_s: float, masses_kg: list[float]) -> None:
+    points = drawn_points_px(drawing(angle_rad, end_s, masses_kg))
+    assert len(points) > 9 * len(masses_kg)
+    assert points.min() >= 0.0
+    assert points.max() <= SIZE
+
+
+def test_a_short_part_of_an_orbit_shows_the_chain_about_its_centre_of_mass_at_times_in_seconds() -> None:
+    text = str(drawing(0.0, 300.0, [500.0, 50.0]).svg)
+    assert ">t = 0 s</text>" in text
+    assert ">300 s</text>" in text
+    assert "orbit" not in text
+    x, y = drawn_points_px(drawing(0.0, 300.0, [500.0, 50.0])).T
+    assert np.ptp(x[:3]) < 0.2, "a radial chain is upright at every instant"
+    assert np.ptp(y) > 0.5 * SIZE
+
+
+def test_a_longer_part_of_an_orbit_shows_the_chain_along_it() -> None:
+    text = str(drawing(0.0, 2500.0, [500.0, 50.0]).svg)
+    assert ">t = 0 orbits</text>" in text
+    assert ">0.42 orbits</text>" in text
 
 
 def test_marks_reach_a_peak_and_stop_at_the_horizon() -> None:

@@ -288,6 +288,25 @@ def test_a_chart_marks_the_predictability_limit_of_the_reference_solution(small:
     assert "Solution valid" not in reports.render(small)[1].read_text()
 
 
+def test_a_run_much_shorter_than_an_orbit_is_told_in_seconds(small: Path) -> None:
+    record = json.loads((small / "record.json").read_text())
+    scene = record["scenes"]["basics/radial_equilibrium"]
+    scene["period_s"] = 10.0 * scene["duration_s"]
+    scene["solution_limit_s"] = 0.4 * scene["duration_s"]
+    change_record(small, scenes=record["scenes"])
+    text = reports.render(small)[1].read_text()
+    assert f"Solution valid: to {0.4 * scene['duration_s']:.4g} of {scene['duration_s']:.4g} s" in text
+
+
+def test_a_prescribed_rotation_is_shown_beside_the_torque_that_causes_it(tmp_path: Path) -> None:
+    page = reports.render(build(tmp_path, ["paper/fig17"], samples=121))[0].read_text()
+    figures = re.findall(r"<figure>.*?</figure>", page, flags=re.S)
+    attitude = next(f for f in figures if "Attitude from the chain&#39;s local horizontal</figcaption>" in f)
+    labels = re.findall(r"</svg>([^<]+)</li>", attitude)
+    assert "bar 5" in labels, "the bar that is turned"
+    assert any("Torque on bar 5</figcaption>" in f for f in figures)
+
+
 def test_the_chart_of_independent_engines_shows_them_alone_and_only_as_far_as_compared(small: Path) -> None:
     page = reports.render(small)[0].read_text()
     figures = re.findall(r"<figure>.*?</figure>", page, flags=re.S)

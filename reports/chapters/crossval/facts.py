@@ -72,7 +72,7 @@ def solution_valid(scene: SceneRecord) -> str:
         return ""
     if predictability_limit > SHORT_OF_THE_RUN * end:
         return "to the end of the run"
-    if not scene.closed:
+    if not scene.in_orbits:
         return f"to {predictability_limit:.4g} of {end:.4g} s"
     return f"to {predictability_limit / scene.period_s:.2f} of {end / scene.period_s:.4g} orbits"
 
@@ -121,8 +121,8 @@ def duration(scene: SceneRecord) -> str:
     seconds, samples = scene.value("duration_s"), scene.value("samples")
     if seconds is None:
         return ""
-    orbits = seconds / scene.period_s if scene.closed else 0.0
-    length = f"{orbits:.4g} orbit{'' if f'{orbits:.4g}' == '1' else 's'}" if scene.closed else f"{seconds:g} s"
+    orbits = f"{seconds / scene.period_s:.4g}" if scene.in_orbits else ""
+    length = f"{orbits} orbit{'' if orbits == '1' else 's'}" if orbits else f"{seconds:g} s"
     return length + (f" in {samples:.0f} samples" if samples else "")
 
 

@@ -1,4 +1,8 @@
-"""Drawing of the chain along its orbit as in the paper: the chain enlarged, the orbit and the body to scale."""
+"""Drawing of the chain along its orbit as in the paper: the chain enlarged, the orbit and the body to scale.
+
+On a short part of an orbit the chain would be a few pixels long: it is drawn about its centre of mass instead, as an
+observer there sees it.
+"""
 
 from __future__ import annotations
 
@@ -14,6 +18,7 @@ from reports.chapters.crossval.motion import DrawnChain, frame_count, moving_cha
 from reports.plotting.palette import COLOURS
 from reports.plotting.panels import Panel
 from reports.plotting.svg import TEXT_SIZE, figure, inline
+from reports.text.record import LEAST_ORBITS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,7 +27,10 @@ if TYPE_CHECKING:
 
 SIZE = 400.0
 INSTANTS = 16  # a multiple of 4, so that quarters of the orbit are among them
-LEAST_SHOWN = 0.25  # of a revolution: a second panel for less would be empty
+LEAST_PX = 15.0  # length of the enlarged chain: it has this length on a quarter of an orbit
+ROWS = 3  # of chains about their centre of mass, and chains in each
+CELL = SIZE / ROWS
+TIME_PX = 20.0  # height of a time below a chain
 TRACK_POINTS = 181
 ASLANT = 0.5  # sine of the angle from the vertical beyond which a label lies beside its instant, not above or below
 SHARE = 0.88  # of the distance between two instants that the straight chain covers
@@ -84,14 +92,19 @@ def joints(geometry: Geometry, angle_rad: Array) -> Array:
 
 
 def orbit_panels(name: str, geometry: Geometry, motion: DrawnMotion) -> list[Panel]:
-    """One panel for each of the first two revolutions, or one for the whole run of an open orbit; the last moves."""
+    """One panel for each of the first two revolutions, or one for the whole run of an open orbit; the last moves.
+
+    A run of a short part of an orbit has one panel of the chain about its centre of mass.
+    """
     if not motion.drawable:
         return []
     end = float(motion.t_s[-1])
+    windows = [(float(motion.t_s[0]), min(geometry.period_s, end) if geometry.closed else end)]
+    if is_short(geometry, motion, windows[0]):
+        return [centred_panel(f"{name}-centred", geometry, motion)]
     if not geometry.closed:
-        return [orbit_panel(f"{name}-way", "Chain along its path", geometry, motion, (float(motion.t_s[0]), end))]
-    windows = [(0.0, min(geometry.period_s, end))]
-    if end > (1.0 + LEAST_SHOWN) * geometry.period_s:
+        return [orbit_panel(f"{name}-way", "Chain along its path", geometry, motion, windows[0])]
+    if end > (1.0 + LEAST_ORBITS) * geometry.period_s:
         windows.append((geometry.period_s, min(2.0 * geometry.period_s, end)))
     titles = ("Chain along the first orbit", "Chain along the second orbit")
     return [
@@ -120,8 +133,7 @@ def orbit_panel(
     )
     factor = enlargement(geometry, track)
     chain = place[:, None, :] + factor * joints(geometry, along(instants, motion.t_s, motion.angle_rad))
-    reach = 0.75 * factor * float(geometry.length_m.sum())
-    ax = square_axes(track, reach, geometry)
+    ax = square_axes(np.concatenate([swept(geometry, motion, window_s), chain.reshape(-1, 2)]), geometry.body_radius_m)
     ax.plot(track[:, 0], track[:, 1], color=COLOURS["rule"].stand_in, linewidth=1.0, zorder=1)
     draw_chains(ax, chain)
     label_instants(ax, geometry, instants, place, chain)
@@ -162,8 +174,9 @@ def beyond(geometry: Geometry, motion: DrawnMotion, end_s: float) -> str:
     """Note on configurations beyond the predictability limit in a panel that ends at `end_s`; empty without such."""
     if motion.limit_s >= end_s:
         return ""
+    in_orbits = geometry.closed and motion.t_s[-1] >= LEAST_ORBITS * geometry.period_s
     predictability_limit = (
-        f"{motion.limit_s / geometry.period_s:.2f} orbits" if geometry.closed else f"{motion.limit_s:.0f} s"
+        f"{motion.limit_s / geometry.period_s:.2f} orbits" if in_orbits else f"{motion.limit_s:.4g} s"
     )
     return f" After {predictability_limit}: beyond the predictability limit of the judging solution."
 
@@ -173,21 +186,82 @@ def along(at_s: Array, t_s: Array, values: Array) -> Array:
     return np.stack([np.interp(at_s, t_s, column) for column in values.T], axis=-1)
 
 
-def square_axes(track: Array, reach: float, geometry: Geometry) -> Axes:
-    """Axes of equal scales around the `track` (k, 2) with a margin of `reach`, and the body's disc."""
-    points = np.concatenate([track - reach, track + reach])
+def swept(geometry: Geometry, motion: DrawnMotion, window_s: tuple[float, float]) -> Array:
+    """Points (k, 2), m, that the centre of mass, the ends and the joints of the enlarged chain reach in a window."""
+    instants = np.linspace(*window_s, TRACK_POINTS)
+    track = along(instants, motion.t_s, motion.com_m)
+    chain = enlargement(geometry, track) * joints(geometry, along(instants, motion.t_s, motion.angle_rad))
+    points: Array = np.concatenate([track, (track[:, None, :] + chain).reshape(-1, 2)])
+    return points
+
+
+def is_short(geometry: Geometry, motion: DrawnMotion, window_s: tuple[float, float]) -> bool:
+    """Whether the enlarged chain is shorter than :data:`LEAST_PX` on a drawing of a window."""
+    track = along(np.linspace(*window_s, TRACK_POINTS), motion.t_s, motion.com_m)
+    chain_m = enlargement(geometry, track) * float(geometry.length_m.sum())
+    extent_m = 2.0 * frame_of(swept(geometry, motion, window_s), geometry.body_radius_m)[1]
+    return chain_m * SIZE < LEAST_PX * extent_m
+
+
+def frame_of(points: Array, body_radius_m: float) -> tuple[Array, float]:
+    """Middle (2,) and half the side of the square around all `points` (k, 2) and the body's disc, m."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    if body_radius_m > 0.0:
+        low, high = np.minimum(low, -body_radius_m), np.maximum(high, body_radius_m)
+    half = 0.505 * float((high - low).max()) or 1.0  # a chain of no size at rest has no extent
+    return 0.5 * (low + high), half
+
+
+def square_axes(points: Array, body_radius_m: float = 0.0) -> Axes:
+    """Axes of equal scales that show all `points` (k, 2), and the body's disc."""
+    middle, half = frame_of(points, body_radius_m)
     made = figure(SIZE, SIZE)
     ax = made.add_axes((0.0, 0.0, 1.0, 1.0))
     ax.set_axis_off()
-    if geometry.body_radius_m > 0.0:
-        r = geometry.body_radius_m
-        ax.add_patch(Circle((0, 0), r, facecolor=COLOURS["body"].stand_in, edgecolor="none", zorder=0))
-        points = np.concatenate([points, [[-r, -r], [r, r]]])
-    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
-    half = 0.505 * float(np.ptp(points, axis=0).max()) or 1.0  # a chain of no size at rest has no extent
+    if body_radius_m > 0.0:
+        ax.add_patch(Circle((0, 0), body_radius_m, facecolor=COLOURS["body"].stand_in, edgecolor="none", zorder=0))
     ax.set_xlim(middle[0] - half, middle[0] + half)
     ax.set_ylim(middle[1] - half, middle[1] + half)
     return ax
+
+
+def centred_panel(name: str, geometry: Geometry, motion: DrawnMotion) -> Panel:
+    """Draw the chain about its centre of mass at equal intervals, each with its time; the first one moves.
+
+    The second axis points away from the body, where there is one.
+    """
+    angle = motion.angle_rad
+    if geometry.body_radius_m > 0.0:
+        longitude = np.unwrap(np.arctan2(motion.com_m[:, 1], motion.com_m[:, 0]))
+        angle = angle - longitude[:, None] + 0.5 * np.pi
+    start, end = float(motion.t_s[0]), float(motion.t_s[-1])
+    instants = np.linspace(start, end, ROWS * ROWS)
+    frames = frame_count(angle)
+    moved = along(np.linspace(start, end, max(frames, TRACK_POINTS) + 1), motion.t_s, angle)
+    chain = joints(geometry, along(instants, motion.t_s, angle))
+    points = np.concatenate([joints(geometry, moved).reshape(-1, 2), chain.reshape(-1, 2)])
+    middle, half = frame_of(points, 0.0)
+    px_per_m = 0.5 * (CELL - 1.5 * TIME_PX) / half
+    column, row = np.arange(len(instants)) % ROWS, np.arange(len(instants)) // ROWS
+    centre_px = np.stack([(column + 0.5) * CELL, SIZE - row * CELL - 0.5 * (CELL - TIME_PX)], axis=-1)
+    ax = square_axes(np.array([[0.0, 0.0], [SIZE, SIZE]]))
+    ax.set_xlim(0.0, SIZE)
+    ax.set_ylim(0.0, SIZE)
+    draw_chains(ax, centre_px[:, None, :] + px_per_m * (chain - middle))
+    for k, (at_s, at_px) in enumerate(zip(instants, centre_px, strict=True)):
+        text = f"{'t = ' if k == 0 else ''}{at_s:.4g} s"
+        ax.text(at_px[0], at_px[1] - 0.5 * (CELL - TIME_PX), text, ha="center", va="top", fontsize=TEXT_SIZE,
+                color=COLOURS["muted"].stand_in)  # fmt: skip
+    title = "Chain about its centre of mass"
+    upwards = "; vertical upwards" if geometry.body_radius_m > 0.0 else ""
+    note = f"To scale; bar 1 in colour{upwards}.{beyond(geometry, motion, end)}"
+    moving = Markup("")
+    if frames:
+        angles = along(np.linspace(start, end, frames + 1), motion.t_s, angle)
+        end_px = centre_px[0] + px_per_m * (joints(geometry, angles)[:, 0] - middle)
+        end_px[:, 1] = SIZE - end_px[:, 1]
+        moving = moving_chain(name, DrawnChain(end_px, -angles, px_per_m * geometry.length_m))
+    return Panel(title, overlaid(finish(ax, name, title), moving), note, moving=f"{name}-moves" if moving else "")
 
 
 def draw_chains(ax: Axes, chain: Array) -> None:
@@ -207,9 +281,9 @@ def label_instants(ax: Axes, geometry: Geometry, instants_s: Array, place: Array
         text = f"{count} orbit{'' if count == '1' else 's'}" if geometry.closed else f"{instants_s[k]:.0f} s"
         if k == 0:
             text = f"t = {text}"
-        reach = np.linalg.norm(chain[k] - place[k], axis=-1).max()
-        room = (0.04 if geometry.closed else 0.08) * float(np.ptp(ax.get_xlim()))
         towards = inward(place, k)
+        reach = float(((chain[k] - place[k]) @ towards).max())
+        room = (0.04 if geometry.closed else 0.08) * float(np.ptp(ax.get_xlim()))
         where = place[k] + towards * (reach + room)
         ax.text(
             where[0],

@@ -196,7 +196,7 @@ def orbits(summary: Summary, cell: RunCell) -> str:
         return ""
     if cell.limit_s is None:
         return "to the end" if cell.shows_first_orbit else ""
-    until = f"to {cell.limit_s / scene.period_s:.2f} orbits" if scene.closed else f"to {cell.limit_s:.0f} s"
+    until = f"to {cell.limit_s / scene.period_s:.2f} orbits" if scene.in_orbits else f"to {cell.limit_s:.4g} s"
     if cell.judged_share is None:
         return until
     whole = cell.judged_share >= SHORT_OF_THE_RUN

@@ -46,8 +46,8 @@ class SceneData:
         self.results, self.summary, self.scene = results, summary, scene
         self.solution = results.trajectory(scene.name, SOLUTION)
         self.id = anchor(scene.name)
-        self.unit_s = scene.period_s if scene.closed else 1.0
-        self.x_label = "orbits" if scene.closed else "time, s"
+        self.unit_s = scene.period_s if scene.in_orbits else 1.0
+        self.x_label = "orbits" if scene.in_orbits else "time, s"
         self.pens = {e: engine_pen(k) for k, e in enumerate(summary.engines)}
         found = {e: results.differences(scene.name, e) for e in summary.engines}
         self.differences = {e: d for e, d in found.items() if d is not None and len(d) > 1}

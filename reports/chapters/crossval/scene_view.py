@@ -11,9 +11,9 @@ from reports.chapters.crossval.differences import DifferenceCharts
 from reports.chapters.crossval.external_coverage import coverage_words
 from reports.chapters.crossval.facts import Fact, facts
 from reports.chapters.crossval.orbit import DrawnMotion, Geometry, orbit_panels
+from reports.chapters.crossval.prescribed import prescribed_motion
 from reports.chapters.crossval.reactions import ReactionCharts
 from reports.chapters.crossval.scene_data import SceneData
-from reports.chapters.crossval.torques import torques
 from reports.plotting.series import numbered
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def view_scene(results: Results, summary: Summary, scene: SceneRecord) -> SceneV
     differences = DifferenceCharts(data)
     groups = (
         ReactionCharts(data).group(),
-        torques(data, differences),
+        prescribed_motion(data, differences),
         differences.difference_group(),
         differences.drift_group(),
     )
