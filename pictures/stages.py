@@ -108,7 +108,7 @@ def run_releases(options: Options) -> None:
 def draw_report(options: Options) -> None:
     """Run the studies that the README shows, and take pictures of their pages."""
     run_barchain(options.work, "crossval", "--out", REPORT)
-    run_barchain(options.work, "effects", "paper/fig13", "--out", REPORT)
+    run_barchain(options.work, "effects", "paper/fig13", "--width", "1", "--out", REPORT)
     run_barchain(options.work, "roundoff", "--out", REPORT)
     for path in report_pictures(options.work):
         options.tell(path.name)

@@ -20,7 +20,7 @@ from barchain.cli.common.options import (
 )
 from barchain.cli.common.result_folder import need_kept, run_study_in
 from barchain.cli.common.terminal import literal, say
-from barchain.studies.effects.default_options import FAST, MATTERS, REPEATS, RTOL, RTOLS, SECONDS, SLOW
+from barchain.studies.effects.default_options import FAST, MATTERS, REPEATS, RTOL, RTOLS, SECONDS, SLOW, WIDTHS_M
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -42,6 +42,9 @@ SCREEN, WORDS, NUMBERS = 120, 20, 28  # columns of the screen, and at most of a 
               show_default=True,
               help="Call an effect relevant from this change on: rad of attitude, or relative to the largest reaction "
                    "or to the initial distance from the centre.")  # fmt: skip
+@click.option("--width", "width_m", metavar="M", type=RealNumber(*WIDTHS_M),
+              help="Take every bar to be so wide, in m, for drag and sunlight that SCENE does not have; default: the "
+                   "width of the one that it has. Without a width there is no conclusion on them.")  # fmt: skip
 @click.option("--engine", metavar="NAME", type=click.Choice([FAST, SLOW]),
               help=f"Run this form of the reference, {FAST} or {SLOW}; default: {FAST} where it is installed and "
                    "supports the scene.")  # fmt: skip
@@ -51,8 +54,8 @@ SCREEN, WORDS, NUMBERS = 120, 20, 28  # columns of the screen, and at most of a 
 @resume_option
 @overwrite_option
 def effects(
-    scene: str, out: Path | None, rtol: float, matters: float, engine: str | None, repeats: int, minutes: float,
-    executor: Executor, resume: bool, overwrite: bool,
+    scene: str, out: Path | None, rtol: float, matters: float, width_m: float | None, engine: str | None, repeats: int,
+    minutes: float, executor: Executor, resume: bool, overwrite: bool,
 ) -> None:  # fmt: skip
     """Measure relevance and run time of each effect in SCENE.
 
@@ -71,7 +74,11 @@ def effects(
     if engine:
         need_loaded(engine)
     study = EffectsStudy()
-    plan = study.plan(EffectsOptions(load_scene(scene), rtol, matters, repeats, 60.0 * minutes, executor, engine))
+    options = EffectsOptions(load_scene(scene), rtol, matters, repeats, 60.0 * minutes, executor, engine, width_m)
+    try:
+        plan = study.plan(options)
+    except ValueError as error:
+        raise click.UsageError(f"--width: {error}") from error
     with kept_or_temporary(out) as folder, verdicts_shown(plan.turns) as show:
         reporter = Reporter(show, show.note)
         result, rendered = run_study_in(folder, study, plan, reporter, resume=resume, overwrite=overwrite)

@@ -27,7 +27,7 @@ SIZES = ("between", "torque", "common")
 relative to g"""
 QUANTITIES = ("com", "attitude", "reaction")
 COLUMNS = (
-    "effect", "title", "kind", "on", "said", "reason", "caveat", "engine",
+    "effect", "title", "kind", "on", "said", "reason", "caveat", "width_least_m", "width_largest_m", "engine",
     *(f"{name}_{when}" for when in ("start", "largest") for name in SIZES),
     "com_m", "com_noise_m", "attitude_rad", "attitude_noise_rad", "reaction_N", "reaction_noise_N",
     "compared_s", "ended",
@@ -46,6 +46,7 @@ class EffectsRecord(Record):
     looser: float | None = None
     parted_rad: float | None = None
     matters: float | None = None
+    width_m: float | None = None
 
 
 FILES = StudyFiles(

@@ -78,6 +78,30 @@ def test_advice_says_what_it_does_over_what_and_what_to_do(tmp_path: Path) -> No
     assert light == "Solar_Pressure is not switched: its process <died>."
 
 
+def test_advice_on_drag_and_light_names_the_width_of_the_bars(tmp_path: Path) -> None:
+    same = row("drag", width_least_m=2e-3, width_largest_m=2e-3)
+    several = row("solar_pressure", attitude=0.1, width_least_m=0.05, width_largest_m=1.0)
+    said = [a.text for a in advice(tmp_path, [same, several])]
+    assert said[0].startswith("Drag on bars 2.0 mm wide is negligible")
+    assert said[1].startswith(
+        "Solar_Pressure on bars 50 mm to 1.0 m wide moves the centre of mass by 1.0 m, rotates bars by 0.10 rad"
+    )
+
+
+def test_nobody_is_advised_to_keep_a_part_of_the_design(tmp_path: Path) -> None:
+    thrust, idle = advice(
+        tmp_path, [row("thrust", attitude=0.1, kind="design", on=True), row("springs", kind="design", on=True)]
+    )
+    assert thrust.relevance is Relevance.RELEVANT
+    assert "keep" not in thrust.text
+    assert "it can be switched off" in idle.text
+
+
+def test_the_lead_names_effects_without_a_conclusion(tmp_path: Path) -> None:
+    html = render_study("effects", write(tmp_path, [row("drag", reason="no width", com_m=None)])).page.read_text()
+    assert "No conclusion: Drag." in html
+
+
 def test_a_price_is_told_only_where_it_was_measured(tmp_path: Path) -> None:
     once = row("drag", time_ratio=1.4, time_ratio_low=None, time_ratio_high=None)
     twice = row("drag", rounds=2)

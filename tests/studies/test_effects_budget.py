@@ -84,8 +84,8 @@ def test_nature_is_offered_by_default_and_the_design_only_where_it_is() -> None:
     nature = {"oblateness", "third_body.moon", "third_body.sun", "drag", "solar_pressure"}
     assert plain == nature | {"gravity.point", "gravity.quadrupole", "gravity.slender"}
     full = {s.effect: s for s in switches(load_scene("effects/everything"))}
-    design = {"prescribed_rotation", "joint_spring_damper", "thrust", "impulse"}
-    assert design <= {e for e, s in full.items() if s.on and s.kind is EffectKind.DESIGN}
+    design = {"joint_spring_damper", "thrust", "impulse"}
+    assert design == {e for e, s in full.items() if s.on and s.kind is EffectKind.DESIGN}
     assert all(full[e].on for e in nature | {"solar_pressure.shadow"})
 
 
@@ -102,10 +102,48 @@ def test_no_gravity_is_offered_only_to_what_is_not_bound() -> None:
         ("effects/tip_masses", "gravity.slender", "not uniform"),
         ("effects/solar_pressure", "drag", "no air at the run's lowest height of 35786 km"),
         ("basics/two_bars_free", "oblateness", "does not pull"),
+        ("paper/fig13", "drag", "no conclusion without a width of the bars; give it by --width"),
+        ("paper/fig13", "solar_pressure", "no conclusion without a width of the bars; give it by --width"),
     ],
 )
 def test_what_can_not_be_switched_says_why(name: str, effect: str, words: str) -> None:
     assert words in one_of(load_scene(name), effect).reason
+
+
+def test_the_width_of_the_bars_is_the_given_one_or_the_scenes_and_never_guessed() -> None:
+    plain, draggy = load_scene("paper/fig13"), load_scene(DRAG)
+    for effect in ("drag", "solar_pressure"):
+        given = next(s for s in switches(plain, width_m=2e-3) if s.effect == effect)
+        assert given.scene is not None
+        assert getattr(given.scene.effects, effect).width_m == given.width_m == (2e-3,) * plain.bars
+    own = draggy.effects.drag
+    assert own is not None
+    light = one_of(draggy, "solar_pressure").scene
+    assert light is not None
+    assert light.effects.solar_pressure is not None
+    assert light.effects.solar_pressure.width_m == own.width_m
+    assert next(s for s in switches(draggy, width_m=7.0) if s.effect == "drag").width_m == own.width_m
+
+
+def test_a_chain_of_more_bars_of_the_same_width_gets_the_same_drag() -> None:
+    """A tether told as one bar or as twenty has one width: the push on its centre of mass is that of its face."""
+    whole = load_scene("paper/fig13")
+    chain = whole.chain
+    split = dataclasses.replace(
+        chain, mass_kg=tuple(0.5 * m for m in chain.mass_kg for _ in "ab"),
+        length_m=tuple(0.5 * x for x in chain.length_m for _ in "ab"),
+        inertia_kg_m2=tuple(0.125 * x for x in chain.inertia_kg_m2 for _ in "ab"),
+        angle_rad=tuple(x for x in chain.angle_rad for _ in "ab"),
+        rate_factor=tuple(x for x in chain.rate_factor for _ in "ab"),
+    )  # fmt: skip
+    pushes = []
+    for scene in (whole, dataclasses.replace(whole, chain=split)):
+        brief_run = brief(scene, 0.01, 3)
+        drag = next(s for s in switches(brief_run, width_m=2e-3) if s.effect == "drag")
+        found = sizes_over(brief_run, drag, motion(brief_run))
+        assert found is not None
+        pushes.append(found[0].common)
+    assert pushes[0] == pytest.approx(pushes[1], rel=1e-3)  # the chain's height over the scale height squared
 
 
 def test_another_planet_gets_none_of_the_earths_defaults() -> None:
@@ -154,7 +192,7 @@ def test_drag_is_taken_in_the_air_of_the_lowest_height() -> None:
     """Within the 1.5 % by which entries of the table do not meet, it is the table's there."""
     scene = transfer()
     for heights in (None, Heights(180.1e3, 1000e3), Heights(179.9e3, 1000e3)):
-        found = next(s for s in switches(scene, heights) if s.effect == "drag")
+        found = next(s for s in switches(scene, heights, 1.0) if s.effect == "drag")
         assert found.scene is not None
         air = found.scene.effects.drag
         assert air is not None
@@ -333,7 +371,9 @@ def test_both_scenes_of_a_pair_run_in_one_engine() -> None:
 
 def test_light_on_bars_that_cross_its_edge_together_does_not_stop_the_run() -> None:
     """Five parallel bars turn through the Sun's direction within microseconds: each face turns round once."""
-    scene = one_of(load_scene("effects/oblateness"), "solar_pressure").scene
+    scene = next(
+        s.scene for s in switches(load_scene("effects/oblateness"), width_m=0.1) if s.effect == "solar_pressure"
+    )
     assert scene is not None
     assert motion(brief(scene, 0.6), 1e-11).t_s[-1] == pytest.approx(0.6 * scene.period_s)
 

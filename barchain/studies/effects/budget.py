@@ -141,6 +141,7 @@ class EffectsBudget:
         found: dict[str, Any] = dict.fromkeys(COLUMNS) | {
             "effect": switch.effect, "title": switch.title, "kind": str(switch.kind), "on": switch.on,
             "said": switch.said, "reason": switch.reason, "caveat": switch.caveat,
+            "width_least_m": min(switch.width_m, default=None), "width_largest_m": max(switch.width_m, default=None),
         }  # fmt: skip
         if switch.scene is None:
             return found

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from barchain.studies.effects.altitude_range import Heights
     from scenarios import Scene
 
-WIDTH_SHARE = 0.01  # of a bar's length: a slender one
 EARTH_SLACK = 0.01  # the Earth's radius is given to less than that, whichever of its radii is meant
 
 
@@ -35,6 +34,8 @@ class Default:
     """Assumption, in words"""
     caveat: str = ""
     """Limit of the assumption in this scene, in a sentence"""
+    width_m: tuple[float, ...] = ()
+    """Width of each bar that it was taken for; empty where the width has no influence"""
 
 
 def need_earth(scene: Scene) -> None:
@@ -51,9 +52,20 @@ def need_pull(scene: Scene) -> None:
         raise NoDefaultError('the central body does not pull (gravity = "none")')
 
 
-def widths_m(scene: Scene) -> list[float]:
-    """Width of each bar."""
-    return [WIDTH_SHARE * length for length in scene.chain.length_m]
+def widths_m(scene: Scene, width_m: float | None) -> tuple[float, ...]:
+    """Width of each bar: the given one, or that of the scene's own drag or sunlight.
+
+    Raises
+    ------
+    NoDefaultError
+        Without either: drag and sunlight are proportional to the width, and a bar's length does not tell it.
+    """
+    if width_m is not None:
+        return (width_m,) * scene.bars
+    known = scene.effects.drag or scene.effects.solar_pressure
+    if known is None:
+        raise NoDefaultError("no conclusion without a width of the bars; give it by --width")
+    return known.width_m
 
 
 def default_oblateness(scene: Scene) -> Default:
@@ -75,7 +87,7 @@ def default_third_body(scene: Scene, body: Literal["moon", "sun"]) -> Default:
         raise NoDefaultError(str(error)) from None
 
 
-def default_drag(scene: Scene, heights: Heights) -> Default:
+def default_drag(scene: Scene, heights: Heights, width_m: float | None = None) -> Default:
     """Standard air at the lowest altitude of the run, where drag is strongest by far."""
     need_earth(scene)
     lowest_km = heights.lowest_m / 1e3
@@ -84,19 +96,20 @@ def default_drag(scene: Scene, heights: Heights) -> Default:
             f"{SOURCE}, has no air at the run's lowest height of {lowest_km:.0f} km (none is taken above "
             f"{HIGHEST_M / 1e3:.0f} km)"
         )
+    width = widths_m(scene, width_m)
     layer = layer_at(heights.lowest_m)
     said = (
         f"{layer.density_kg_m3:g} kg/m³ at {layer.base_km:g} km, scale height {layer.scale_height_km:g} km ({SOURCE}, "
-        f"the entry of the lowest height of the run without drag, {lowest_km:.1f} km); width {WIDTH_SHARE:.0%} of each "
-        "bar's length; C_n = C_t = 2"
+        f"the entry of the lowest height of the run without drag, {lowest_km:.1f} km); C_n = C_t = 2"
     )
-    drag = resolve_drag(standard_drag(layer, widths_m(scene)), scene.bars)
-    return Default(drag, said, caveat(layer, heights))
+    drag = resolve_drag(standard_drag(layer, list(width)), scene.bars)
+    return Default(drag, said, caveat(layer, heights), width)
 
 
-def default_solar_pressure(scene: Scene) -> Default:
+def default_solar_pressure(scene: Scene, width_m: float | None = None) -> Default:
     """Sunlight from longitude 0 on black bars, with the Earth's shadow."""
     need_earth(scene)
-    table = SolarPressureTable(width_m=widths_m(scene))
-    said = f"{SUNLIGHT_PA:g} Pa from longitude 0, black, width {WIDTH_SHARE:.0%} of each bar's length, with the shadow"
-    return Default(resolve_solar_pressure(table, scene.bars), said)
+    width = widths_m(scene, width_m)
+    table = SolarPressureTable(width_m=list(width))
+    said = f"{SUNLIGHT_PA:g} Pa from longitude 0, black, with the shadow"
+    return Default(resolve_solar_pressure(table, scene.bars), said, width_m=width)

@@ -26,8 +26,9 @@ if TYPE_CHECKING:
     from barchain.studies.effects.altitude_range import Heights
     from scenarios import Scene
 
-DESIGN = ("prescribed_rotation", "joint_spring_damper", "thrust", "impulse")
-"""Effects without a default: they are the design's, not nature's"""
+DESIGN = ("joint_spring_damper", "thrust", "impulse")
+"""Effects without a default: they are the design's, not nature's. A prescribed rotation is none of them: it is the task
+of the scene, and nobody can leave it out."""
 TITLES = {
     "oblateness": "Oblateness (J2)",
     "third_body.moon": "Moon",
@@ -35,7 +36,6 @@ TITLES = {
     "drag": "Drag",
     "solar_pressure": "Solar pressure",
     "solar_pressure.shadow": "Shadow",
-    "prescribed_rotation": "Prescribed rotation",
     "joint_spring_damper": "Joint springs and dampers",
     "thrust": "Thrust",
     "impulse": "Impulse",
@@ -62,9 +62,11 @@ class Switch:
     """Why it can't be switched"""
     caveat: str = ""
     """Limit of its default in this scene"""
+    width_m: tuple[float, ...] = ()
+    """Width of each bar where the effect depends on it"""
 
 
-def switches(scene: Scene, heights: Heights | None = None) -> tuple[Switch, ...]:
+def switches(scene: Scene, heights: Heights | None = None, width_m: float | None = None) -> tuple[Switch, ...]:
     """All effects of a scene: other models of gravity, nature's on or off, the design's where they are on.
 
     Parameters
@@ -72,8 +74,10 @@ def switches(scene: Scene, heights: Heights | None = None) -> tuple[Switch, ...]
     scene : Scene
     heights : Heights, optional
         Between which it runs; by default those of its first orbit as of two bodies.
+    width_m : float, optional
+        Of every bar, for drag and sunlight that the scene does not have, m.
     """
-    return (*gravities(scene), *nature(scene, heights or expected(scene)), *design(scene))
+    return (*gravities(scene), *nature(scene, heights or expected(scene), width_m), *design(scene))
 
 
 def switched(scene: Scene, **changes: Any) -> Scene:
@@ -112,12 +116,12 @@ def why_not_gravity(scene: Scene, model: Gravity) -> str:
     return ""
 
 
-def nature(scene: Scene, heights: Heights) -> Iterator[Switch]:
+def nature(scene: Scene, heights: Heights, width_m: float | None) -> Iterator[Switch]:
     """Nature's effects: off where they are on, by default where they are off."""
     yield one(scene, "oblateness", default_oblateness)
     yield from third_bodies(scene)
-    yield one(scene, "drag", functools.partial(default_drag, heights=heights))
-    yield one(scene, "solar_pressure", default_solar_pressure)
+    yield one(scene, "drag", functools.partial(default_drag, heights=heights, width_m=width_m))
+    yield one(scene, "solar_pressure", functools.partial(default_solar_pressure, width_m=width_m))
     if scene.effects.solar_pressure:
         yield shadow(scene)
 
@@ -127,7 +131,10 @@ def one(scene: Scene, effect: str, default: Callable[[Scene], Default]) -> Switc
     title, own = TITLES[effect], getattr(scene.effects, effect)
     if own:
         part = alone(scene, **{effect: own})
-        return Switch(effect, title, EffectKind.NATURE, True, IN_SCENE, switched(scene, **{effect: None}), part)
+        return Switch(
+            effect, title, EffectKind.NATURE, True, IN_SCENE, switched(scene, **{effect: None}), part,
+            width_m=getattr(own, "width_m", ()),
+        )  # fmt: skip
     try:
         taken = default(scene)
     except NoDefaultError as error:
@@ -135,7 +142,7 @@ def one(scene: Scene, effect: str, default: Callable[[Scene], Default]) -> Switc
     added = {effect: taken.value}
     return Switch(
         effect, title, EffectKind.NATURE, False, taken.said, switched(scene, **added), alone(scene, **added),
-        caveat=taken.caveat,
+        caveat=taken.caveat, width_m=taken.width_m,
     )  # fmt: skip
 
 
@@ -172,7 +179,7 @@ def shadow(scene: Scene) -> Switch:
     effect = "solar_pressure.shadow"
     return Switch(
         effect, TITLES[effect], EffectKind.NATURE, light.shadow, "cylinder, edges found as events",
-        switched(scene, solar_pressure=other),
+        switched(scene, solar_pressure=other), width_m=light.width_m,
     )  # fmt: skip
 
 

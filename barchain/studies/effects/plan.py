@@ -37,6 +37,8 @@ class EffectsPlan:
     executor: Executor = ALL_CORES
     engine: str | None = None
     """Form of the reference that runs all; None: the compiled one where it can"""
+    width_m: float | None = None
+    """Of every bar, for drag and sunlight that the scene does not have; None: the scene's own, if it has one"""
 
     @property
     def turns(self) -> int:
@@ -62,7 +64,7 @@ class EffectsPlan:
 
     def between(self, heights: Heights) -> EffectsPlan:
         """The plan, with defaults for the range of altitudes of the unmodified scene's run."""
-        return dataclasses.replace(self, switches=switches(self.scene, heights))
+        return dataclasses.replace(self, switches=switches(self.scene, heights, self.width_m))
 
     def pair(self, switch: Switch) -> tuple[Job, Job]:
         """Runs of the scene and of the switched one, in one engine."""

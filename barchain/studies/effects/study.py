@@ -40,6 +40,8 @@ class EffectsOptions:
     """Place of the runs that are not timed; all cores of this machine by default"""
     engine: str | None = None
     """Form of the reference for all runs; by default the compiled one where it supports them"""
+    width_m: float | None = None
+    """Of every bar, for drag and sunlight that the scene does not have; by default the scene's own, if it has one"""
 
 
 @dataclass(frozen=True)
@@ -55,8 +57,15 @@ class EffectsStudy:
         ------
         ClusterError
             For a Dask cluster that can't be used.
+        ValueError
+            For a width beyond a bar's length, which no scene allows.
         """
-        plan = EffectsPlan(switches=switches(options.scene), **vars(options))
+        shortest_m = min(options.scene.chain.length_m)
+        if options.width_m is not None and options.width_m > shortest_m:
+            raise ValueError(
+                f"{options.width_m:g} m given, allowed: at most the shortest bar's length, {shortest_m:g} m"
+            )
+        plan = EffectsPlan(switches=switches(options.scene, width_m=options.width_m), **vars(options))
         options.executor.check()
         return plan
 
@@ -68,6 +77,7 @@ class EffectsStudy:
             "looser": LOOSER,
             "parted_rad": PARTED_RAD,
             "matters": plan.matters,
+            "width_m": plan.width_m,
         }
 
     def run(self, plan: EffectsPlan, store: StudyStore, reporter: Reporter) -> EffectsResult:

@@ -82,7 +82,8 @@ def sentence(row: EffectRow, relevance: Relevance, scope: BudgetScope) -> str:
         return f"{spoken(row)} is not switched: {row.reason or 'not run'}."
     found = f"{spoken(row)} {effect_words(row, relevance, scope)}"
     caveat = f" {row.caveat}" if row.caveat else ""
-    return f"{found}: {recommendation(row, relevance, scope)}{cost_words(row)}.{limit_words(row, scope)}{caveat}"
+    advised = recommendation(row, relevance, scope)
+    return f"{found}{f': {advised}' if advised else ''}{cost_words(row)}.{limit_words(row, scope)}{caveat}"
 
 
 def effect_words(row: EffectRow, relevance: Relevance, scope: BudgetScope) -> str:
@@ -102,11 +103,13 @@ def effect_words(row: EffectRow, relevance: Relevance, scope: BudgetScope) -> st
 
 
 def recommendation(row: EffectRow, relevance: Relevance, scope: BudgetScope) -> str:
-    """Recommendation."""
+    """Recommendation; empty on a relevant effect of the design, which nobody would leave out."""
     if relevance is Relevance.UNDECIDED:
         return f"its relevance is undecided at rtol = {scope.rtol:g}, use a smaller --rtol"
     if row.kind is EffectKind.GRAVITY:
         return gravity_recommendation(row, relevance, scope.gravity)
+    if row.kind is EffectKind.DESIGN and relevance is Relevance.RELEVANT:
+        return ""
     if row.on:
         return "keep it on" if relevance is Relevance.RELEVANT else "it can be switched off"
     return "switch it on" if relevance is Relevance.RELEVANT else "leave it off"
@@ -126,10 +129,12 @@ def headline(advice: tuple[Advice, ...], scope: BudgetScope) -> str:
     matter = [a.row.title for a in rest if a.relevance is Relevance.RELEVANT]
     omissible = [a.row.title for a in rest if a.relevance.omissible]
     untold = [a.row.title for a in rest if a.relevance is Relevance.UNDECIDED]
+    without = [a.row.title for a in rest if a.relevance is Relevance.NOT_SWITCHED]
     said = [
         f"Relevant: {joined(matter) or 'none of the switched effects'}.",
         f"Negligible ({threshold(scope.matters)}): {joined(omissible)}." if omissible else "",
         f"Undecided: {joined(untold)}." if untold else "",
+        f"No conclusion: {joined(without)}." if without else "",
         gravity_headline([a for a in advice if a.row.model], scope.gravity),
     ]
     return " ".join(s for s in said if s)

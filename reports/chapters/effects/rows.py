@@ -74,6 +74,8 @@ class EffectRow:
     """Reason for not switching it; empty if it was switched"""
     caveat: str
     """Limitation of its default in this scene, in a sentence"""
+    widths_m: tuple[float, float] | None
+    """Least and largest width of the bars; None for an effect without one"""
     engine: str
     sizes: dict[str, tuple[float | None, float | None]]
     """Sizes at the start, and largest over the run"""
@@ -170,10 +172,12 @@ def row_of(found: dict[Any, Any], scope: BudgetScope) -> EffectRow:
         spread = (value(f"{key}_low"), value(f"{key}_high")) if measured >= FEWEST_ROUNDS else (None, None)
         return Ratio(value(key), *spread)
 
+    least, largest = value("width_least_m"), value("width_largest_m")
     changes = [(q, value(f"{q}_{UNITS[q]}"), value(f"{q}_noise_{UNITS[q]}")) for q in QUANTITIES]
     return EffectRow(
         str(found["effect"]), str(found["title"]), EffectKind(found["kind"]), bool(found["on"]), str(found["said"]),
-        str(found["reason"]), str(found["caveat"]), str(found["engine"]),
+        str(found["reason"]), str(found["caveat"]),
+        None if least is None or largest is None else (least, largest), str(found["engine"]),
         {name: (value(f"{name}_start"), value(f"{name}_largest")) for name in SIZES},
         tuple(EffectChange(q, v, n, scope.scales[q]) for q, v, n in changes if v is not None and n is not None),
         value("compared_s"), str(found["ended"]),

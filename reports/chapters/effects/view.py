@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from reports.chapters.effects.advice import Advice, Relevance, advise, headline
 from reports.chapters.effects.charts import effect_charts
 from reports.chapters.effects.rows import rows_of, scope_of
-from reports.chapters.effects.words import brief, times
+from reports.chapters.effects.words import brief, spoken, times
 from reports.tables.effects import QUANTITIES, SIZES, read_effects
 from reports.text.numerals import significant
 from reports.text.record import is_complete, mapping
@@ -67,7 +67,7 @@ class EffectsView:
     def assumed(self) -> tuple[tuple[str, str], ...]:
         """Assumptions on effects that the scene does not have: title and words."""
         off = (a.row for a in self.advice if not a.row.on and not a.row.model)
-        return tuple((row.title, row.said) for row in off if row.said)
+        return tuple((spoken(row), row.said) for row in off if row.said)
 
     @property
     def headline(self) -> str:

@@ -74,8 +74,13 @@ def change_words(change: EffectChange) -> str:
 
 
 def spoken(row: EffectRow) -> str:
-    """Effect as the subject of a sentence."""
-    return f"{row.title} {row.said}" if row.kind is EffectKind.GRAVITY else row.title
+    """Effect as the subject of a sentence, with the width of the bars on which it depends."""
+    if row.kind is EffectKind.GRAVITY:
+        return f"{row.title} {row.said}"
+    if row.widths_m is None:
+        return row.title
+    least, largest = map(length_text, row.widths_m)
+    return f"{row.title} on bars {least if least == largest else f'{least} to {largest}'} wide"
 
 
 def times(seconds: float, scope: BudgetScope) -> str:
