@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from barchain.run.settings import SettingError as SettingError
     from reports.tables.schema import SchemaVersionError as SchemaVersionError
     from scenarios.load import SceneError as SceneError
+    from scenarios.load import change_scene as change_scene
     from scenarios.load import load_scene as load_scene
     from scenarios.load import make_scene as make_scene
     from scenarios.scene import Scene as Scene
@@ -46,6 +47,7 @@ MODULES = {
     "SettingError": "barchain.run.settings",
     "SchemaVersionError": "reports.tables.schema",
     "SceneError": "scenarios.load",
+    "change_scene": "scenarios.load",
     "load_scene": "scenarios.load",
     "make_scene": "scenarios.load",
     "Scene": "scenarios.scene",
@@ -74,6 +76,7 @@ __all__ = [
     "Trajectory",
     "UnknownEngineError",
     "__version__",
+    "change_scene",
     "compare",
     "engines",
     "load_scene",

@@ -16,6 +16,7 @@ from scenarios.effect_types import ThirdBody as ThirdBody
 from scenarios.effect_types import Thrust as Thrust
 from scenarios.load import SHIPPED as SHIPPED
 from scenarios.load import SceneError as SceneError
+from scenarios.load import change_scene as change_scene
 from scenarios.load import check_scene as check_scene
 from scenarios.load import load_scene as load_scene
 from scenarios.load import make_scene as make_scene

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,12 +12,12 @@ from pydantic import ValidationError
 from scenarios.limits import MOST_LINE, LimitError
 from scenarios.nearest import nearest_name, nearest_scene
 from scenarios.text import is_scene_name, shorten, visible
+from scenarios.toml.changing import current_tables, merged
 from scenarios.toml.faults import fault_lines
 from scenarios.toml.field_types import type_faults, with_plain_numbers, with_types_of, without_numpy
 from scenarios.toml.file import SceneFile
 from scenarios.toml.reading import UnreadableError, read_text, tables_of
 from scenarios.toml.resolve import IncompleteError, resolve
-from scenarios.toml.writing import scene_data
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -168,10 +169,36 @@ def make_scene(tables: Mapping[str, Any], name: str = "mine") -> Scene:
     return scene_of(without_numpy(tables), name, name)
 
 
+def change_scene(scene: Scene, changes: Mapping[str, Any]) -> Scene:
+    """Change a scene by the keys of its file; what the file leaves out follows, such as a duration in orbits.
+
+    Parameters
+    ----------
+    scene : Scene
+    changes : mapping
+        Tables with the keys and units of a scene file, e.g. ``{"orbit": {"speed_factor": 1.17}}``. A list is replaced
+        whole. None removes a key, so that its default holds.
+
+    Returns
+    -------
+    Scene
+        Complete and frozen, in SI units and radians. Of a scene that was made of no file and no tables, all values are
+        given ones, and none follows.
+
+    Raises
+    ------
+    SceneError
+        If a file with these values would be rejected; the message has one line for each fault.
+    """
+    if not isinstance(changes, Mapping):
+        raise SceneError(f"{shorten(changes)} given as changes, allowed: a mapping with the keys of a scene file")
+    return scene_of(merged(current_tables(scene), without_numpy(changes)), scene.name, scene.name)
+
+
 def scene_of(tables: dict[str, Any], name: str, file: str) -> Scene:
     """Scene of a file's tables; error messages begin with `file`."""
     try:
-        return resolve(SceneFile.model_validate(tables), name)
+        return dataclasses.replace(resolve(SceneFile.model_validate(tables), name), given=tables)
     except ValidationError as error:
         raise SceneError("\n".join(f"{file}: {line}" for line in fault_lines(error))) from None
     except (IncompleteError, LimitError) as error:
@@ -181,6 +208,7 @@ def scene_of(tables: dict[str, Any], name: str, file: str) -> Scene:
 def check_scene(scene: Scene) -> Scene:
     """Check a scene that was made or changed in Python; a scene from a file is valid already.
 
+    Values that follow from others in the scene's file must follow from the changed ones: `change_scene` computes them.
     Faults are named as in a file: ``effects.thrust[0].bar`` is the bar of the first thrust, and angles are in degrees.
 
     Parameters
@@ -200,7 +228,7 @@ def check_scene(scene: Scene) -> Scene:
     """
     try:
         scene = with_plain_numbers(scene)
-        found = scene_of(scene_data(scene), scene.name, scene.name)
+        found = scene_of(current_tables(scene), scene.name, scene.name)
     except SceneError:
         raise
     except (TypeError, AttributeError, OverflowError, ValueError) as error:

@@ -11,7 +11,8 @@ import dataclasses
 import hashlib
 import json
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,9 @@ from scenarios.display import html
 from scenarios.effect_types import Effects, Gravity
 from scenarios.plural import plural
 from scenarios.text import check_scene_name
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 Array = NDArray[np.float64]
 
@@ -156,6 +160,9 @@ class Scene:
         Gravity, prescribed rotations and all other effects.
     run : Run
         Duration and samples.
+    given : mapping, optional
+        Tables of the scene's file, from which values that it leaves out follow; no part of the physics, so scenes are
+        equal whatever it is.
 
     Raises
     ------
@@ -173,6 +180,7 @@ class Scene:
     chain: Chain
     effects: Effects
     run: Run
+    given: Mapping[str, Any] | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         """Check the name, which becomes the name of folders and files."""

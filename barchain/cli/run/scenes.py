@@ -144,7 +144,9 @@ def complete(scene: Scene) -> dict[str, Any]:
     """All values of a scene, what it conserves, and which engines support it."""
     from barchain.record.scene_description import invariant_words  # noqa: PLC0415
 
-    values: dict[str, Any] = json.loads(json.dumps(dataclasses.asdict(scene), default=str))
+    bare = dataclasses.replace(scene, given=None)  # the tables that all these values follow from
+    values: dict[str, Any] = json.loads(json.dumps(dataclasses.asdict(bare), default=str))
+    del values["given"]
     derived = {
         "orbit_period_s": scene.period_s,
         "lowest_height_m": scene.lowest_height_m,
