@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
+    from scenarios.scene import Scene
+
 Array = NDArray[np.float64]
 """Array of double precision"""
 ENDED = "ended_s"
@@ -86,6 +88,9 @@ class Trajectory:
         the angles (minimal coordinates).
     scene, engine, setting : str
         Names of the run, as :func:`barchain.simulate` sets them; empty in a trajectory from elsewhere.
+    torque_bars : tuple of int, length P
+        Bar of each column of `torque_N_m`, from 1, as :func:`barchain.simulate` sets them; empty in a trajectory from
+        elsewhere.
     """
 
     t_s: Array
@@ -105,6 +110,7 @@ class Trajectory:
     scene: str = field(default="", kw_only=True)
     engine: str = field(default="", kw_only=True)
     setting: str = field(default="", kw_only=True)
+    torque_bars: tuple[int, ...] = field(default=(), kw_only=True)
 
     def __repr__(self) -> str:
         """Run, size and span in one line; arrays would fill screens."""
@@ -172,6 +178,11 @@ class Trajectory:
         """Copy with some arrays replaced."""
         return dataclasses.replace(self, **changes)  # type: ignore[arg-type]
 
+    def of_run(self, scene: Scene, engine: str = "", setting: str = "") -> Trajectory:
+        """Copy with the names of its run, and the bars whose torques it holds."""
+        bars = tuple(p.bar for p in scene.effects.prescribed_rotation)
+        return dataclasses.replace(self, scene=scene.name, engine=engine, setting=setting, torque_bars=bars)
+
     def samples(self, rows: slice | NDArray[np.intp]) -> Trajectory:
         """Some of the samples, in every array, as a trajectory."""
         arrays = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
@@ -183,7 +194,8 @@ def to_frame(trajectory: Trajectory) -> pd.DataFrame:
 
     Columns: ``t_s, com_x_m, com_y_m, com_vx_m_s, com_vy_m_s``, ``angle_j_rad``, ``rate_j_rad_s`` (j = 1..N),
     ``position_j_x_m, position_j_y_m`` (j = 1..N), ``reaction_j_x_N, reaction_j_y_N, impulse_j_x_N_s, impulse_j_y_N_s,
-    gap_j_m`` (j = 1..N-1), ``torque_p_N_m``, ``com_residual_m``, ``condition``.
+    gap_j_m`` (j = 1..N-1), ``torque_bar_b_N_m`` for each prescribed bar b, ``com_residual_m``, ``condition``. Where
+    `torque_bars` is not known, a torque is ``torque_law_p_N_m``, p the number of the prescribed rotation.
     """
     import pandas as pd  # a worker makes no tables
 
@@ -206,9 +218,13 @@ def to_frame(trajectory: Trajectory) -> pd.DataFrame:
             for j in range(vectors.shape[1]):
                 columns[f"{name}_{j + 1}_x_{unit}"] = vectors[:, j, 0]
                 columns[f"{name}_{j + 1}_y_{unit}"] = vectors[:, j, 1]
-    for pattern, values in (("gap_{}_m", trajectory.gap_m), ("torque_{}_N_m", trajectory.torque_N_m)):
-        if values is not None:
-            columns |= {pattern.format(j + 1): values[:, j] for j in range(values.shape[1])}
+    if trajectory.gap_m is not None:
+        columns |= {f"gap_{j + 1}_m": trajectory.gap_m[:, j] for j in range(trajectory.gap_m.shape[1])}
+    if trajectory.torque_N_m is not None:
+        count = trajectory.torque_N_m.shape[1]
+        known = len(trajectory.torque_bars) == count
+        names = [f"bar_{b}" for b in trajectory.torque_bars] if known else [f"law_{p + 1}" for p in range(count)]
+        columns |= {f"torque_{name}_N_m": trajectory.torque_N_m[:, p] for p, name in enumerate(names)}
     for name, single in (("com_residual_m", trajectory.com_residual_m), ("condition", trajectory.condition)):
         if single is not None:
             columns[name] = single
@@ -219,7 +235,8 @@ def from_frame(frame: pd.DataFrame, *, ended: str = "") -> Trajectory:
     """Trajectory of a table made by :func:`to_frame`.
 
     A single bar has no joints, and so the table has no columns of joint quantities. They return as empty arrays where
-    the table holds an attitude, as in the trajectory that was stored.
+    the table holds an attitude, as in the trajectory that was stored. Torques are in the order of their columns; before
+    0.7 they were named by the number of the prescribed rotation alone, ``torque_p_N_m``.
     """
 
     def numbered(pattern: str) -> Array | None:
@@ -237,6 +254,7 @@ def from_frame(frame: pd.DataFrame, *, ended: str = "") -> Trajectory:
         single_bar = "angle_1_rad" in frame and "angle_2_rad" not in frame
         return np.empty((len(frame), 0, *shape)) if values is None and single_bar else values
 
+    torques = {c: m for c in frame.columns if (m := re.fullmatch(r"torque_(bar_|law_|)(\d+)_N_m", c))}
     return Trajectory(
         t_s=frame["t_s"].to_numpy(float),
         com_m=pair("com_x_m", "com_y_m"),
@@ -245,7 +263,8 @@ def from_frame(frame: pd.DataFrame, *, ended: str = "") -> Trajectory:
         rate_rad_s=numbered(r"rate_(\d+)_rad_s"),
         reaction_N=or_empty(vectors("reaction", "N"), 2),
         gap_m=or_empty(numbered(r"gap_(\d+)_m")),
-        torque_N_m=numbered(r"torque_(\d+)_N_m"),
+        torque_N_m=frame[list(torques)].to_numpy(float) if torques else None,
+        torque_bars=tuple(int(m[2]) for m in torques.values() if m[1] == "bar_"),
         impulse_N_s=vectors("impulse", "N_s"),
         com_residual_m=frame["com_residual_m"].to_numpy(float) if "com_residual_m" in frame else None,
         position_m=vectors("position", "m"),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -139,7 +138,7 @@ def simulate(
     if result.outcome is not Outcome.PASS or result.trajectory is None:
         late = f"; {LONGER}" if result.outcome is Outcome.TIMED_OUT else ""
         raise EngineError(f"{engine} on {loaded.name}: {result.reason or result.outcome.advice}{late}")
-    return dataclasses.replace(result.trajectory, scene=loaded.name, engine=engine, setting=str(job.setting))
+    return result.trajectory.of_run(loaded, engine, str(job.setting))
 
 
 def checked(scene: Scene | str | Path) -> Scene | str | Path:

@@ -243,7 +243,7 @@ class Suite:
         t = solution.trajectory.t_s[: len(solution.amplification)]
         self.store.keep_amplification(name, pd.DataFrame({"t_s": t, "amplification": solution.amplification}))
         if solution.source.certified:  # no run of its own has these samples
-            self.store.keep_solution(name, solution.trajectory)
+            self.store.keep_solution(name, solution.trajectory.of_run(solution.scene))
 
     def give_up(self, progress: SceneProgress, reason: str) -> None:
         """Settle a scene that has no judging solution by one verdict; its engines get none."""

@@ -99,7 +99,7 @@ class RunStore:
                 self.files.tables[self.file(job)] = [digest(read_bytes(self.path(job)))]
             self.write_record()
             return
-        content = None if result.trajectory is None else parquet(result.trajectory.to_frame())
+        content = None if result.trajectory is None else parquet(result.trajectory.of_run(job.scene).to_frame())
         self.note_run(self.entry(job, result, content))
         if content is None:
             self.write_record()

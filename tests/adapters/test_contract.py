@@ -9,7 +9,7 @@ import pytest
 from adapters.common.initial_state import initial_state
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES
-from adapters.trajectory import Observable, from_frame, to_frame
+from adapters.trajectory import Observable, Trajectory, from_frame, to_frame
 from barchain.run.trajectory_checks import fault
 from scenarios import load_scene
 from tests.support.scene_lists import ALL, TAME
@@ -139,6 +139,26 @@ def test_ladders_run_from_coarse_to_fine_and_hold_their_default(engine):
     finer = np.diff(sweep.values) < 0 if sweep.parameter == "rtol" else np.diff(sweep.values) > 0
     assert finer.all()
     assert sweep.default in sweep.values
+
+
+def test_torques_keep_their_bars_in_a_table_in_the_order_of_the_rotations():
+    t, com = np.arange(3.0), np.ones((3, 2))
+    torque = np.array([[5.0, 2.0], [50.0, 20.0], [0.0, 1.0]])
+    seen = Trajectory(t, com, com, torque_N_m=torque, torque_bars=(5, 2))
+    frame = to_frame(seen)
+    assert frame["torque_bar_5_N_m"].tolist() == [5.0, 50.0, 0.0]
+    back = from_frame(frame)
+    assert back.torque_bars == (5, 2)
+    np.testing.assert_array_equal(back.torque_N_m, torque)
+
+
+@pytest.mark.parametrize("name", ["torque_{}_N_m", "torque_law_{}_N_m"])
+def test_torques_named_by_the_number_of_the_rotation_are_still_read(name):
+    t, com = np.arange(3.0), np.ones((3, 2))
+    torque = np.array([[5.0, 2.0], [50.0, 20.0], [0.0, 1.0]])
+    old = to_frame(Trajectory(t, com, com)).assign(**{name.format(p + 1): torque[:, p] for p in range(2)})
+    np.testing.assert_array_equal(from_frame(old).torque_N_m, torque)
+    assert from_frame(old).torque_bars == ()
 
 
 @pytest.mark.parametrize("engine", HERE)

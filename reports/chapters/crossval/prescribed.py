@@ -31,7 +31,7 @@ def prescribed_motion(data: SceneData, differences: DifferenceCharts) -> ChartGr
     panels, used = [attitude_panel(data)], []
     for p, law in enumerate(laws):
         start, end = data.manoeuvre(law)
-        lines, engines = torque_lines(data, p, start, end)
+        lines, engines = torque_lines(data, torque_columns(p, law), start, end)
         largest = max((float(np.nanmax(np.abs(li.y), initial=0.0)) for li in lines), default=0.0)
         factor, unit = prefixed(largest, "N m")
         scaled = [Line(li.x, factor * li.y, li.pen, width=li.width) for li in lines]
@@ -63,12 +63,18 @@ def attitude_panel(data: SceneData) -> Panel | None:
     return panel and replace(panel, note="Judging solution.", legend=legend)
 
 
-def torque_lines(data: SceneData, p: int, start_s: float, end_s: float) -> tuple[list[Line], list[str]]:
-    """Torque p of every engine that has it, the judging solution on top; and these engines."""
+def torque_columns(p: int, law: dict[str, object]) -> tuple[str, ...]:
+    """Possible columns of a rotation's torque: by its bar or by its number p; before 0.7 by the number alone."""
+    return f"torque_bar_{law.get('bar')}_N_m", f"torque_law_{p + 1}_N_m", f"torque_{p + 1}_N_m"
+
+
+def torque_lines(data: SceneData, names: tuple[str, ...], start_s: float, end_s: float) -> tuple[list[Line], list[str]]:
+    """Torque of every engine that has it, the judging solution on top; and these engines."""
     lines, engines = [], []
     for engine in (*data.summary.engines, SOLUTION):
         table = data.solution if engine == SOLUTION else data.results.trajectory(data.scene.name, engine)
-        values = None if table is None else column(table, f"torque_{p + 1}_N_m")
+        found = () if table is None else (v for v in (column(table, name) for name in names) if v is not None)
+        values = next(iter(found), None)
         if table is None or values is None:
             continue
         t = table["t_s"].to_numpy(float)
