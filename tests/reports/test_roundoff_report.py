@@ -139,8 +139,10 @@ def test_the_verdict_says_where_the_paper_is_right_and_where_not(tmp_path):
     digits = -np.log10(0.5 * U["float64"] * EARTH_M / 100.0)
     assert f"{digits:.1f} for a 100 m truss" in text["Losses that the paper overstates."]
     assert "by extrapolation" in text["Losses that the paper overstates."]
-    assert "cost 6 digits in either" in text["Losses in both sets of coordinates."]
-    assert "500 bars in a straight line cost 4 digits in either" in text["Losses in both sets of coordinates."]
+    losses = text["Losses in both sets of coordinates."]
+    assert "masses that alternate as 1 : 10⁶ leave 9.5 digits in relative and in absolute coordinates" in losses
+    assert "500 bars in a straight line leave 11.5 digits in relative and in absolute coordinates" in losses
+    assert "a generic state leaves 15.5 digits in relative and 14.3 in absolute coordinates" in losses
     assert "1.50 (1.40 to 1.60) times as long with 5 bars (reference)" in text["Cost of relative coordinates."]
 
 
@@ -177,9 +179,28 @@ def test_all_digits_lost_is_another_verdict(tmp_path):
 
 def test_losses_that_only_absolute_coordinates_have_are_not_shared(tmp_path):
     _, text = said(tmp_path / "a", tables(changed(("unequal masses", 5, "absolute", "reaction"), 3e8, 0.0)))
-    assert "and more in absolute ones" in text["Losses in both sets of coordinates."]
+    losses = text["Losses in both sets of coordinates."]
+    assert "leave 9.5 digits in relative and 7.5 in absolute coordinates" in losses
     _, text = said(tmp_path / "b", tables(changed(("unequal masses", 5, "relative", "reaction"), 4.0, 0.0)))
-    assert "Masses" not in text["Losses in both sets of coordinates."]
+    assert "masses" not in text["Losses in both sets of coordinates."]
+
+
+@pytest.mark.parametrize("asked", [(1e-6,), (1e-2, 1e-8)])
+def test_sizes_that_were_not_asked_for_leave_no_blank_rows_and_columns(tmp_path, asked):
+    rows = tables()
+    rows["evaluation"] = [r for r in rows["evaluation"] if r["ratio"] in asked]
+    for law in rows["laws"]:
+        law.update(dict.fromkeys(("exponent", "low", "high"), np.nan), points=len(asked), remark="too few sizes")
+    folder = write(tmp_path, rows)
+    view = view_roundoff(folder)
+    assert all(any(row.cells) for row in view.digits)
+    assert all(any(row.cells[k] for row in view.digits) for k in range(len(view.digit_columns)))
+    measured = [o.name for o in (row.thing for row in view.digits)]
+    assert measured == ([] if len(asked) == 1 else ["20 km tether", "100 m truss", "10 cm CubeSat"])
+    assert view.laws == view.further_laws == ()
+    page = render_study("roundoff", folder).page.read_text()
+    assert "Fitted error laws" not in page
+    assert "Nothing was measured" not in page
 
 
 def test_runs_are_judged_by_the_least_error_and_where_it_lies(tmp_path):

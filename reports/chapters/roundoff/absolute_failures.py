@@ -104,4 +104,5 @@ def ordinary_yardstick_sentences(study: RoundoffData) -> list[str]:
             f"{unit_text(in_absolute)} in absolute and {unit_text(in_relative)} in relative coordinates")  # fmt: skip
     if in_absolute.certain and in_relative.certain:
         return [f"{said}, as in any state."]
-    return [f"{said}, but {listed([exponent_words(law) for law in (in_absolute, in_relative) if not law.certain])}."]
+    unsure = dict.fromkeys(exponent_words(law) for law in (in_absolute, in_relative) if not law.certain)
+    return [f"{said}, but {listed(list(unsure))}."]

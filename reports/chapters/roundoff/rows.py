@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from reports.chapters.roundoff.chart_parts import QUANTITIES
 from reports.chapters.roundoff.run_charts import METHODS
 from reports.chapters.roundoff.series import (
@@ -54,6 +56,7 @@ DIGIT_COLUMNS: tuple[tuple[str, Key], ...] = (
 FIRST_FORMULATIONS = (RELATIVE, ABSOLUTE, RELATIVE_POSITIONS, POSITIONS)
 FIRST_NAMES = ("state", "formulation", "arithmetic", "yardstick")
 ALL_NAMES = ("state", "formulation", "bars", "arithmetic", "source", "yardstick")
+LEAST_SIZES = 3  # of a power law with an interval
 DRIFT = 2.0  # exponent of position errors under a steady drift of the rates
 BEYOND = "†"  # after a size that lies beyond the measured ones
 
@@ -88,22 +91,33 @@ class LawRow:
 
 
 def digit_columns(study: RoundoffData) -> tuple[tuple[str, Key], ...]:
-    """Measured columns of the table of digits."""
-    return tuple((words, key) for words, key in DIGIT_COLUMNS if len(key.of(study.tables.evaluation)))
+    """Columns of the table of digits that were measured at the size of a named object."""
+    return tuple((words, key) for words, key in DIGIT_COLUMNS if any(study.digits(key, o.ratio) for o in study.named))
 
 
 def digit_rows(study: RoundoffData) -> tuple[DigitRow, ...]:
-    """One row for each named object."""
+    """One row for each named object whose size lies between measured ones."""
     keys = [key for _, key in digit_columns(study)]
-    return tuple(DigitRow(o, tuple(study.digits(k, o.ratio) for k in keys)) for o in study.named) if keys else ()
+    found = (DigitRow(o, tuple(study.digits(k, o.ratio) for k in keys)) for o in study.named)
+    return tuple(row for row in found if any(row.cells))
 
 
 def law_rows(study: RoundoffData) -> tuple[tuple[LawRow, ...], tuple[LawRow, ...]]:
-    """Laws of one evaluation: those shown first, and further ones."""
+    """Laws of one evaluation: those shown first, and further ones; none of fewer sizes than a law needs."""
     order = {state: k for k, state in enumerate(STATES)}
-    found = sorted(study.tables.laws.to_dict("records"), key=lambda r: order.get(r["state"], len(order)))
+    known = [r for r in study.tables.laws.to_dict("records") if not few_sizes(study, r)]
+    found = sorted(known, key=lambda r: order.get(r["state"], len(order)))
     shown = [law_row(study, r, FIRST_NAMES) for r in found if first(r)]
     return tuple(shown), tuple(law_row(study, r, ALL_NAMES) for r in found if not first(r))
+
+
+def few_sizes(study: RoundoffData, row: dict[Any, Any]) -> bool:
+    """Whether a series was measured, but at fewer than :data:`LEAST_SIZES` sizes."""
+    table = study.tables.evaluation
+    if not len(table):
+        return False
+    own = np.logical_and.reduce([table[name] == row[name] for name in ALL_NAMES])
+    return int(table.ratio[own].nunique()) < LEAST_SIZES
 
 
 def first(row: dict[Any, Any]) -> bool:

@@ -36,12 +36,11 @@ from reports.chapters.roundoff.words import (
     unit_text,
 )
 from reports.text.record import is_complete
-from scenarios.plural import plural
 
 if TYPE_CHECKING:
     from collections.abc import Hashable
 
-    from reports.chapters.roundoff.series import Digits, NamedObject, RoundoffData
+    from reports.chapters.roundoff.series import Digits, NamedObject, RoundoffData, Spread
 
 CLAIM = "could be impossible"
 LONGEST_M = 100.0  # largest object named in the text
@@ -92,7 +91,7 @@ def headline(study: RoundoffData) -> str:
     """Verdict in one sentence."""
     found = kept(study)
     if not found:
-        return "Nothing was measured at the sizes of the named objects"
+        return measured_headline(study)
     lost = [o.name for o, d in found if d.lost]
     if lost:
         return f"In double precision, absolute coordinates lose the reactions of {things_text(lost)}"
@@ -100,6 +99,16 @@ def headline(study: RoundoffData) -> str:
     if spent and max(spent) < 1.0:
         return "In double precision absolute coordinates cost no digit of reactions in generic states"
     return f"In double precision absolute coordinates cost some digits of reactions in generic states{in_single(study)}"
+
+
+def measured_headline(study: RoundoffData) -> str:
+    """Digits that the longest measured bars keep, of a study at the size of no named object."""
+    sizes = Key(ABSOLUTE).of(study.tables.evaluation).ratio
+    longest = float(sizes.max()) if len(sizes) else 0.0
+    in_relative, in_absolute = (study.error(Key(f), longest) for f in (RELATIVE, ABSOLUTE))
+    if in_relative is None or in_absolute is None:
+        return "Nothing was measured at the sizes of the named objects"
+    return f"A generic state leaves {left(in_relative, in_absolute)} for bars of {size(study, longest)}"
 
 
 def in_single(study: RoundoffData) -> str:
@@ -125,10 +134,10 @@ def ordinary_sentences(study: RoundoffData) -> tuple[str, ...]:
             f"{unit_text(in_absolute)} ({exponent_words(in_absolute)})."
         )
     if in_relative is not None:
-        where = "at every size" if in_relative.certain else "on average over the sizes"
+        some = " on average over the sizes" if in_relative.points > 1 else ""
+        where = " at every size" if in_relative.certain else some
         said.append(
-            f"In relative coordinates their errors are {unit_text(in_relative)} {where} "
-            f"({exponent_words(in_relative)})."
+            f"In relative coordinates their errors are {unit_text(in_relative)}{where} ({exponent_words(in_relative)})."
         )
     return (*said, *production_sentences(study)) if len(said) > 1 else ()
 
@@ -179,7 +188,7 @@ def read_off_left(study: RoundoffData) -> list[str]:
 
 def unequal_sentences(study: RoundoffData) -> tuple[str, ...]:
     """Sentence on masses of 1 : 1e6."""
-    return shared_loss(study, Key(RELATIVE, state=UNEQUAL), "Masses that alternate as 1 : 10⁶")
+    return shared_loss(study, Key(RELATIVE, state=UNEQUAL), "masses that alternate as 1 : 10⁶")
 
 
 def long_chain_sentences(study: RoundoffData) -> tuple[str, ...]:
@@ -192,25 +201,39 @@ def long_chain_sentences(study: RoundoffData) -> tuple[str, ...]:
 
 
 def shared_loss(study: RoundoffData, key: Key, what: str) -> tuple[str, ...]:
-    """Sentence on the digits that a state costs in both sets of coordinates, for its longest bars."""
-    law, plain = study.law(key), study.law(Key(RELATIVE))
+    """Sentence on the digits that a state leaves in both sets of coordinates, for its longest bars.
+
+    A generic state of the same bars is named beside it: absolute coordinates cost digits there, too.
+    """
     sizes = key.of(study.tables.evaluation).ratio
-    if law is None or plain is None or not law.constant or not plain.constant or not len(sizes):
+    if not len(sizes):
         return ()
     longest = float(sizes.max())
-    in_relative, in_absolute = (study.error(k, longest) for k in (key, other(key, formulation=ABSOLUTE)))
-    if in_relative is None or in_absolute is None or law.constant < COSTLY * plain.constant:
+    found, plain = (
+        [study.error(other(k, formulation=f), longest) for f in (RELATIVE, ABSOLUTE)] for k in (key, Key(RELATIVE))
+    )
+    (in_relative, in_absolute), (usual, usual_absolute) = found, plain
+    if in_relative is None or in_absolute is None or usual is None or usual_absolute is None:
         return ()
-    lost = plural(round(math.log10(law.constant / plain.constant)), "digit")
-    here = f"for bars of {size(study, longest)}"
-    if in_absolute.median > ALIKE * in_relative.median:
-        return (f"{what} cost {lost} in relative coordinates ({unit_text(law)}), and more in absolute ones: "
-                f"{spelled(in_absolute.median)} beside {spelled(in_relative.median)} {here}.",)  # fmt: skip
+    if in_relative.median < COSTLY * usual.median:
+        return ()
+    said = (
+        f"For bars of {size(study, longest)}, {what} leave {left(in_relative, in_absolute)}; a generic state leaves "
+        f"{left(usual, usual_absolute)}."
+    )
     given = study.error(other(key, source=INPUT), longest)
+    alike = in_absolute.median <= ALIKE * in_relative.median
     cause = (f" Rounding the input costs {spelled(given.median)}: the digits are lost in solving the joint "
-             "system.") if given and given.median * COSTLY < in_relative.median else ""  # fmt: skip
-    return (f"{what} cost {lost} in either: {here} errors are {spelled(in_relative.median)} in relative and "
-            f"{spelled(in_absolute.median)} in absolute coordinates.{cause}",)  # fmt: skip
+             "system.") if alike and given and given.median * COSTLY < in_relative.median else ""  # fmt: skip
+    return (said + cause,)
+
+
+def left(in_relative: Spread, in_absolute: Spread) -> str:
+    """``10.0 digits in relative and in absolute coordinates``; both numbers where they differ."""
+    relative, absolute = in_relative.digits.text, in_absolute.digits.text
+    if relative == absolute:
+        return f"{relative} digits in relative and in absolute coordinates"
+    return f"{relative} digits in relative and {absolute} in absolute coordinates"
 
 
 def cost_sentences(study: RoundoffData) -> tuple[str, ...]:
@@ -237,7 +260,8 @@ def limits(study: RoundoffData) -> tuple[str, ...]:
     record, sizes = study.tables.record, study.tables.evaluation.ratio
     metres, span = study.metres, ""
     if len(sizes) and metres is not None:
-        span = f" and bars of {length(float(sizes.min()) * metres)} to {length(float(sizes.max()) * metres)}"
+        ends = dict.fromkeys(length(float(end) * metres) for end in (sizes.min(), sizes.max()))
+        span = f" and bars of {' to '.join(ends)}"
     said = [f"The verdict holds for a planar chain in a spherical field{span}. Errors are those of the worst joint, "
             "relative to the largest reaction."]  # fmt: skip
     if record.get("members"):
