@@ -81,6 +81,14 @@ def is_file(path: Path) -> bool:
         return False
 
 
+def is_special(path: Path) -> bool:
+    """Whether a device, a pipe or a socket is there: reading it might not end."""
+    try:
+        return path.exists() and not (path.is_file() or path.is_dir())
+    except OSError:
+        return False
+
+
 def is_folder(path: Path) -> bool:
     """Whether a folder is there."""
     try:
@@ -99,6 +107,8 @@ def scene_files(folder: Path) -> list[str]:
 
 def missing(path: Path, folders: Sequence[Path]) -> str:
     """Words on a scene that is not there, with the nearest one."""
+    if is_special(path):
+        return "a device, a pipe or a socket; a scene is an ordinary file that ends with .toml"
     if path.suffix == ".toml" and is_folder(path):
         return "a folder; a scene is a file that ends with .toml"
     if path.suffix == ".toml":

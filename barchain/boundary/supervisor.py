@@ -1,7 +1,8 @@
 """Supervisor of one engine process: it enforces limits, and ends every process that the engine has started.
 
 The supervisor holds nothing of the engine. It adopts orphans (a subreaper on Linux), so that a child that detaches
-itself is found and ended too. It ends by itself if the server that forked it does.
+itself is found and ended too. It ends by itself if the server that forked it does; the server ends with the comparing
+process.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import os
 import signal
 import sys
 import time
-from multiprocessing import resource_tracker
+from multiprocessing import forkserver, resource_tracker
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +23,7 @@ from barchain.boundary import examination, questions
 from barchain.boundary.limits import FILE_B
 from barchain.boundary.message import MessageError, plain_text, write_message
 from barchain.boundary.phase import QUESTION, late_words
+from barchain.boundary.threads import FOLDER
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -49,6 +51,8 @@ def supervise(folder: str, limits: OutsideLimits, question: str, given: tuple[An
         Its arguments.
     """
     os.setsid()
+    let_server_end()
+    os.environ[FOLDER] = str(Path(folder).parent)  # the server may be older than the folder of this comparison
     process_control(PR_SET_PDEATHSIG, signal.SIGTERM)
     process_control(PR_SET_CHILD_SUBREAPER, 1)
     awaited = {signal.SIGCHLD, signal.SIGTERM, signal.SIGHUP, signal.SIGINT}
@@ -64,6 +68,15 @@ def supervise(folder: str, limits: OutsideLimits, question: str, given: tuple[An
         (Path(folder) / END).write_text(json.dumps(ended), encoding="ascii")
     finally:  # without a traceback where the engine has removed the folder
         os._exit(0)
+
+
+def let_server_end() -> None:
+    """Close this process's end of the pipe by which the server knows that the comparing process is there."""
+    held = vars(forkserver)["_forkserver"]
+    alive = vars(held)["_forkserver_alive_fd"]
+    if alive is not None:
+        os.close(alive)
+        held._forkserver_alive_fd = None
 
 
 def watch(

@@ -1,5 +1,8 @@
 """Environment of worker processes: one thread each, and a temporary folder that goes with the process that compares.
 
+A process that starts others needs standard streams, a current folder and a number of open files. Closed streams are
+replaced by the null device: pipes would take their numbers. What else is missing is told before anything starts.
+
 Threads of several workers would wait for each other, and a library whose order of summation depends on the number of
 threads would change the last bits. Libraries read the number when they are loaded. The environment must therefore hold
 it when a process starts, also when a process replaces another during a run.
@@ -12,10 +15,13 @@ the folder's name in their environment.
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import threading
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import psutil
 
 from barchain.boundary.watchman import Watchman
 
@@ -42,6 +48,76 @@ def in_worker() -> bool:
     return bool(folder) and Path(str(folder)).is_dir()
 
 
+STANDARD = range(3)
+"""Descriptors of the standard streams"""
+FILES_PER_PROCESS = 6
+"""Open files of a pool with one process: pipes and their locks (106 of 8 processes in two pools each, 10 of none)"""
+SPARE_FILES = 20
+"""Open files beside those of pools: tables, logs, and the pipes to one engine of another package"""
+
+
+class NoProcessError(OSError):
+    """Raised where this process can't start others: a fault of its surroundings, and of no engine."""
+
+
+def fill_standard_streams() -> None:
+    """Open the null device at each closed descriptor of a standard stream, for this process and those it starts."""
+    for number in STANDARD:
+        try:
+            os.fstat(number)
+        except OSError:
+            null = os.open(os.devnull, os.O_RDWR)
+            os.dup2(null, number)  # inheritable, also where it is the same number
+            os.set_inheritable(number, True)
+            if null != number:
+                os.close(null)
+
+
+def need_current_folder() -> None:
+    """Check that there is a current folder: a process can't be started without.
+
+    Raises
+    ------
+    NoProcessError
+        If it was removed.
+    """
+    try:
+        os.getcwd()  # noqa: PTH109  # `Path.cwd` says no more
+    except OSError as error:
+        raise NoProcessError(error.errno, "the current folder is gone; change to one that is there") from None
+
+
+def need_open_files(processes: int = 0) -> None:
+    """Check that this process may open the files that other processes take, and raise its own limit if it may.
+
+    Parameters
+    ----------
+    processes : int
+        Number of processes side by side.
+
+    Raises
+    ------
+    NoProcessError
+        If the limit that only an administrator may raise is too low.
+    """
+    try:
+        import resource  # noqa: PLC0415  # not on Windows
+    except ImportError:
+        return
+    needed = psutil.Process().num_fds() + FILES_PER_PROCESS * processes + SPARE_FILES
+    usual, most = (
+        float("inf") if n == resource.RLIM_INFINITY else n for n in resource.getrlimit(resource.RLIMIT_NOFILE)
+    )
+    if needed > most:
+        fewer = " or take fewer --workers" if processes > 1 else ""
+        raise NoProcessError(
+            errno.EMFILE,
+            f"too few open files are allowed: {most} given, needed: {needed}; raise the limit by `ulimit -n`{fewer}",
+        )
+    if needed > usual:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (needed, resource.getrlimit(resource.RLIMIT_NOFILE)[1]))
+
+
 class WorkerEnvironment:
     """Count of active contexts, the environment before the first of them, and their temporary folder."""
 
@@ -54,6 +130,9 @@ class WorkerEnvironment:
         """Set the environment if this context is the first."""
         with self.lock:
             if not self.users:
+                fill_standard_streams()
+                need_current_folder()
+                need_open_files()
                 self.before = {name: os.environ.get(name) for name in (*THREADS, FOLDER)}
                 os.environ.update(dict.fromkeys(THREADS, "1"))
                 if not in_worker():

@@ -2,7 +2,8 @@
 
 The watchman reads a pipe that only the comparing process holds open. A word on the pipe is an orderly end: the folder
 is removed. The end of the pipe without a word means that the process was killed: the watchman first kills every
-process whose environment names the folder. It runs in a session of its own, so that a closed terminal does not end it.
+process whose environment names the folder, or that works inside it. It runs in a session of its own, so that a closed
+terminal does not end it.
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ marked = ("BARCHAIN_TEMPORARY=" + folder).encode()
 
 def belongs(pid):
     try:
+        if os.readlink(f"/proc/{pid}/cwd").startswith(folder + "/"):
+            return True
         with open(f"/proc/{pid}/environ", "rb") as file:
             return marked in file.read().split(b"\0")
     except OSError:

@@ -12,6 +12,7 @@ import click
 from barchain.cli.common import verbosity
 from barchain.cli.common.exit_codes import ExitCode, failure
 from barchain.cli.common.sections import EndedEarlyError, SectionedGroup
+from barchain.cli.common.streams import guard_streams, lost_output
 from barchain.cli.common.terminal import plain, say
 from barchain.cli.conform import conform
 from barchain.cli.cost import cost
@@ -54,8 +55,12 @@ COMPLETION = "_BARCHAIN_COMPLETE"
 
 def main() -> None:
     """Entry point: every fault ends in one readable line and an exit code of its own, but for barchain's own faults."""
+    output = guard_streams()
     try:
         code = run(sys.argv[1:])
+        lost = lost_output(output)
+        if lost:
+            code = complain(f"standard output is lost: {lost}; the work was done", ExitCode(code or ExitCode.BAD_INPUT))
     except BaseException as error:
         if isinstance(error, SystemExit) and COMPLETION in os.environ:
             raise

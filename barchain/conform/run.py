@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from barchain.boundary.message import plain_text
 from barchain.boundary.raised import line
+from barchain.boundary.threads import NoProcessError
 from barchain.conform.accuracy import accuracy
 from barchain.conform.behaviour import behaviour
 from barchain.conform.checks import Check, CheckState, ConformanceReport, Group
@@ -93,6 +94,8 @@ def guarded(group: Group, made: Iterator[Check]) -> Iterator[Check]:
     """Checks of a group; an exception in one becomes a failed check, and ends the group."""
     try:
         yield from made
+    except NoProcessError:
+        raise
     except Exception as error:
         frame, number = list(traceback.walk_tb(error.__traceback__))[-1]
         words = f"{type(error).__name__}: {plain_text(error)} ({line(frame, number)})"

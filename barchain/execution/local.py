@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from barchain.boundary.process import STOP
-from barchain.boundary.threads import one_thread_each, temporary_root
+from barchain.boundary.threads import need_open_files, one_thread_each, temporary_root
 from barchain.execution.processes import ProcessSlot
 from barchain.execution.session import Session
 
@@ -30,6 +30,7 @@ class LocalSession(Session):
         """Prepare; `workers` is the number of calls side by side, as many as there are cores by default."""
         super().__init__()
         self.workers = workers or os.cpu_count() or 1
+        need_open_files(self.workers)
         self.waiting: queue.SimpleQueue[tuple[Hashable, Call] | None] = queue.SimpleQueue()
         self.slots: list[ProcessSlot] = []
         self.threads: list[threading.Thread] = []

@@ -15,6 +15,7 @@ import threading
 import time
 from concurrent.futures import CancelledError
 from concurrent.futures import TimeoutError as FutureTimeoutError
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
 
@@ -78,12 +79,17 @@ class ProcessSlot:
         ------
         SlotClosedError
             If the slot is closed.
+        OSError
+            If no process can be started.
         """
         with self.lock:
             if self.closed:
                 raise SlotClosedError
             given = call.function, call.given, log
-            self.at_work = self.pool(call).schedule(quietly_answered, given, timeout=call.limit_s)
+            try:
+                self.at_work = self.pool(call).schedule(quietly_answered, given, timeout=call.limit_s)
+            except BrokenProcessPool as error:
+                raise (error.__cause__ or error) from None  # the system starts no process, and says why
             return self.at_work
 
     def pool(self, call: Call) -> ProcessPool:
@@ -171,8 +177,7 @@ def last_words(log: Path) -> str:
 @contextlib.contextmanager
 def quietly(log: Path) -> Iterator[None]:
     """Redirect the output of this process and its libraries, C code included, to `log`."""
-    sys.stdout.flush()
-    sys.stderr.flush()
+    flush()
     kept = os.dup(1), os.dup(2)
     with log.open("wb") as sink:
         os.dup2(sink.fileno(), 1)
@@ -180,8 +185,14 @@ def quietly(log: Path) -> Iterator[None]:
         try:
             yield
         finally:
-            sys.stdout.flush()
-            sys.stderr.flush()
+            flush()
             for target, copy in zip((1, 2), kept, strict=True):
                 os.dup2(copy, target)
                 os.close(copy)
+
+
+def flush() -> None:
+    """Write out what is held back; output that can't be written costs no run."""
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(OSError, ValueError, AttributeError):  # no room, closed, or none
+            stream.flush()

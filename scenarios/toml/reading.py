@@ -6,6 +6,7 @@ Both are counted here on the text without its strings and comments.
 
 from __future__ import annotations
 
+import os
 import re
 import tomllib
 from typing import TYPE_CHECKING, Any
@@ -44,7 +45,7 @@ def read_text(path: Path) -> str:
     """
     try:
         FILE_BYTES.check(path.stat().st_size)
-        with path.open(encoding="utf-8") as file:
+        with open(path, encoding="utf-8", opener=without_waiting) as file:
             text = file.read(FILE_BYTES.most + 1)
     except UnicodeDecodeError as error:
         raise UnreadableError(f"can't be read as UTF-8: {error.reason} at byte {error.start}") from None
@@ -52,6 +53,11 @@ def read_text(path: Path) -> str:
         raise UnreadableError(f"can't be read: {error.strerror or error}") from None
     FILE_BYTES.check(len(text))  # it may grow, and files of the system tell no size
     return text
+
+
+def without_waiting(path: str, flags: int) -> int:
+    """Descriptor of a file whose content, if it is yet to come as in ``/proc/kmsg``, is not waited for."""
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def tables_of(text: str) -> dict[str, Any]:

@@ -70,7 +70,9 @@ def failure(error: Exception) -> tuple[str, ExitCode] | None:
     if isinstance(error, json.JSONDecodeError):
         return f"a file of these results is damaged: {error}", ExitCode.BAD_INPUT
     if isinstance(error, OSError):  # a file or folder that is not there, not a folder, or not writable
-        return f"{error.filename}: {error.strerror}" if error.filename else str(error), ExitCode.BAD_INPUT
+        return f"{error.filename}: {error.strerror}" if error.filename else error.strerror or str(
+            error
+        ), ExitCode.BAD_INPUT
     return domain_failure(error)
 
 
