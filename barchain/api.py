@@ -29,6 +29,7 @@ from barchain.run.pool import run_jobs
 from barchain.run.selection import chosen_engines
 from barchain.run.settings import SettingError, choose_setting
 from barchain.run.time_limits import TIME_LIMIT_S
+from barchain.run.timing.least_time import need_runnable
 from reports.tables.outcome import Outcome
 from scenarios import Scene, check_scene, load_scene, scene_names
 
@@ -123,6 +124,7 @@ def simulate(
     check_seconds("time_limit_s", time_limit_s)
     check_switch("condition", condition)
     loaded = check_scene(scene) if isinstance(scene, Scene) else load_scene(scene)
+    need_runnable([loaded], time_limit_s)
     registration = find_engine(engine)
     if registration.missing:
         raise EngineError(f"{engine}: {registration.missing}")

@@ -65,7 +65,7 @@ def test_a_low_limit_that_may_be_raised_costs_nothing(tmp_path: Path) -> None:
 
 
 @posix
-def test_a_scene_that_is_a_device_or_a_pipe_is_refused_at_once(tmp_path: Path) -> None:
+def test_a_scene_that_is_a_device_or_a_pipe_is_rejected_at_once(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.toml")
     for path in ("/dev/zero", "pipe.toml"):
         made = subprocess.run(

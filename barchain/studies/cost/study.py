@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from adapters.registry import engines
 from barchain.record.facts import engine_facts, external_versions, scene_words
 from barchain.run.selection import chosen_engines, unique_names
+from barchain.run.timing.least_time import need_runnable
 from barchain.studies.cost.limits import MINUTES, REPEATS, TIME_LIMIT_S
 from barchain.studies.cost.plan import CostPlan, kind_of, shortened
 from barchain.studies.cost.run import CostResult, CostRun
@@ -67,6 +68,7 @@ class CostStudy:
         loaded = unique_names([s if isinstance(s, Scene) else load_scene(s) for s in names])
         chosen = engines() if options.engines is None else chosen_engines(options.engines)
         scenes = [shortened(s, options.orbits) for s in loaded]
+        need_runnable(scenes, options.time_limit_s)
         if self.solution_of is None:
             from barchain.solutions.certified import need_certifiable  # noqa: PLC0415  # as in certified_source
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from barchain.execution.executors import ALL_CORES
 from barchain.record.facts import scene_words
+from barchain.run.timing.least_time import need_runnable
 from barchain.studies.effects.budget import EffectsBudget, EffectsResult
 from barchain.studies.effects.default_options import MATTERS, REPEATS, RTOL, SECONDS
 from barchain.studies.effects.effect_toggles import switches
@@ -60,6 +61,7 @@ class EffectsStudy:
         ValueError
             For a width beyond a bar's length, which no scene allows.
         """
+        need_runnable([options.scene])
         shortest_m = min(options.scene.chain.length_m)
         if options.width_m is not None and options.width_m > shortest_m:
             raise ValueError(

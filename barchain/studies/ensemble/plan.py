@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from barchain.execution.executors import ALL_CORES
+from barchain.run.timing.least_time import need_runnable
 from barchain.studies.ensemble.bins import BINS, PILOT_RUNS
 from barchain.studies.ensemble.population import check_effects, populations
 from barchain.studies.ensemble.variation import VariationError, parse
@@ -82,6 +83,7 @@ def make_plan(options: EnsembleOptions) -> EnsemblePlan:
     """
     given = options.scene if isinstance(options.scene, Scene) else load_scene(options.scene)
     scene = shortened(given, options.orbits, options.samples)
+    need_runnable([scene])
     variations = tuple(parse(text, scene.bars) for text in options.vary)
     check_overlaps(variations)
     check_numbers(scene, options.runs)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from barchain.execution.executors import ALL_CORES
 from barchain.record.facts import engine_facts
 from barchain.run.selection import unique_names
+from barchain.run.timing.least_time import need_runnable
 from barchain.studies.stability.left_out import left_to_a_full_study
 from barchain.studies.stability.limits import TIME_LIMIT_S
 from barchain.studies.stability.plan import StabilityPlan, chosen_engines, hard_scenes
@@ -59,6 +60,7 @@ class StabilityStudy:
             For a Dask cluster that can't be used.
         """
         scenes = unique_names([load_scene(s) for s in options.scenes or hard_scenes()])
+        need_runnable(scenes, options.time_limit_s)
         chosen = chosen_engines(options.engines, full=options.full)
         whole = options.full or bool(options.engines)
         left = frozenset() if whole else left_to_a_full_study(scenes, chosen)
