@@ -174,7 +174,7 @@ class Trajectory:
 
         return html("trajectory", self.to_frame(), self.ended, self.info, (self.scene, self.engine, self.setting))
 
-    def replace(self, **changes: Array | None) -> Trajectory:
+    def replace(self, **changes: Array | tuple[int, ...] | None) -> Trajectory:
         """Copy with some arrays replaced."""
         return dataclasses.replace(self, **changes)  # type: ignore[arg-type]
 

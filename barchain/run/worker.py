@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 BUILD = "build"
 
 
-def run_quietly(job: Job, log: Path) -> RunResult:
-    """Run `job`; the engine's output goes to `log`, which outlives a crash of the process."""
+def run_quietly(job: Job, log: Path, simulate_s: float | None = None) -> RunResult:
+    """Run `job`, as :func:`run_job` does; the engine's output goes to `log`, which outlives a crash of the process."""
     with quietly(log):
-        return run_job(job)
+        return run_job(job, simulate_s)
 
 
 def run_job(job: Job, simulate_s: float | None = None) -> RunResult:

@@ -68,7 +68,8 @@ def physics_digest(scene: Scene) -> str:
 
 def write_table(path: Path, table: CertifiedTable) -> None:
     """Write a table and make its folder; an interruption leaves no partial file."""
-    frame = to_frame(table.trajectory)
+    frame = to_frame(table.trajectory.replace(torque_bars=()))
+    frame = frame.rename(columns=lambda name: name.replace("torque_law_", "torque_"))  # as in all committed tables
     for name, column in ERROR_COLUMNS.items():
         if name in table.error:
             frame[column] = table.error[name]

@@ -63,6 +63,8 @@ class CostRecord(Record):
     scenes: dict[str, dict[str, Any]] | None = None
     certified_solutions: dict[str, dict[str, Any]] | None = None
     left_out: list[dict[str, Any]] | None = None
+    shortened_limits_s: dict[str, float] | None = None
+    """Limit of a run in the scenes where half of the time was used before all was run"""
     other_processors: float | None = None
     """Mean number of processors that other processes used while times were measured"""
 

@@ -10,7 +10,7 @@ import pytest
 from markupsafe import escape
 
 from reports.chapters.cost.charts import SOLID_AND_DASHED, ChartData, CostCurve, by_family, overview
-from reports.chapters.cost.view import view_cost
+from reports.chapters.cost.view import share_text, view_cost
 from reports.plotting.families import families, family_pens
 from reports.render import render, render_study
 from reports.tables.cost import KINDS
@@ -35,9 +35,22 @@ def test_the_chapter_stands_alone_and_says_what_was_left_out(tmp_path: Path) -> 
     assert "cut off" not in html
     assert "| slow-er |" in text.replace("\\", "")
     assert "not reached" in text
-    assert "40&nbsp;%" in html
+    assert ">40 %</td>" in html
     assert "| slow | steps\\_per\\_orbit=640 | 40 % | 38 to 43 % |" in text
     assert "nan" not in html.lower().replace("nanmin", "")
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "shown"),
+    [
+        (0.38, 0.43, ("40 %", "38 to 43 %")),
+        (-0.15, 0.97, ("not resolved", "")),
+        (0.01, 0.97, ("not resolved", "")),
+        (0.3, 1.2, ("not resolved", "")),
+    ],
+)
+def test_a_share_is_told_where_its_interval_is_narrow(low: float, high: float, shown: tuple[str, str]) -> None:
+    assert share_text({"share": 0.4, "share_low": low, "share_high": high}) == shown
 
 
 def test_the_chapter_joins_the_report_of_a_comparison(tmp_path: Path) -> None:

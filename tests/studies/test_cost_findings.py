@@ -14,6 +14,8 @@ from barchain.run.timing.statistics import interval, locate, lower_envelope, med
 from barchain.studies.cost.findings import front_of, order_row, price_table, reach_table
 from barchain.studies.cost.plan import distinct, shortened, sweeps
 from barchain.studies.cost.points import errors_of, under_floor
+from barchain.studies.cost.reach import LONGER, SHORTENED
+from reports.tables.cost import NOT_RUN
 from scenarios import load_scene
 from tests.studies.cost_points import FLOOR, engine_points, point, table, times_of
 from tests.support.certified_stand_in import certified_stand_in
@@ -97,7 +99,30 @@ def test_failed_points_count_for_nothing_and_cost_only_themselves():
     loose = point("a", 8888, 1e-12, 1e-9) | {"outcome": "joints_ignored"}
     assert not front_of(table(good, [failed, loose]))[-2:].any()
     left, right = (reach_table(table(good, extra), {}) for extra in ([], [failed, loose]))
-    pd.testing.assert_frame_equal(left, right)
+    pd.testing.assert_frame_equal(left.drop(columns="reason"), right.drop(columns="reason"))
+    assert set(right.reason[right.status == "not reached"]) == {"failed"}
+
+
+@pytest.mark.parametrize(
+    ("outcome", "reason", "shown"),
+    [
+        ("timed_out", "simulate took longer than 5 s", "timed out"),
+        ("nothing_compared", f"{NOT_RUN}: {LONGER}, 5 s: about 8 s expected", f"{NOT_RUN}: time limit"),
+        ("nothing_compared", f"{NOT_RUN}: {LONGER}, 0.5 s, as {SHORTENED}: about 2 s expected", f"{NOT_RUN}: budget"),
+        ("pass", "", "not reached"),
+    ],
+)
+def test_a_cell_says_why_an_error_was_not_reached(outcome, reason, shown):
+    finest = point("a", 9999, 1e-5, 1.0) | {"outcome": outcome, "reason": reason}
+    found = reach_table(table(engine_points("a", 2.0, 1e-3, STEPS), [finest]), {})
+    last = found.query("quantity == 'attitude' and measure == 'seconds' and target == 1e-8").iloc[0]
+    assert (last.reason or last.status) == shown
+
+
+def test_an_engine_that_was_never_good_has_cells_with_the_reason():
+    late = [p | {"outcome": "timed_out", "reason": ""} for p in engine_points("b", 2.0, 1e-3, STEPS)]
+    found = reach_table(table(engine_points("a", 2.0, 1e-3, STEPS), late), {})
+    assert set(found.reason[found.engine == "b"]) == {"timed out"}
 
 
 def test_the_front_is_what_no_other_point_beats():

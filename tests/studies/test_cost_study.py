@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -139,7 +140,9 @@ def test_an_engine_that_fails_costs_its_own_points_only(study):
     assert tables.points[tables.points.engine == "IgnoresJoints"].seconds.notna().all()
     assert tables.points[tables.points.engine == "Segfault"].reason.str.contains("SIGSEGV").all()
     assert [o["engine"] for o in tables.record["left_out"]] == ["NotThere"]
-    assert set(tables.reach.engine) == {"reference"}
+    told = tables.reach.groupby("engine").reason.agg(set).to_dict()
+    assert told["Segfault"] - {""} == {"failed"}
+    assert told["IgnoresJoints"] - {""} == {"joints ignored"}
     page, ratios, _ = render_study("cost", study)
     count = tables.points.engine.value_counts()
     failed = f"× failed: Segfault ({count['Segfault']}), IgnoresJoints ({count['IgnoresJoints']})"
@@ -219,6 +222,36 @@ def test_settings_past_the_time_limit_are_not_tried():
     assert "about 3.6 s expected" in too_long(rows, finer, LIMIT_S)
     assert too_long([(coarse, {"outcome": "timed_out", "reason": ""})], fine, LIMIT_S)
     assert too_long([(coarse, {"outcome": "failed", "reason": "no step"})], fine, LIMIT_S) == ""
+
+
+@pytest.mark.parametrize("haste_s", [0.0, 0.05, 0.35, 1.0, 3.0])
+def test_the_order_of_engines_does_not_decide_what_is_measured(haste_s, monkeypatch, tmp_path):
+    """Each setting costs its engine a known time on a clock of the test."""
+    clock = [0.0]
+    monkeypatch.setattr("barchain.studies.cost.run.time", SimpleNamespace(perf_counter=lambda: clock[0]))
+
+    class Bench:
+        def run(self, job, time_limit_s):
+            del time_limit_s
+            seconds = (3e-4 if job.engine == "exudyn" else 2e-5) * job.setting.value
+            clock[0] += seconds
+            return RunResult(Outcome.PASS, seconds={"build": 0.0, "simulate": seconds, "read": 0.0})
+
+    measured = []
+    for order in (("exudyn", "pymunk"), ("pymunk", "exudyn")):
+        clock[0] = 0.0
+        plan = CostStudy().plan(CostOptions([SCENE], order, 0.1, 1, time_limit_s=5.0))
+        store = StudyStore(FILES, tmp_path / order[0], STUDY.record(plan))
+        noted = []
+        run = CostRun(plan, store, lambda _: None, Reporter(note=noted.append))
+        run.haste_at = haste_s
+        run.first_pass(Bench(), SimpleNamespace(scene=plan.scenes[0]), sweeps(plan.scenes[0], plan.engines)[0])
+        found = {(r["engine"], r["setting"]) for r in run.measured.rows.values() if r["outcome"] == "pass"}
+        hasty = [r["reason"] for r in run.measured.rows.values() if "half used" in r["reason"]]
+        assert len(noted) == len(store.record["shortened_limits_s"]) >= bool(hasty), "a shortened limit is told once"
+        measured.append(found)
+    assert measured[0] == measured[1]
+    assert {engine for engine, _ in measured[0]} == {"exudyn", "pymunk"}
 
 
 def test_settings_finer_than_the_oracle_can_tell_are_not_tried():

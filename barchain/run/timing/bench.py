@@ -56,8 +56,8 @@ def quietest_core() -> int | None:
     return max(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else None
 
 
-def turn(job: Job, log: Path, least_s: float) -> RunResult:
-    """Run `job` in this process until `least_s` of `simulate` are measured.
+def turn(job: Job, log: Path, least_s: float, simulate_s: float | None = None) -> RunResult:
+    """Run `job` in this process until `least_s` of `simulate` are measured; `simulate_s` as in `run_job`.
 
     Returns
     -------
@@ -67,7 +67,7 @@ def turn(job: Job, log: Path, least_s: float) -> RunResult:
     """
     cold: list[RunResult] = []
     if job.scene.digest not in warmed:
-        cold.append(run_quietly(job, log))
+        cold.append(run_quietly(job, log, simulate_s))
         if cold[0].outcome is not Outcome.PASS:
             return cold[0]
         warmed.add(job.scene.digest)
@@ -75,17 +75,17 @@ def turn(job: Job, log: Path, least_s: float) -> RunResult:
     gc.freeze()  # the next collection skips objects of now, which saves 60 ms
     gc.disable()
     try:
-        found = repeated(job, log, least_s)
+        found = repeated(job, log, least_s, simulate_s)
     finally:
         gc.enable()
     return summed_up([*cold, *found])
 
 
-def repeated(job: Job, log: Path, least_s: float) -> list[RunResult]:
+def repeated(job: Job, log: Path, least_s: float, simulate_s: float | None = None) -> list[RunResult]:
     """Run until `simulate` has taken `least_s`, or all phases five times that; a failure ends the turn."""
     found: list[RunResult] = []
     while len(found) < MOST_RUNS:
-        found.append(run_quietly(job, log))
+        found.append(run_quietly(job, log, simulate_s))
         if found[-1].outcome is not Outcome.PASS:
             break
         if sum(r.seconds["simulate"] for r in found) >= least_s:
@@ -138,13 +138,18 @@ class TimingBench:
             future.exception()
 
     def run(self, job: Job, time_limit_s: float) -> RunResult:
-        """Run one turn; the first turn of a scene or after a crash has more time for imports and compiling."""
+        """Run one turn; the first turn of a scene or after a crash has more time for imports.
+
+        An engine that compiles may do so for each setting: the limit then holds for each `simulate` alone.
+        """
         if pool_group(job) is PoolGroup.THIRD_PARTY:
             return one_turn(job, time_limit_s + QUESTION_S, self.least_s, MOST_RUNS)
         log, pair = Path(self.logs) / f"{job.engine}.log", (job.engine, job.scene.digest)
-        allowed = time_limit_s if pair in self.started else TimeLimit(time_limit_s).allowed_s(job) + STARTUP_S
-        future = self.pool(job.engine).schedule(turn, (job, log, self.least_s), timeout=allowed)
-        result = collect(future, log, allowed)
+        limit = TimeLimit(time_limit_s)
+        allowed = limit.allowed_s(job) + (0.0 if pair in self.started else STARTUP_S)
+        asked = (job, log, self.least_s, limit.simulate_s(job))
+        future = self.pool(job.engine).schedule(turn, asked, timeout=allowed)
+        result = limit.judged(job, collect(future, log, allowed))
         if "simulate" in result.seconds:
             self.started.add(pair)
         else:  # its process may have died

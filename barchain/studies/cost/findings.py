@@ -28,7 +28,7 @@ ORDER_COLUMNS = (
     "error_from", "error_to", "least_error",
 )  # fmt: skip
 REACH_COLUMNS = (
-    "scene", "quantity", "measure", "target", "engine", "kind", "status", "cost", "cost_low", "cost_high",
+    "scene", "quantity", "measure", "target", "engine", "kind", "status", "reason", "cost", "cost_low", "cost_high",
     "over_fastest", "over_fastest_low", "over_fastest_high",
     "over_baseline", "over_baseline_low", "over_baseline_high", "fastest",
 )  # fmt: skip

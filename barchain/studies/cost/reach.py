@@ -19,7 +19,7 @@ from barchain.run.timing.statistics import (
     parts,
 )
 from barchain.studies.cost.points import TELLS
-from reports.tables.cost import BASELINE
+from reports.tables.cost import BASELINE, NOT_RUN
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -36,6 +36,8 @@ QUANTITIES = {
     "com": ("com_error_m", "com_floor_m"),
 }
 MEASURES = ("seconds", "evaluations")
+LONGER = "past the time limit"  # in the reason of a point that is not tried
+SHORTENED = "the time budget is half used"  # in that of one past the limit that is shortened then
 
 
 @dataclass(frozen=True)
@@ -97,6 +99,9 @@ def reach_rows(
 ) -> list[dict[str, Any]]:
     """Rows of reach.csv for one scene: every engine at every target; the fastest is that of an engine's own kind."""
     curves = curves_of(points, scene, quantity, measure, times)
+    own = {str(e): rows for e, rows in points[points.scene == scene].groupby("engine", sort=False)}
+    reasons = {e: stopped(rows) for e, rows in own.items()}
+    shown = [e for e in own if e in curves or not (own[e].outcome == Outcome.PASS.value).any()]
     kinds = dict(zip(points.engine, points.kind, strict=True))
     least = TELLS * floor_of(points[points.scene == scene], quantity)
     rows: list[dict[str, Any]] = []
@@ -105,10 +110,26 @@ def reach_rows(
         found = {e: Reached(e, c, p) for e, c in curves.items() if (p := locate(c, target)) is not None}
         fastest = {kinds[r.engine]: r for r in sorted(found.values(), key=lambda r: r.cost, reverse=True)}
         base = {"scene": scene, "quantity": quantity, "measure": measure, "target": target}
-        for engine in curves:
+        for engine in shown:
             columns = reached_columns(found.get(engine), fastest.get(kinds[engine]), found.get(BASELINE))
-            rows.append(base | {"engine": engine, "kind": kinds[engine], "status": status} | columns)
+            reason = "" if columns or status == "no verdict" else reasons[engine]
+            named = {"engine": engine, "kind": kinds[engine], "status": status, "reason": reason}
+            rows.append(base | named | columns)
     return rows
+
+
+def stopped(rows: pd.DataFrame) -> str:
+    """Why an engine has no finer good point than its finest one; empty if it ran its whole sweep, coarse to fine."""
+    good = (rows.outcome == Outcome.PASS.value).to_numpy(bool)
+    later = rows.iloc[int(good.nonzero()[0].max()) + 1 :] if good.any() else rows
+    if not len(later):
+        return ""
+    outcome, reason = str(later.outcome.iloc[0]), str(later.reason.iloc[0])
+    if not reason.startswith(NOT_RUN):
+        return outcome.replace("_", " ")
+    if SHORTENED in reason:
+        return f"{NOT_RUN}: budget"
+    return f"{NOT_RUN}: time limit" if LONGER in reason else ""
 
 
 def reached_columns(mine: Reached | None, fastest: Reached | None, baseline: Reached | None) -> dict[str, Any]:

@@ -22,6 +22,7 @@ from barchain.studies.cost.load_share import load_jobs, load_times
 from barchain.studies.cost.measured_points import MeasuredPoints
 from barchain.studies.cost.plan import sweeps
 from barchain.studies.cost.points import UNITS, errors_of, under_floor
+from barchain.studies.cost.reach import LONGER, SHORTENED
 from reports.tables.cost import NOT_RUN
 from reports.tables.outcome import Outcome
 
@@ -41,7 +42,7 @@ if TYPE_CHECKING:
 FEWEST_TURNS = 3  # even where time is short: a median with its range
 FEWEST_LONG_TURNS, LONG_TURNS = 1, 3  # of runs over LONG_S, the first pass counted
 BRIEF_S = 0.03  # runs that take no longer get all their turns, even when time is short
-LONGER, BLURRED = "past the time limit", "lie under the certified solution's own error"  # why a point is not tried
+BLURRED = "lie under the certified solution's own error"  # why a point is not tried
 FIRST_SHARE = 0.5  # of a scene's time: then the first pass skips long runs, or the rounds would have none left
 CHECK_SHARE = 0.25  # a prediction is trusted to this much over the limit before the run itself is ended
 
@@ -68,7 +69,8 @@ class CostRun:
         self, plan: CostPlan, store: StudyStore, solution_of: Callable[[Scene], BoundedSolution], reporter: Reporter
     ) -> None:
         """Prepare; `reporter` gets scene, engine and setting, and outcome after each first run."""
-        self.plan, self.store, self.solution_of, self.report = plan, store, solution_of, reporter.step
+        self.plan, self.store, self.solution_of = plan, store, solution_of
+        self.report, self.note = reporter.step, reporter.note
         self.measured = MeasuredPoints(store)
         self.haste_at = math.inf
         self.equal_steps: list[dict[str, Any]] = []
@@ -131,23 +133,37 @@ class CostRun:
         self.store.record["certified_solutions"][solution.scene.name] = words | {"error": error}
 
     def first_pass(self, bench: TimingBench, solution: BoundedSolution, runs: dict[str, list[Job]]) -> None:
-        """One turn of every point, setting by setting over the engines; settings past the time limit are not run."""
+        """One turn of every point, setting by setting over the engines; settings past the time limit are not run.
+
+        A setting has one limit for all engines, whatever their order.
+        """
         for level in by_setting(runs):
+            limit_s = self.limit_s(solution.scene)
             for job in level:
                 if job.key not in self.measured.rows:
-                    self.first_turn(bench, solution, job, runs[job.engine])
+                    self.first_turn(bench, solution, job, runs[job.engine], limit_s)
             self.store.write("points", self.measured.points())
 
-    @property
-    def limit_s(self) -> float:
-        """Time allowed to one run; less once the first pass has had its share of the scene's time."""
-        late = time.perf_counter() > self.haste_at
-        return min(LONG_S, self.plan.time_limit_s) if late else self.plan.time_limit_s
+    def limit_s(self, scene: Scene) -> float:
+        """Time allowed to one run; less, and told, once the first pass has had its share of the scene's time."""
+        if self.plan.time_limit_s <= LONG_S or time.perf_counter() <= self.haste_at:
+            return self.plan.time_limit_s
+        shortened = self.store.record["shortened_limits_s"]
+        if scene.name not in shortened:
+            shortened[scene.name] = LONG_S
+            self.note(
+                f"{scene.name}: {SHORTENED}, so runs expected to take longer than {LONG_S:g} s are left out from here "
+                f"on, instead of {self.plan.time_limit_s:g} s; --minutes allows more"
+            )
+        return LONG_S
 
-    def first_turn(self, bench: TimingBench, solution: BoundedSolution, job: Job, sweep: list[Job]) -> None:
+    def first_turn(
+        self, bench: TimingBench, solution: BoundedSolution, job: Job, sweep: list[Job], limit_s: float
+    ) -> None:
         """Errors of a point, and a first idea of its time."""
         coarser = [(c, self.measured.rows[c.key]) for c in sweep[: sweep.index(job)]]
-        reason = too_long(coarser, job, self.limit_s) or too_fine([row for _, row in coarser])
+        why = f", as {SHORTENED}" if limit_s < self.plan.time_limit_s else ""
+        reason = too_long(coarser, job, limit_s, why) or too_fine([row for _, row in coarser])
         if reason:
             outcome = str(Outcome.NOTHING_COMPARED)
             self.measured.keep_point(job, {"outcome": outcome, "reason": f"{NOT_RUN}: {reason}"})
@@ -219,10 +235,15 @@ def by_setting(runs: dict[str, list[Job]]) -> list[list[Job]]:
     return [[job for job in level if job] for level in itertools.zip_longest(*runs.values())]
 
 
-def too_long(coarser: list[tuple[Job, dict[str, Any]]], job: Job, limit_s: float) -> str:
-    """Reason to skip a run: a coarser run timed out, or this one is expected to; empty if there is none."""
-    if any(row["outcome"] == Outcome.TIMED_OUT.value or LONGER in row["reason"] for _, row in coarser):
-        return f"a coarser setting is {LONGER} already"
+def too_long(coarser: list[tuple[Job, dict[str, Any]]], job: Job, limit_s: float, why: str = "") -> str:
+    """Reason to skip a run: a coarser run timed out, or this one is expected to; empty if there is none.
+
+    `why` tells of a shortened limit.
+    """
+    past = [row for _, row in coarser if row["outcome"] == Outcome.TIMED_OUT.value or LONGER in row["reason"]]
+    if past:
+        hasty = f", as {SHORTENED}" * any(SHORTENED in row["reason"] for row in past)
+        return f"a coarser setting is {LONGER} already{hasty}"
     timed = [(c, float(row["seconds"])) for c, row in coarser if row.get("seconds", 0.0) > 0.0]
     if not timed:
         return ""
@@ -235,7 +256,7 @@ def too_long(coarser: list[tuple[Job, dict[str, Any]]], job: Job, limit_s: float
     expected_s = seconds * growth
     if expected_s <= limit_s:
         return ""
-    return f"{LONGER}, {limit_s:g} s: about {expected_s:.2g} s expected"
+    return f"{LONGER}, {limit_s:g} s{why}: about {expected_s:.2g} s expected"
 
 
 def too_fine(coarser: list[dict[str, Any]]) -> str:

@@ -85,6 +85,7 @@ class CostStudy:
             "scenes": {s.name: scene_words(s) for s in plan.scenes},
             "certified_solutions": {},
             "left_out": [],
+            "shortened_limits_s": {},
             "limits": limits_of(plan),
         }
 

@@ -95,6 +95,8 @@ class CostScene:
     """Rows of points.csv"""
     loads: tuple[dict[str, Any], ...]
     """Rows of loads.csv: share of barchain's loads in an engine's time"""
+    shortened_s: float | None
+    """Limit of a run once half of the time was used; None if it was not shortened"""
     left_out: tuple[dict[str, Any], ...]
     """Engines skipped on the scene: ``scene``, ``engine``, ``outcome``, ``reason``"""
 
@@ -147,7 +149,8 @@ def view_scene(tables: CostTables, scene: str) -> CostScene:
         price=tuple(prices(tables.price, scene)),
         phase_times=tuple(phase_times(points, tables.record)),
         points=tuple(records(points, scene)),
-        loads=tuple(records(tables.loads, scene)),
+        loads=tuple(row | {"text": share_text(row)} for row in records(tables.loads, scene)),
+        shortened_s=number(mapping(tables.record.get("shortened_limits_s")).get(scene)),
         left_out=tuple(r for r in rows(tables.record.get("left_out")) if r.get("scene") == scene),
     )
 
@@ -246,9 +249,22 @@ def cell(row: dict[str, Any]) -> ReachCell:
     def with_interval(name: str) -> tuple[float | None, float | None, float | None]:
         return number(row.get(name)), number(row.get(f"{name}_low")), number(row.get(f"{name}_high"))
 
-    return ReachCell(
-        str(row["status"]), number(row.get("cost")), with_interval("over_fastest"), with_interval("over_baseline")
-    )
+    why = row.get("reason")  # of results before 0.7 there is none
+    status = str(why) if isinstance(why, str) and why else str(row["status"])
+    return ReachCell(status, number(row.get("cost")), with_interval("over_fastest"), with_interval("over_baseline"))
+
+
+def share_text(load: dict[str, Any]) -> tuple[str, str]:
+    """Share of the loads and its interval, in per cent; not resolved where the interval is wider than the share.
+
+    A share lies between 0 and 1: an interval beyond tells of the machine's noise alone.
+    """
+    share, low, high = (number(load.get(name)) for name in ("share", "share_low", "share_high"))
+    if share is None or low is None or high is None:
+        return ("" if share is None else f"{100.0 * share:.0f} %"), ""
+    if low <= 0.0 or high >= 1.0 or high - low > share:
+        return "not resolved", ""
+    return f"{100.0 * share:.0f} %", f"{100.0 * low:.0f} to {100.0 * high:.0f} %"
 
 
 def prices(price: pd.DataFrame, scene: str) -> list[dict[str, Any]]:
