@@ -15,6 +15,7 @@ from barchain.boundary.declared import OutsideEngine, engine_class, engine_fault
 from barchain.boundary.message import plain_text
 from barchain.crossval.plan import SceneProgress
 from barchain.crossval.required import required_verdicts
+from barchain.execution.call import CallLateError
 from barchain.judge.comparison.compare import judge
 from barchain.judge.comparison.verdict import Verdict, no_verdict
 from barchain.judge.comparison.verdict_message import VERDICTS
@@ -300,10 +301,11 @@ class Suite:
                 self.fail(name, engine, verdict)
 
     def fail(self, name: str, engine: str, error: BaseException) -> None:
-        """Settle a pair whose verdict could not be given: values or claims of the engine that no check foresees."""
+        """Settle a pair without a verdict: values or claims of the engine that no check foresees, or late judging."""
         said = f"no verdict: {error if isinstance(error, EngineError) else f'{type(error).__name__}: {error}'}"
+        outcome = Outcome.NOTHING_COMPARED if isinstance(error, CallLateError) else Outcome.FAILED
         setting = self.settings[name, engine]
-        self.settle(name, engine, no_verdict(name, engine, setting, Outcome.FAILED, plain_text(said)))
+        self.settle(name, engine, no_verdict(name, engine, setting, outcome, plain_text(said)))
 
     def judged(self, name: str, engine: str, verdict: Verdict) -> None:
         """Settle a verdict, or wait for the further runs that it requests."""

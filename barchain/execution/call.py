@@ -12,6 +12,8 @@ from adapters.engine import EngineError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+BUSY = 20.0
+"""Wall time of own work, relative to its limit, after which its process is ended in any case: it must stand still"""
 TASKS_PER_PROCESS = 1000  # a leak of barchain's own code ends with its process
 
 
@@ -23,10 +25,17 @@ class Call:
     """Of a module, so that another process can import it"""
     given: tuple[Any, ...]
     limit_s: float
-    """Wall time after which its process is ended, s"""
+    """Time after which its process is ended, s: wall time, as an engine may sleep"""
     pool: str = "tasks"
     """Calls of one pool share processes, one after the other; empty: the function starts a process of its own"""
     calls_per_process: int = TASKS_PER_PROCESS
+    own_work: bool = False
+    """Whether the work is barchain's own: the limit is then processor time, which a busy machine does not use up"""
+
+    @property
+    def wall_s(self) -> float:
+        """Wall time after which the process is ended in any case, s."""
+        return self.limit_s * (BUSY if self.own_work else 1.0)
 
 
 class CallEnd(StrEnum):
@@ -63,6 +72,8 @@ class Answer:
         CallFailedError
             If there is none, with the reason.
         """
+        if self.end is CallEnd.TIMED_OUT:
+            raise CallLateError(self.reason)
         if self.end is not CallEnd.ANSWERED:
             raise CallFailedError(self.reason)
         return self.content
@@ -74,6 +85,10 @@ class WrongWorkerError(RuntimeError):
 
 class CallFailedError(EngineError):
     """Raised for a call that gave no answer, or a damaged one; the message is the reason."""
+
+
+class CallLateError(CallFailedError):
+    """Raised for a call that was ended at its limit of time."""
 
 
 def pickled(call: Call) -> bytes:

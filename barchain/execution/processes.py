@@ -68,7 +68,7 @@ class ProcessSlot:
         """Answer from a process of the call's pool."""
         log = self.folder / f"{id(self)}-{next(self.numbers)}.log"
         try:
-            return collected(self.scheduled(call, log), log, call.limit_s)
+            return collected(self.scheduled(call, log), log, call.wall_s, call.limit_s)
         finally:
             log.unlink(missing_ok=True)
 
@@ -85,9 +85,9 @@ class ProcessSlot:
         with self.lock:
             if self.closed:
                 raise SlotClosedError
-            given = call.function, call.given, log
+            given = call.function, call.given, log, call.limit_s if call.own_work else 0.0
             try:
-                self.at_work = self.pool(call).schedule(quietly_answered, given, timeout=call.limit_s)
+                self.at_work = self.pool(call).schedule(quietly_answered, given, timeout=call.wall_s)
             except BrokenProcessPool as error:
                 raise (error.__cause__ or error) from None  # the system starts no process, and says why
             return self.at_work
@@ -119,10 +119,29 @@ def end(pool: ProcessPool) -> None:
     pool.join()
 
 
-def quietly_answered(function: Callable[..., bytes], given: tuple[Any, ...], log: Path) -> Answer:
-    """Answer of a function, in its process; the output goes to a file that outlives a crash."""
-    with quietly(log):
+def quietly_answered(
+    function: Callable[..., bytes], given: tuple[Any, ...], log: Path, processor_s: float = 0.0
+) -> Answer:
+    """Answer of a function, in its process; the output goes to a file that outlives a crash.
+
+    The process is ended after `processor_s` of processor time, compiled code included; 0: no limit.
+    """
+    with quietly(log), process_ended_by_use(processor_s):
         return answered(function, given)
+
+
+@contextlib.contextmanager
+def process_ended_by_use(processor_s: float) -> Iterator[None]:
+    """Let the system end this process after a processor time, s; 0: no limit."""
+    if not processor_s or not hasattr(signal, "setitimer"):
+        yield
+        return
+    signal.signal(signal.SIGPROF, signal.SIG_DFL)
+    signal.setitimer(signal.ITIMER_PROF, processor_s)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
 
 
 def answered(function: Callable[..., bytes], given: tuple[Any, ...]) -> Answer:
@@ -140,13 +159,15 @@ def answered(function: Callable[..., bytes], given: tuple[Any, ...]) -> Answer:
         return Answer(end=CallEnd.RAISED, reason=f"{type(error).__name__}: {plain_text(error)}")
 
 
-def collected(future: ProcessFuture[T], log: Path, limit_s: float) -> T | Answer:
-    """Result of a process, or a description of its end."""
+def collected(future: ProcessFuture[T], log: Path, limit_s: float, processor_s: float = 0.0) -> T | Answer:
+    """Result of a process with a limit of wall time and perhaps of processor time, or a description of its end."""
     try:
         found: T = future.result()
     except (FutureTimeoutError, CancelledError):
         return Answer(end=CallEnd.TIMED_OUT, reason=f"no result within {limit_s:g} s")
     except ProcessExpired as error:
+        if hasattr(signal, "SIGPROF") and error.exitcode == -signal.SIGPROF:
+            return Answer(end=CallEnd.TIMED_OUT, reason=f"no result within {processor_s:g} s of processor time")
         if error.exitcode == -signal.SIGALRM:
             return Answer(end=CallEnd.OWN_TIMER, reason="its own timer ended its process")
         return Answer(end=CallEnd.DIED, reason=f"its process died ({describe_exit(error.exitcode)}){last_words(log)}")

@@ -38,7 +38,9 @@ if TYPE_CHECKING:
 ENDS = {CallEnd.TIMED_OUT: Outcome.TIMED_OUT}
 
 
-def shared_call(job: Job, limit_s: float, simulate_s: float | None, pool: str, runs_per_worker: int) -> Call:
+def shared_call(
+    job: Job, limit_s: float, simulate_s: float | None, pool: str, runs_per_worker: int, *, own_work: bool = False
+) -> Call:
     """Run of barchain's own adapter, in a process that runs of the same pool share.
 
     Parameters
@@ -52,8 +54,11 @@ def shared_call(job: Job, limit_s: float, simulate_s: float | None, pool: str, r
         Runs of one pool share processes.
     runs_per_worker : int
         Number of runs after which a process is replaced.
+    own_work : bool
+        Whether the run serves judging: its limit is processor time, and `simulate` has none of its own.
     """
-    return Call(shared_run, (job, version_of(job.registration), simulate_s), limit_s, pool, runs_per_worker)
+    given = job, version_of(job.registration), None if own_work else simulate_s
+    return Call(shared_run, given, limit_s, pool, runs_per_worker, own_work)
 
 
 def outside_call(job: Job, limit_s: float) -> Call:

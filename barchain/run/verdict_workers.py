@@ -1,8 +1,8 @@
 """Verdicts in worker processes.
 
 Beyond the predictability limit a verdict takes as long as the engine's own runs: the reference is restarted from the
-engine's states again and again (`barchain.judge.checks.restart`). A verdict whose process dies or times out costs its
-own row, like a run.
+engine's states again and again (`barchain.judge.checks.restart`). A verdict whose process dies costs its own row, like
+a run. One that takes too long is no verdict, and no failure of the engine.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from barchain.execution.executors import Executor
     from barchain.execution.session import Session
 
-JUDGING_S = 300.0  # a verdict on the longest shipped scene takes some twenty seconds in NumPy
+JUDGING_S = 300.0  # of processor time; a verdict on the longest shipped scene takes some twenty seconds in NumPy
 Key = TypeVar("Key", bound="Hashable")
 VerdictT = TypeVar("VerdictT")
 
@@ -50,7 +50,7 @@ class Judges(Generic[Key, VerdictT]):
         executor : Executor
             Place of the processes; all cores of this machine by default.
         time_limit_s : float
-            Wall time after which a verdict's process is ended, s.
+            Processor time after which a verdict's process is ended, s.
         """
         self.codec, self.executor, self.time_limit_s = codec, executor, time_limit_s
         self.session: Session | None = None
@@ -63,7 +63,7 @@ class Judges(Generic[Key, VerdictT]):
             self.session = self.executor.session()
         self.waiting.add(key)
         given = (self.codec.encode, function, given)
-        self.session.submit(key, Call(encoded, given, self.time_limit_s, "verdicts"))
+        self.session.submit(key, Call(encoded, given, self.time_limit_s, "verdicts", own_work=True))
 
     def collected(self, *, wait: bool) -> Iterator[tuple[Key, VerdictT | CallFailedError]]:
         """Results by their keys, an exception for a failure: the finished results, or with `wait` all."""

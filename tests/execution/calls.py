@@ -37,3 +37,8 @@ def process() -> bytes:
 
 def no_bytes() -> bytes:
     return "text"  # type: ignore[return-value]
+
+
+def works() -> bytes:
+    while True:
+        pass

@@ -12,11 +12,12 @@ from barchain.crossval.plan import ComparisonPlan
 from barchain.crossval.record import new_record
 from barchain.crossval.run import run_comparison
 from barchain.crossval.suite import Suite
-from barchain.execution.executors import LocalProcesses
+from barchain.execution.executors import ALL_CORES, LocalProcesses
 from barchain.record.study_store import StudyStore
 from barchain.run.job import SOLUTION_ROLES, Job, Role, failure
 from barchain.run.pool import PoolGroup, pool_group
 from barchain.run.store import RunStore
+from barchain.run.verdict_workers import Judges
 from barchain.solutions.reference_runs import solution_jobs
 from reports.chapters.crossval.summary import summarise
 from reports.chapters.crossval.verdict import summary_verdict
@@ -231,3 +232,11 @@ def test_a_comparison_cut_off_leaves_the_tables_it_had(tmp_path):
 def test_a_scene_that_no_external_engine_passes_is_a_failure():
     result = run_comparison([SCENE], registered=registered(["GivesUp"]), need_external=True)
     assert result.outcomes[SCENE, "(any independent engine)"] is Outcome.NOTHING_COMPARED
+
+
+def test_a_verdict_that_takes_too_long_is_no_failure_of_the_engine(monkeypatch):
+    monkeypatch.setattr(Judges.__init__, "__defaults__", (ALL_CORES, 0.001))
+    result = run_comparison(["paper/fig05"], ["pymunk"])
+    assert result.outcomes["paper/fig05", "pymunk"] is Outcome.NOTHING_COMPARED
+    assert not result.passed
+    assert any("of processor time" in reason for reason in result.metrics.reason)

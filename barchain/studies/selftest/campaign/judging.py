@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from barchain.execution.call import CallLateError
 from barchain.execution.executors import ALL_CORES
 from barchain.run.verdict_workers import Judges
 from barchain.studies.selftest.campaign.cells import CampaignCell
@@ -46,8 +47,9 @@ class VerdictWorkers:
             return found
         trial, said = case.trial, f"no verdict: {found}"
         kind = CellClass.BROKEN if trial.fault else CellClass.FALSE_ALARM
+        outcome = Outcome.NOTHING_COMPARED if isinstance(found, CallLateError) else Outcome.FAILED
         return Judged(
-            CampaignCell(trial.scene.name, trial.engine, trial.fault, kind, str(Outcome.FAILED), reason=said), {}, ()
+            CampaignCell(trial.scene.name, trial.engine, trial.fault, kind, str(outcome), reason=said), {}, ()
         )
 
     def close(self) -> None:
