@@ -11,6 +11,7 @@ import pytest
 import sqlalchemy as sa
 
 from barchain.nightly.history.store import open_store
+from tests.support.machine import need_postgresql
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -24,6 +25,7 @@ NUMBERS = itertools.count()
 @pytest.fixture(scope="session")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     """Address of a PostgreSQL server, which ends with the session."""
+    need_postgresql()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # it asks for a runtime folder that a container lacks
         import pgserver

@@ -57,7 +57,7 @@ class Violation:
 
 
 def violations(
-    pages: Iterable[Path], schemes: Sequence[str] = SCHEMES, widths: Sequence[int] = WIDTHS
+    pages: Sequence[Path], schemes: Sequence[str] = SCHEMES, widths: Sequence[int] = WIDTHS
 ) -> list[Violation]:
     """Violations on HTML files, all their folded parts unfolded.
 
@@ -66,6 +66,8 @@ def violations(
     RuntimeError
         If no Chromium is installed.
     """
+    if not pages:
+        return []  # no browser is needed to find that there is nothing
     with chromium() as browser:
         views = [(s, w) for s in schemes for w in widths]
         return [v for page in pages for s, w in views for v in on_page(browser, page, s, w)]

@@ -6,7 +6,7 @@ import shutil
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-import pytest
+from tests.support.machine import needs
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -21,7 +21,7 @@ def browser_path() -> str | None:
     return next((found for name in BROWSERS if (found := shutil.which(name))), None)
 
 
-in_browser = pytest.mark.skipif(browser_path() is None, reason="no Chromium is installed: pages are not opened")
+in_browser = needs("an installed Chromium", there=browser_path() is not None)
 """Mark of a test that opens pages"""
 
 
