@@ -34,6 +34,8 @@ GAUSS, WEIGHTS = np.polynomial.legendre.leggauss(3)
 """Nodes of an interval: of a higher degree than the splines between samples"""
 LEAST_SAMPLES = 3
 """Samples of which every second can be left out"""
+MOST_TURNED_RAD = 0.5
+"""Largest turn of a bar between samples: torques turn twice as far, and twice that without every second sample"""
 
 
 def balanced(scene: Scene) -> bool:
@@ -49,7 +51,7 @@ def imbalance(scene: Scene, trajectory: Trajectory) -> dict[str, Array]:
 
     Between samples the motion is a cubic spline through angles and rates. Its error falls 16 times with twice the
     samples: the change on leaving out every second sample, in an interval and its neighbours without regard to sign,
-    bounds it and is subtracted. Samples too far apart therefore show nothing.
+    bounds it and is subtracted. Nothing shows from the first interval on in which a bar turns too far for that.
     """
     model, t = chain_model(scene), trajectory.t_s
     angle, rate = trajectory.angle_rad, trajectory.rate_rad_s
@@ -65,12 +67,15 @@ def imbalance(scene: Scene, trajectory: Trajectory) -> dict[str, Array]:
     }
     if len(t) < LEAST_SAMPLES:
         return {name: np.zeros(len(t)) for name in held}
+    turned = np.abs(np.diff(angle, axis=0)).max(axis=1)
+    turning = np.diff(t) * np.maximum(np.abs(rate[1:]), np.abs(rate[:-1])).max(axis=1)
+    resolved = np.append(True, np.logical_and.accumulate(np.maximum(turned, turning) <= MOST_TURNED_RAD))
     full, coarse = (gained(model, trajectory, t, every) for every in (1, 2))
     found = {}
     for name, values in held.items():
         left = np.abs(values - values[0] - np.append(0.0, np.cumsum(full[name])))
         unknown = np.append(0.0, np.cumsum(np.convolve(np.abs(full[name] - coarse[name]), np.ones(3), "same")))
-        found[name] = np.maximum(left - unknown, 0.0)
+        found[name] = np.where(resolved, np.maximum(left - unknown, 0.0), 0.0)
     return found
 
 
