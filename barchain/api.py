@@ -29,7 +29,7 @@ from barchain.run.pool import run_jobs
 from barchain.run.selection import chosen_engines
 from barchain.run.settings import SettingError, choose_setting
 from barchain.run.time_limits import TIME_LIMIT_S
-from barchain.run.timing.least_time import need_runnable
+from barchain.run.timing.estimate import need_runnable
 from reports.tables.outcome import Outcome
 from scenarios import Scene, check_scene, load_scene, scene_names
 

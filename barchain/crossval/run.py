@@ -24,7 +24,7 @@ from barchain.run.selection import chosen_engines, unique_names
 from barchain.run.settings import choose_setting
 from barchain.run.store import RunStore
 from barchain.run.time_limits import TIME_LIMIT_S
-from barchain.run.timing.least_time import TOLD_S, least_run_s, need_runnable, work_words
+from barchain.run.timing.estimate import TOLD_S, estimated_run_s, need_runnable, work_words
 from reports.tables.crossval import ALL_SCENES, FILES, JUDGING_SOLUTION, is_engine
 from reports.tables.outcome import Outcome
 from scenarios import Scene, load_scene
@@ -150,7 +150,7 @@ def run_comparison(
         order = [(s.name, e) for s in plan.scenes for e in [JUDGING_SOLUTION, *chosen, ANY_INDEPENDENT]]
         note = notes or (lambda _: None)
         with claimed(FILES, folder, resume=resume, overwrite=overwrite):
-            for scene in (s for s in plan.scenes if least_run_s(s) > TOLD_S):
+            for scene in (s for s in plan.scenes if estimated_run_s(s) > TOLD_S):
                 note(f"{scene.name}: {work_words(scene)}")
             keep_compiled(note)
             study, start = StudyStore(FILES, folder, new_record(plan, command), resume=resume), time.perf_counter()

@@ -22,7 +22,7 @@ from reference_impl.model import invariants
 from reference_impl.model.complex_vectors import as_complex, unit_along
 from reference_impl.model.effect import EffectState
 from reference_impl.model.gravity import complex_field_differences, gradient_angular_accelerations
-from reference_impl.model.kinematics import bar_centres, consistent_state
+from reference_impl.model.kinematics import bar_centres, consistent_state, cross
 from scenarios import Gravity
 
 if TYPE_CHECKING:
@@ -35,7 +35,8 @@ GAUSS, WEIGHTS = np.polynomial.legendre.leggauss(3)
 LEAST_SAMPLES = 3
 """Samples of which every second can be left out"""
 MOST_TURNED_RAD = 0.5
-"""Largest turn of a bar between samples: torques turn twice as far, and twice that without every second sample"""
+"""Largest turn of a bar, or of the centre of mass about the body, between samples: torques turn twice as far, and twice
+that without every second sample"""
 
 
 def balanced(scene: Scene) -> bool:
@@ -51,7 +52,7 @@ def imbalance(scene: Scene, trajectory: Trajectory) -> dict[str, Array]:
 
     Between samples the motion is a cubic spline through angles and rates. Its error falls 16 times with twice the
     samples: the change on leaving out every second sample, in an interval and its neighbours without regard to sign,
-    bounds it and is subtracted. Nothing shows from the first interval on in which a bar turns too far for that.
+    bounds it and is subtracted. Nothing shows from the first interval on in which a bar, or the orbit, turns too far.
     """
     model, t = chain_model(scene), trajectory.t_s
     angle, rate = trajectory.angle_rad, trajectory.rate_rad_s
@@ -67,15 +68,22 @@ def imbalance(scene: Scene, trajectory: Trajectory) -> dict[str, Array]:
     }
     if len(t) < LEAST_SAMPLES:
         return {name: np.zeros(len(t)) for name in held}
-    turned = np.abs(np.diff(angle, axis=0)).max(axis=1)
-    turning = np.diff(t) * np.maximum(np.abs(rate[1:]), np.abs(rate[:-1])).max(axis=1)
-    resolved = np.append(True, np.logical_and.accumulate(np.maximum(turned, turning) <= MOST_TURNED_RAD))
+    fastest = np.maximum(np.abs(rate).max(axis=1), np.abs(longitude_rates(trajectory)))
+    turning = np.diff(t) * np.maximum(fastest[1:], fastest[:-1])
+    turned = np.maximum(np.abs(np.diff(angle, axis=0)).max(axis=1), turning)
+    resolved = np.append(True, np.logical_and.accumulate(turned <= MOST_TURNED_RAD))
     full, coarse = (gained(model, trajectory, t, every) for every in (1, 2))
     found = {}
     for name, values in held.items():
         left = np.abs(values - values[0] - np.append(0.0, np.cumsum(full[name])))
         unknown = np.append(0.0, np.cumsum(np.convolve(np.abs(full[name] - coarse[name]), np.ones(3), "same")))
         found[name] = np.where(resolved, np.maximum(left - unknown, 0.0), 0.0)
+    return found
+
+
+def longitude_rates(trajectory: Trajectory) -> Array:
+    """Rate of the longitude of the centre of mass, (n,) rad/s."""
+    found: Array = cross(trajectory.com_m, trajectory.com_velocity_m_s) / np.sum(trajectory.com_m**2, axis=1)
     return found
 
 

@@ -24,7 +24,7 @@ def validate(files: tuple[str, ...]) -> None:
     The line names the file, the key, the given value, the allowed values and the nearest name.
     A valid scene has a line on the period and the lowest height of its orbit. A height below 80 km is a warning.
     A line proposes another duration and number of samples where engines reject a scene for its instants alone.
-    A scene whose shortest run takes longer than is allowed is a fault, and the line says what allows more.
+    A scene whose run would take longer than is allowed is a fault, and the line says what allows more.
     Exits with 2 if a file has a fault.
     """
     checked = [valid(file) for file in files]  # all of them, also after a fault
@@ -36,7 +36,7 @@ def valid(file: str) -> bool:
     """Print whether a file holds a scene, and if not, its faults to standard error."""
     from adapters.registry import engines  # noqa: PLC0415
     from barchain.crossval.external_coverage import instants_advice  # noqa: PLC0415
-    from barchain.run.timing.least_time import TOLD_S, least_run_s, need_runnable, work_words  # noqa: PLC0415
+    from barchain.run.timing.estimate import TOLD_S, estimated_run_s, need_runnable, work_words  # noqa: PLC0415
     from scenarios import SceneError, load_scene  # noqa: PLC0415
 
     try:
@@ -50,7 +50,7 @@ def valid(file: str) -> bool:
     say(f"{file}: {orbit_words(scene)}")
     if scene.lowest_height_m < LOW_M:
         say(f"{file}: warning: {low_words(scene)}", err=True)
-    if least_run_s(scene) > TOLD_S:
+    if estimated_run_s(scene) > TOLD_S:
         say(f"{file}: {work_words(scene)}")
     if advice := instants_advice(scene, {n: r for n, r in engines().items() if r.by_default}):
         say(f"{file}: {advice}")

@@ -125,7 +125,9 @@ def fault_between_segments(
         for k in doubtful_increments(errors.scene, trajectory, first):
             increment = compare_segment(errors, trajectory, int(k), int(k) + 1)
             if not increment.right:
-                used = float((increment.difference["attitude"] / increment.allowed["attitude"])[-1])
+                used = max(
+                    float((increment.difference[name] / increment.allowed[name])[-1]) for name in increment.allowed
+                )
                 when = trajectory.t_s[k + 1]
                 said = f"an angle grows up to t = {when:.6g} s otherwise than its rates say, {used:.3g} times the bound"
                 return "attitude", used, said

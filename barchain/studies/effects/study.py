@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from barchain.execution.executors import ALL_CORES
 from barchain.record.facts import scene_words
-from barchain.run.timing.least_time import need_runnable
+from barchain.run.timing.estimate import need_runnable
 from barchain.studies.effects.budget import EffectsBudget, EffectsResult
 from barchain.studies.effects.default_options import MATTERS, REPEATS, RTOL, SECONDS
 from barchain.studies.effects.effect_toggles import switches

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from barchain.execution.executors import ALL_CORES
-from barchain.run.timing.least_time import need_runnable
+from barchain.run.timing.estimate import need_runnable
 from barchain.studies.ensemble.bins import BINS, PILOT_RUNS
 from barchain.studies.ensemble.population import check_effects, populations
 from barchain.studies.ensemble.variation import VariationError, parse

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from barchain.execution.executors import ALL_CORES
 from barchain.record.facts import engine_facts
 from barchain.run.selection import unique_names
-from barchain.run.timing.least_time import need_runnable
+from barchain.run.timing.estimate import need_runnable
 from barchain.studies.stability.left_out import left_to_a_full_study
 from barchain.studies.stability.limits import TIME_LIMIT_S
 from barchain.studies.stability.plan import StabilityPlan, chosen_engines, hard_scenes
