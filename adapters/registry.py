@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from importlib.metadata import EntryPoint, PackageNotFoundError, entry_points, version
 from typing import TYPE_CHECKING
 
+from reference_impl.kernel.build import why_missing
 from scenarios import nearest
 from scenarios.text import shorten
 
@@ -55,14 +56,15 @@ class Registration:
     in_default_set: bool = True
     """Whether a command without engine names selects the engine; False for engines that only studies need"""
     optional: bool = False
-    """Whether an extra provides the distribution; while it is missing, only a command that names the engine selects
-    it"""
+    """Whether an extra provides the distribution, or a compiler the kernel; while either is missing, only a command
+    that names the engine selects it
+    """
     compiles: bool = False
     """Whether `build` compiles code for the scene's effects, which may take longer than the run"""
     distribution: str = ""
     """Distribution that registers the engine, of another package; its version and files decide a stored result"""
-    needs_compiler: bool = False
-    """Whether the engine also needs llvmlite, for the compiled right-hand side"""
+    needs_kernel: bool = False
+    """Whether the engine needs the compiled kernel of the reference"""
     rejected: str = ""
     """Reason why the engine can't be selected: its name is taken, or is none"""
 
@@ -87,16 +89,16 @@ class Registration:
         """Missing distribution and the command that installs it; None if the engine can be used here."""
         if self.rejected:
             return self.rejected
-        for requires, module in self.requirements:
-            if importlib.util.find_spec(module) is None:
-                return f"{requires} is not installed; try: {self.install}"
-        return None  # a failing import of an installed distribution is reported by the worker
+        if self.requires and importlib.util.find_spec(self.module or self.requires) is None:
+            return f"{self.requires} is not installed; try: {self.install}"
+        # a failing import of an installed distribution is reported by the worker
+        return (why_missing() or None) if self.needs_kernel else None
 
     @property
-    def requirements(self) -> tuple[tuple[str, str], ...]:
-        """Required distributions, each with a module to import."""
-        own = ((self.requires, self.module or self.requires),) if self.requires else ()
-        return (*own, ("llvmlite", "llvmlite")) if self.needs_compiler else own
+    def remedy(self) -> str:
+        """What brings an engine that is missing here: the command for its distribution, or the kernel's."""
+        there = not self.requires or importlib.util.find_spec(self.module or self.requires)
+        return KERNEL_REMEDY if self.needs_kernel and there and why_missing() else self.install
 
     @property
     def version(self) -> str:
@@ -136,8 +138,7 @@ def _robotics(name: str, requires: str, imported: str) -> Registration:
 
 def _solver(module: str, name: str, requires: str, imported: str = "", *, compiled: bool = False) -> Registration:
     """Registration of a library's integrator on barchain's equations; `compiled` if these are the compiled ones."""
-    extras = [extra for extra, needed in (("fast", compiled), ("more-engines", requires != "scipy")) if needed]
-    install = f"pip install '.[{','.join(extras)}]'" if extras else "pip install scipy"
+    install = "pip install scipy" if requires == "scipy" else "pip install '.[more-engines]'"
     return Registration(
         f"adapters.{module}:{name}",
         requires,
@@ -146,8 +147,7 @@ def _solver(module: str, name: str, requires: str, imported: str = "", *, compil
         ours=True,
         in_default_set=False,
         optional=True,
-        compiles=compiled,
-        needs_compiler=compiled,
+        needs_kernel=compiled,
     )
 
 
@@ -177,6 +177,7 @@ def _certified(name: str, *, in_default_set: bool = True) -> Registration:
     )
 
 
+KERNEL_REMEDY = "a C compiler, then `pip install --force-reinstall --no-deps .`"
 COMPILED = "reference-fast"
 """Name of the compiled reference"""
 
@@ -184,12 +185,9 @@ ENGINES: dict[str, Registration] = {
     "reference": _ours("reference.numpy_engines", "Reference"),
     "reference-fast": Registration(
         "adapters.reference.compiled_engine:ReferenceFast",
-        "llvmlite",
-        "",
-        "pip install '.[fast]'",
         ours=True,
         optional=True,
-        compiles=True,
+        needs_kernel=True,
     ),
     "reference-absolute": _ours("reference.numpy_engines", "ReferenceAbsolute"),
     "exudyn": _external("exudyn.adapter", "Exudyn", "exudyn"),

@@ -29,8 +29,7 @@ from barchain.record.environment import processor
 from barchain.studies.ensemble.plan import shortened
 from barchain.studies.ensemble.population import batch, populate
 from barchain.studies.ensemble.variation import parse
-from reference_impl.fast.batch import run_batch
-from reference_impl.fast.lanes.batch import run_lanes
+from reference_impl.kernel.batch import run_batch, run_lanes
 from reports.text.ratios import span_text
 from scenarios import load_scene
 

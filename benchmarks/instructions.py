@@ -34,7 +34,9 @@ HERE = Path(__file__).resolve()
 ENGINE, SHOWN = "reference-fast", "effects/everything"
 PLAIN = ("paper/fig05", "paper/fig09", "basics/two_bars_free")
 EVALUATIONS, TURNS = 20_000, 15  # so many that the few hundred instructions of a call from Python round off
-PROCESSOR = {"BARCHAIN_PROCESSOR": "haswell", "OPENBLAS_NUM_THREADS": "1"}  # valgrind's own
+LEVEL = "x86-64-v3"  # valgrind knows no AVX-512
+BUILD = "import pathlib, sys; from reference_impl.kernel import build; "
+BUILD += f"print(build.build(build.compiler(), pathlib.Path(sys.argv[1]), ({LEVEL!r},))[0])"
 ZERO, DUMP, START, STOP = 0x43540001, 0x43540003, 0x43540004, 0x43540005  # callgrind.h
 # `long request(long *six_words)`: words to rax, valgrind's magic preamble, answer from rdx; nothing on a processor
 REQUEST = bytes.fromhex("4889f8 31d2 48c1c703 48c1c70d 48c1c73d 48c1c733 4887db 4889d0 c3")
@@ -82,7 +84,7 @@ def scenes(which: str) -> dict[str, Scene]:
 
 
 def counted(which: str) -> None:
-    """Inside valgrind, or before it to have all compiled: run each loop K and 2K times, a dump after each."""
+    """Inside valgrind: run each loop K and 2K times, a dump after each."""
     ask = asker()
     for name, scene in scenes(which).items():
         loop = loop_of(ENGINE, scene)
@@ -110,10 +112,12 @@ def totals(folder: Path) -> dict[str, int]:
 
 def instructions(which: str, tree: Path) -> dict[str, int]:
     """Instructions of one evaluation of each scene, by the code in `tree`."""
-    env = os.environ | PROCESSOR | {"PYTHONPATH": str(tree), "PYTHONSAFEPATH": "1"}
+    env = os.environ | {"OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": str(tree), "PYTHONSAFEPATH": "1"}
     with tempfile.TemporaryDirectory() as folder:
         child = [sys.executable, str(HERE), "--child", which]
-        subprocess.run(child, env=env, cwd=tree, check=True)  # compiles, for that processor
+        built = [sys.executable, "-c", BUILD, folder]
+        made = subprocess.run(built, env=env, cwd=tree, capture_output=True, text=True, check=True).stdout.split()
+        env["BARCHAIN_KERNEL"] = made[-1]
         valgrind = ["valgrind", "--quiet", "--tool=callgrind", "--instr-atstart=no", "--smc-check=all-non-file"]
         subprocess.run([*valgrind, f"--callgrind-out-file={folder}/out", *child], env=env, cwd=tree, check=True)
         found = totals(Path(folder))

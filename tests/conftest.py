@@ -5,7 +5,6 @@ from __future__ import annotations
 import ctypes
 import functools
 import gc
-import os
 import platform
 import sys
 from typing import TYPE_CHECKING
@@ -15,26 +14,35 @@ import pytest
 
 from barchain.crossval import suite
 from barchain.solutions.reference import SolutionSource
+from reference_impl.kernel.build import KernelMissingError
+from tests.support.kernel import skip_without_kernel
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Generator, Iterator
     from types import ModuleType
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_pyfunc_call() -> Generator[None, object, object]:
+    """Skip a test that calls the kernel where it can't be used, with the reason."""
+    try:
+        return (yield)
+    except KernelMissingError:
+        skip_without_kernel()
+        raise
+
+
 @pytest.fixture(autouse=True, scope="session")
-def _compiled_quickly(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """One folder of compiled code for all workers of a session; own scenes are judged without heyoka's compilation."""
-    root = tmp_path_factory.getbasetemp()
-    folder = (root.parent if os.environ.get("PYTEST_XDIST_WORKER") else root) / "compiled"
+def _judged_quickly() -> Iterator[None]:
+    """Own scenes are judged without heyoka's compilation."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("BARCHAIN_COMPILED", str(folder))
         patch.setattr(suite, "source_to_run", lambda scene: SolutionSource.REFERENCE)  # heyoka compiles
         yield
 
 
 @pytest.fixture(autouse=True, scope="module")
 def _little_memory(request: pytest.FixtureRequest) -> Iterator[None]:
-    """Give memory back after each module: its caches, compilers' code, and memory that allocators keep once freed."""
+    """Give memory back after each module: its caches, and memory that allocators keep once freed."""
     yield
     forget(request.module)
     if "jax" in sys.modules:

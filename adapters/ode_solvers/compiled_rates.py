@@ -1,8 +1,6 @@
-"""The compiled reference's right-hand side for library solvers, with the memory that it uses.
+"""The kernel's right-hand side for library solvers, with the memory that it uses.
 
-The only module here that knows the compiled form. Its function is ``bool f(double t, double *y, int64 size, double
-*rates, int64 size, void *chain, void *work)``, false where the joint system is not positive definite. The state is that
-of :mod:`reference_impl.fast.layout`.
+The state is that of :mod:`reference_impl.kernel.layout`.
 """
 
 from __future__ import annotations
@@ -11,11 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.fast import layout
-from reference_impl.fast.accelerations import evaluate
-from reference_impl.fast.simulate import modes_at, reference_order
 from reference_impl.integrate.coordinate_sets import MinimalCoordinates
-from reference_impl.machine_code import signatures
+from reference_impl.kernel import layout
+from reference_impl.kernel.library import Evaluation
+from reference_impl.kernel.simulate import modes_at, reference_order
 from reference_impl.model.joints import NOT_POSITIVE_DEFINITE
 
 if TYPE_CHECKING:
@@ -28,7 +25,7 @@ class RatesFunction:
     """Rates of a chain in machine code."""
 
     def __init__(self, model: ChainModel) -> None:
-        """Compile the rates, or load them from the cache."""
+        """Load the kernel, and bind its rates to arrays."""
         self.order = reference_order(model.bars)
         """Indices of the NumPy reference's components in a compiled state, (size,)"""
         self.size, self.model = len(self.order), model
@@ -36,11 +33,7 @@ class RatesFunction:
         self.chain = layout.compiled_chain(model)
         self.work = layout.workspace_of(self.chain)
         self.state, self.slopes = np.zeros(self.size), np.zeros(self.size)
-        self.address: int = evaluate.address  # type: ignore[attr-defined]
-        made = signatures.signature(evaluate.source)  # type: ignore[attr-defined]
-        self.call = made.c_type(self.address)  # without the checks of each argument, which take as long as ten bars
-        given, found = int(self.state.ctypes.data), int(self.slopes.ctypes.data)
-        self.words = given, self.size, found, self.size, self.chain.address, self.work.address
+        self.evaluation = Evaluation(self.state, self.slopes, self.chain, self.work)
         self.hold(None)
 
     def hold(self, modes: Modes | None) -> None:
@@ -68,6 +61,6 @@ class RatesFunction:
             now = modes_at(self.coordinates, t_s, y[self.order])
             self.set_modes(tuple(n if m is None else m for m, n in zip(self.modes, now, strict=True)))
         self.state[:] = y
-        if not self.call(t_s, *self.words):
+        if not self.evaluation(t_s):
             raise np.linalg.LinAlgError(NOT_POSITIVE_DEFINITE)
         return self.slopes.copy()

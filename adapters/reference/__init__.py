@@ -10,7 +10,7 @@ Accuracy parameter: `rtol`. It is relative to the radius for the centre of mass:
 orbit the track is off by 4 mm at the default 1e-10, and by 0.04 mm at 1e-12.
 
 Supported: every effect of a scene. The engines locate the instant at which a bar reaches the surface.
-Requirement: llvmlite, for `reference-fast` alone, which compiles its code once on a machine, in some seconds.
+Requirement: the kernel in C, for `reference-fast` alone, which the installation compiles: docs/explanation/kernel.md.
 
 Trap: these engines share their equations with the reference solution, and so are no independent check of the physics.
 """

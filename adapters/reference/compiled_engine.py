@@ -20,8 +20,8 @@ class ReferenceFast(ReferenceEngine):
     coordinates = Coordinates.RELATIVE
 
     def prepare(self, model: ChainModel, start: InitialState, rtol: float) -> SimulationRun:
-        """Compile, or load compiled code from the cache."""
-        from reference_impl.fast.simulate import FastSimulation
+        """Load the kernel, and set up a run."""
+        from reference_impl.kernel.simulate import KernelSimulation
 
         state = (start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
-        return FastSimulation(model, *state, rtol=rtol)
+        return KernelSimulation(model, *state, rtol=rtol)

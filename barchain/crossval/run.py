@@ -19,12 +19,12 @@ from barchain.execution.executors import ALL_CORES
 from barchain.record.claim import claimed
 from barchain.record.folder_lock import kept_or_temporary
 from barchain.record.study_store import StudyStore
-from barchain.run.compiler_cache import keep_compiled
 from barchain.run.selection import chosen_engines, unique_names
 from barchain.run.settings import choose_setting
 from barchain.run.store import RunStore
 from barchain.run.time_limits import TIME_LIMIT_S
 from barchain.run.timing.estimate import TOLD_S, estimated_run_s, need_runnable, work_words
+from reference_impl.kernel.build import why_missing
 from reports.tables.crossval import ALL_SCENES, FILES, JUDGING_SOLUTION, is_engine
 from reports.tables.outcome import Outcome
 from scenarios import Scene, load_scene
@@ -152,7 +152,8 @@ def run_comparison(
         with claimed(FILES, folder, resume=resume, overwrite=overwrite):
             for scene in (s for s in plan.scenes if estimated_run_s(s) > TOLD_S):
                 note(f"{scene.name}: {work_words(scene)}")
-            keep_compiled(note)
+            if reason := why_missing():
+                note(f"{reason}; NumPy serves")
             study, start = StudyStore(FILES, folder, new_record(plan, command), resume=resume), time.perf_counter()
             store = RunStore(study, order)
             verdicts = Suite(plan, store, progress or (lambda *_: None), note).run()

@@ -13,7 +13,7 @@ from barchain.record.sources import digest_of
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-LIBRARIES = ("numpy", "llvmlite")
+LIBRARIES = ("numpy",)
 """Packages beside barchain whose version decides the last bits"""
 PROTOCOL = ("python", "dask", "distributed")
 """Packages whose difference breaks messages between processes"""

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 PACKAGES = (
-    "numpy", "scipy", "pandas", "pyarrow", "llvmlite", "exudyn", "rebound", "pymunk", "heyoka", "mujoco", "pin",
+    "numpy", "scipy", "pandas", "pyarrow", "exudyn", "rebound", "pymunk", "heyoka", "mujoco", "pin",
     "scikit-sundae", "diffrax", "jax",
 )  # fmt: skip
 

@@ -19,6 +19,9 @@ ENGINE_PACKAGES = ("adapters", "reference_impl", "scenarios")
 BESIDE_SOURCES = {"tests", "test", "docs", "doc", "examples", "benchmarks"}
 """Folders beside a package's sources that decide no result"""
 COMPILED = {".so", ".pyd", ".dylib", ".dll"}
+TEXT = {".py", ".c", ".h"}
+BUILT_HERE = {"reference_impl"}
+"""Packages whose compiled files are built from sources that count already"""
 DIGITS = 16
 
 
@@ -60,7 +63,7 @@ def our_digest() -> str:
 
 
 def digest_of(*names: str) -> str:
-    """Digest of top-level packages or modules: text of Python sources, size and date of compiled files.
+    """Digest of top-level packages or modules: text of sources in Python and C, size and date of compiled files.
 
     A missing package has the digest of no files.
     """
@@ -124,7 +127,7 @@ def files_of(name: str) -> Iterator[tuple[Path, str]]:
         return
     for folder in map(Path, spec.submodule_search_locations or ()):
         for path in sorted(folder.rglob("*")):
-            if path.suffix == ".py" or path.suffix in COMPILED:
+            if path.suffix in TEXT or (path.suffix in COMPILED and name not in BUILT_HERE):
                 yield path, path.relative_to(folder).as_posix()
     if not spec.submodule_search_locations and spec.origin and Path(spec.origin).is_file():
         yield Path(spec.origin), Path(spec.origin).name

@@ -16,7 +16,6 @@ from barchain.execution.executors import KeptAnswers
 from barchain.record.claim import claimed
 from barchain.record.environment import provenance
 from barchain.record.study_store import ASKED, PARTS, StudyStore, asked_for
-from barchain.run.compiler_cache import keep_compiled
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -186,7 +185,6 @@ def run_and_render(
     complete = False
     record = new_record(study, plan, command)
     with claimed(study.files, out, record.get(PARTS), resume=resume, overwrite=overwrite):
-        keep_compiled(reporter.note)
         store = StudyStore(study.files, out, record, resume=resume)
         plan = keeping_answers(plan, store)
         store.write_record()

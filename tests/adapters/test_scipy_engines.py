@@ -27,6 +27,7 @@ from adapters.registry import ENGINES
 from reference_impl.integrate.simulate import Simulation
 from scenarios import load_scene
 from tests.support.generic_scenes import generic, solution, steep, worst
+from tests.support.kernel import skip_without_kernel
 
 IN_NUMPY = [ScipyRK45NumPy, ScipyDop853NumPy, ScipyRadauNumPy, ScipyLsodaNumPy, CvodeAdamsNumPy]
 COMPILED = [ScipyRK45, ScipyDop853, ScipyRadau, ScipyLsoda, CvodeAdams, CvodeBdf]
@@ -42,7 +43,7 @@ def _libraries_are_there(request):
     if engine in CVODE:
         pytest.importorskip("sksundae")
     if engine in COMPILED:
-        pytest.importorskip("llvmlite")
+        skip_without_kernel()
 
 
 @functools.cache
@@ -214,7 +215,7 @@ def test_they_are_the_reference_in_another_hand_and_no_check_on_it():
 
 @pytest.fixture(scope="module")
 def compiled():
-    pytest.importorskip("llvmlite")
+    skip_without_kernel()
     from adapters.ode_solvers import compiled_callbacks, compiled_rates
 
     return compiled_callbacks, compiled_rates
@@ -239,7 +240,7 @@ def test_compiled_rates_and_height_are_those_in_numpy(compiled, seed):
 
 
 def test_cvode_calls_no_python_function_of_the_chain_while_it_runs(monkeypatch):
-    pytest.importorskip("llvmlite")
+    skip_without_kernel()
     pytest.importorskip("sksundae")
     engine = CvodeAdams()
     engine.build(steep(orbits=0.2), engine.sweep.setting())
@@ -253,7 +254,7 @@ def test_cvode_calls_no_python_function_of_the_chain_while_it_runs(monkeypatch):
 
 def test_where_bars_turn_faces_the_compiled_rates_take_the_faces_of_each_evaluated_state():
     """Its modes follow from the state, so that CVODE calls Python: slower, and the same motion as in NumPy."""
-    pytest.importorskip("llvmlite")
+    skip_without_kernel()
     pytest.importorskip("sksundae")
     scene = load_scene("effects/drag")
     run_ = dataclasses.replace(scene.run, duration_s=0.05 * scene.run.duration_s, samples=5)
@@ -264,7 +265,7 @@ def test_where_bars_turn_faces_the_compiled_rates_take_the_faces_of_each_evaluat
 
 
 def test_a_chain_whose_joints_are_lost_in_round_off_is_an_error_in_compiled_code_too(monkeypatch):
-    pytest.importorskip("llvmlite")
+    skip_without_kernel()
     pytest.importorskip("sksundae")
     engine = CvodeAdams()
     engine.build(steep(), engine.sweep.setting())

@@ -17,7 +17,6 @@ HEAVY = (
     "pandas",
     "pydantic",
     "matplotlib",
-    "llvmlite",
     "rich",
     "exudyn",
     "sqlalchemy",

@@ -145,11 +145,11 @@ def test_validate_proposes_a_run_that_engines_of_equal_steps_support(tmp_path, c
     assert "equal steps" not in capsys.readouterr().out
 
 
-def test_doctor_tells_versions_engines_cache_machine_and_tables(capsys, monkeypatch):
+def test_doctor_tells_versions_engines_kernel_machine_and_tables(capsys, monkeypatch):
     monkeypatch.setitem(ENGINES, "nothing", Registration("nowhere:Nothing", "nowhere", install="pip install nowhere"))
     assert run(["doctor"]) == 0
     text = capsys.readouterr().out
-    for word in ("barchain ", "Python ", "cores", "GB", "compiler cache", "solutions", "exudyn", "pip install nowhere"):
+    for word in ("barchain ", "Python ", "cores", "GB", "kernel", "solutions", "exudyn", "pip install nowhere"):
         assert word in text
     found = printed_json(capsys, "doctor --json")
     assert found["faults"] == []

@@ -8,6 +8,7 @@ from barchain.cli.main import cli, run
 from barchain.nightly.releases.plan import ReleasesPlan
 from barchain.record.claim import ResultsInPlaceError, claim, claim_results
 from reports.tables import cost, crossval
+from tests.support.kernel import skip_without_kernel
 
 QUICK = "basics/libration"
 HELD = {
@@ -33,7 +34,7 @@ WRITES_ONE_FILE = {"simulate", "certified"}
 def test_results_that_are_there_are_kept_and_the_command_exits_with_2(command, held, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("barchain.nightly.releases.study.make_plan", lambda *_: NO_RELEASES)  # no index
     if command.startswith("ensemble"):
-        pytest.importorskip("llvmlite")
+        skip_without_kernel()
     if command.startswith("certified"):
         pytest.importorskip("heyoka")
     kept = tmp_path / held

@@ -19,13 +19,15 @@ from barchain.conform.checks import Check, CheckState, ConformanceReport, Group
 from barchain.conform.extent import extent_of
 from barchain.conform.junit import write_junit
 from barchain.conform.runs import START_S
+from tests.support.kernel import needs_kernel
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from barchain.boundary.limits import OutsideLimits
 
-pytest.importorskip("llvmlite")
+
+pytestmark = needs_kernel
 HERE = "tests.conform.wrong_engines"
 
 

@@ -14,13 +14,15 @@ from barchain.judge.diagnosis.search import ONE_ENGINE
 from barchain.judge.diagnosis.verdicts import verdict_tolerance
 from scenarios import Scene, load_scene
 from tests.diagnosis.planting import RTOL, planted, run, solution, unequal_chain, verdict_on
+from tests.support.kernel import needs_kernel
 
 if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
     from barchain.judge.diagnosis.altered_scenes.amounts import Amount
     from barchain.judge.diagnosis.diagnose import Diagnosis
 
-pytest.importorskip("llvmlite")  # the fits take too many runs for NumPy
+
+pytestmark = needs_kernel
 SCENE = unequal_chain()
 LOADED = ("effects/thrust_table", "effects/drag", "effects/impulse", "effects/oblateness", "effects/joint_springs")
 """Scenes with effects whose sizes and instants are fitted"""

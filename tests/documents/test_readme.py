@@ -12,7 +12,6 @@ from pictures.pages.libraries import library_of
 from tests.documents.mentions import ROOT
 
 SAME_WITH_NUMPY = "and the same with `-numpy`"
-NUMPY_NEEDS_NO_COMPILER = " (with `-numpy` without `fast`)"
 NO_EXTRA = "–"
 README = (ROOT / "README.md").read_text("utf-8")
 
@@ -40,12 +39,9 @@ def row_of(cells: list[str]) -> Row:
     return Row(tuple(names), cells[3], cells[4], cells[5])
 
 
-def told_extras(row: Row, engine: str) -> set[str]:
-    """Extras of an engine by its row; a dash for none."""
-    told = set(re.findall(r"`([a-z-]+)`", row.extra.removesuffix(NUMPY_NEEDS_NO_COMPILER)))
-    if row.extra.endswith(NUMPY_NEEDS_NO_COMPILER) and engine.endswith("-numpy"):
-        told -= {"fast"}
-    return told or {NO_EXTRA}
+def told_extras(row: Row) -> set[str]:
+    """Extras of a row's engines; a dash for none."""
+    return set(re.findall(r"`([a-z-]+)`", row.extra)) or {NO_EXTRA}
 
 
 def extras(install: str) -> set[str]:
@@ -63,7 +59,7 @@ def test_a_row_tells_the_physics_the_extra_and_the_licence(row: Row) -> None:
     for name in row.engines:
         engine = ENGINES[name]
         assert row.physics == ("independent" if engine.external else "barchain's equations")
-        assert told_extras(row, name) == extras(engine.install)
+        assert told_extras(row) == extras(engine.install)
         assert library_of(name).licence.startswith(row.licence)
 
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-pytest.importorskip("llvmlite", reason="ensembles run in the compiled reference")
 pytest.importorskip("distributed")
 
 import psutil
@@ -19,12 +18,14 @@ from barchain.cli.main import run as barchain
 from barchain.execution.limits import ANSWER_S
 from reports.tables.ensemble import FILES
 from tests.support import local_cluster
+from tests.support.kernel import needs_kernel
 from tests.support.local_cluster import LocalCluster, kill, listener
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
 
+pytestmark = needs_kernel
 ENSEMBLE = ["ensemble", "paper/fig05", "--vary", "angle_deg=normal(0, 1)", "--orbits", "0.02", "--samples", "3"]
 RUNS = 2500  # ten parts
 SPARE_S = 10.0  # for a busy machine

@@ -15,11 +15,10 @@ import numpy as np
 from barchain.studies.roundoff.formulations.definitions import FORMULATIONS, Turned
 from barchain.studies.roundoff.formulations.production import model_of
 from barchain.studies.roundoff.formulations.states import EvaluationCase, StateKind, exact_case
-from reference_impl.fast import layout
-from reference_impl.fast.accelerations import evaluate
 from reference_impl.integrate.simulate import Simulation
 from reference_impl.integrate.stepper import Integration
-from reference_impl.machine_code.library import Library
+from reference_impl.kernel import layout
+from reference_impl.kernel.library import evaluate
 from reference_impl.model.chain import ChainModel, Prescription
 from reference_impl.model.complex_vectors import unit_along
 from reference_impl.model.invariants import relative_angular_momentum, relative_kinetic_energy, tidal_energy
@@ -32,7 +31,6 @@ from reference_impl.precision.formulations import absolute, gradient_angular_acc
 if TYPE_CHECKING:
     from reference_impl.model.state import Accelerations, State
 
-EVALUATION = Library("evaluation", (evaluate,))  # compiled in a copy for each fault: without the integrator
 RATIO, MEMBERS = 1e-9, 4  # bars of 6 mm: a cancelling subtraction leaves 7 digits
 
 

@@ -17,6 +17,7 @@ from barchain.metrics.quantities import differences, drifts
 from reference_impl.model.kinematics import consistent_state
 from reference_impl.model.relative import accelerations
 from scenarios import Gravity, Scene, load_scene
+from tests.support.kernel import needs_kernel
 
 BOTH = [Reference, ReferenceFast]
 EPS = float(np.finfo(float).eps)
@@ -161,6 +162,7 @@ print(status["VmHWM"].split()[0], seen.info["steps"])
 """
 
 
+@needs_kernel
 @pytest.mark.skipif(not Path("/proc/self/status").is_file(), reason="no /proc to read the peak of a process from")
 def test_ten_thousand_bars_fit_in_a_gibibyte() -> None:
     """Peak of a process of their own, in KiB, over the first steps; later ones need no more.

@@ -7,8 +7,8 @@ import pytest
 
 from adapters.reference.compiled_engine import ReferenceFast
 from adapters.reference.numpy_engines import Reference
-from reference_impl.fast import layout
 from reference_impl.integrate.coordinate_sets import MinimalCoordinates
+from reference_impl.kernel import layout
 from reference_impl.model.chain import ChainModel
 from reference_impl.model.kinematics import consistent_state
 from reference_impl.model.relative import accelerations
@@ -16,7 +16,7 @@ from reference_impl.precision import formulations
 from reference_impl.precision.arithmetic import EXACT, exact_numbers
 from reference_impl.precision.chain import ChainParameters, consistent_chain_state
 from scenarios import load_scene
-from tests.support.fast_evaluation import refined_reactions
+from tests.support.compiled_evaluation import refined_reactions
 
 MU_M3_S2, RADIUS_M = 3.986004418e14, 6728e3
 KEPT = 64.0 * np.finfo(float).eps

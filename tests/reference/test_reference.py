@@ -11,9 +11,9 @@ import pytest
 
 from adapters.common.initial_state import chain_model, initial_state
 from adapters.reference.numpy_engines import Reference
-from reference_impl.fast.simulate import FastSimulation
 from reference_impl.integrate.simulate import History, Simulation
 from reference_impl.integrate.stepper import integrate
+from reference_impl.kernel.simulate import KernelSimulation
 from reference_impl.model.chain import ChainModel, Prescription
 from reference_impl.model.invariants import com_energy, relative_kinetic_energy, tidal_energy
 from reference_impl.model.kinematics import relative_positions
@@ -146,7 +146,7 @@ def test_the_ladder_of_tolerances_converges() -> None:
 # surface
 
 
-BOTH = pytest.mark.parametrize("kind", [Simulation, FastSimulation])
+BOTH = pytest.mark.parametrize("kind", [Simulation, KernelSimulation])
 
 
 def falling(kind: type, angle_rad: float, length_m: float = 100.0) -> tuple[Simulation, float]:

@@ -14,8 +14,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from reference_impl.fast.simulate import FastSimulation
 from reference_impl.integrate.simulate import Simulation
+from reference_impl.kernel.simulate import KernelSimulation
 from reference_impl.model import absolute, relative
 from reference_impl.model.chain import Prescription
 from reference_impl.model.complex_vectors import as_vectors, unit_along
@@ -30,7 +30,7 @@ from reference_impl.model.kinematics import cross, directions
 from reference_impl.model.state import Accelerations, State
 from tests.reference.laws import LAWS
 from tests.support.arbiter import field as exact_field
-from tests.support.fast_evaluation import fast_accelerations
+from tests.support.compiled_evaluation import compiled_accelerations
 from tests.support.joint_roundoff import MU, RADIUS, C, Case, U, case, forward, joint_bound, magnitudes, sums
 
 if TYPE_CHECKING:
@@ -48,7 +48,10 @@ def cases(laws: tuple[Prescription, ...] = ()) -> st.SearchStrategy[Case]:
     )
 
 
-IMPLEMENTATIONS = {"numpy": (relative.accelerations, Simulation), "compiled": (fast_accelerations, FastSimulation)}
+IMPLEMENTATIONS = {
+    "numpy": (relative.accelerations, Simulation),
+    "compiled": (compiled_accelerations, KernelSimulation),
+}
 
 
 @pytest.fixture(scope="module", params=IMPLEMENTATIONS, autouse=True)

@@ -13,6 +13,7 @@ import pytest
 from barchain.cli.main import run
 from reports.tables.reading import TABLES
 from tests.storage.small_plans import SMALL
+from tests.support.kernel import skip_without_kernel
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -54,7 +55,7 @@ def sound(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 def copied(name: str, sound: dict[str, Path], folder: Path) -> Path:
     """Folder with the results of a small plan."""
     if name == "ensemble":
-        pytest.importorskip("llvmlite")
+        skip_without_kernel()
     if name not in sound:
         out = sound[""] / name
         assert run(["-q", *SMALL[name].command.split(), "--out", str(out)]) in {0, 1}

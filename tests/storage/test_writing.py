@@ -14,9 +14,7 @@ import pytest
 from barchain.cli.main import cli, main, run
 from barchain.record.folder_lock import FolderInUseError, locked
 from barchain.record.study_store import StudyStore
-from barchain.run import compiler_cache
 from barchain.run.store import RunStore
-from reference_impl.machine_code import store
 from reports.tables import crossval
 from reports.tables.files import StudyFiles
 from reports.tables.reading import DamagedResultsError
@@ -160,12 +158,3 @@ def test_a_comparison_that_begins_to_go_on_has_lost_nothing(tmp_path: Path) -> N
         store.begin()
     store.note_run({**run, "key": "other", "file": "trajectories/s/e.parquet"})  # overwrites its file
     assert store.record["carried"] == []
-
-
-def test_an_unwritable_compiler_cache_costs_a_word(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "file").write_text("")
-    monkeypatch.setenv(store.PLACE, str(tmp_path / "file" / "cache"))
-    notes: list[str] = []
-    compiler_cache.keep_compiled(notes.append)
-    assert "compiled code is kept for this command only" in notes[0]
-    assert compiler_cache.why_not_writable(store.folder()) == ""

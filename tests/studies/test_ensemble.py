@@ -7,8 +7,6 @@ import signal
 import numpy as np
 import pytest
 
-pytest.importorskip("llvmlite", reason="ensembles run in the compiled reference")
-
 from adapters.engine import Setting
 from adapters.reference.compiled_engine import ReferenceFast
 from barchain.cli.main import run as barchain
@@ -21,8 +19,10 @@ from barchain.studies.ensemble.task_results import packed
 from barchain.studies.ensemble.tasks import EnsembleTask, needed_result, run_task
 from barchain.studies.ensemble.variation import VariationError, parse
 from scenarios import load_scene
+from tests.support.kernel import needs_kernel
 from tests.support.page_policy import check_policy
 
+pytestmark = needs_kernel
 RTOL = 1e-8
 EVERYTHING = (
     "angle_deg[*]=normal(5, 3)", "rate_factor=uniform(0.9, 1.1)", "mass_kg[2]=lognormal(100, 0.2)",

@@ -229,10 +229,10 @@ def test_evaluations_are_timed_by_themselves(engine: str) -> None:
 def test_the_timed_loop_evaluates_the_chain_at_its_start() -> None:
     """Same operations in the same order as one call, contracted or not: some roundings of the terms that enter."""
     from adapters.common.initial_state import chain_model
-    from barchain.run.timing.compiled_loop import repeat  # llvmlite is an extra
-    from reference_impl.fast import layout
+    from reference_impl.kernel import layout
+    from reference_impl.kernel.library import Evaluation
     from reference_impl.model.kinematics import consistent_state
-    from tests.support.fast_evaluation import fast_accelerations
+    from tests.support.compiled_evaluation import compiled_accelerations
     from tests.support.joint_roundoff import C, Case, U, magnitudes
 
     scene = divided(load_scene(SCENE), 20)
@@ -240,10 +240,10 @@ def test_the_timed_loop_evaluates_the_chain_at_its_start() -> None:
     state = (start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
     y = layout.pack(*state)
     before, rates = y.copy(), np.zeros_like(y)
-    repeat(3, y, rates, layout.compiled_chain(model), layout.workspace(scene.bars, 0))
+    Evaluation(y, rates, layout.compiled_chain(model), layout.workspace(scene.bars, 0)).repeat(3)
     np.testing.assert_array_equal(y, before)
     once = consistent_state(model, *state)
-    expected = fast_accelerations(model, 0.0, once)
+    expected = compiled_accelerations(model, 0.0, once)
     size = magnitudes(Case(model, once), expected).angular.max()
     np.testing.assert_allclose(rates[22:42], expected.angle_rad_s2, rtol=0, atol=C * U * size)
 

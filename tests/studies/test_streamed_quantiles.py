@@ -15,8 +15,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-pytest.importorskip("llvmlite", reason="ensembles run in the compiled reference")
-
 from barchain.cli.main import run as barchain
 from barchain.execution.executors import LocalProcesses
 from barchain.studies.ensemble import kept_parts, plan
@@ -189,7 +187,11 @@ from barchain.studies.ensemble import kept_parts, plan
 from barchain.studies.ensemble import tasks as tasks_module
 from barchain.studies.study import Reporter, run_study
 from tests.studies.test_streamed_quantiles import EnsembleStudy, planned
+from tests.support.kernel import needs_kernel
 plan.MOST_HELD, kept_parts.MOST_TEXT = int(sys.argv[2]), 20_000
+pytestmark = needs_kernel
+
+
 @contextmanager
 def counted(*_):
     done = [0]

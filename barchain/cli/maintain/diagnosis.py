@@ -1,4 +1,4 @@
-"""State of an installation: versions, engines, machine, compiler cache, tables of certified solutions."""
+"""State of an installation: versions, engines, machine, compiled kernel, tables of certified solutions."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ import platform
 import sys
 from typing import TYPE_CHECKING, Any
 
-from adapters.registry import COMPILED, ENGINES, engines
+from adapters.registry import engines
 from barchain.cli.run.engines import facts
 from barchain.record.environment import environment, package_version, packages
 from barchain.solutions import certified
 from barchain.solutions.certified_table import DamagedTableError, physics_digest, read_table
-from reference_impl.machine_code import store
+from reference_impl.kernel import build
 from scenarios import load_scene, scene_names
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-GIGA, MEGA = 1e9, 1e6
+GIGA = 1e9
 
 
 def diagnosis() -> dict[str, Any]:
@@ -31,7 +31,7 @@ def diagnosis() -> dict[str, Any]:
         "machine": environment() | memory(),
         "packages": packages(),
         "engines": list(facts(engines())),
-        "compiler_cache": compiler_cache(),
+        "kernel": kernel(),
         "certified_solutions": solution_tables(),
     }
 
@@ -46,14 +46,15 @@ def memory() -> dict[str, float | None]:
     return {"memory_GB": total, "available_GB": free}
 
 
-def compiler_cache() -> dict[str, Any]:
-    """Folder of the code that the compiled reference keeps, its number of libraries, and its size in MB."""
-    missing = ENGINES[COMPILED].missing
-    if missing:
-        return {"missing": f"{COMPILED}: {missing}", "folder": None, "libraries": 0, "size_MB": 0.0}
-    folder = store.folder()
-    sizes = [path.stat().st_size for path in folder.glob(f"*{store.SUFFIX}")]
-    return {"missing": None, "folder": str(folder), "libraries": len(sizes), "size_MB": sum(sizes) / MEGA}
+def kernel() -> dict[str, Any]:
+    """Library of the compiled reference, the level of this processor, and the C compiler; or why there is none."""
+    reason, command = build.why_missing(), build.compiler()
+    return {
+        "missing": reason or None,
+        "library": None if reason else str(build.library_file()),
+        "level": build.best_level(),
+        "compiler": " ".join(command) if command else None,
+    }
 
 
 def solution_tables() -> dict[str, Any]:

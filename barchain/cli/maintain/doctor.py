@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 @click.command()
 @json_option
 def doctor(as_json: bool) -> None:
-    """Check the installation: versions, engines, compiler cache, cores, memory and tables.
+    """Check the installation: versions, engines, compiled kernel, cores, memory and tables.
 
     Prints the command that gets each missing engine. Exits with 1 if an installed engine does not load, or if a table
     of a certified solution is damaged or out of date.
@@ -46,9 +46,9 @@ def show(found: Mapping[str, Any], wrong: Iterable[str]) -> None:
 
 
 def machine_lines(found: Mapping[str, Any]) -> list[str]:
-    """One line each for versions, machine, compiler cache and certified solutions."""
-    machine, cache, tables = found["machine"], found["compiler_cache"], found["certified_solutions"]
-    compiled = cache["missing"] or f"{cache['libraries']} libraries, {cache['size_MB']:.0f} MB, in {cache['folder']}"
+    """One line each for versions, machine, compiled kernel and certified solutions."""
+    machine, kernel, tables = found["machine"], found["kernel"], found["certified_solutions"]
+    compiled = kernel["missing"] or f"for {kernel['level']}, {kernel['library']}"
     whole = f"{tables['tables']} tables, {len(tables['faults'])} faulty, for {tables['scenes']} scenes,"
     return [
         f"barchain        {found['barchain']}",
@@ -56,7 +56,7 @@ def machine_lines(found: Mapping[str, Any]) -> list[str]:
         f"platform        {machine['platform']}",
         f"processor       {machine['cpu']}, {machine['cores']} cores",
         f"memory          {memory_words(machine)}",
-        f"compiler cache  {compiled}",
+        f"kernel          {compiled}",
         f"solutions       {whole} in {tables['folder']}; computed ones are kept in {tables['cache']}",
     ]
 

@@ -38,7 +38,7 @@ def facts(registered: Mapping[str, Registration]) -> Iterable[dict[str, Any]]:
         known = {
             "name": name, "installed": not r.missing, "version": None if r.missing else r.version,
             "default": r.by_default, "independent_physics": r.external, "missing": r.missing,
-            "install": r.install or None,
+            "install": r.remedy or None,
         }  # fmt: skip
         yield known | ({} if r.missing else of_class(r))
 

@@ -94,14 +94,14 @@ def requirements(pins: Sequence[str], also: Sequence[str]) -> list[str]:
 
 
 def needed() -> Iterator[str]:
-    """Distributions that barchain needs at all, and those that its compiled code needs."""
+    """Distributions that barchain needs at all."""
     try:
         declared = metadata.requires("barchain") or []
     except metadata.PackageNotFoundError:
         raise PinnedEnvironmentError("barchain is not installed here, so that its requirements are not known") from None
     for text in declared:
         one = Requirement(text)
-        if one.marker is None or one.marker.evaluate({"extra": "fast"}):
+        if one.marker is None or one.marker.evaluate({"extra": ""}):
             yield as_installed(one.name)
 
 

@@ -10,6 +10,9 @@ import numpy as np
 from adapters.common.initial_state import chain_model, initial_state
 from barchain.boundary.stopwatch import Stopwatch
 from reference_impl.integrate.simulate import Simulation
+from reference_impl.kernel import layout
+from reference_impl.kernel.library import Evaluation
+from reference_impl.kernel.simulate import modes_at, set_modes
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -48,18 +51,13 @@ def numpy_loop(scene: Scene, coordinates: CoordinateSet) -> Callable[[int], None
 
 
 def compiled_loop(scene: Scene) -> Callable[[int], None]:
-    """Loop over the compiled right-hand side."""
-    from barchain.run.timing.compiled_loop import repeat  # noqa: PLC0415  # llvmlite is an extra
-    from reference_impl.fast import layout  # noqa: PLC0415
-    from reference_impl.fast.simulate import modes_at, set_modes  # noqa: PLC0415
-
+    """Loop over the compiled right-hand side, itself compiled: a call from Python takes as long as ten bars."""
     start, model = initial_state(scene), chain_model(scene)
     state = (start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
     y, chain = layout.pack(*state), layout.compiled_chain(model)
     at_start = Simulation(model, *state, rtol=1.0)
     set_modes(chain, modes_at(at_start.coordinates, 0.0, at_start.y0))
-    work, rates = layout.workspace_of(chain), np.zeros_like(y)
-    return lambda times: repeat(times, y, rates, chain, work)
+    return Evaluation(y, np.zeros_like(y), chain, layout.workspace_of(chain)).repeat
 
 
 def evaluation_times(loop: Callable[[int], None], turns: int, least_s: float = LEAST_S) -> Array:

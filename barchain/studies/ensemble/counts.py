@@ -13,11 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from barchain.studies.ensemble.bins import BINS, EDGES, LEAST, SHIFT, SIDE
-from reference_impl.machine_code.functions import compiled
-from reference_impl.machine_code.lanes import equal, larger, load, put, smaller, store
-from reference_impl.machine_code.library import Library
-from reference_impl.machine_code.structs import Matrix, Vector, Words
-from reference_impl.machine_code.values import WIDTH
+from reference_impl.kernel.library import count_in_bins
 
 if TYPE_CHECKING:
     from typing import Self
@@ -25,11 +21,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from adapters.trajectory import Array
-
-SIZE = 2**63 - 1
-"""Bits of a double without its sign"""
-INFINITE = int(np.array(np.inf).view(np.int64))
-"""Bits of infinity; those of NaN are more"""
 
 
 @dataclass(frozen=True)
@@ -84,11 +75,9 @@ class BinCounts:
         )
 
     def add(self, values: Array) -> None:
-        """Count values (columns, runs), NaN left out; runs are a multiple of 8, and the array is overwritten."""
-        count_in_bins(
-            values, values.view(np.int64).reshape(-1), self.centre, self.scale, self.least, self.most,
-            SHIFT, LEAST, SIDE, self.count.reshape(-1), np.empty((2, WIDTH)),
-        )  # fmt: skip
+        """Count values (columns, runs), NaN left out; the array is overwritten."""
+        bins = SHIFT, LEAST, SIDE
+        count_in_bins(values, self.centre, self.scale, self.least, self.most, bins, self.count)
 
     @property
     def runs(self) -> NDArray[np.int64]:
@@ -127,56 +116,3 @@ class BinCounts:
         high = np.maximum(np.minimum(edges[k + 1], self.most[column]), low)
         share = (rank - before[k] + 0.5) / self.count[column, k]
         return low + (high - low) * share, high - low
-
-
-@compiled
-def count_in_bins(
-    values: Matrix,
-    words: Words,
-    centre: Vector,
-    scale: Vector,
-    least: Vector,
-    most: Vector,
-    shift: int,
-    first: int,
-    side: int,
-    counts: Words,
-    ends: Matrix,
-) -> None:
-    """Count values in bins, and keep the least and the most of each column.
-
-    Parameters
-    ----------
-    values : ndarray, shape (columns, runs)
-        A multiple of W runs; deviations over the scale on return.
-    words : ndarray, shape (columns runs,)
-        The same memory as integers: the bits of the deviations.
-    centre, scale, least, most : ndarray, shape (columns,)
-    shift, first, side : int
-        SHIFT, LEAST and SIDE of :mod:`barchain.studies.ensemble.bins`; arguments, as machine code on disk is named by
-        its own text.
-    counts : ndarray, shape (columns (2 side + 1),)
-    ends : ndarray, shape (2, W)
-        Buffer.
-    """
-    runs = values.shape[1]
-    for column in range(len(values)):
-        low, high = equal(least[column]), equal(most[column])
-        here, unit = equal(centre[column]), equal(1.0 / scale[column])
-        for i in range(0, runs, WIDTH):
-            x = load(values[column], i)
-            low, high = smaller(x, low), larger(x, high)
-            store(values[column], i, (x - here) * unit)
-        put(ends, 0, low)
-        put(ends, 1, high)
-        for lane in range(WIDTH):
-            least[column], most[column] = min(least[column], ends[0, lane]), max(most[column], ends[1, lane])
-        middle = column * (2 * side + 1) + side
-        for i in range(column * runs, (column + 1) * runs):
-            sign, size = words[i] >> 63, words[i] & SIZE
-            if size <= INFINITE:
-                distance = min(max((size >> shift) - first + 1, 0), side)
-                counts[middle + ((distance ^ sign) - sign)] += 1
-
-
-Library("ensemble counts", (count_in_bins,))

@@ -11,9 +11,9 @@ import numpy as np
 
 from adapters.common.initial_state import POINT_PART, chain_model, initial_state
 from barchain.studies.ensemble.variation import DrawStream, VariationError
-from reference_impl.fast import layout
-from reference_impl.fast.batch import Batch
 from reference_impl.integrate.simulate import contact_free_perigee_m, contact_free_radius_m, largest_pull_m_s2
+from reference_impl.kernel import layout
+from reference_impl.kernel.batch import Batch
 from scenarios import Gravity
 
 if TYPE_CHECKING:

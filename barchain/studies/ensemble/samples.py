@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from adapters.trajectory import Array
-    from reference_impl.fast.batch import BatchResult
+    from reference_impl.kernel.batch import BatchResult
     from scenarios import Scene
 
 COLUMNS_AT_ONCE = 64

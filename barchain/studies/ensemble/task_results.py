@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from reference_impl.fast.batch import BatchResult
+from reference_impl.kernel.batch import BatchResult
 
 WORDS = "words"
 

@@ -16,9 +16,9 @@ from barchain.execution.call import Call, CallFailedError
 from barchain.execution.executors import LocalProcesses
 from barchain.studies.ensemble.population import Population, batch, populations
 from barchain.studies.ensemble.task_results import EnsembleTaskResult, packed, unpacked
-from reference_impl.fast.lanes.batch import run_members
-from reference_impl.fast.stepper import ARRIVED
 from reference_impl.integrate.stepper import smooth_segments
+from reference_impl.kernel.batch import run_members
+from reference_impl.kernel.layout import ARRIVED
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from barchain.execution.executors import Executor
     from barchain.execution.session import Session
     from barchain.studies.ensemble.plan import EnsemblePlan
-    from reference_impl.fast.batch import BatchResult
+    from reference_impl.kernel.batch import BatchResult
 
 RUNS_PER_TASK = 250  # some ten milliseconds: progress is smooth, and a killed worker costs little
 AHEAD_HERE, AHEAD_THERE = 4, 32  # parts of each thread that are under way; a cluster takes many in a batch

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 NUMPY_RATES = re.compile("reference|reference-absolute|scipy-.*-numpy")
 """Engines that evaluate rates in NumPy: hundreds of orbits take them minutes a run"""
-MOST_BARS_COMPILED = 200  # heyoka compiles 1000 bars for several minutes, at each setting anew
+MOST_BARS_COMPILED = 200  # heyoka compiles 1000 bars for minutes, at each setting; LSODA needs 56 s for their Jacobians
 
 
 def left_to_a_full_study(scenes: Iterable[Scene], names: Iterable[str]) -> frozenset[tuple[str, str]]:
@@ -30,5 +30,5 @@ def takes_minutes(scene: Scene, name: str, engines: Collection[str]) -> bool:
     """Whether each run takes minutes: rates in NumPy in a long scene, if the compiled reference is there; compiling."""
     if LONG in scene.tags and COMPILED in engines and NUMPY_RATES.fullmatch(name):
         return True
-    compiles_chains = name != COMPILED and name in ENGINES and ENGINES[name].compiles
-    return compiles_chains and scene.bars > MOST_BARS_COMPILED
+    solver = name != COMPILED and name in ENGINES and ENGINES[name].needs_kernel
+    return scene.bars > MOST_BARS_COMPILED and (solver or (name in ENGINES and ENGINES[name].compiles))

@@ -76,7 +76,7 @@ def hard_scenes() -> list[str]:
 def default_engines(*, full: bool = False) -> dict[str, Registration]:
     """Engines that take part where none is named: those of the default set, and SciPy's solvers.
 
-    The solvers run on compiled rates; on rates in NumPy in a full study, and where no compiler is installed.
+    The solvers run on compiled rates; on rates in NumPy in a full study, and where the kernel is missing.
     """
     found = {name: r for name, r in engines().items() if not r.missing and (r.by_default or SCIPY.fullmatch(name))}
     compiled = set() if full else {f"{name}-numpy" for name in found}

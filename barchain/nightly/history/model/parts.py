@@ -40,7 +40,6 @@ SOURCES = {
 """Packages of each part of barchain that figures of all engines depend on"""
 LIBRARIES = ("numpy", "pandas", "pyarrow", "scipy")
 """Libraries that every engine's figures depend on: they read, judge, step, and keep tables"""
-COMPILER = "llvmlite"
 IMPORTED = {
     "adapter:ode_solvers": ("adapter:reference",),
 }
@@ -180,9 +179,7 @@ def adapters_of(registration: Registration) -> tuple[str, ...]:
 def distributions_of(registration: Registration) -> dict[str, str]:
     """Distributions behind an engine, by the name of the part."""
     names = {registration.requires, registration.distribution} - {"", *LIBRARIES}
-    compiled = registration.needs_compiler or registration.requires == COMPILER
-    found = {f"engine:{name}": name for name in names - {COMPILER}}
-    return found | ({library(COMPILER): COMPILER} if compiled else {})
+    return {f"engine:{name}": name for name in names}
 
 
 def requiring(registration: Registration) -> tuple[str, ...]:
@@ -218,7 +215,7 @@ def required_by(distribution: str) -> frozenset[str]:
             if used and name not in found and package_version(name):
                 found.add(name)
                 ahead.append(name)
-    return frozenset(found - {COMPILER, *LIBRARIES})
+    return frozenset(found - set(LIBRARIES))
 
 
 def requirements(distribution: str) -> list[str]:

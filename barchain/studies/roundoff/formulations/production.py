@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from barchain.studies.roundoff.formulations.definitions import Given, MinimalAngles, RelativePlaces
+from reference_impl.kernel import layout
+from reference_impl.kernel.library import evaluate
 from reference_impl.model import relative
 from reference_impl.model.chain import ChainModel
 from reference_impl.model.state import State
@@ -50,9 +52,6 @@ class CompiledReference(MinimalAngles):
     def reactions(self, a: Arithmetic, given: Given) -> Values:
         """Of each member."""
         assert a is FLOAT64
-        from reference_impl.fast import layout, simulate  # noqa: F401, PLC0415  # llvmlite is an extra; the library
-        from reference_impl.fast.accelerations import evaluate  # noqa: PLC0415
-
         s, found = given.state, []
         for k in range(s.com_m.shape[-1]):
             model = model_of(given.bars, k)

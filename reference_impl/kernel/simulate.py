@@ -1,0 +1,290 @@
+"""One run of the compiled reference, with the observables of :mod:`reference_impl.integrate.simulate`."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.integrate import DOP853
+
+from reference_impl.integrate import stiffness
+from reference_impl.integrate.coordinate_sets import MinimalCoordinates
+from reference_impl.integrate.discrete_modes import DiscreteModes
+from reference_impl.integrate.simulate import History, Simulation
+from reference_impl.integrate.stepper import Integration, smooth_segments
+from reference_impl.integrate.surface_contact import contact_instant
+from reference_impl.kernel import layout
+from reference_impl.kernel.library import Evaluation, Integrator, Observer, library
+from reference_impl.model.complex_vectors import unit_along
+from reference_impl.model.effect import EffectState
+from reference_impl.model.joints import NOT_POSITIVE_DEFINITE
+from reference_impl.model.kinematics import gap_vectors, relative_positions
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from reference_impl.integrate.coordinate_sets import StateCoordinates
+    from reference_impl.kernel.layout import CompiledChain, Workspace
+    from reference_impl.model.arrays import Array
+    from reference_impl.model.chain import ChainModel
+    from reference_impl.model.effect import Modes
+
+EXACT_RTOL = 1e-14  # below it, rounding of states and coefficients is compensated
+LEAST_RTOL = 1e-15  # below it the error estimate is round-off, and steps would collapse
+
+
+class KernelSimulation:
+    """One run: set-up, integration, observables; arguments and meaning as in :class:`Simulation`."""
+
+    def __init__(
+        self,
+        model: ChainModel,
+        com_m: Array,
+        com_velocity_m_s: Array,
+        angle_rad: Array,
+        rate_rad_s: Array,
+        *,
+        rtol: float,
+    ) -> None:
+        """Set up a run.
+
+        Raises
+        ------
+        KernelMissingError
+            If the kernel can't be used here.
+        """
+        library()
+        self.model = model
+        self.reference = Simulation(model, com_m, com_velocity_m_s, angle_rad, rate_rad_s, rtol=max(rtol, LEAST_RTOL))
+        self.order = reference_order(model.bars)
+        self.y0 = layout.pack(com_m, com_velocity_m_s, angle_rad, rate_rad_s)
+        self.atol = np.ones_like(self.y0)
+        self.atol[self.order] = self.reference.atol
+        self.exact = rtol <= EXACT_RTOL
+        self.chain = layout.compiled_chain(model)
+        self.work = layout.workspace_of(self.chain)
+        self.reference.coordinates = CompiledRates(self.chain, self.work, self.y0, self.order, model)
+        self.events: DiscreteModes | None = None
+        self.detects_events = any(effect.has_state_events for effect in model.effects)
+
+    def reset(self, t_s: Array) -> None:
+        """Reset to the start, with the sample instants `t_s`."""
+        self.t_s, self.rows = t_s, np.empty((len(t_s), len(self.y0)))
+        self.rows[0] = self.y0
+        self.stepper = layout.new_stepper(self.y0, exact=self.exact)
+        self.stepper.clock[layout.NOW] = t_s[0]
+        self.stepper.clock[layout.SAMPLED] = 1
+        ground = layout.SurfaceBounds(
+            self.reference.contact_free_radius_m,
+            self.reference.contact_free_perigee_m,
+            self.reference.largest_pull_m_s2,
+        )
+        self.integrator = Integrator(self.stepper, self.atol, ground, self.chain, self.work, t_s, self.rows)
+
+    def integrate(self, t_s: Array) -> Integration:
+        """Integrate over the sample instants, from ``t_s[0]``; stop at contact of a bar with the surface.
+
+        Raises
+        ------
+        ArithmeticError
+            If the step size collapses, or the state or its rate is not finite.
+        numpy.linalg.LinAlgError
+            If the joint system is not positive definite in double precision.
+        """
+        if (
+            stiffness.choose_method(self.reference.coordinates, self.reference.y0, t_s, self.reference.atol)
+            is not DOP853
+        ):
+            return self.integrate_implicitly(t_s)
+        self.reset(t_s)
+        if self.model.effects or self.model.impulses:
+            self.events = DiscreteModes(self.reference.coordinates, float(t_s[-1]))
+        stopped_s = None
+        for start, end in smooth_segments(t_s, self.model.breaks_s):
+            stopped_s = self.integrate_segment(start, end)
+            if stopped_s is not None:
+                break
+        clock = self.stepper.clock
+        count = int(clock[layout.SAMPLED])
+        return Integration(
+            self.t_s[:count], self.rows[:count], int(clock[layout.STEPS]), int(clock[layout.EVALUATIONS]), stopped_s
+        )
+
+    def integrate_implicitly(self, t_s: Array) -> Integration:
+        """Integrate with the NumPy reference's implicit solver and compiled rates."""
+        self.reset(t_s)
+        result = self.reference.integrate(t_s)
+        self.events = self.reference.events
+        rows = np.zeros((len(result.y), len(self.y0)))
+        rows[:, self.order] = result.y
+        return dataclasses.replace(result, y=rows)
+
+    def integrate_segment(self, start_s: float, end_s: float) -> float | None:
+        """Integrate from break to break; return the instant of contact with the surface, or None."""
+        if self.events:
+            self.set_state(start_s, self.events.begin_segment(start_s, end_s, self.stepper.y[self.order]))
+        here: float = start_s
+        code, stopped_s = self.integrator.advance_to(here, end_s), None
+        while code in (layout.CHECK_SURFACE, layout.MODE_ENDED) and stopped_s is None:
+            stopped_s, event_s = self.examine_step(code)
+            here = start_s if event_s is None else event_s
+            code = layout.ARRIVED if stopped_s is not None else self.integrator.advance_to(here, end_s)
+        self.raise_failure(code)
+        return stopped_s
+
+    def set_state(self, t_s: float, y: Array) -> None:
+        """Set time, state (in the NumPy reference's order) and modes at the start of a smooth segment."""
+        self.stepper.clock[layout.NOW] = t_s
+        self.stepper.y[self.order] = y
+        set_modes(self.chain, self.reference.coordinates.modes)
+
+    def examine_step(self, code: int) -> tuple[float | None, float | None]:
+        """Instants of contact and of a mode's end in the last step; takes its samples up to the first of them."""
+        carry = self.stepper
+        if not self.detects_events:  # otherwise already computed
+            self.integrator.make_interpolant()
+        end, step = carry.clock[layout.NOW], carry.clock[layout.TAKEN]
+        found = np.empty_like(carry.y)
+
+        def at(t: float) -> Array:
+            self.integrator.interpolate((t - (end - step)) / step, found)
+            state: Array = found[self.order]
+            return state
+
+        event_s = self.events.find_event(at, end - step, end) if self.events and self.detects_events else None
+        stopped_s = self.contact_instant(code, at, event_s)
+        until = next(t for t in (stopped_s, event_s, end) if t is not None)
+        self.integrator.take_samples(until)
+        if event_s is not None and stopped_s is None and self.events:
+            event_s, state = self.events.apply_event(self.partial_step, event_s, (end - step, end))
+            self.set_state(event_s, state)
+        else:
+            self.integrator.begin_next_step()
+        return stopped_s, event_s
+
+    def partial_step(self, until_s: float) -> Array:
+        """State in the NumPy reference's order at an instant inside the last step, by a shorter step."""
+        carry = self.stepper
+        begin = carry.clock[layout.NOW] - carry.clock[layout.TAKEN]
+        self.integrator.take_partial_step(begin, until_s - begin)
+        state: Array = carry.end[self.order]
+        return state
+
+    def contact_instant(self, code: int, at: Callable[[float], Array], event_s: float | None) -> float | None:
+        """Instant of contact with the surface in the last step, if before the end of a mode."""
+        end, step = self.stepper.clock[layout.NOW], self.stepper.clock[layout.TAKEN]
+        before, after = self.stepper.before[self.order], self.stepper.y[self.order]
+        if code != layout.CHECK_SURFACE and (
+            not self.reference.contact_free_radius_m or self.reference.clears_surface(before, after, step)
+        ):
+            return None
+        stopped_s = contact_instant(at, self.reference.height, end - step, end, self.reference.height(before))
+        later = stopped_s is not None and event_s is not None and stopped_s > event_s
+        return None if later else stopped_s
+
+    def raise_failure(self, code: int) -> None:
+        """Raise the same error as the NumPy reference."""
+        if code == layout.LOST_JOINT:
+            raise np.linalg.LinAlgError(NOT_POSITIVE_DEFINITE)
+        now = self.stepper.clock[layout.NOW]
+        if code == layout.NOT_FINITE and now == self.t_s[0]:
+            raise ArithmeticError(f"the initial state or its rate is not finite{self.reference.failure_hint}")
+        words = {
+            layout.COLLAPSED: "Required step size is less than spacing between numbers.",
+            layout.NOT_FINITE: "state not finite",
+        }
+        if code in words:
+            raise ArithmeticError(f"DOP853 failed at t = {now:.6g} s: {words[code]}{self.reference.failure_hint}")
+
+    def history(self, result: Integration, *, condition: bool = False) -> History:
+        """Observables at the samples of an integration."""
+        n = self.model.bars
+        reaction, torque = np.zeros((len(result.t_s), n - 1, 2)), np.zeros((len(result.t_s), len(self.chain.laws)))
+        self.observe(result, reaction, torque)
+        angle, com, rate, velocity = np.split(result.y[:, : 2 * n + 4], [n, n + 2, 2 * n + 2], axis=1)
+        position = np.array([relative_positions(self.model, a) for a in angle])
+        gaps = [np.linalg.norm(gap_vectors(self.model, d, a), axis=-1) for d, a in zip(position, angle, strict=True)]
+        numbers = (
+            [self.reference.condition(self.reference.coordinates.unpack(y[self.order])) for y in result.y]
+            if condition
+            else None
+        )
+        return History(
+            result.t_s,
+            com,
+            velocity,
+            angle,
+            rate,
+            reaction,
+            np.array(gaps),
+            np.linalg.norm(np.einsum("j,tjk->tk", self.model.weight, position), axis=1),
+            torque,
+            None if numbers is None else np.array(numbers),
+            result.steps,
+            result.evaluations,
+            result.stopped_s,
+            self.events.impulse_sums(result.t_s) if self.events else None,
+            stiffness.METHOD_NAMES[self.reference.method],
+        )
+
+    def observe(self, result: Integration, reaction_N: Array, torque_N_m: Array) -> None:
+        """Reactions (n, N-1, 2) and torques (n, P) at the samples; modes follow from each state."""
+        chain = layout.refined(self.chain)
+        observe = Observer(chain, self.work)
+        moded = any(effect.mode.size for effect in chain.effects)
+        for one in [slice(k, k + 1) for k in range(len(result.t_s))] if moded else [slice(None)]:
+            t, y = result.t_s[one], result.y[one]
+            if moded:
+                set_modes(chain, modes_at(self.reference.coordinates, t[0], y[0, self.order]))
+            if not observe(t, y, reaction_N[one], torque_N_m[one]):
+                raise np.linalg.LinAlgError(NOT_POSITIVE_DEFINITE)
+
+
+def modes_at(coordinates: StateCoordinates, t_s: float, y: Array) -> Modes:
+    """Modes of the effects at a state in the NumPy reference's order."""
+    state = coordinates.unpack(y)
+    at = EffectState(coordinates.model, t_s, state, unit_along(state.angle_rad))
+    return tuple(effect.mode(at) for effect in coordinates.model.effects)
+
+
+def set_modes(chain: CompiledChain, modes: Modes | None) -> None:
+    """Set the modes in compiled code."""
+    for effect, mode in zip(chain.effects, modes or (), strict=True):
+        if mode is not None:
+            effect.mode[:] = mode
+
+
+class CompiledRates(MinimalCoordinates):
+    """Minimal coordinates in the NumPy reference's order, with compiled rates."""
+
+    def __init__(self, chain: CompiledChain, work: Workspace, y0: Array, order: Array, model: ChainModel) -> None:
+        """Prepare rates of `chain`, with vectors like `y0`; `order` maps the NumPy reference's order to them."""
+        super().__init__(model)
+        self.chain, self.work, self.order = chain, work, order
+        self.y, self.rates = np.zeros_like(y0), np.zeros_like(y0)
+        self.evaluation = Evaluation(self.y, self.rates, chain, work)
+
+    def rhs(self, t_s: float, y: Array) -> Array:
+        """Time derivative of a vector in the NumPy reference's order.
+
+        Raises
+        ------
+        numpy.linalg.LinAlgError
+            If the joint system is not positive definite in double precision.
+        """
+        self.y[self.order] = y
+        set_modes(self.chain, self.modes or (modes_at(self, t_s, y) if self.model.effects else None))
+        if not self.evaluation(t_s):
+            raise np.linalg.LinAlgError(NOT_POSITIVE_DEFINITE)
+        rates: Array = self.rates[self.order]
+        return rates
+
+
+def reference_order(bars: int) -> Array:
+    """Indices of the NumPy reference's [Z0, Z0', theta, theta'] in [theta, Z0, theta', Z0'], shape (2N+4,) of int."""
+    n = bars
+    order: Array = np.concatenate([[n, n + 1, 2 * n + 2, 2 * n + 3], np.arange(n), np.arange(n + 2, 2 * n + 2)]).astype(
+        int
+    )
+    return order
