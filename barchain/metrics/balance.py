@@ -47,6 +47,7 @@ def balanced(scene: Scene) -> bool:
     return called.gravity is not Gravity.NONE and not driven and not damped
 
 
+@np.errstate(divide="ignore", invalid="ignore")  # at the body's centre nothing is resolved
 def imbalance(scene: Scene, trajectory: Trajectory) -> dict[str, Array]:
     """Changes of energy (J) and angular momentum (N m s) about the centre of mass that gravity does not explain, (n,).
 

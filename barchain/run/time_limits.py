@@ -10,6 +10,8 @@ from barchain.run.job import failure
 if TYPE_CHECKING:
     from barchain.run.job import Job, RunResult
 
+MOST_SECONDS = 172_800.0
+"""Largest limit, two days: some runs have ten times a limit, and systems wait at most 2^31 ms (24.8 days) at once."""
 TIME_LIMIT_S = 120.0  # the slowest run of the core suite takes a tenth of it on two cores
 SOLUTION_PATIENCE = 5.0
 """Limit of a run for the judging solution, relative to an engine's run: a scene without it judges no engine"""

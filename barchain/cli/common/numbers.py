@@ -6,8 +6,8 @@ from typing import Any
 
 import click
 
-MOST_SECONDS = 172_800.0
-"""Two days. Some runs have ten times a limit, and systems wait at most 2^31 ms (24.8 days) at once."""
+from barchain.run.time_limits import MOST_SECONDS
+
 MOST_MINUTES = 10_080.0
 """A week."""
 MOST_ORBITS = 1e9

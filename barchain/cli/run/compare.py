@@ -165,7 +165,9 @@ def show_verdict(result: ComparisonResult) -> None:
     for (scene, engine), outcome in result.outcomes.items():
         if not outcome.ok or str(outcome) == "too_coarse":
             rows = result.metrics.query("scene == @scene and engine == @engine and outcome == @outcome.value")
-            reasons = "; ".join(f"{r.quantity}: {r.reason}" for r in rows.itertuples())
+            reasons = "; ".join(
+                f"{quantity}: {why}" for quantity, why in zip(rows.quantity, rows.reason, strict=True) if why
+            )
             say(f"  {scene}  {engine}  {outcome}: {reasons}")
     idle = [engine for (_, engine), outcome in result.outcomes.items() if str(outcome) == "nothing_compared"]
     rows = result.metrics[(result.metrics.outcome == "unsupported") & ~result.metrics.engine.isin(idle)]

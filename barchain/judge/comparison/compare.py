@@ -267,7 +267,8 @@ class Comparison(BeyondLimit):
         used, _ = worst(size, allowed, self.inside(quantity)[: len(size)])
         persisting = self.persisting(quantity, ~(size <= allowed), size)
         if not persisting.any():
-            return self.row(quantity, "extrapolation_ratio", used, 1.0, Outcome.PASS)
+            said = "" if used <= 1.0 else "an error above 1 at two settings is not there at a third"
+            return self.row(quantity, "extrapolation_ratio", used, 1.0, Outcome.PASS, said)
         used, at = worst(size, allowed, persisting)
         noise = FINEST_NOISE * self.limiting_noise(quantity)[: len(allowed)]
         if worst(size, allowed + noise, persisting)[0] <= 1.0:

@@ -30,6 +30,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from barchain.run.time_limits import MOST_SECONDS
 from scenarios import Gravity, SceneError
 from scenarios.limits import LimitError, SizeLimit
 
@@ -104,7 +105,7 @@ def need_runnable(scenes: Iterable[Scene], time_limit_s: float = 0.0) -> None:
             raise TooLongError(str(error)) from None
         if estimated_run_s(scene) > allowed_s:
             size = f"{scene.bars} bars, {scene.run.duration_s:.3g} s of motion"
-            option = "--time-limit or " if time_limit_s else ""
+            option = "--time-limit or " if 0.0 < time_limit_s < estimated_run_s(scene) <= MOST_SECONDS else ""
             raise TooLongError(
                 f"{scene.name}: {work_words(scene)} ({size}), allowed: at most {duration_words(allowed_s)}; "
                 f"{option}the environment variable {LONGEST_S.variable} allows more"
