@@ -307,7 +307,7 @@ def test_the_command_writes_its_tables(folder: Path) -> None:
     assert {fates[n] for n in ("nan-com", "gravity-torque-sign", "scale-rate")} == {"killed"}
     assert set(tables.smallest.fault) == {"scale-rate"}
     rate = tables.cells.query("fault == 'scale-rate' and killed")
-    assert set(rate.quantity) == {"rate"}
+    assert set(rate.quantity) == {"rate", "angular_momentum_about_com"}
 
 
 def test_the_page_is_rendered_from_the_tables_alone(folder: Path) -> None:
