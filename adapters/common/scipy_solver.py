@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -13,11 +13,16 @@ from adapters.common.solver_driver import SolvedSegment
 from adapters.engine import EngineError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from scipy.integrate._ivp.ivp import OdeResult
+
     from adapters.common.solver_driver import Problem
     from adapters.trajectory import Array
 
 Method = Literal["RK45", "DOP853", "Radau", "LSODA"]
 RTOL_FLOOR = 100.0 * np.finfo(float).eps  # SciPy replaces smaller values by this one, with a warning
+STOPPED = 1  # SciPy's status after a terminal event
 
 
 @dataclass(frozen=True)
@@ -28,6 +33,8 @@ class ScipySolver:
     rtol: float
     atol: float | Array
 
+    locates_events: ClassVar[bool] = True
+
     def solve(self, problem: Problem, start_s: float, instants_s: Array, y: Array) -> SolvedSegment:
         """Integrate from state `y` at `start_s` through `instants_s`, with output at each.
 
@@ -36,7 +43,31 @@ class ScipySolver:
         EngineError
             If SciPy reports a failure; the message includes SciPy's warnings.
         """
-        event_calls = problem.event_calls
+        rows: list[Array] = []
+        event_calls, jacobians, pieces, stopped = problem.event_calls, 0, 0, None
+        while len(rows) < len(instants_s):
+            found = self.integrated(problem, start_s, instants_s[len(rows) :], y)
+            if len(found.t):  # SciPy's states are an empty list, and no array, where an event comes before them
+                rows += list(found.y.T)
+            jacobians, pieces = jacobians + int(found.njev), pieces + 1
+            if found.status != STOPPED:
+                break
+            assert found.t_events is not None
+            assert found.y_events is not None
+            surface, *modes = found.t_events
+            if len(surface):
+                stopped = float(surface[0])
+                break
+            assert problem.mode_events is not None
+            start_s, y = float(modes[0][0]), found.y_events[1][0]
+            problem.mode_events.change(start_s, y)
+        # SciPy calls the surface's event once at each start and once after each step
+        return SolvedSegment(np.array(rows), stopped, problem.event_calls - event_calls - pieces, jacobians)
+
+    def integrated(self, problem: Problem, start_s: float, instants_s: Array, y: Array) -> OdeResult:
+        """Result of `solve_ivp` as far as the first event."""
+        surface = TerminalEvent(problem.height_at_event)
+        modes = [TerminalEvent(problem.mode_events.margin)] if problem.mode_events else []
         with warnings.catch_warnings(record=True) as said:
             warnings.simplefilter("always")
             found = solve_ivp(
@@ -45,28 +76,24 @@ class ScipySolver:
                 y,
                 method=self.method,
                 t_eval=instants_s,
-                events=ScipySurfaceEvent(problem),
+                events=[surface, *modes],
                 rtol=max(self.rtol, RTOL_FLOOR),
                 atol=self.atol,
             )
         if not found.success:
             words = dict.fromkeys([str(w.message) for w in said] + [str(found.message)])
             raise EngineError(f"{self.method}: {' '.join(words)}")
-        stopped = float(found.t_events[0][0]) if found.t_events and found.status == 1 else None
-        steps = (
-            problem.event_calls - event_calls - 1
-        )  # SciPy calls the event once at the start and once after each step
-        return SolvedSegment(found.y.T, stopped, steps, int(found.njev))
+        return found
 
 
 @dataclass
-class ScipySurfaceEvent:
-    """Event that ends a run at the surface."""
+class TerminalEvent:
+    """Event that ends an integration where a function falls through zero."""
 
-    problem: Problem
+    function: Callable[[float, Array], float]
     terminal: bool = True
     direction: float = -1.0
 
     def __call__(self, t_s: float, y: Array) -> float:
-        """Height of the chain."""
-        return self.problem.height_at_event(t_s, y)
+        """Value of the function."""
+        return self.function(t_s, y)

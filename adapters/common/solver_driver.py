@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, ClassVar, Protocol
 
 import numpy as np
 
@@ -53,6 +53,16 @@ class CFunctions(ABC):
         """Exception in the equations since the last call."""
 
 
+class ModeEvents(Protocol):
+    """Modes of effects that are held between events of the state, such as the face of a bar towards the wind."""
+
+    def margin(self, t_s: float, y: Array) -> float:
+        """Least of the event functions, positive while the modes are valid."""
+
+    def change(self, t_s: float, y: Array) -> None:
+        """Set the modes that are valid after the event at this instant."""
+
+
 @dataclass
 class Problem:
     """An initial value problem that counts evaluations.
@@ -68,6 +78,8 @@ class Problem:
     """Least distance of the chain from the surface, m"""
     compiled: CFunctions | None = None
     """The same two functions in machine code, which a solver with a C interface calls instead"""
+    mode_events: ModeEvents | None = None
+    """Events at which the solver stops and modes change; None: the rates take the modes of each evaluated state"""
     evaluations: int = field(default=0, init=False)
     event_calls: int = field(default=0, init=False)
 
@@ -85,6 +97,9 @@ class Problem:
 
 class Solver(Protocol):
     """One library's solver at one setting."""
+
+    locates_events: ClassVar[bool]
+    """Whether it stops at events of the state, and lets the modes change there"""
 
     def solve(self, problem: Problem, start_s: float, instants_s: Array, y: Array) -> SolvedSegment:
         """Integrate from state `y` at `start_s` through `instants_s`, with output at each.

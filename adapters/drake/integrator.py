@@ -11,7 +11,7 @@ a plant computes its kinematics anew for each result that depends on them: 4 tim
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -34,6 +34,7 @@ class DrakeIntegrator:
     accuracy: float
     units: Array
     """Unit of each component of a state"""
+    locates_events: ClassVar[bool] = False
 
     def solve(self, problem: Problem, start_s: float, instants_s: Array, y: Array) -> SolvedSegment:
         """Integrate from state `y` at `start_s` through `instants_s`, with output at each.

@@ -14,7 +14,8 @@ Accuracy parameter: `rtol`; the absolute tolerance is a thousandth of `rtol`, in
 Supported: every effect but solar pressure with a shadow, whose edge a general solver steps over.
 
 Traps: scikit-sundae's own interface takes Python functions of NumPy arrays only. No exception may cross CVODE: each is
-kept, and raised afterwards. Where bars turn their faces (drag, solar pressure), the faces follow from each evaluated
-state in Python. SciPy replaces an `rtol` below 100 eps, with a warning. Event functions are checked at the ends of
-steps only, so a short contact with the surface may be missed.
+kept, and raised afterwards. Where bars turn their faces (drag, solar pressure), SciPy's solvers stop and start again,
+as DOP853's error estimate misses a jump in the slope of a force. CVODE's faces follow from each evaluated state in
+Python. SciPy replaces an `rtol` below 100 eps, with a warning. Event functions are checked at the ends of steps only,
+so a short contact with the surface may be missed.
 """

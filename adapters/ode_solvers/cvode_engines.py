@@ -25,6 +25,7 @@ class CvodeSolver:
     """Backward differences with Newton's method, else Adams with fixed-point iteration, as SUNDIALS advises"""
     rtol: float
     atol: float
+    locates_events: ClassVar[bool] = False
 
     def solve(self, problem: Problem, start_s: float, instants_s: Array, y: Array) -> SolvedSegment:
         """Integrate from state `y` at `start_s` through `instants_s`, with output at each.

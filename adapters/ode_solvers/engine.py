@@ -42,7 +42,7 @@ class SolverRun:
         """Integrate over the samples, `t_s` (n,)."""
         own = self.simulation
         if own.model.effects or own.model.impulses:
-            own.events = DiscreteModes(own.coordinates, float(t_s[-1]), detects_events=False)
+            own.events = DiscreteModes(own.coordinates, float(t_s[-1]), detects_events=self.solver.locates_events)
         try:
             return self.driven(t_s)
         finally:
@@ -52,6 +52,8 @@ class SolverRun:
         """Integrate in the components of the NumPy reference."""
         own = self.simulation
         problem = Problem(own.coordinates.rhs, own.y0, own.height)
+        if own.events and own.events.detects_events:
+            problem.mode_events = own.events
         result = drive(self.solver, problem, t_s, own.model.breaks_s, own.events)
         self.jacobians = result.jacobians
         return result.walk
@@ -80,6 +82,7 @@ class CompiledSolverRun(SolverRun):
         own = self.simulation
         restart = CompiledRestart(own.events, self.function, self.problem, self.c_functions)
         restart.hold()
+        self.problem.mode_events = restart if own.events and own.events.detects_events else None
         result = drive(self.solver, self.problem, t_s, own.model.breaks_s, restart if own.events else None)
         self.jacobians = result.jacobians
         return dataclasses.replace(result.walk, y=result.walk.y[:, self.function.order])
@@ -87,7 +90,7 @@ class CompiledSolverRun(SolverRun):
 
 @dataclasses.dataclass(frozen=True)
 class CompiledRestart:
-    """Change of a compiled state, and of the modes of its rates, at an event."""
+    """Change of a compiled state, and of the modes of its rates, at an event of time or of the state."""
 
     events: DiscreteModes | None
     function: RatesFunction
@@ -100,6 +103,17 @@ class CompiledRestart:
         begun = self.events.begin_segment(start_s, end_s, y[self.function.order])
         self.hold()
         return compiled_order(self.function, begun)
+
+    def margin(self, t_s: float, y: Array) -> float:
+        """Least of the event functions, positive while the modes are valid."""
+        assert self.events is not None
+        return self.events.margin(t_s, y[self.function.order])
+
+    def change(self, t_s: float, y: Array) -> None:
+        """Set the modes that are valid after the event at this instant."""
+        assert self.events is not None
+        self.events.change(t_s, y[self.function.order])
+        self.hold()
 
     def hold(self) -> None:
         """Set the modes; where some follow from each evaluated state, the solver calls Python for each evaluation."""

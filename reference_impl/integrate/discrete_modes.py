@@ -93,6 +93,16 @@ class DiscreteModes:
         ]
         return np.concatenate([*found, np.ones(1)])
 
+    def margin(self, t_s: float, y: Array) -> float:
+        """Least of the event functions."""
+        return float(self.event_functions(t_s, y).min())
+
+    def change(self, t_s: float, y: Array) -> None:
+        """Change the modes whose event functions are least, or negative, at an event that a general solver located."""
+        now = self.event_functions(t_s, y)
+        self.crossed = {int(now.argmin()), *map(int, np.nonzero(now < 0.0)[0])}
+        self.change_modes(t_s, y)
+
     def find_event(self, dense: Callable[[float], Array], start_s: float, end_s: float) -> float | None:
         """First instant in a step at which an event function is negative, sampled in quarters of the step."""
         before, low = start_s, self.event_functions(start_s, dense(start_s))
@@ -160,6 +170,11 @@ class DiscreteModes:
             Start and end of the step.
         """
         t_s, y = self.refine_event(state_at, t_s, step)
+        self.change_modes(t_s, y)
+        return t_s, y
+
+    def change_modes(self, t_s: float, y: Array) -> None:
+        """Change the modes whose event functions are in `crossed`."""
         at, modes, offset = self.effect_state(t_s, y), list(self.modes or ()), 0
         for i, (effect, mode) in enumerate(zip(self.model.effects, modes, strict=True)):
             if mode is not None and effect.has_state_events:
@@ -168,7 +183,6 @@ class DiscreteModes:
                 modes[i] = effect.mode_after(mode, crossed) if len(crossed) else mode
                 offset += count
         self.coordinates.modes = tuple(modes)
-        return t_s, y
 
     def refine_event(
         self, state_at: Callable[[float], Array], t_s: float, step: tuple[float, float]
