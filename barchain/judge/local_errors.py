@@ -15,7 +15,7 @@ from adapters.common.initial_state import initial_state
 from adapters.common.kepler import propagate
 from adapters.engine import AccuracyParameter, Coordinates
 from barchain.judge.scales import inertia_force_N
-from barchain.metrics.rates import own_rate, rate_scale
+from barchain.metrics.rates import orbit_rate, own_rate, rate_scale
 from barchain.solutions.reference import RICHARDSON
 from scenarios import Gravity
 
@@ -278,13 +278,6 @@ def end_derivatives(engine: type[Engine], scene: Scene, trajectory: Trajectory) 
     turn = np.abs(first_derivative(trajectory.t_s, rate)).max(axis=1)
     jerk = second_derivative(trajectory.t_s, rate)
     return turn + fastest**2, jerk + 3.0 * fastest * turn + fastest**3
-
-
-def orbit_rate(trajectory: Trajectory) -> Array:
-    """Rate of the longitude of the centre of mass, (n,), rad/s."""
-    z, v = trajectory.com_m, trajectory.com_velocity_m_s
-    rate: Array = (z[:, 0] * v[:, 1] - z[:, 1] * v[:, 0]) / np.sum(z * z, axis=1)
-    return rate
 
 
 def first_derivative(t_s: Array, values: Array) -> Array:

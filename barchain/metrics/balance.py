@@ -18,11 +18,12 @@ from scipy.interpolate import CubicHermiteSpline
 
 from adapters.common.initial_state import chain_model
 from barchain.metrics.mean_acceleration import FIELDS, every_nth
+from barchain.metrics.rates import orbit_rate
 from reference_impl.model import invariants
 from reference_impl.model.complex_vectors import as_complex, unit_along
 from reference_impl.model.effect import EffectState
 from reference_impl.model.gravity import complex_field_differences, gradient_angular_accelerations
-from reference_impl.model.kinematics import bar_centres, consistent_state, cross
+from reference_impl.model.kinematics import bar_centres, consistent_state
 from scenarios import Gravity
 
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ def imbalance(scene: Scene, trajectory: Trajectory) -> dict[str, Array]:
     }
     if len(t) < LEAST_SAMPLES:
         return {name: np.zeros(len(t)) for name in held}
-    fastest = np.maximum(np.abs(rate).max(axis=1), np.abs(longitude_rates(trajectory)))
+    fastest = np.maximum(np.abs(rate).max(axis=1), np.abs(orbit_rate(trajectory)))
     turning = np.diff(t) * np.maximum(fastest[1:], fastest[:-1])
     turned = np.maximum(np.abs(np.diff(angle, axis=0)).max(axis=1), turning)
     resolved = np.append(True, np.logical_and.accumulate(turned <= MOST_TURNED_RAD))
@@ -79,12 +80,6 @@ def imbalance(scene: Scene, trajectory: Trajectory) -> dict[str, Array]:
         left = np.abs(values - values[0] - np.append(0.0, np.cumsum(full[name])))
         unknown = np.append(0.0, np.cumsum(np.convolve(np.abs(full[name] - coarse[name]), np.ones(3), "same")))
         found[name] = np.where(resolved, np.maximum(left - unknown, 0.0), 0.0)
-    return found
-
-
-def longitude_rates(trajectory: Trajectory) -> Array:
-    """Rate of the longitude of the centre of mass, (n,) rad/s."""
-    found: Array = cross(trajectory.com_m, trajectory.com_velocity_m_s) / np.sum(trajectory.com_m**2, axis=1)
     return found
 
 

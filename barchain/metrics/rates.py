@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from adapters.trajectory import Trajectory
+    from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
 
 MODES_PER_BAR = 2.1  # fastest oscillation of a chain of N bars, over N times its rate (radial chain: 2.1 N n)
@@ -25,3 +25,10 @@ def own_rate(scene: Scene) -> float:
     orbit = 2.0 * math.pi / scene.step_period_s
     turning = scene.orbital_rate_rad_s * max(1.0, *(abs(a) for a in scene.chain.rate_factor))
     return max(orbit, turning, scene.spring_rate_rad_s / (MODES_PER_BAR * scene.bars))
+
+
+def orbit_rate(trajectory: Trajectory) -> Array:
+    """Rate of the longitude of the centre of mass, (n,), rad/s."""
+    z, v = trajectory.com_m, trajectory.com_velocity_m_s
+    rate: Array = (z[:, 0] * v[:, 1] - z[:, 1] * v[:, 0]) / np.sum(z * z, axis=1)
+    return rate
