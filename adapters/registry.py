@@ -178,14 +178,21 @@ def _certified(name: str, *, in_default_set: bool = True) -> Registration:
 
 
 KERNEL_REMEDY = "a C compiler, then `pip install --force-reinstall --no-deps .`"
-COMPILED = "reference-fast"
-"""Name of the compiled reference"""
+COMPILED, WIDE = "reference-fast", "reference-wide"
+"""Names of the compiled reference, in double and in extended precision"""
 
 ENGINES: dict[str, Registration] = {
     "reference": _ours("reference.numpy_engines", "Reference"),
     "reference-fast": Registration(
         "adapters.reference.compiled_engine:ReferenceFast",
         ours=True,
+        optional=True,
+        needs_kernel=True,
+    ),
+    "reference-wide": Registration(
+        "adapters.reference.compiled_engine:ReferenceWide",
+        ours=True,
+        in_default_set=False,
         optional=True,
         needs_kernel=True,
     ),

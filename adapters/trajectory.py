@@ -188,6 +188,12 @@ class Trajectory:
         arrays = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
         return self.replace(**{name: v[rows] for name, v in arrays.items() if isinstance(v, np.ndarray)})
 
+    def continued(self, later: Trajectory) -> Trajectory:
+        """The samples of `self`, then those of `later`, in every array that `self` has; the end is that of `later`."""
+        arrays = {f.name: (getattr(self, f.name), getattr(later, f.name)) for f in dataclasses.fields(self)}
+        joined = {name: np.concatenate(both) for name, both in arrays.items() if isinstance(both[0], np.ndarray)}
+        return dataclasses.replace(self.replace(**joined), ended=later.ended)
+
 
 def to_frame(trajectory: Trajectory) -> pd.DataFrame:
     """Table with one row per sample; a quantity that the engine lacks has no column.

@@ -158,6 +158,7 @@ def compare(
     workers: int | None = None,
     dask: str | None = None,
     dask_wait_s: float = WORKERS_S,
+    certify: bool = False,
     resume: bool = False,
     overwrite: bool = False,
     progress: Callable[[str, str, str], None] | None = None,
@@ -184,6 +185,9 @@ def compare(
         Address of a Dask scheduler whose workers make the runs instead.
     dask_wait_s : float
         Longest time that the scheduler may have no worker, s.
+    certify : bool
+        Judge scenes of your own by solutions of heyoka in quadruple precision, whose equations are independent of the
+        reference's; a few seconds to minutes a scene.
     resume : bool
         Take over the runs that an earlier comparison of these scenes and engines left in `out`.
     overwrite : bool
@@ -225,6 +229,7 @@ def compare(
     check_text("dask", dask, 'the address of a Dask scheduler, e.g. "tcp://host:8786"')
     check_switch("resume", resume)
     check_switch("overwrite", overwrite)
+    check_switch("certify", certify)
     check_callable("progress", progress, "scene, engine and outcome")
     return run_comparison(
         given,
@@ -233,6 +238,7 @@ def compare(
         time_limit_s=time_limit_s,
         executor=chosen_executor(workers, dask, dask_wait_s),
         settings=settings,
+        certify=certify,
         resume=resume,
         overwrite=overwrite,
         progress=progress,

@@ -12,8 +12,6 @@ from typing import TYPE_CHECKING
 import pyarrow
 import pytest
 
-from barchain.crossval import suite
-from barchain.solutions.reference import SolutionSource
 from reference_impl.kernel.build import KernelMissingError
 from tests.support.kernel import skip_without_kernel
 
@@ -30,14 +28,6 @@ def pytest_pyfunc_call() -> Generator[None, object, object]:
     except KernelMissingError:
         skip_without_kernel()
         raise
-
-
-@pytest.fixture(autouse=True, scope="session")
-def _judged_quickly() -> Iterator[None]:
-    """Own scenes are judged without heyoka's compilation."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(suite, "source_to_run", lambda scene: SolutionSource.REFERENCE)  # heyoka compiles
-        yield
 
 
 @pytest.fixture(autouse=True, scope="module")

@@ -35,6 +35,8 @@ class ComparisonPlan:
     """Whether a scene that no engine with independent physics passes is a failure"""
     named: bool = False
     """Whether the engines were requested by name: an engine that was compared on no scene is then a failure"""
+    certify: bool = False
+    """Whether scenes without a shipped solution are judged by one of heyoka's, where it can make one"""
 
     def setting(self, name: str, engine: type[Engine], solution: ReferenceSolution | None = None) -> Setting:
         """Setting at which an engine is judged; `solution` is the scene's, where it is known before the runs."""

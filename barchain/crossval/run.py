@@ -110,6 +110,7 @@ def run_comparison(
     resume: bool = False,
     overwrite: bool = False,
     need_external: bool = False,
+    certify: bool = False,
     command: str = "",
     progress: Callable[[str, str, str], None] | None = None,
     notes: Callable[[str], None] | None = None,
@@ -144,6 +145,7 @@ def run_comparison(
         {name: choose_setting(name, values) for name, values in (settings or {}).items()},
         need_external,
         named=engine_names is not None,
+        certify=certify,
     )
     executor.check()
     with kept_or_temporary(None if out is None else Path(out)) as folder:

@@ -35,10 +35,10 @@ from barchain.solutions.judging import (
     judging_jobs,
     judging_solution,
     shares_equations,
-    source_to_run,
+    why_not_certified,
 )
 from barchain.solutions.reference import ReferenceSolution, SolutionSource
-from barchain.solutions.reference_runs import SolutionFailedError, solution_engine
+from barchain.solutions.reference_runs import SolutionFailedError, judging_engine
 from barchain.solutions.sampling import closely_sampled
 from barchain.solutions.shipped import shipped_solution
 from reports.tables.crossval import ALL_SCENES, JUDGING_SOLUTION
@@ -165,7 +165,11 @@ class Suite:
             progress.source = SolutionSource.SHIPPED
             self.establish(progress, shipped)
             return []
-        progress.source = source_to_run(progress.scene)
+        if self.plan.certify:
+            reason = why_not_certified(progress.scene)
+            progress.source = SolutionSource.REFERENCE if reason else SolutionSource.HEYOKA
+            if reason:
+                self.note(f"{progress.scene.name}: no certified solution ({reason}); the reference judges")
         return judging_jobs(progress.scene, progress.source)
 
     def fall_back(self) -> list[Job]:
@@ -376,7 +380,7 @@ def solution_facts(solution: ReferenceSolution) -> dict[str, Any]:
     inside = solution.trajectory.t_s[: len(solution.amplification)] <= solution.limit_s
     return {
         "solution_source": WORDS[solution.source],
-        "solution_engine": engine_of(solution.source, solution_engine()),
+        "solution_engine": engine_of(solution.source, judging_engine(solution.scene)),
         "solution_method": str(solution.trajectory.info.get("method", "")),
         "solution_setting": solution.setting,
         "solution_error_rad": float(solution.error["attitude"][: len(inside)][inside].max()),

@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from reference_impl.model.effect import ChainEffect
     from scenarios import Scene, ThirdBody
 
-    AccelerationField = Callable[[float, Array], Array]
+    Instants = float | Array
+    AccelerationField = Callable[[Instants, Array], Array]
 
 FIELDS = frozenset({"quadrupole", "slender", "oblateness", "third_body"})
 """Effects whose force on a bar depends on its place"""
@@ -53,7 +54,7 @@ def excess_acceleration(
     Returns
     -------
     callable
-        Function of an instant, s, and of the place of the centre of mass, (2,) m; returns (2,) m/s².
+        Function of instants (...), s, and of places of the centre of mass, (..., 2) m; returns (..., 2) m/s².
     """
     assert trajectory.angle_rad is not None
     assert trajectory.rate_rad_s is not None
@@ -61,8 +62,8 @@ def excess_acceleration(
     knots = every_nth(len(t), every)
     angle = CubicHermiteSpline(t[knots], trajectory.angle_rad[knots], trajectory.rate_rad_s[knots])
 
-    def acceleration(time: float, z: Array) -> Array:
-        found: Array = model.weight @ field_differences(mu, z, relative_positions(model, angle(time)))
+    def acceleration(time: Instants, z: Array) -> Array:
+        found: Array = model.weight @ field_differences(mu, z[..., None, :], relative_positions(model, angle(time)))
         return found
 
     acting = [e for e in model.effects if e.name in FIELDS or (include_non_fields and e.name in NON_FIELD_EFFECTS)]
@@ -88,7 +89,9 @@ def effect_acceleration(
 
     velocity, rate = com.derivative(), angle.derivative()
 
-    def mean_effect(time: float, z: Array) -> Array:
+    def mean_effect(time: Instants, z: Array) -> Array:
+        if isinstance(time, np.ndarray):
+            return np.array([mean_effect(float(t), place) for t, place in zip(time, z, strict=True)])
         state = consistent_state(model, z, velocity(time), angle(time), rate(time))
         at = EffectState(model, time, state, unit_along(state.angle_rad))
         mean = sum((effect.accelerations(at, None).difference @ model.weight for effect in acting), 0j)
@@ -108,14 +111,15 @@ class TidalGradient:
     body: ThirdBody | None = None
     """Third body that attracts; None for the central body"""
 
-    def __call__(self, t_s: float, place_m: Array, displacement_m: Array) -> Array:
-        """Change of the acceleration by a small displacement from a place, (2,) m/s², to first order."""
+    def __call__(self, t_s: Instants, place_m: Array) -> Array:
+        """Change of the acceleration per small displacement, (..., 2, 2) 1/s², at places (..., 2) and instants."""
         y = place_m
         if self.body is not None:
-            x = cmath.rect(self.body.distance_m, self.body.longitude_rad + self.body.rate_rad_s * t_s)
-            y = place_m - np.array([x.real, x.imag])
-        r = np.linalg.norm(y)
-        found: Array = self.strength / r**self.power * (self.power * y * (y @ displacement_m) / r**2 - displacement_m)
+            longitude = self.body.longitude_rad + self.body.rate_rad_s * np.asarray(t_s)
+            y = place_m - self.body.distance_m * np.stack([np.cos(longitude), np.sin(longitude)], axis=-1)
+        r = np.linalg.norm(y, axis=-1)[..., None, None]
+        outer = y[..., :, None] * y[..., None, :]
+        found: Array = self.strength / r**self.power * (self.power * outer / r**2 - np.eye(2))
         return found
 
 

@@ -23,7 +23,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicHermiteSpline
 
 from adapters.common.initial_state import chain_model
@@ -35,11 +34,14 @@ from barchain.metrics.mean_acceleration import (
     tides,
 )
 from reference_impl.model.kinematics import relative_positions
+from reports.tables.crossval import PARTED_RAD
 from scenarios import Gravity
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from adapters.trajectory import Array, Trajectory
-    from barchain.metrics.mean_acceleration import AccelerationField, TidalGradient
+    from barchain.metrics.mean_acceleration import AccelerationField
     from scenarios import Scene
 
 RESPONSE_STEPS_PER_RADIAN = 60.0  # of the orbit: oscillations of the chain are up to ten times as fast
@@ -48,7 +50,8 @@ SPARSE_RAD = 1.0  # of the orbit between samples: beyond it nothing is interpola
 SECOND_MOMENT_ACCELERATION, SECOND_MOMENT_SENSITIVITY = 3.0, 9.0
 """Over mu I/(M r⁴), I about the centre of the stretched chain: the largest acceleration by a second moment, upright,
 and its largest change per radian: 9/2 for a chain that turns as one body, twice that for joints that turn too"""
-QUADRATURE_RTOL = 1e-10  # of the displacement of a chain along the radius; far below what interpolation leaves
+DISPLACEMENT_STEPS_PER_RADIAN = 200.0  # of the orbit; a twentieth of a radian of the chain's oscillations: (1/20)^4/120
+BLOCK = 4096  # steps at a time: their matrices take 3 MB
 
 
 @dataclass(frozen=True)
@@ -96,7 +99,8 @@ def track_response(scene: Scene, solution: Trajectory, perturbed: Trajectory) ->
     """Departure of a perturbed run's centre of mass: ``com`` (m), ``com_velocity`` (m/s), each (n,).
 
     The difference of the two displacements is integrated directly. The difference of the two tracks is smaller than
-    their errors: the attitudes differ by 1e-10 rad only.
+    their errors: the attitudes differ by 1e-10 rad only. Once the attitudes have parted, a response means nothing, and
+    the last departure stands.
     """
     n = min(len(solution.t_s), len(perturbed.t_s))
     driven = any(e.name in NON_FIELD_EFFECTS for e in chain_model(scene).effects) or scene.effects.impulse
@@ -107,23 +111,27 @@ def track_response(scene: Scene, solution: Trajectory, perturbed: Trajectory) ->
     ):
         return {"com": np.zeros(n), "com_velocity": np.zeros(n)}
     t = solution.t_s[:n]
+    parted = np.abs(solution.angle_rad[:n] - perturbed.angle_rad[:n]).max(axis=1) > PARTED_RAD
+    last = max(int(parted.argmax()), 1) if parted.any() else n - 1
     if sparse(scene, solution) and not driven:
         perturbation_rad = np.maximum.accumulate(np.abs(solution.angle_rad[:n] - perturbed.angle_rad[:n]).max(axis=1))
         return {
             name: perturbation_rad * size
             for name, size in displacement_bound(scene, t, SECOND_MOMENT_SENSITIVITY).items()
         }
-    count = math.ceil((t[-1] - t[0]) * 2.0 * math.pi / scene.step_period_s * RESPONSE_STEPS_PER_RADIAN)
+    span = t[last] - t[0]
+    count = math.ceil(span * 2.0 * math.pi / scene.step_period_s * RESPONSE_STEPS_PER_RADIAN)
     if driven and solution.rate_rad_s is not None:
-        count = max(
-            count, math.ceil((t[-1] - t[0]) * float(np.abs(solution.rate_rad_s).max()) * PUSHED_STEPS_PER_RADIAN)
-        )
-    accelerations = [excess_acceleration(scene, each, 1, include_non_fields=True) for each in (solution, perturbed)]
-    times, seen = integrate_difference(
-        scene, solution, accelerations, max(count, 1), impulse_differences(scene, solution, perturbed)
+        count = max(count, math.ceil(span * float(np.abs(solution.rate_rad_s).max()) * PUSHED_STEPS_PER_RADIAN))
+    solution, perturbed = (each.samples(slice(last + 1)) for each in (solution, perturbed))
+    own, other = (excess_acceleration(scene, each, 1, include_non_fields=True) for each in (solution, perturbed))
+    times = np.linspace(t[0], t[last], 2 * max(count, 1) + 1)
+    com = CubicHermiteSpline(solution.t_s, solution.com_m, solution.com_velocity_m_s)
+    seen = integrate_displacement(
+        scene, com, lambda at, z: other(at, z) - own(at, z), times, impulse_differences(scene, solution, perturbed)
     )
     apart = {"com": seen[:, :2], "com_velocity": seen[:, 2:]}
-    return {name: np.interp(t, times, np.linalg.norm(d, axis=1)) for name, d in apart.items()}
+    return {name: np.interp(t, times[::2], np.linalg.norm(d, axis=1)) for name, d in apart.items()}
 
 
 def sparse(scene: Scene, solution: Trajectory) -> bool:
@@ -156,36 +164,58 @@ def impulse_differences(scene: Scene, solution: Trajectory, perturbed: Trajector
     return [(at_s, other - velocity_step) for (at_s, velocity_step), (_, other) in both]
 
 
-def integrate_difference(
+def integrate_displacement(
     scene: Scene,
-    solution: Trajectory,
-    accelerations: list[AccelerationField],
-    steps: int,
-    velocity_steps: list[tuple[float, Array]],
-) -> tuple[Array, Array]:
-    """Instants, and displacement by the difference of two accelerations, (steps + 1, 4), by fourth-order Runge-Kutta.
+    com: CubicHermiteSpline,
+    acceleration: AccelerationField,
+    times_s: Array,
+    velocity_steps: Iterable[tuple[float, Array]] = (),
+) -> Array:
+    """Displacement by an acceleration along a track, and its velocity, by fourth-order Runge-Kutta.
 
-    Steps are equal: step control would follow the round-off of the difference. Velocities jump at the start of the
-    step that holds the instant of an entry of `velocity_steps`.
+    Step control would follow the round-off of a difference of two accelerations. The equation is linear: each step is a
+    matrix, made for many steps at once.
+
+    Parameters
+    ----------
+    scene : Scene
+    com : CubicHermiteSpline
+        Track, (2,) m.
+    acceleration : callable
+        Of instants and places, see :func:`barchain.metrics.mean_acceleration.excess_acceleration`.
+    times_s : ndarray, shape (2 k + 1,)
+        Starts, middles and ends of k steps.
+    velocity_steps : iterable of (float, ndarray of shape (2,))
+        Instants, s, and changes of the velocity, m/s, which act at the start of the step that holds the instant.
+
+    Returns
+    -------
+    ndarray, shape (k + 1, 4)
+        m and m/s at the ends of the steps.
     """
-    acting = tides(scene)
-    com = CubicHermiteSpline(solution.t_s, solution.com_m, solution.com_velocity_m_s)
-    times = np.linspace(solution.t_s[0], solution.t_s[-1], 2 * steps + 1)  # with the middles
-    places = com(times)
-    forced = [accelerations[1](t, z) - accelerations[0](t, z) for t, z in zip(times, places, strict=True)]
-    h, y, seen = times[2] - times[0], np.zeros(4), [np.zeros(4)]
-    for k in range(0, 2 * steps, 2):
-        for velocity_step in (
-            velocity_step for at_s, velocity_step in velocity_steps if times[k] <= at_s < times[k + 2]
-        ):
-            y = y + np.append(np.zeros(2), velocity_step)
-        a = displacement_rate(acting, times[k], places[k], forced[k], y)
-        b = displacement_rate(acting, times[k + 1], places[k + 1], forced[k + 1], y + 0.5 * h * a)
-        c = displacement_rate(acting, times[k + 1], places[k + 1], forced[k + 1], y + 0.5 * h * b)
-        d = displacement_rate(acting, times[k + 2], places[k + 2], forced[k + 2], y + h * c)
-        y = y + h / 6.0 * (a + 2.0 * b + 2.0 * c + d)
-        seen.append(y)
-    return times[::2], np.array(seen)
+    fields, one = tides(scene), np.eye(5)
+    steps = len(times_s) // 2
+    seen = np.zeros((steps + 1, 5))  # displacement, velocity, 1
+    seen[0, 4] = 1.0
+    jumps = [(int(np.searchsorted(times_s[::2], at_s, side="right")) - 1, change) for at_s, change in velocity_steps]
+    for first in range(0, steps, BLOCK):
+        times = times_s[2 * first : 2 * min(first + BLOCK, steps) + 1]
+        places = com(times)
+        rates = np.zeros((len(times), 5, 5))
+        rates[:, :2, 2:4] = np.eye(2)
+        rates[:, 2:4, :2] = sum((field(times, places) for field in fields), np.zeros((2, 2)))
+        rates[:, 2:4, 4] = acceleration(times, places)
+        h = (times[2::2] - times[:-1:2])[:, None, None]
+        a, middle = rates[:-1:2], rates[1::2]
+        b = middle @ (one + 0.5 * h * a)
+        c = middle @ (one + 0.5 * h * b)
+        d = rates[2::2] @ (one + h * c)
+        for k, step in enumerate(one + h / 6.0 * (a + 2.0 * b + 2.0 * c + d), start=first):
+            for at, change in jumps:
+                if at == k:
+                    seen[k, 2:4] += change
+            seen[k + 1] = step @ seen[k]
+    return seen[:, :4]
 
 
 def has_extended_gravity(scene: Scene, solution: Trajectory) -> bool:
@@ -193,34 +223,12 @@ def has_extended_gravity(scene: Scene, solution: Trajectory) -> bool:
     return scene.effects.gravity is not Gravity.NONE and solution.angle_rad is not None
 
 
-def displacement_rate(
-    acting: list[TidalGradient], t_s: float, place_m: Array, acceleration_m_s2: Array, y: Array
-) -> Array:
-    """Time derivative of a displacement and its velocity, (4,)."""
-    tide = sum((tide(t_s, place_m, y[:2]) for tide in acting), np.zeros(2))
-    return np.concatenate([y[2:], tide + acceleration_m_s2])
-
-
 def integrate(scene: Scene, solution: Trajectory, every: int) -> Array:
     """Displacement and its velocity along the judging solution, (n, 4), from every `every`-th sample."""
-    acting, t, acceleration = tides(scene), solution.t_s, excess_acceleration(scene, solution, every)
+    t = solution.t_s
     knots = every_nth(len(t), every)
     com = CubicHermiteSpline(t[knots], solution.com_m[knots], solution.com_velocity_m_s[knots])
-
-    def rhs(time: float, y: Array) -> Array:
-        z = com(time)
-        return displacement_rate(acting, time, z, acceleration(time, z), y)
-
-    length_unit = scene.size_m**2 / scene.radius0_m
-    scales = np.array([1.0, 1.0, scene.mean_motion_rad_s, scene.mean_motion_rad_s]) * length_unit
-    found = solve_ivp(
-        rhs,
-        (t[0], t[-1]),
-        np.zeros(4),
-        method="DOP853",
-        t_eval=t,
-        rtol=QUADRATURE_RTOL,
-        atol=QUADRATURE_RTOL * scales,
-    )
-    displacement: Array = found.y.T
-    return displacement
+    widest_rad = float(np.diff(t).max()) * 2.0 * math.pi / scene.step_period_s
+    each = 2 * max(1, math.ceil(widest_rad * DISPLACEMENT_STEPS_PER_RADIAN))
+    times = np.interp(np.arange((len(t) - 1) * each + 1) / each, np.arange(len(t)), t)
+    return integrate_displacement(scene, com, excess_acceleration(scene, solution, every), times)[:: each // 2]

@@ -167,3 +167,21 @@ def spin_size(model: ChainModel, trajectory: Trajectory) -> Array:
     momentum = invariants.relative_angular_momentum(model, trajectory.angle_rad, trajectory.rate_rad_s)
     size: Array = np.abs(trajectory.rate_rad_s) @ model.inertia_kg_m2 + np.abs(momentum)
     return size
+
+
+def largest(trajectory: Trajectory) -> dict[str, Array]:
+    """Largest value of each quantity so far, (n,), which scales its round-off."""
+    values = {
+        "com": trajectory.com_m[:, None, :],
+        "com_velocity": trajectory.com_velocity_m_s[:, None, :],
+        "attitude": trajectory.angle_rad[:, :, None] if trajectory.angle_rad is not None else None,
+        "rate": trajectory.rate_rad_s[:, :, None] if trajectory.rate_rad_s is not None else None,
+        "reaction": trajectory.reaction_N,
+        "torque": trajectory.torque_N_m[:, :, None] if trajectory.torque_N_m is not None else None,
+        "impulse": trajectory.impulse_N_s,
+    }
+    return {
+        name: np.maximum.accumulate(np.linalg.norm(x, axis=-1).max(axis=-1))
+        for name, x in values.items()
+        if x is not None and x.shape[1]
+    }

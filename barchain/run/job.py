@@ -41,7 +41,7 @@ class Role(StrEnum):
     PERTURBED_START = "perturbed-start"
     """The reference from a slightly perturbed start: shows the scene's error amplification."""
     CLOSE_START = "close-start"
-    """heyoka from a start perturbed below double precision: amplification beyond that of the perturbed start."""
+    """From a start perturbed below double precision: amplification beyond that of the perturbed start."""
     COARSE = "coarse"
     """An engine at a much coarser setting: shows how its error falls with the setting."""
     PLAIN = "plain"
@@ -53,7 +53,8 @@ class Role(StrEnum):
 ROUNDOFF_ROLES = (Role.ROUNDOFF_1, Role.ROUNDOFF_2, Role.ROUNDOFF_3)
 """Runs that show a run's round-off: one difference may be small by chance, three hardly"""
 SOLUTION_ROLES = (Role.SOLUTION, Role.SOLUTION_CHECK, Role.PERTURBED_START, Role.FINE)
-"""Runs of a scene's reference solution, in the order that `barchain.solutions.reference.establish` takes them"""
+"""Runs of a scene's reference solution, in the order that `barchain.solutions.reference.establish` takes them; in
+extended precision from the close start too"""
 CERTIFIED_ROLES = (Role.FINE, Role.SOLUTION_CHECK, Role.PERTURBED_START, Role.CLOSE_START)
 """Runs of a scene's certified solution, in the order that `barchain.solutions.certified_judge.establish_certified`
 takes them"""

@@ -19,12 +19,13 @@ from barchain.metrics.model_difference import track_response
 from barchain.metrics.quantities import differences
 from barchain.metrics.rates import own_rate
 from barchain.run.job import Job, Role
-from barchain.solutions.certified_run import CERTIFIED_CHECK_RTOL, CERTIFIED_RTOL, PRECISION, UNIT_ROUNDOFF, error_bar
+from barchain.solutions.certified_run import CERTIFIED_CHECK_RTOL, CERTIFIED_RTOL, PRECISION, error_bar
 from barchain.solutions.certified_table import moved
 from barchain.solutions.reference import (
     PERTURBATION_RAD,
     ReferenceSolution,
     SolutionSource,
+    amplification_of,
     densely_sampled,
     divergence_instant_s,
     sensitivity,
@@ -32,12 +33,10 @@ from barchain.solutions.reference import (
 )
 
 if TYPE_CHECKING:
-    from adapters.trajectory import Array, Trajectory
+    from adapters.trajectory import Trajectory
     from scenarios import Scene
 
 CERTIFIER = "heyoka-quad"
-SEEN_ROUNDINGS = 1e4
-"""Least growth of the close start in roundings of the largest angle: its size is then known to 1e-4"""
 MOST_RADIANS = 5000.0
 """Largest run for which heyoka makes a judging solution, radians of the fastest rate: some two minutes a run"""
 MOST_BARS = 12
@@ -98,7 +97,7 @@ def establish_certified(
         solution,
         with_samples(fine, solution, every),
         {name: bar[:n] for name, bar in error.items()},
-        amplification_of(solution, perturbed, close)[:n],
+        amplification_of(solution, perturbed, close, float(CLOSE_START_RAD))[:n],
         response,
         divergence_instant_s(solution, check),
         SolutionSource.HEYOKA,
@@ -114,16 +113,3 @@ def with_samples(fine: Trajectory, solution: Trajectory, every: int) -> Trajecto
             changed[name] = values.copy()
             changed[name][::every] = getattr(solution, name)
     return fine.replace(**changed)
-
-
-def amplification_of(solution: Trajectory, perturbed: Trajectory, close: Trajectory) -> Array:
-    """Error amplification, (n,), never falling: the larger of both perturbed runs'.
-
-    The close start's difference counts where it exceeds the rounding of angles to double precision.
-    """
-    n = min(len(x.t_s) for x in (solution, perturbed, close))
-    far, near = (np.maximum.accumulate(differences(solution, x)["attitude"][:n]) for x in (perturbed, close))
-    assert solution.angle_rad is not None
-    least = SEEN_ROUNDINGS * UNIT_ROUNDOFF * max(1.0, float(np.abs(solution.angle_rad).max()))
-    grown: Array = np.maximum(far / far[0], np.where(near > least, near / float(CLOSE_START_RAD), 0.0))
-    return grown

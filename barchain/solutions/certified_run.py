@@ -11,8 +11,9 @@ import numpy as np
 
 from adapters.heyoka.compiled import QUAD
 from adapters.heyoka.run import HeyokaRun
-from barchain.metrics.quantities import differences
-from barchain.solutions.certified_table import CertifiedTable, largest, physics_digest
+from barchain.metrics.quantities import differences, largest
+from barchain.solutions.certified_table import CertifiedTable, physics_digest
+from barchain.solutions.reference import ROUNDED, UNIT_ROUNDOFF
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
@@ -20,8 +21,6 @@ if TYPE_CHECKING:
 
 CERTIFIED_RTOL, CERTIFIED_CHECK_RTOL = 1e-30, 1e-28
 PRECISION = f"real128, tolerance {CERTIFIED_RTOL:g}, against real128, tolerance {CERTIFIED_CHECK_RTOL:g}"
-UNIT_ROUNDOFF = 2.0**-53  # of double precision: largest relative error of rounding to nearest
-ROUNDED = 3.0  # roundings: of the result, and of the two results that are subtracted
 
 
 def fresh(scene: Scene, times_s: Array) -> CertifiedTable:

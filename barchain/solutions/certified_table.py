@@ -16,6 +16,7 @@ import numpy as np
 import pandas as pd
 
 from adapters.trajectory import from_frame, to_frame
+from barchain.metrics.quantities import largest
 from barchain.metrics.rates import rate_scale
 from reports.tables.writing import write_atomically
 
@@ -165,21 +166,3 @@ def moved(
     share = float(np.abs(late_s).max()) * rate_scale(scene, trajectory)  # relative change of the fastest oscillation
     sizes = largest(trajectory)
     return later, {k: e + share * sizes[k] if k not in ("com", "attitude") else e for k, e in error.items()}
-
-
-def largest(trajectory: Trajectory) -> dict[str, Array]:
-    """Largest value of each quantity so far, (n,), which scales its round-off."""
-    values = {
-        "com": trajectory.com_m[:, None, :],
-        "com_velocity": trajectory.com_velocity_m_s[:, None, :],
-        "attitude": trajectory.angle_rad[:, :, None] if trajectory.angle_rad is not None else None,
-        "rate": trajectory.rate_rad_s[:, :, None] if trajectory.rate_rad_s is not None else None,
-        "reaction": trajectory.reaction_N,
-        "torque": trajectory.torque_N_m[:, :, None] if trajectory.torque_N_m is not None else None,
-        "impulse": trajectory.impulse_N_s,
-    }
-    return {
-        name: np.maximum.accumulate(np.linalg.norm(x, axis=-1).max(axis=-1))
-        for name, x in values.items()
-        if x is not None and x.shape[1]
-    }

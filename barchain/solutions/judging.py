@@ -1,4 +1,4 @@
-"""Solution that judges a scene: shipped, else run here by heyoka where it is installed, else the reference's."""
+"""Solution that judges a scene: shipped, else the reference's, or on request one that heyoka makes here."""
 
 from __future__ import annotations
 
@@ -6,7 +6,14 @@ from typing import TYPE_CHECKING
 
 from adapters.registry import ENGINES
 from barchain.run.job import CERTIFIED_ROLES, Role, RunResult
-from barchain.solutions.certified_judge import CERTIFIER, affordable, certified_jobs, establish_certified
+from barchain.solutions.certified_judge import (
+    CERTIFIER,
+    MOST_BARS,
+    MOST_RADIANS,
+    affordable,
+    certified_jobs,
+    establish_certified,
+)
 from barchain.solutions.reference import SolutionSource
 from barchain.solutions.reference_runs import completed, solution_jobs, solution_of
 
@@ -27,12 +34,14 @@ WORDS = {
 HEYOKA = "adapters.heyoka."
 
 
-def source_to_run(scene: Scene) -> SolutionSource:
-    """Kind of solution that is run for a scene without a shipped one."""
+def why_not_certified(scene: Scene) -> str:
+    """Reason why no certified solution of a scene can be made here; empty if it can."""
     certifier = ENGINES[CERTIFIER]
-    if certifier.missing or not affordable(scene) or certifier.load().unsupported(scene):
-        return SolutionSource.REFERENCE
-    return SolutionSource.HEYOKA
+    if certifier.missing:
+        return certifier.missing
+    if not affordable(scene):
+        return f"{CERTIFIER} would take too long, allowed: {MOST_BARS} bars, {MOST_RADIANS:g} rad of the fastest rate"
+    return certifier.load().unsupported(scene) or ""
 
 
 def judging_jobs(scene: Scene, source: SolutionSource) -> list[Job]:

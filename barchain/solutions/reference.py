@@ -1,8 +1,9 @@
 """Reference solution of a scene, its error bar, and the scene's error amplification.
 
-The reference solution is the reference at its tightest tolerance. Its difference from a run at a ten times looser
-tolerance bounds its error. A second run with perturbed initial angles and rates shows the error amplification.
-Derivatives of the motion come from a run with dense samples.
+The reference solution is the reference at its tightest tolerance, in extended precision where that takes seconds,
+else in double. Its difference from a run at a looser tolerance bounds its error. Runs from perturbed initial
+angles show the error amplification: from 1e-10 rad, and in extended precision from 1e-16 rad besides, which stays
+linear for six decades more. Derivatives of the motion come from a run with dense samples.
 """
 
 from __future__ import annotations
@@ -15,8 +16,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from adapters.reference.compiled_engine import WIDE_UNTIL
 from barchain.metrics.model_difference import track_response
-from barchain.metrics.quantities import differences
+from barchain.metrics.quantities import differences, largest
 from barchain.metrics.rates import MODES_PER_BAR, own_rate
 from reports.tables.crossval import PARTED_RAD
 from scenarios import Gravity
@@ -27,6 +29,12 @@ if TYPE_CHECKING:
 
 SOLUTION_RTOL = 1e-13
 SOLUTION_CHECK_RTOL = 1e-12
+WIDE_RTOL, WIDE_CHECK_RTOL = 1e-18, 1e-16
+"""In extended precision. Its rounding, 5e-20, may bound the tighter steps; the looser tolerance is far above."""
+UNIT_ROUNDOFF = 2.0**-53  # of double precision: largest relative error of rounding to nearest
+ROUNDED = 3.0  # roundings: of the result, and of the two results that are subtracted
+SEEN_ROUNDINGS = 1e4
+"""Least growth of the close start in roundings of the largest angle: its size is then known to 1e-4"""
 PERTURBATION_RAD = 1e-10  # a thousand times the error of the reference solution, and linear until amplified 1e8 times
 RICHARDSON = 2.0
 """Halving the step of a method of order p >= 1: the error was at most 1/(1 - 2^-p) <= 2 times the change."""
@@ -101,7 +109,7 @@ class ReferenceSolution:
     limit_s: float
     """Predictability limit of the solution itself, s"""
     source: SolutionSource = SolutionSource.REFERENCE
-    setting: str = f"rtol={SOLUTION_RTOL:g}"
+    setting: str = ""
     """Accuracy of its runs, in words"""
 
     @property
@@ -112,7 +120,14 @@ class ReferenceSolution:
 
 
 def establish(
-    scene: Scene, solution: Trajectory, check: Trajectory, perturbed: Trajectory, fine: Trajectory | None = None
+    scene: Scene,
+    solution: Trajectory,
+    check: Trajectory,
+    perturbed: Trajectory,
+    fine: Trajectory | None = None,
+    close: Trajectory | None = None,
+    *,
+    close_rad: float = 0.0,
 ) -> ReferenceSolution:
     """Reference solution of a scene from its runs of the reference.
 
@@ -122,16 +137,24 @@ def establish(
     solution : Trajectory
         At the tightest tolerance.
     check : Trajectory
-        At a ten times looser tolerance.
+        At a looser tolerance.
     perturbed : Trajectory
         From the start of :func:`with_perturbed_start`.
     fine : Trajectory, optional
         At dense samples; derivatives come from the samples of `solution` without it.
+    close : Trajectory, optional
+        From angles perturbed by `close_rad`, which is below double precision; with it the runs are those of extended
+        precision.
+    close_rad : float
     """
     parted = differences(solution, perturbed)
-    n = min(len(solution.t_s), len(check.t_s), len(perturbed.t_s))
+    n = min(len(x.t_s) for x in (solution, check, perturbed, close) if x is not None)
+    wide = np.zeros(n, bool) if close is None else solution.t_s[:n] <= float(solution.info[WIDE_UNTIL])
+    rtol = np.where(wide, WIDE_RTOL, SOLUTION_RTOL)
     attitude = np.maximum.accumulate(parted["attitude"])[:n]
     amplification = attitude / attitude[0]
+    if close is not None:
+        amplification = amplification_of(solution, perturbed, close, close_rad)[:n]
     looser = differences(solution, check)
     # errors of the track exceed its response to an attitude perturbed by 1e-10 rad: integrate it
     response = sensitivity(parted | track_response(scene, solution, perturbed), n, 0.0)
@@ -140,14 +163,39 @@ def establish(
             response[name], other
         )  # a perturbation in another direction, once it exceeds round-off
     # runs with step control may agree at a sample by chance: the tolerance of one step is added
-    error = {name: np.maximum.accumulate(d)[:n] + SOLUTION_RTOL * response[name] for name, d in looser.items()}
+    error = {name: np.maximum.accumulate(d)[:n] + rtol * response[name] for name, d in looser.items()}
     if scene.effects.gravity is not Gravity.NONE:  # a straight track has no error but round-off
-        error["com"] += SOLUTION_RTOL * scene.radius0_m
-        error["com_velocity"] += SOLUTION_RTOL * scene.speed0_m_s
-    error["rate"] += SOLUTION_RTOL * scene.fastest_rate_rad_s
+        error["com"] += rtol * scene.radius0_m
+        error["com_velocity"] += rtol * scene.speed0_m_s
+    error["rate"] += rtol * scene.fastest_rate_rad_s
+    # both runs share the rounding of equal evaluations, as at an equilibrium, and of samples and events to double
+    rounded, sizes = ROUNDED * UNIT_ROUNDOFF, largest(solution)
+    shared_rad = np.where(wide & (not has_events(scene)), WIDE_RTOL, rounded) * amplification
+    error = {name: d + rounded * sizes[name][:n] + shared_rad * response[name] for name, d in error.items()}
+    setting = f"rtol={SOLUTION_RTOL:g}" if close is None else f"rtol={WIDE_RTOL:g} in extended precision"
     return ReferenceSolution(
-        scene, solution, fine or solution, error, amplification, response, divergence_instant_s(solution, check)
-    )
+        scene, solution, fine or solution, error, amplification, response, divergence_instant_s(solution, check),
+        setting=setting,
+    )  # fmt: skip
+
+
+def has_events(scene: Scene) -> bool:
+    """Whether impulses, faces or a shadow change the motion at instants that are computed in double precision."""
+    called = scene.effects
+    return bool(called.impulse or called.drag or called.solar_pressure)
+
+
+def amplification_of(solution: Trajectory, perturbed: Trajectory, close: Trajectory, close_rad: float) -> Array:
+    """Error amplification, (n,), never falling: the larger of both perturbed runs'.
+
+    The close start's difference counts where it exceeds the rounding of angles to double precision.
+    """
+    n = min(len(x.t_s) for x in (solution, perturbed, close))
+    far, near = (np.maximum.accumulate(differences(solution, x)["attitude"][:n]) for x in (perturbed, close))
+    assert solution.angle_rad is not None
+    least = SEEN_ROUNDINGS * UNIT_ROUNDOFF * max(1.0, float(np.abs(solution.angle_rad).max()))
+    grown: Array = np.maximum(far / far[0], np.where(near > least, near / close_rad, 0.0))
+    return grown
 
 
 def sensitivity(apart: dict[str, Array], n: int, least_rad: float) -> dict[str, Array]:

@@ -5,12 +5,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from adapters.engine import AccuracyParameter, Setting
-from adapters.registry import COMPILED, ENGINES
+from adapters.reference.compiled_engine import CLOSE_START_RAD, ReferenceWide
+from adapters.registry import COMPILED, ENGINES, WIDE
 from barchain.run.job import SOLUTION_ROLES, Job, Role, RunResult
+from barchain.run.timing.estimate import estimated_run_s
 from barchain.solutions.reference import (
     FINE_RTOL,
     SOLUTION_CHECK_RTOL,
     SOLUTION_RTOL,
+    WIDE_CHECK_RTOL,
+    WIDE_RTOL,
     ReferenceSolution,
     densely_sampled,
     establish,
@@ -25,6 +29,9 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 NUMPY = "reference"
+MOST_BARS, MOST_BAR_SECONDS = 24, 0.1
+"""Size of a scene up to which runs in extended precision take seconds: bars, and bars times the estimated seconds of a
+run in double precision (measured: 0.3 to 3 s where the product is 0.002 to 0.04)"""
 
 
 class SolutionFailedError(RuntimeError):
@@ -36,6 +43,13 @@ def solution_engine() -> str:
     return NUMPY if ENGINES[COMPILED].missing else COMPILED
 
 
+def judging_engine(scene: Scene) -> str:
+    """Engine of a scene's reference solution: extended precision where its runs take seconds."""
+    if solution_engine() == NUMPY or scene.bars > MOST_BARS or ReferenceWide.unsupported(scene):
+        return solution_engine()
+    return WIDE if scene.bars * estimated_run_s(scene) < MOST_BAR_SECONDS else COMPILED
+
+
 def solution_jobs(scene: Scene, engine: str | None = None) -> list[Job]:
     """Runs of the reference for a scene's reference solution.
 
@@ -43,13 +57,21 @@ def solution_jobs(scene: Scene, engine: str | None = None) -> list[Job]:
     ----------
     scene : Scene
     engine : str, optional
-        Form of the reference; that of :func:`solution_engine` by default.
+        Form of the reference; that of :func:`judging_engine` by default.
     """
-    name = engine or solution_engine()
+    name = engine or judging_engine(scene)
 
-    def job(of: Scene, rtol: float, role: Role) -> Job:
-        return Job(of, name, ENGINES[name], Setting(AccuracyParameter.RTOL, rtol), role)
+    def job(of: Scene, rtol: float, role: Role, form: str = name, options: tuple[str, ...] = ()) -> Job:
+        return Job(of, form, ENGINES[form], Setting(AccuracyParameter.RTOL, rtol), role, frozenset(options))
 
+    if name == WIDE:
+        return [
+            job(scene, WIDE_RTOL, Role.SOLUTION, options=("judging",)),
+            job(scene, WIDE_CHECK_RTOL, Role.SOLUTION_CHECK, options=("judging",)),
+            job(with_perturbed_start(scene), WIDE_CHECK_RTOL, Role.PERTURBED_START, options=("judging",)),
+            job(densely_sampled(scene), FINE_RTOL, Role.FINE, COMPILED),
+            job(scene, WIDE_RTOL, Role.CLOSE_START, options=("judging", "close_start")),
+        ]
     return [
         job(scene, SOLUTION_RTOL, Role.SOLUTION),
         job(scene, SOLUTION_CHECK_RTOL, Role.SOLUTION_CHECK),
@@ -58,16 +80,17 @@ def solution_jobs(scene: Scene, engine: str | None = None) -> list[Job]:
     ]
 
 
-def solution_of(scene: Scene, runs: Mapping[Role, RunResult]) -> ReferenceSolution | None:
-    """Reference solution of a scene, or None before all its runs have returned.
+def solution_of(scene: Scene, runs: Mapping[Role, RunResult], engine: str | None = None) -> ReferenceSolution | None:
+    """Reference solution of a scene from the runs of :func:`solution_jobs`, or None before all have returned.
 
     Raises
     ------
     SolutionFailedError
         If all runs have returned and one failed.
     """
-    seen = completed(runs, SOLUTION_ROLES)
-    return None if seen is None else establish(scene, *seen)
+    wide = (engine or judging_engine(scene)) == WIDE
+    seen = completed(runs, (*SOLUTION_ROLES, Role.CLOSE_START) if wide else SOLUTION_ROLES)
+    return None if seen is None else establish(scene, *seen, close_rad=CLOSE_START_RAD)
 
 
 def completed(runs: Mapping[Role, RunResult], roles: Sequence[Role]) -> list[Trajectory] | None:

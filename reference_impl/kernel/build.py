@@ -18,7 +18,7 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 SOURCES, BUILT = HERE / "c", HERE / "built"
-UNITS = ("kernel.c", "lanes.c", "cvode.c", "bin_counts.c")
+UNITS = ("kernel.c", "wide.c", "lanes.c", "cvode.c", "bin_counts.c")
 GIVEN_LIBRARY = "BARCHAIN_KERNEL"
 """Environment variable: library to load instead, one built with other flags"""
 NO_KERNEL = "BARCHAIN_NO_KERNEL"
@@ -82,6 +82,7 @@ def best_level() -> str:
     return "x86-64-v4" if PROCESSOR_FEATURES["x86-64-v4"] <= features else "x86-64-v3"
 
 
+@cache
 def source_digest() -> str:
     """Digest of the sources and of this module, whose flags decide the code."""
     found = hashlib.sha256()

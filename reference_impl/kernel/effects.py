@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from reference_impl.kernel.structs import Matrix, Struct, Vector
+from reference_impl.kernel.structs import DOUBLE, Matrix, Number, Struct, Vector
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -57,7 +56,7 @@ class CompiledDrag(EffectConstants):
 
     density_kg_m3: float
     radius_m: float
-    per_height_1_m: float
+    scale_height_m: float
     rotation_rad_s: float
     normal_coefficient: float
     tangential_coefficient: float
@@ -144,8 +143,8 @@ class CompiledThrust(EffectConstants):
     """-1 at the first end, 1 at the other"""
     inertial: int
     """1 for a direction in the inertial frame, 0 in the bar's"""
-    forwards: float
-    leftwards: float
+    direction: Vector
+    """(2,) forwards and leftwards"""
     table: Matrix
     """(2, k) rows of instants, s, and forces, N"""
     mode: Vector
@@ -155,39 +154,40 @@ class CompiledThrust(EffectConstants):
         """Two or more columns of the table."""
         if not 0 <= self.bar < bars:
             raise ValueError(f"thrust on bar {self.bar}, allowed: 0 to {bars - 1}")
-        return {"table": (2, max(2, self.table.shape[1])), "mode": (1,)}
+        return {"direction": (2,), "table": (2, max(2, self.table.shape[1])), "mode": (1,)}
 
 
-def drag(effect: DragEffect) -> CompiledDrag:
+def drag(effect: DragEffect, number: Number) -> CompiledDrag:
     """Constants of the atmosphere, and the bars' widths."""
     return CompiledDrag(
         effect.density_kg_m3,
         effect.radius_m,
-        1.0 / effect.scale_height_m,
+        effect.scale_height_m,
         effect.rotation_rad_s,
         effect.normal_coefficient,
         effect.tangential_coefficient,
-        np.array(effect.width_m, dtype=float),
-        np.ones(len(effect.width_m)),
+        np.array(effect.width_m, dtype=number),
+        np.ones(len(effect.width_m), number),
     )
 
 
-def springs(effect: JointSpringDamperEffect) -> CompiledSprings:
+def springs(effect: JointSpringDamperEffect, number: Number) -> CompiledSprings:
     """Table of the joints."""
-    return CompiledSprings(np.array([effect.stiffness_N_m_rad, effect.damping_N_m_s_rad, effect.rest_rad], dtype=float))
+    rows = effect.stiffness_N_m_rad, effect.damping_N_m_s_rad, effect.rest_rad
+    return CompiledSprings(np.array(rows, dtype=number))
 
 
-def oblateness(effect: OblatenessEffect) -> CompiledOblateness:
+def oblateness(effect: OblatenessEffect, _: Number) -> CompiledOblateness:
     """Strength and switches."""
     return CompiledOblateness(effect.strength_m5_s2, int(effect.turns), int(effect.turns and effect.second_moment))
 
 
-def field_of_bars(_: ChainEffect) -> CompiledFieldOfBars:
+def field_of_bars(_: ChainEffect, __: Number) -> CompiledFieldOfBars:
     """Struct without constants."""
     return CompiledFieldOfBars()
 
 
-def sunlight(effect: SolarPressureEffect) -> CompiledSunlight:
+def sunlight(effect: SolarPressureEffect, number: Number) -> CompiledSunlight:
     """Constants of light and shadow, and the bars' widths."""
     return CompiledSunlight(
         effect.pressure_Pa,
@@ -195,13 +195,13 @@ def sunlight(effect: SolarPressureEffect) -> CompiledSunlight:
         effect.rate_rad_s,
         effect.reflectivity,
         effect.shadow_radius_m,
-        np.array(effect.width_m, dtype=float),
-        np.zeros(1),
-        np.ones(1 + len(effect.width_m)),
+        np.array(effect.width_m, dtype=number),
+        np.zeros(1, number),
+        np.ones(1 + len(effect.width_m), number),
     )
 
 
-def third_body(effect: ThirdBodyEffect) -> CompiledThirdBody:
+def third_body(effect: ThirdBodyEffect, _: Number) -> CompiledThirdBody:
     """Mass, orbit and switches."""
     return CompiledThirdBody(
         effect.mu_m3_s2,
@@ -213,20 +213,21 @@ def third_body(effect: ThirdBodyEffect) -> CompiledThirdBody:
     )
 
 
-def thrust(effect: ThrustEffect) -> CompiledThrust:
+def thrust(effect: ThrustEffect, number: Number) -> CompiledThrust:
     """Point and direction of application, and the table of instants, s, and forces, N."""
+    direction = number(effect.direction_rad)
+    turned = np.array([np.cos(direction), np.sin(direction)], dtype=number)
     return CompiledThrust(
         effect.bar,
         effect.side,
         int(effect.inertial),
-        math.cos(effect.direction_rad),
-        math.sin(effect.direction_rad),
-        np.array([effect.times_s, effect.force_N], dtype=float),
-        np.full(1, -1.0),
+        turned,
+        np.array([effect.times_s, effect.force_N], dtype=number),
+        np.full(1, -1.0, number),
     )
 
 
-KINDS: dict[str, Callable[[Any], EffectConstants]] = {
+KINDS: dict[str, Callable[[Any, Number], EffectConstants]] = {
     "drag": drag,
     "joint_spring_damper": springs,
     "oblateness": oblateness,
@@ -239,6 +240,6 @@ KINDS: dict[str, Callable[[Any], EffectConstants]] = {
 """Constants of each effect by its name, in the order of ``EFFECTS`` in ``c/effects/all.h``"""
 
 
-def compiled_effect(effect: ChainEffect) -> CompiledEffect:
+def compiled_effect(effect: ChainEffect, number: Number = DOUBLE) -> CompiledEffect:
     """Kind and constants of one effect."""
-    return CompiledEffect(list(KINDS).index(effect.name), KINDS[effect.name](effect))
+    return CompiledEffect(list(KINDS).index(effect.name), KINDS[effect.name](effect, number))

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from reference_impl.kernel.effects import CompiledEffect, compiled_effect
-from reference_impl.kernel.structs import Matrix, Struct, Vector
+from reference_impl.kernel.structs import DOUBLE, Matrix, Number, Struct, Vector
 from reference_impl.model.chain import ill_conditioned
 
 if TYPE_CHECKING:
@@ -56,6 +56,12 @@ class CompiledChain(Struct):
     """(P, 7) columns BAR, REACTS_ON (-1: none), LOCAL, AMPLITUDE rad, DURATION s, START s, UNIT sqrt(J)"""
     effects: tuple[CompiledEffect, ...]
     """Effects of the chain"""
+
+    @property
+    def number(self) -> Number:
+        """Type of its numbers, and of all arrays of a call."""
+        found: Number = self.bars.dtype.type
+        return found
 
 
 @dataclass(frozen=True)
@@ -116,10 +122,11 @@ class Stepper(Struct):
 
 def new_stepper(y: Vector, *, exact: bool = False) -> Stepper:
     """Stepper of an integration that starts at `y`."""
-    size, clock = len(y), np.zeros(7)
+    size, number = len(y), y.dtype
+    clock, end, allowed = (np.zeros(count, number) for count in (7, size, size))
     clock[EXACT] = exact
-    slopes, powers, residue = (np.zeros((rows, size)) for rows in (SLOPE_ROWS, POWER_ROWS, 2))
-    return Stepper(clock, y.copy(), y.copy(), np.zeros(size), slopes, powers, np.zeros(size), residue)
+    slopes, powers, residue = (np.zeros((rows, size), number) for rows in (SLOPE_ROWS, POWER_ROWS, 2))
+    return Stepper(clock, y.copy(), y.copy(), end, slopes, powers, allowed, residue)
 
 
 @dataclass(frozen=True)
@@ -192,18 +199,17 @@ class CvodeData(Struct):
     """(3,) calls of the rates and of the event function, and 1 after a joint was lost in round-off"""
 
 
-def compiled_chain(model: ChainModel) -> CompiledChain:
-    """Arrays of `model`."""
+def compiled_chain(model: ChainModel, number: Number = DOUBLE) -> CompiledChain:
+    """Arrays of `model`, of one type of numbers."""
     laws = [
         (p.bar, -1 if p.reacts_on is None else p.reacts_on, p.local_horizontal,
          p.amplitude_rad, p.duration_s, p.start_s, model.inertia_kg_m2[p.bar] ** 0.5)
         for p in model.prescriptions
     ]  # fmt: skip
-    table = np.array(laws, dtype=float).reshape(len(laws), 7)
-    bars = bar_rows(model.mass_kg, model.length_m, model.inertia_kg_m2)
-    return CompiledChain(
-        float(model.mu_m3_s2), GRAVITY_CODES[model.gravity], bars, table, tuple(map(compiled_effect, model.effects))
-    )
+    table = np.array(laws, dtype=number).reshape(len(laws), 7)
+    bars = bar_rows(*(each.astype(number) for each in (model.mass_kg, model.length_m, model.inertia_kg_m2)))
+    effects = tuple(compiled_effect(effect, number) for effect in model.effects)
+    return CompiledChain(float(model.mu_m3_s2), GRAVITY_CODES[model.gravity], bars, table, effects)
 
 
 def refined(chain: CompiledChain) -> CompiledChain:
@@ -220,20 +226,18 @@ def bar_rows(mass_kg: Array, length_m: Array, inertia_kg_m2: Array) -> Array:
     weight = mass_kg / mass_kg.sum(axis=-1, keepdims=True)
     hard = np.zeros_like(w) + ill_conditioned(w, c)[..., None]
     rows = [half, weight, w, c, half / inertia_kg_m2, 1.0 / inertia_kg_m2, 2.0 / (w + c), 4.0 * w / (w + c), hard, hard]
-    return np.stack(rows, axis=-2).astype(float)
+    return np.stack(rows, axis=-2)
 
 
-def workspace(bars: int, laws: int, effects: bool = False) -> Workspace:
+def workspace(bars: int, laws: int, effects: bool = False, number: Number = DOUBLE) -> Workspace:
     """Workspace for a chain of `bars` bars with `laws` prescribed rotations, and with room for effects."""
-    pushed, common = (np.zeros((4, bars)), np.zeros(6)) if effects else (np.zeros((0, 0)), np.zeros(0))
-    return Workspace(
-        np.zeros((25, bars)), np.zeros((2 * laws, bars)), np.zeros((laws, laws + 1)), np.zeros(laws), pushed, common
-    )
+    shapes = (25, bars), (2 * laws, bars), (laws, laws + 1), (laws,), (4 * effects, bars * effects), (6 * effects,)
+    return Workspace(*(np.zeros(shape, number) for shape in shapes))
 
 
 def workspace_of(chain: CompiledChain) -> Workspace:
     """Workspace for `chain`."""
-    return workspace(chain.bars.shape[1], len(chain.laws), bool(chain.effects))
+    return workspace(chain.bars.shape[1], len(chain.laws), bool(chain.effects), chain.number)
 
 
 def pack(com_m: Array, com_velocity_m_s: Array, angle_rad: Array, rate_rad_s: Array) -> Array:

@@ -1,6 +1,6 @@
 """The kernel's library: the best one for this processor, and its functions with checked arguments.
 
-Arrays of wrong shapes raise ValueError before a call. Structs have checked the types of their arrays before.
+Arrays of wrong shapes raise ValueError before a call, arrays of other numbers than the chain's TypeError.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 
 from reference_impl.kernel import effects, layout
 from reference_impl.kernel.build import KernelMissingError, library_file
-from reference_impl.kernel.structs import address_of, array_words, word_count
+from reference_impl.kernel.structs import DOUBLE, WIDE, address_of, array_words, word_count
 
 if TYPE_CHECKING:
     from reference_impl.kernel.layout import (
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
         SurfaceBounds,
         Workspace,
     )
-    from reference_impl.kernel.structs import Matrix, Struct, Vector
+    from reference_impl.kernel.structs import Matrix, Number, Struct, Vector
     from reference_impl.model.arrays import Array
 
 LOCK = threading.Lock()
@@ -60,6 +60,13 @@ SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
 """Result and parameters of each function of ``c/kernel.h``; the functions for CVODE are called by CVODE alone"""
 
 
+IN_BOTH_TYPES = (
+    "source_digest", "word_counts", "evaluate_state", "evaluate_repeatedly", "observe", "advance_to",
+    "take_partial_step", "make_interpolant", "interpolate_step", "take_samples", "begin_next_step", "integrate_batch",
+)  # fmt: skip
+"""Functions that the library has for doubles, and with the prefix ``wide_`` for the wide type: ``c/wide.c``"""
+
+
 @cache
 def library() -> ctypes.CDLL:
     """Loaded library, its functions with types.
@@ -73,14 +80,19 @@ def library() -> ctypes.CDLL:
         path = library_file()
     found = ctypes.CDLL(str(path))
     for name, (result, parameters) in SIGNATURES.items():
-        function = getattr(found, name)
-        function.restype, function.argtypes = result, parameters
+        for function in (getattr(found, name), *([getattr(found, f"wide_{name}")] if name in IN_BOTH_TYPES else [])):
+            function.restype, function.argtypes = result, parameters
     counts = (c_int64 * len(STRUCTS))()
     found.word_counts(ctypes.addressof(counts))
     for struct, count in zip(STRUCTS, counts, strict=True):
         if word_count(struct) != count:
             raise KernelMissingError(f"{path}: {struct.__name__} has {count} words there, {word_count(struct)} here")
     return found
+
+
+def function(name: str, number: Number) -> Any:
+    """Function of the library for one type of numbers."""
+    return getattr(library(), f"wide_{name}" if number is WIDE else name)
 
 
 def address(name: str) -> int:
@@ -90,8 +102,8 @@ def address(name: str) -> int:
     return found
 
 
-def check(what: str, array: Array, shape: tuple[int, ...]) -> int:
-    """Address of an array of doubles.
+def check(what: str, array: Array, shape: tuple[int, ...], number: Number = DOUBLE) -> int:
+    """Address of an array of numbers.
 
     Raises
     ------
@@ -99,6 +111,8 @@ def check(what: str, array: Array, shape: tuple[int, ...]) -> int:
         If it has other elements, gaps, or another shape.
     """
     words = array_words(array, "Vector" if len(shape) == 1 else "Matrix", "kernel", what)
+    if array.dtype.type is not number:
+        raise TypeError(f"{what} has numbers of {array.dtype}, allowed: {np.dtype(number)} as the chain's")
     if array.shape != shape:
         raise ValueError(f"{what} has the shape {array.shape}, allowed: {shape}")
     return words[0]
@@ -112,20 +126,20 @@ def check_chain(chain: CompiledChain, work: Workspace) -> tuple[int, int]:
     TypeError, ValueError
         If an array of either does not fit the number of bars and laws.
     """
-    bars, laws = chain.bars.shape[1], len(chain.laws)
+    bars, laws, number = chain.bars.shape[1], len(chain.laws), chain.number
     loaded = bool(chain.effects)
-    check("chain.bars", chain.bars, (layout.CONSTANT_ROWS, max(bars, 1)))
-    check("chain.laws", chain.laws, (laws, layout.LAW_COLUMNS))
+    check("chain.bars", chain.bars, (layout.CONSTANT_ROWS, max(bars, 1)), number)
+    check("chain.laws", chain.laws, (laws, layout.LAW_COLUMNS), number)
     if laws and not ((chain.laws[:, layout.BAR] >= 0) & (chain.laws[:, layout.BAR] < bars)).all():
         raise ValueError(f"chain.laws: bars {chain.laws[:, layout.BAR]}, allowed: 0 to {bars - 1}")
     for effect in chain.effects:
         for name, shape in effect.own.shapes(bars).items() if isinstance(effect.own, effects.EffectConstants) else ():
-            check(f"{type(effect.own).__name__}.{name}", getattr(effect.own, name), shape)
+            check(f"{type(effect.own).__name__}.{name}", getattr(effect.own, name), shape, number)
     for name, shape in (
         ("bars", (layout.SCRATCH_ROWS, bars)), ("responses", (2 * laws, bars)), ("torque_system", (laws, laws + 1)),
         ("torque_N_m", (laws,)), ("effect_bars", (4 * loaded, bars * loaded)), ("effect_common", (6 * loaded,)),
     ):  # fmt: skip
-        check(f"work.{name}", getattr(work, name), shape)
+        check(f"work.{name}", getattr(work, name), shape, number)
     return chain.address, work.address
 
 
@@ -146,10 +160,11 @@ class Evaluation:
         size = 2 * chain.bars.shape[1] + 4
         if len(y) < size:
             raise ValueError(f"y has {len(y)} numbers, allowed: 2N+4 = {size} or more")
-        words = check("y", y, y.shape), check("rates", rates, y.shape), *check_chain(chain, work)
+        number = chain.number
+        words = check("y", y, y.shape, number), check("rates", rates, y.shape, number), *check_chain(chain, work)
         self.arrays = y, rates, chain, work
         self.words = tuple(map(c_void_p, words))
-        self.function = library().evaluate_state
+        self.function, self.number = function("evaluate_state", number), number
 
     def __call__(self, t_s: float) -> bool:
         """Compute the rates; False if the joint system is not positive definite in double precision."""
@@ -158,7 +173,7 @@ class Evaluation:
 
     def repeat(self, times: int) -> None:
         """Compute the rates a number of times, each after the one before."""
-        library().evaluate_repeatedly(times, *self.words)
+        function("evaluate_repeatedly", self.number)(times, *self.words)
 
 
 def evaluate(t_s: float, y: Vector, rates: Vector, chain: CompiledChain, work: Workspace) -> bool:
@@ -188,8 +203,8 @@ class Observer:
         """Bind a chain; errors as :class:`Evaluation`."""
         self.arrays = chain, work
         self.words = check_chain(chain, work)
-        self.bars, self.laws = chain.bars.shape[1], len(chain.laws)
-        self.scratch = np.zeros(0)
+        self.bars, self.laws, self.number = chain.bars.shape[1], len(chain.laws), chain.number
+        self.scratch = np.zeros(0, dtype=self.number)
 
     def __call__(self, t_s: Vector, y: Matrix, reaction_N: Array, torque_N_m: Matrix) -> bool:
         """Reactions (n, N-1, 2) and torques (n, P) at states (n, size); False if a pivot is lost in round-off."""
@@ -197,11 +212,12 @@ class Observer:
         if size < 2 * self.bars + 4:
             raise ValueError(f"y has {size} columns, allowed: 2N+4 = {2 * self.bars + 4} or more")
         if len(self.scratch) < size:
-            self.scratch = np.zeros(size)
-        well: bool = library().observe(
-            n, check("t_s", t_s, (n,)), check("y", y, (n, size)), size, address_of(self.scratch), *self.words,
-            check("reaction_N", reaction_N.reshape(-1), (n * (self.bars - 1) * 2,)),
-            check("torque_N_m", torque_N_m, (n, self.laws)),
+            self.scratch = np.zeros(size, dtype=self.number)
+        well: bool = function("observe", self.number)(
+            n, check("t_s", t_s, (n,), self.number), check("y", y, (n, size), self.number), size,
+            address_of(self.scratch), *self.words,
+            check("reaction_N", reaction_N.reshape(-1), (n * (self.bars - 1) * 2,), self.number),
+            check("torque_N_m", torque_N_m, (n, self.laws), self.number),
         )  # fmt: skip
         return well
 
@@ -221,9 +237,10 @@ class Integrator:
             If an array does not fit the chain.
         """
         check_stepper(s, chain)
-        check("atol", atol, s.y.shape)
-        check("t_s", t_s, (len(rows),))
-        check("rows", rows, (len(rows), len(s.y)))
+        self.number = chain.number
+        check("atol", atol, s.y.shape, self.number)
+        check("t_s", t_s, (len(rows),), self.number)
+        check("rows", rows, (len(rows), len(s.y)), self.number)
         self.stepper, self.ground = s, ground
         self.views = layout.VectorView(t_s), layout.MatrixView(rows), layout.VectorView(atol)
         self.chain_words = check_chain(chain, work)
@@ -239,31 +256,32 @@ class Integrator:
             and MODE_ENDED the caller examines the step and calls again.
         """
         t_s, rows, atol = (view.address for view in self.views)
-        code: int = library().advance_to(
+        code: int = function("advance_to", self.number)(
             start_s, end_s, self.ground.address, t_s, rows, atol, self.stepper.address, *self.chain_words
         )
         return code
 
     def make_interpolant(self) -> None:
         """Compute the last step's interpolant."""
-        library().make_interpolant(self.stepper.address, *self.chain_words)
+        function("make_interpolant", self.number)(self.stepper.address, *self.chain_words)
 
     def interpolate(self, share: float, found: Vector) -> None:
         """State at a fraction of the last step into `found`, (size,)."""
-        library().interpolate_step(share, self.stepper.address, check("found", found, self.stepper.y.shape))
+        place = check("found", found, self.stepper.y.shape, self.number)
+        function("interpolate_step", self.number)(share, self.stepper.address, place)
 
     def take_samples(self, until_s: float) -> None:
         """Samples of the last step up to `until_s`, from its end or its interpolant, which is there."""
         t_s, rows, _ = (view.address for view in self.views)
-        library().take_samples(until_s, t_s, rows, True, self.stepper.address, *self.chain_words)
+        function("take_samples", self.number)(until_s, t_s, rows, True, self.stepper.address, *self.chain_words)
 
     def begin_next_step(self) -> None:
         """Copy the rate at the end of the last step to the start of the next."""
-        library().begin_next_step(self.stepper.address)
+        function("begin_next_step", self.number)(self.stepper.address)
 
     def take_partial_step(self, t_s: float, h_s: float) -> bool:
         """State at ``t_s + h_s`` into ``stepper.end``, from the start of the last step; False if a joint is lost."""
-        well: bool = library().take_partial_step(t_s, h_s, self.stepper.address, *self.chain_words)
+        well: bool = function("take_partial_step", self.number)(t_s, h_s, self.stepper.address, *self.chain_words)
         return well
 
 
@@ -282,7 +300,7 @@ def check_stepper(s: Stepper, chain: CompiledChain) -> None:
         ("clock", (7,)), ("before", (size,)), ("end", (size,)), ("slopes", (layout.SLOPE_ROWS, size)),
         ("powers", (layout.POWER_ROWS, size)), ("allowed", (size,)), ("residue", (2, size)),
     ):  # fmt: skip
-        check(f"stepper.{name}", getattr(s, name), shape)
+        check(f"stepper.{name}", getattr(s, name), shape, chain.number)
 
 
 def check_batch(members: BatchMembers, t_s: Vector, results: MemberResults) -> CompiledChain:

@@ -16,6 +16,7 @@ from reference_impl.integrate.stepper import Integration, smooth_segments
 from reference_impl.integrate.surface_contact import contact_instant
 from reference_impl.kernel import layout
 from reference_impl.kernel.library import Evaluation, Integrator, Observer, library
+from reference_impl.kernel.structs import DOUBLE, WIDE
 from reference_impl.model.complex_vectors import unit_along
 from reference_impl.model.effect import EffectState
 from reference_impl.model.joints import NOT_POSITIVE_DEFINITE
@@ -26,12 +27,18 @@ if TYPE_CHECKING:
 
     from reference_impl.integrate.coordinate_sets import StateCoordinates
     from reference_impl.kernel.layout import CompiledChain, Workspace
+    from reference_impl.kernel.structs import Number
     from reference_impl.model.arrays import Array
     from reference_impl.model.chain import ChainModel
     from reference_impl.model.effect import Modes
 
 EXACT_RTOL = 1e-14  # below it, rounding of states and coefficients is compensated
-LEAST_RTOL = 1e-15  # below it the error estimate is round-off, and steps would collapse
+LEAST_RTOL = {DOUBLE: 1e-15, WIDE: 1e-18}  # below it the error estimate is round-off, and steps would collapse
+
+
+def has_wide_type() -> bool:
+    """Whether the wide type has more digits than double here: C's long double, of which NumPy's is the same."""
+    return bool(np.finfo(WIDE).eps < np.finfo(DOUBLE).eps)
 
 
 class KernelSimulation:
@@ -46,8 +53,18 @@ class KernelSimulation:
         rate_rad_s: Array,
         *,
         rtol: float,
+        number: Number = DOUBLE,
+        shift_rad: float = 0.0,
     ) -> None:
         """Set up a run.
+
+        Parameters beyond those of :class:`Simulation`:
+
+        number : type
+            Type of the numbers. The wide type keeps its digits between impulses; samples are rounded to double.
+        shift_rad : float
+            Shift of the initial angles, and of the rates relative to the fastest, which may be below double precision;
+            its sign differs by bar.
 
         Raises
         ------
@@ -56,13 +73,18 @@ class KernelSimulation:
         """
         library()
         self.model = model
-        self.reference = Simulation(model, com_m, com_velocity_m_s, angle_rad, rate_rad_s, rtol=max(rtol, LEAST_RTOL))
+        start = (com_m, com_velocity_m_s, angle_rad, rate_rad_s)
+        self.reference = Simulation(model, *start, rtol=max(rtol, LEAST_RTOL[number]))
         self.order = reference_order(model.bars)
-        self.y0 = layout.pack(com_m, com_velocity_m_s, angle_rad, rate_rad_s)
+        self.y0 = layout.pack(*start).astype(number)
+        bar = np.arange(model.bars)
+        fastest = max(np.sqrt(model.mu_m3_s2 / np.linalg.norm(com_m) ** 3), np.abs(rate_rad_s).max())
+        self.y0[bar] += number(shift_rad) * (-1.0) ** bar
+        self.y0[model.bars + 2 + bar] += number(shift_rad * fastest) * (-1.0) ** (bar // 2)
         self.atol = np.ones_like(self.y0)
         self.atol[self.order] = self.reference.atol
-        self.exact = rtol <= EXACT_RTOL
-        self.chain = layout.compiled_chain(model)
+        self.exact = rtol <= EXACT_RTOL or number is WIDE
+        self.chain = layout.compiled_chain(model, number)
         self.work = layout.workspace_of(self.chain)
         self.reference.coordinates = CompiledRates(self.chain, self.work, self.y0, self.order, model)
         self.events: DiscreteModes | None = None
@@ -70,7 +92,7 @@ class KernelSimulation:
 
     def reset(self, t_s: Array) -> None:
         """Reset to the start, with the sample instants `t_s`."""
-        self.t_s, self.rows = t_s, np.empty((len(t_s), len(self.y0)))
+        self.t_s, self.rows = t_s.astype(self.y0.dtype), np.empty((len(t_s), len(self.y0)), self.y0.dtype)
         self.rows[0] = self.y0
         self.stepper = layout.new_stepper(self.y0, exact=self.exact)
         self.stepper.clock[layout.NOW] = t_s[0]
@@ -80,7 +102,7 @@ class KernelSimulation:
             self.reference.contact_free_perigee_m,
             self.reference.largest_pull_m_s2,
         )
-        self.integrator = Integrator(self.stepper, self.atol, ground, self.chain, self.work, t_s, self.rows)
+        self.integrator = Integrator(self.stepper, self.atol, ground, self.chain, self.work, self.t_s, self.rows)
 
     def integrate(self, t_s: Array) -> Integration:
         """Integrate over the sample instants, from ``t_s[0]``; stop at contact of a bar with the surface.
@@ -108,7 +130,7 @@ class KernelSimulation:
         clock = self.stepper.clock
         count = int(clock[layout.SAMPLED])
         return Integration(
-            self.t_s[:count], self.rows[:count], int(clock[layout.STEPS]), int(clock[layout.EVALUATIONS]), stopped_s
+            t_s[:count], self.rows[:count], int(clock[layout.STEPS]), int(clock[layout.EVALUATIONS]), stopped_s
         )
 
     def integrate_implicitly(self, t_s: Array) -> Integration:
@@ -123,7 +145,10 @@ class KernelSimulation:
     def integrate_segment(self, start_s: float, end_s: float) -> float | None:
         """Integrate from break to break; return the instant of contact with the surface, or None."""
         if self.events:
-            self.set_state(start_s, self.events.begin_segment(start_s, end_s, self.stepper.y[self.order]))
+            before = self.in_double(self.stepper.y)
+            beyond_double = self.stepper.y[self.order] - before
+            after = self.events.begin_segment(start_s, end_s, before)
+            self.set_state(start_s, after + beyond_double)
         here: float = start_s
         code, stopped_s = self.integrator.advance_to(here, end_s), None
         while code in (layout.CHECK_SURFACE, layout.MODE_ENDED) and stopped_s is None:
@@ -132,6 +157,11 @@ class KernelSimulation:
             code = layout.ARRIVED if stopped_s is not None else self.integrator.advance_to(here, end_s)
         self.raise_failure(code)
         return stopped_s
+
+    def in_double(self, y: Array) -> Array:
+        """State in the NumPy reference's order and in double precision, as the effects' events take it."""
+        state: Array = y[self.order].astype(float)
+        return state
 
     def set_state(self, t_s: float, y: Array) -> None:
         """Set time, state (in the NumPy reference's order) and modes at the start of a smooth segment."""
@@ -144,13 +174,12 @@ class KernelSimulation:
         carry = self.stepper
         if not self.detects_events:  # otherwise already computed
             self.integrator.make_interpolant()
-        end, step = carry.clock[layout.NOW], carry.clock[layout.TAKEN]
+        end, step = float(carry.clock[layout.NOW]), float(carry.clock[layout.TAKEN])
         found = np.empty_like(carry.y)
 
         def at(t: float) -> Array:
-            self.integrator.interpolate((t - (end - step)) / step, found)
-            state: Array = found[self.order]
-            return state
+            self.integrator.interpolate(float((t - (end - step)) / step), found)
+            return self.in_double(found)
 
         event_s = self.events.find_event(at, end - step, end) if self.events and self.detects_events else None
         stopped_s = self.contact_instant(code, at, event_s)
@@ -158,6 +187,9 @@ class KernelSimulation:
         self.integrator.take_samples(until)
         if event_s is not None and stopped_s is None and self.events:
             event_s, state = self.events.apply_event(self.partial_step, event_s, (end - step, end))
+            if self.chain.number is not DOUBLE:
+                self.partial_step(event_s)
+                state = carry.end[self.order]
             self.set_state(event_s, state)
         else:
             self.integrator.begin_next_step()
@@ -167,14 +199,13 @@ class KernelSimulation:
         """State in the NumPy reference's order at an instant inside the last step, by a shorter step."""
         carry = self.stepper
         begin = carry.clock[layout.NOW] - carry.clock[layout.TAKEN]
-        self.integrator.take_partial_step(begin, until_s - begin)
-        state: Array = carry.end[self.order]
-        return state
+        self.integrator.take_partial_step(float(begin), float(until_s - begin))
+        return self.in_double(carry.end)
 
     def contact_instant(self, code: int, at: Callable[[float], Array], event_s: float | None) -> float | None:
         """Instant of contact with the surface in the last step, if before the end of a mode."""
-        end, step = self.stepper.clock[layout.NOW], self.stepper.clock[layout.TAKEN]
-        before, after = self.stepper.before[self.order], self.stepper.y[self.order]
+        end, step = float(self.stepper.clock[layout.NOW]), float(self.stepper.clock[layout.TAKEN])
+        before, after = self.in_double(self.stepper.before), self.in_double(self.stepper.y)
         if code != layout.CHECK_SURFACE and (
             not self.reference.contact_free_radius_m or self.reference.clears_surface(before, after, step)
         ):
@@ -199,12 +230,14 @@ class KernelSimulation:
 
     def history(self, result: Integration, *, condition: bool = False) -> History:
         """Observables at the samples of an integration."""
-        n = self.model.bars
-        reaction, torque = np.zeros((len(result.t_s), n - 1, 2)), np.zeros((len(result.t_s), len(self.chain.laws)))
+        n, samples = self.model.bars, len(result.t_s)
+        reaction = np.zeros((samples, n - 1, 2), self.y0.dtype)
+        torque = np.zeros((samples, len(self.chain.laws)), self.y0.dtype)
         self.observe(result, reaction, torque)
-        angle, com, rate, velocity = np.split(result.y[:, : 2 * n + 4], [n, n + 2, 2 * n + 2], axis=1)
-        position = np.array([relative_positions(self.model, a) for a in angle])
-        gaps = [np.linalg.norm(gap_vectors(self.model, d, a), axis=-1) for d, a in zip(position, angle, strict=True)]
+        reaction, torque, seen = (each.astype(float) for each in (reaction, torque, result.y))
+        angle, com, rate, velocity = np.split(seen[:, : 2 * n + 4], [n, n + 2, 2 * n + 2], axis=1)
+        position = relative_positions(self.model, angle)
+        gap = np.linalg.norm(gap_vectors(self.model, position, angle), axis=-1)
         numbers = (
             [self.reference.condition(self.reference.coordinates.unpack(y[self.order])) for y in result.y]
             if condition
@@ -217,7 +250,7 @@ class KernelSimulation:
             angle,
             rate,
             reaction,
-            np.array(gaps),
+            gap,
             np.linalg.norm(np.einsum("j,tjk->tk", self.model.weight, position), axis=1),
             torque,
             None if numbers is None else np.array(numbers),
@@ -234,9 +267,9 @@ class KernelSimulation:
         observe = Observer(chain, self.work)
         moded = any(effect.mode.size for effect in chain.effects)
         for one in [slice(k, k + 1) for k in range(len(result.t_s))] if moded else [slice(None)]:
-            t, y = result.t_s[one], result.y[one]
+            t, y = result.t_s[one].astype(self.y0.dtype), result.y[one]
             if moded:
-                set_modes(chain, modes_at(self.reference.coordinates, t[0], y[0, self.order]))
+                set_modes(chain, modes_at(self.reference.coordinates, float(t[0]), self.in_double(y[0])))
             if not observe(t, y, reaction_N[one], torque_N_m[one]):
                 raise np.linalg.LinAlgError(NOT_POSITIVE_DEFINITE)
 

@@ -18,9 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 Vector = NDArray[np.float64]
-"""(n,) doubles, contiguous"""
+"""(n,) numbers, contiguous: doubles, or all arrays of a call of the wide type, which type checkers take for doubles"""
 Matrix = NDArray[np.float64]
-"""(rows, columns) doubles, contiguous"""
+"""(rows, columns) numbers, contiguous"""
+Number = type[np.float64]
+DOUBLE: Number = np.float64
+WIDE: Number = np.longdouble  # type: ignore[assignment]
 DIMENSIONS = {"Vector": 1, "Matrix": 2}
 ANY_STRUCT = "Struct"
 
@@ -70,13 +73,13 @@ def array_words(array: NDArray[Any], annotation: str, owner: str, name: str) -> 
     Raises
     ------
     TypeError
-        If the array is not a contiguous one of that type.
+        If the array is not a contiguous one of numbers of the kernel.
     """
-    dimensions, elements = DIMENSIONS[annotation], np.dtype(np.float64)
-    if array.ndim != dimensions or array.dtype != elements or not array.flags.c_contiguous:
+    dimensions = DIMENSIONS[annotation]
+    if array.ndim != dimensions or array.dtype.type not in (DOUBLE, WIDE) or not array.flags.c_contiguous:
         raise TypeError(
             f"{owner}.{name}: {array.ndim} dimensions of {array.dtype}, contiguous {array.flags.c_contiguous}; "
-            f"allowed: {dimensions} dimensions of contiguous {elements}"
+            f"allowed: {dimensions} dimensions of contiguous float64"
         )
     return address_of(array), *array.shape
 

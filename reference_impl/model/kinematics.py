@@ -48,7 +48,7 @@ def bar_centres(model: ChainProperties, reach: ComplexArray) -> ComplexArray:
 
 
 def relative_positions(model: ChainProperties, angle_rad: Array) -> Array:
-    """d_j = Z_j - Z0 of a chain with closed joints, shape (N, 2), m."""
+    """d_j = Z_j - Z0 of a chain with closed joints at angles (..., N), shape (..., N, 2), m."""
     return as_vectors(bar_centres(model, model.half_m * unit_along(angle_rad)))
 
 
@@ -69,10 +69,10 @@ def consistent_state(
 
 
 def gap_vectors(model: ChainProperties, position_m: Array, angle_rad: Array) -> Array:
-    """Left end of bar j+1 minus right end of bar j, shape (N-1, 2), m: eq. (19), zero for a closed joint."""
+    """Left end of bar j+1 minus right end of bar j, shape (..., N-1, 2), m: eq. (19), zero for a closed joint."""
     u, _ = directions(angle_rad)
     reach = model.half_m[:, None] * u
-    gap: Array = (position_m[1:] - position_m[:-1]) - (reach[1:] + reach[:-1])
+    gap: Array = (position_m[..., 1:, :] - position_m[..., :-1, :]) - (reach[..., 1:, :] + reach[..., :-1, :])
     return gap
 
 

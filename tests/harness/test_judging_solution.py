@@ -11,10 +11,10 @@ import pytest
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.heyoka.adapter import CLOSE_START_RAD, HeyokaQuad
+from adapters.reference.compiled_engine import WIDE_UNTIL
 from adapters.reference.numpy_engines import Reference
-from adapters.registry import ENGINES, Registration
+from adapters.registry import ENGINES, WIDE, Registration
 from adapters.trajectory import Trajectory
-from barchain.crossval import suite as suite_module
 from barchain.crossval.plan import ComparisonPlan
 from barchain.crossval.record import new_record
 from barchain.crossval.run import run_comparison
@@ -26,18 +26,25 @@ from barchain.record.study_store import StudyStore
 from barchain.run.job import CERTIFIED_ROLES, Role, RunResult, failure
 from barchain.run.store import RunStore
 from barchain.solutions.certified import committed
-from barchain.solutions.certified_judge import CERTIFIER, affordable, amplification_of, certified_jobs
+from barchain.solutions.certified_judge import CERTIFIER, affordable, certified_jobs
 from barchain.solutions.certified_table import DamagedTableError, physics_digest
-from barchain.solutions.judging import shares_equations, source_to_run
-from barchain.solutions.reference import SolutionSource, densely_sampled, establish, with_perturbed_start
-from barchain.solutions.reference_runs import solution_engine
+from barchain.solutions.judging import shares_equations, why_not_certified
+from barchain.solutions.reference import (
+    SolutionSource,
+    amplification_of,
+    densely_sampled,
+    establish,
+    with_perturbed_start,
+)
+from barchain.solutions.reference_runs import judging_engine, solution_jobs, solution_of
 from barchain.solutions.sampling import closely_sampled
 from barchain.solutions.shipped import read_solution, rounded_up, shipped_files, shipped_path, shipped_solution
 from barchain.solutions.shipped import write_solution as write
+from barchain.studies.selftest.campaign.runs import in_this_process
 from barchain.studies.selftest.faults.equations import no_tide
 from reports.tables.crossval import FILES
 from reports.tables.outcome import Outcome
-from scenarios import load_scene
+from scenarios import change_scene, load_scene, scene_names
 from tests.support.scene_lists import TAME
 
 if TYPE_CHECKING:
@@ -132,16 +139,16 @@ def test_a_damaged_file_is_told_in_one_line(share: float, tmp_path: Path) -> Non
     assert "\n" not in str(told.value)
 
 
-def test_other_samples_of_shipped_physics_are_judged_by_heyoka_and_without_it_by_the_reference(
+def test_a_solution_is_certified_where_heyoka_is_installed_and_takes_minutes_at_most(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     own = other_run(QUICK, samples=7)
     assert shipped_solution(closely_sampled(own)) is None
-    assert source_to_run(own) is SolutionSource.HEYOKA
-    assert source_to_run(load_scene("hard/long_10000")) is SolutionSource.REFERENCE
+    assert not why_not_certified(own)
+    assert "too long" in why_not_certified(load_scene("hard/long_10000"))
     assert not affordable(load_scene("hard/bars_100"))
     monkeypatch.setitem(ENGINES, CERTIFIER, dataclasses.replace(ENGINES[CERTIFIER], requires="not-there"))
-    assert source_to_run(own) is SolutionSource.REFERENCE
+    assert "not-there" in why_not_certified(own)
 
 
 def test_engines_that_share_the_judges_equations_are_no_independent_evidence() -> None:
@@ -162,10 +169,9 @@ def test_a_comparison_on_a_core_scene_runs_no_solution_and_says_what_judged(tmp_
     assert (tmp_path / "trajectories" / QUICK / "solution.parquet").is_file()
 
 
-def test_the_reference_judges_where_heyoka_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(suite_module, "source_to_run", lambda scene: SolutionSource.HEYOKA)
+def test_the_reference_judges_where_heyoka_fails(tmp_path: Path) -> None:
     scene = other_run(QUICK, samples=7)
-    plan = ComparisonPlan([scene], {})
+    plan = ComparisonPlan([scene], {}, certify=True)
     store = RunStore(StudyStore(FILES, tmp_path, new_record(plan, "test")), [])
     notes: list[str] = []
     suite = Suite(plan, store, lambda *_: None, notes.append)
@@ -173,9 +179,59 @@ def test_the_reference_judges_where_heyoka_fails(tmp_path: Path, monkeypatch: py
     assert [job.role for job in suite.jobs_of_solution(progress)] == list(CERTIFIED_ROLES)
     progress.solution_runs = {role: failure(Outcome.FAILED, "no steps left") for role in CERTIFIED_ROLES}
     suite.found_solution(progress)
-    assert {job.engine for job in suite.fall_back()} == {solution_engine()}
+    assert judging_engine(scene) in {job.engine for job in suite.fall_back()}
     assert (progress.source, progress.solution_failed) == (SolutionSource.REFERENCE, "")
     assert notes == [f"{scene.name}: no certified solution (no steps left); the reference judges"]
+
+
+def made_here(scene: Scene) -> ReferenceSolution:
+    runs = {job.role: result for job, result in in_this_process(solution_jobs(scene))}
+    found = solution_of(scene, runs)
+    assert found is not None
+    return found
+
+
+TELLING = [
+    "paper/fig05",
+    "paper/fig09",  # at an equilibrium every evaluation is rounded alike: two runs do not differ by it
+    "effects/everything",
+    "effects/slews",
+    "effects/tip_masses",  # rounding bounds the steps
+    "conform/impulse_alone",  # impulses act in double precision
+]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[] if name in TELLING else pytest.mark.slow)
+        for name in scene_names()
+        if name.startswith(("basics/", "paper/", "effects/", "conform/"))
+    ],
+)
+def test_extended_precision_meets_the_certified_solution_within_both_error_bars(name: str) -> None:
+    certified = shipped(name)
+    if judging_engine(certified.scene) != WIDE:
+        pytest.skip("no extended precision here")
+    made = made_here(certified.scene)
+    inside = made.trajectory.t_s[: len(made.amplification)] <= min(made.limit_s, certified.limit_s)
+    for quantity, apart in differences(made.trajectory, certified.trajectory).items():
+        if quantity in made.error:
+            allowed = made.error[quantity] + certified.error[quantity][: len(inside)]
+            assert np.all(apart[: len(inside)][inside] <= allowed[inside]), quantity
+    if made.amplification[inside][-1] < 100.0:
+        assert made.error["attitude"][inside][-1] < 2e-14  # radians: a hundred roundings of double precision
+
+
+def test_extended_precision_ends_where_the_growth_of_errors_has_made_it_worthless() -> None:
+    scene = change_scene(load_scene("paper/fig09"), {"run": {"orbits": 40.0, "samples": 801}})
+    if judging_engine(scene) != WIDE:
+        pytest.skip("no extended precision here")
+    made = made_here(scene)
+    assert made.trajectory.info[WIDE_UNTIL] < 0.5 * scene.run.duration_s
+    assert made.limit_s <= made.trajectory.info[WIDE_UNTIL]
+    assert len(made.trajectory.t_s) == scene.run.samples
+    assert made.error["com"][-1] > 1e3 * made.error["com"][1]  # double precision's beyond
 
 
 def motion(t_s: np.ndarray, angle_rad: np.ndarray) -> Trajectory:
@@ -187,7 +243,7 @@ def test_amplification_stays_honest_far_beyond_the_growth_that_parts_the_perturb
     t = np.linspace(0.0, 30.0, 301)
     angle = np.array(10.0 + np.sin(t))
     far, near = (angle + np.tanh(size * np.exp(t)) for size in (1e-10, float(CLOSE_START_RAD)))
-    grown = amplification_of(*(motion(t, x) for x in (angle, far, near)))
+    grown = amplification_of(*(motion(t, x) for x in (angle, far, near)), float(CLOSE_START_RAD))
     true = np.exp(t)
     assert np.all(grown >= 0.99 * true)
     assert np.all(grown <= 1.01 * true)

@@ -60,6 +60,8 @@ def run_options(command: Callable[..., None]) -> Callable[..., None]:
 @out_option(LOOK, help_text=OUT)
 @click.option("--baseline", metavar="DIR", type=NamedPath(path_type=Path, file_okay=False),
               help="Tell what changed since the results in this folder; exit with 1 if a figure is worse.")  # fmt: skip
+@click.option("--certify", is_flag=True,
+              help="Judge your own scenes by solutions of heyoka: independent equations, but slower.")  # fmt: skip
 @run_options
 def compare(
     scenes: tuple[str, ...], names: tuple[str, ...], all_engines: bool, out: Path, baseline: Path | None, **options: Any
@@ -105,6 +107,7 @@ def crossval(tag: str | None, out: Path, **options: Any) -> None:
 def compare_and_render(
     scenes: list[Scene], names: tuple[str, ...] | None, out: Path, *, need_external: bool, quick: bool = False,
     settings: tuple[GivenSetting, ...], time_limit: float, executor: Executor, resume: bool, overwrite: bool,
+    certify: bool = False,
 ) -> ComparisonResult:  # fmt: skip
     """Run the comparison with progress, render the report, and print the verdicts.
 
@@ -123,8 +126,9 @@ def compare_and_render(
     check_others("crossval", out)
     with verdicts_shown(len(scenes) * len(engines)) as show:
         result = run_comparison(
-            scenes, names, out, time_limit_s=time_limit, executor=executor, settings=chosen, resume=resume,
-            overwrite=overwrite, need_external=need_external, command=typed(), progress=show, notes=show.note,
+            scenes, names, out, time_limit_s=time_limit, executor=executor, settings=chosen, certify=certify,
+            resume=resume, overwrite=overwrite, need_external=need_external, command=typed(), progress=show,
+            notes=show.note,
             registered=engines, render=lambda folder: render(folder)[0],
         )  # fmt: skip
     show_verdict(result)

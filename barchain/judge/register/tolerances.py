@@ -24,11 +24,12 @@ from barchain.judge.error_units import NORM_SLACK
 from barchain.judge.local_errors import MAX_STEP_CONSTANT, ROUNDINGS, error_constant
 from barchain.judge.measured_roundoff import SPREAD_FACTOR
 from barchain.judge.residuals import MAX_MEASURED_SHARE
-from barchain.solutions.certified_run import CERTIFIED_CHECK_RTOL, CERTIFIED_RTOL, ROUNDED
+from barchain.solutions.certified_run import CERTIFIED_CHECK_RTOL, CERTIFIED_RTOL
 from barchain.solutions.reference import (
     FINE_PER_RADIAN,
     PERTURBATION_RAD,
     RICHARDSON,
+    ROUNDED,
     SOLUTION_CHECK_RTOL,
     SOLUTION_RTOL,
 )

@@ -14,7 +14,12 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-typedef double number; /* of all arrays */
+/* Number of all arrays: see wide.c for the wide type. */
+#ifdef WIDE
+typedef long double number;
+#else
+typedef double number;
+#endif
 
 typedef struct {
     number *value;
@@ -102,7 +107,7 @@ typedef struct {
     vector counts; /* (3,) */
 } cvode_data;
 
-/* kernel.c */
+/* kernel.c; in wide.c the same functions of the wide type, their names with the prefix wide_ */
 const char *source_digest(void);
 void word_counts(int64_t *counts);
 

@@ -1,12 +1,13 @@
 /* The numbers of the equations: `real`.
  *
- * kernel.c compiles the equations with `real` as the `number` of kernel.h. lanes.c compiles the same sources with LANES
- * defined: `real` is then a vector, one chain in each lane, and `flag` a mask, all bits of a lane set or none. A type
- * wider than double needs another `number`, this file's functions, and a sine.
+ * kernel.c compiles the equations with `real` as the `number` of kernel.h: double, or with WIDE long double. lanes.c
+ * compiles the same sources with LANES defined: `real` is then a vector of doubles, one chain in each lane, and `flag` a
+ * mask, all bits of a lane set or none.
  */
 #ifndef ARITHMETIC_H
 #define ARITHMETIC_H
 
+#include <float.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -14,15 +15,36 @@
 
 #include "../kernel.h"
 
-/* 1.5 * 2^52: its addition rounds to an integer, and leaves the integer in the last bits of the sum. */
-static const double ROUNDER = 6755399441055744.0;
+static const number PI = 3.14159265358979323846264338327950288L;
+#ifdef WIDE
+#define EPSILON LDBL_EPSILON
+#else
+#define EPSILON DBL_EPSILON
+#endif
 
 #ifndef LANES
 
 typedef number real;
 typedef bool flag;
 
-static inline real every(double x) { return x; }
+static inline real every(number x) { return x; }
+static inline real choose(flag which, real a, real b) { return which ? a : b; }
+static inline bool in_all_lanes(flag which) { return which; }
+static inline flag never(void) { return false; }
+
+#ifdef WIDE
+
+static inline real root(real x) { return sqrtl(x); }
+static inline real magnitude(real x) { return fabsl(x); }
+static inline real distance(real x, real y) { return hypotl(x, y); }
+static inline real eighth_root(real x) { return powl(x, 0.125L); }
+static inline real cos_of(real x) { return cosl(x); }
+static inline real sin_of(real x) { return sinl(x); }
+static inline real exp_of(real x) { return expl(x); }
+static inline real spacing(real x) { return nextafterl(x, INFINITY) - x; }
+
+#else
+
 static inline real root(real x) { return sqrt(x); }
 static inline real magnitude(real x) { return fabs(x); }
 static inline real distance(real x, real y) { return hypot(x, y); }
@@ -30,10 +52,7 @@ static inline real eighth_root(real x) { return pow(x, 0.125); }
 static inline real cos_of(real x) { return cos(x); }
 static inline real sin_of(real x) { return sin(x); }
 static inline real exp_of(real x) { return exp(x); }
-static inline real choose(flag which, real a, real b) { return which ? a : b; }
-static inline bool in_all_lanes(flag which) { return which; }
-
-static inline flag never(void) { return false; }
+static inline real spacing(real x) { return nextafter(x, INFINITY) - x; }
 
 /* The same 64 bits as an integer, and back. */
 typedef uint64_t word;
@@ -51,6 +70,8 @@ static inline real as_real(word bits)
     memcpy(&x, &bits, sizeof x);
     return x;
 }
+
+#endif
 
 #else
 
@@ -117,8 +138,13 @@ static inline real as_real(word bits) { return (real)bits; }
 
 #endif
 
+#ifndef WIDE
+/* 1.5 * 2^52: its addition rounds to an integer, and leaves the integer in the last bits of the sum. */
+static const double ROUNDER = 6755399441055744.0;
+
 /* `a` where all bits of `mask` are set, `b` where none is; compilers vectorize it where they do not vectorize flags. */
 static inline real blend(word mask, real a, real b) { return as_real((mask & as_word(a)) | (~mask & as_word(b))); }
+#endif
 
 /* The second number beside NaN. */
 static inline real smaller(real a, real b) { return choose(a < b, a, b); }

@@ -21,7 +21,7 @@
 #include "arithmetic.h"
 #include "layout.h"
 
-static const double ROUNDING = 0x1p-51; /* pivot over its terms; one not above this may have either sign */
+static const number ROUNDING = 2.0 * EPSILON; /* pivot over its terms; one not above this may have either sign */
 
 /* Part of a chain, as its open end moves: mobility, acceleration without force, and whether a pivot was lost. */
 typedef struct {

@@ -5,8 +5,6 @@
 #include "../effects/all.h"
 #include "cholesky.h"
 
-static const double PI = 3.14159265358979323846;
-
 /* Columns of chain.laws. */
 enum law_columns {
     BAR,

@@ -2,13 +2,25 @@
  *
  * The angle is reduced by a multiple of pi/2 in three parts (Cody and Waite), then enters the polynomials of fdlibm's
  * kernels. The error is at most two units in the last place. The mathematical library serves angles beyond that
- * reduction; lanes give back chains with such angles.
+ * reduction; lanes give back chains with such angles. It serves all angles of the wide type.
  */
 #ifndef TRIGONOMETRY_H
 #define TRIGONOMETRY_H
 
 #include "arithmetic.h"
 #include "layout.h"
+
+#ifdef WIDE
+
+static inline void unit_vectors(int64_t n, const real *restrict angle, real *restrict rows)
+{
+    for (int64_t i = 0; i < n; i++) {
+        rows[UX * n + i] = cos_of(angle[i]);
+        rows[UY * n + i] = sin_of(angle[i]);
+    }
+}
+
+#else
 
 static const double LARGEST_RAD = 1e5; /* up to here, multiples of PART_1 are exact */
 static const double PER_QUARTER = 0.6366197723675814;
@@ -50,5 +62,7 @@ static inline void unit_vectors(int64_t n, const real *restrict angle, real *res
         }
 #endif
 }
+
+#endif
 
 #endif

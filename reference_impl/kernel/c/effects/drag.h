@@ -9,7 +9,7 @@ static const double EDGE_ON = 1e-12; /* an event function's margin at its zero, 
 typedef struct {
     double density_kg_m3;
     double radius_m;
-    double per_height_1_m;
+    double scale_height_m;
     double rotation_rad_s;
     double normal_coefficient;
     double tangential_coefficient;
@@ -23,7 +23,7 @@ static void add_drag(const void *constants, real t_s, const real *y, const scene
     (void)t_s;
     const drag *own = constants;
     int64_t n = s->n;
-    real com_x = y[n], com_y = y[n + 1], per_height = own->per_height_1_m, rotation = own->rotation_rad_s;
+    real com_x = y[n], com_y = y[n + 1], per_height = 1.0 / (real)own->scale_height_m, rotation = own->rotation_rad_s;
     real on_normal = own->normal_coefficient, on_tangent = own->tangential_coefficient;
     pair drift = velocities_from_first(n, y + n + 2, s->bars, s->rows, s->vx, s->vy);
     real r0 = root(com_x * com_x + com_y * com_y);
@@ -37,8 +37,8 @@ static void add_drag(const void *constants, real t_s, const real *y, const scene
         real r = root(x * x + z * z);
         real higher = ((2.0 * com_x + dx) * dx + (2.0 * com_y + dy) * dy) / (r + r0);
         real kappa = (ux * x + uy * z) / r * per_height, length = 2.0 * s->half[i];
-        real second = length * length * length * (1.0 / 12.0);
-        real fourth = second * length * length * (12.0 / 80.0);
+        real second = length * length * length * ((real)1.0 / 12.0);
+        real fourth = second * length * length * ((real)12.0 / 80.0);
         real strength = below * exp_of(-higher * per_height) * own->width_m.value[i] * own->mode.value[i];
         real across = strength * on_normal * (length * v * v + second * w * (w - 2.0 * kappa * v)) * s->inverse_mass[i];
         real along = strength * on_tangent * t * (length * v - kappa * second * w) * s->inverse_mass[i];

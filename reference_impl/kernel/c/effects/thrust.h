@@ -8,9 +8,9 @@ typedef struct {
     int64_t bar;
     double side;      /* -1 at the first end, 1 at the other */
     int64_t inertial; /* 1 for a direction in the inertial frame, 0 in the bar's */
-    double forwards, leftwards;
-    matrix table; /* (2, k) rows of instants, s, and forces, N */
-    vector mode;  /* (1,) segment of the table; -1: none */
+    vector direction; /* (2,) forwards and leftwards */
+    matrix table;     /* (2, k) rows of instants, s, and forces, N */
+    vector mode;      /* (1,) segment of the table; -1: none */
 } thrust;
 
 /* Add force and torque on one bar, on a segment of the table extrapolated beyond its ends. */
@@ -25,7 +25,7 @@ static void add_thrust(const void *constants, real t_s, const real *y, const sce
     real share = (t_s - time[0]) / (time[1] - time[0]);
     real size = force[0] + (force[1] - force[0]) * share;
     real ux = s->ux[i], uy = s->uy[i];
-    real push_x = size * own->forwards, push_y = size * own->leftwards;
+    real push_x = size * own->direction.value[0], push_y = size * own->direction.value[1];
     if (!own->inertial) {
         real along = push_x, across = push_y;
         push_x = ux * along - uy * across;

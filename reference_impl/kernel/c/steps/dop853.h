@@ -16,7 +16,6 @@
 
 static const double SAFETY = 0.9, LEAST_FACTOR = 0.2, LARGEST_FACTOR = 10.0;
 static const double RTOL_FLOOR = 100.0 * 0x1p-52;    /* SciPy's smallest relative tolerance */
-static const double ANGLE_ROUNDOFF = 0.5 * 0x1p-52;  /* rad, rounding error of an angle of about a radian */
 
 /* Sum of the slopes of one component with a row of coefficients.
  *

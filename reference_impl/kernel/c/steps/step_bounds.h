@@ -7,8 +7,8 @@
 
 /* Error allowed in the next step: `atol`, but no less than the round-off of the angles, where `which` is set.
  *
- * As StateCoordinates.state_roundoff_floor of reference_impl/integrate/coordinate_sets.py, by the reactions of the last
- * evaluation.
+ * The round-off of an angle is half a unit in its last place. As StateCoordinates.state_roundoff_floor of
+ * reference_impl/integrate/coordinate_sets.py, by the reactions of the last evaluation.
  */
 static void set_allowed_error(int64_t n, flag which, const real *bars, const real *rows, const real *y,
                               const real *atol, real *allowed)
@@ -20,8 +20,8 @@ static void set_allowed_error(int64_t n, flag which, const real *bars, const rea
         real pulled = root(bars[LEVER * n + i] * distance(x + before_x, z + before_y));
         real swing = larger(turned, every(1.0)) * pulled;
         int64_t rate = n + 2 + i;
-        allowed[i] = choose(which, larger(ANGLE_ROUNDOFF * turned, atol[i]), allowed[i]);
-        allowed[rate] = choose(which, larger(ANGLE_ROUNDOFF * swing, atol[rate]), allowed[rate]);
+        allowed[i] = choose(which, larger(0.5 * EPSILON * turned, atol[i]), allowed[i]);
+        allowed[rate] = choose(which, larger(0.5 * EPSILON * swing, atol[rate]), allowed[rate]);
         before_x = x;
         before_y = z;
     }

@@ -15,7 +15,8 @@ enum clock_items { NOW, STEP, TAKEN, STEPS, SAMPLED, EVALUATIONS, EXACT };
 /* Parts of a step at which events are sought, as reference_impl/integrate/discrete_modes.py. */
 static const double EVENT_SHARES[] = {0.0, 0.25, 0.5, 0.75, 1.0};
 
-/* Take one step as `advance`, with coefficients of thirty digits and compensated summation of the state.
+/* Take one step as `advance`, with coefficients of thirty digits and compensated summation of the state. The wide type
+ * takes all its steps so.
  *
  * The coefficients' rounding errors, up to 2e-15 as some coefficients exceed 40, are equal in every step. An orbit's
  * energy therefore drifts by some 6e-16 per revolution in one direction; rounding alone would cause a random walk.
@@ -36,7 +37,7 @@ static bool advance_exactly(int64_t size, real t, real h, const real *y, const r
             end[i] = y[i] + change;
             left[i] = change - (end[i] - y[i]);
         }
-        lost |= evaluate(t + C[stage] * h, end, slopes + stage * size, m);
+        lost |= evaluate(t + (C[stage] * h + C_RESIDUES[stage] * h), end, slopes + stage * size, m);
     }
     return lost;
 }
@@ -102,7 +103,7 @@ static int64_t take_step(real end_s, const vector *atol, stepper *s, motion m)
     real *clock = s->clock.value, *y = s->y.value, *end = s->end.value, *slopes = s->slopes.value;
     real *residue = s->residue.value, *left = residue + size;
     bool exact = clock[EXACT] != 0.0, rejected = false;
-    real t = clock[NOW], least = 10.0 * magnitude(nextafter(t, INFINITY) - t), h = larger(clock[STEP], least);
+    real t = clock[NOW], least = 10.0 * spacing(t), h = larger(clock[STEP], least);
     while (h >= least) {
         real reached = smaller(t + h, end_s);
         h = reached - t;
@@ -149,10 +150,39 @@ void begin_next_step(stepper *s)
         s->slopes.value[i] = s->slopes.value[STAGES * size + i];
 }
 
+/* Samples of the last step up to until_s by shorter steps from its start: the interpolant is worse than the wide type. */
+static void take_samples_by_steps(double until_s, const vector *t_s, matrix *samples, stepper *s, motion m)
+{
+    int64_t size = s->y.length, seen = (int64_t)s->clock.value[SAMPLED];
+    real now = s->clock.value[NOW], start = now - s->clock.value[TAKEN];
+    real *end_slopes = s->slopes.value + STAGES * size, *kept = s->powers.value, *none = kept + size, *left = none + size;
+    for (int64_t i = 0; i < size; i++) {
+        kept[i] = end_slopes[i];
+        none[i] = 0.0;
+    }
+    for (; seen < t_s->length && t_s->value[seen] <= until_s; seen++) {
+        real *sample = samples->value + seen * size;
+        if (t_s->value[seen] == now) {
+            for (int64_t i = 0; i < size; i++)
+                sample[i] = s->y.value[i];
+        } else {
+            advance_exactly(size, start, t_s->value[seen] - start, s->before.value, none, s->slopes.value, sample, left, m);
+            s->clock.value[EVALUATIONS] += 12.0;
+        }
+    }
+    for (int64_t i = 0; i < size; i++)
+        end_slopes[i] = kept[i];
+    s->clock.value[SAMPLED] = (real)seen;
+}
+
 /* Samples of the last step up to until_s, from its end or its interpolant. */
 void take_samples(double until_s, const vector *t_s, matrix *samples, bool have_interpolant, stepper *s,
                   const chain *chain, workspace *work)
 {
+    if (sizeof(number) > sizeof(double)) {
+        take_samples_by_steps(until_s, t_s, samples, s, (motion){chain, work});
+        return;
+    }
     int64_t size = s->y.length, seen = (int64_t)s->clock.value[SAMPLED];
     real now = s->clock.value[NOW], h = s->clock.value[TAKEN];
     for (; seen < t_s->length && t_s->value[seen] <= until_s; seen++) {
