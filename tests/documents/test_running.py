@@ -8,7 +8,7 @@ from tests.documents.running import BLOCK, blocks, carry_out, command, shapes
 from tests.structure.product import ROOT
 
 TUTORIALS = ROOT / "docs" / "tutorials"
-ELSEWHERE = {"your_own_engine": "tests/authors/test_tutorial.py", "notebook": "tests/structure/test_notebook.py"}
+ELSEWHERE = {"your_own_engine": "tests/authors/test_tutorial.py", "notebook": "tests/documents/test_notebook.py"}
 SLOW = {"nightly_for_your_project", "reading_roundoff"}
 PAGES = [
     pytest.param(path, id=path.stem, marks=[pytest.mark.slow] if path.stem in SLOW else [])

@@ -37,11 +37,6 @@ def module_name(path: Path) -> str:
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
-def classes(path: Path) -> Iterator[ast.ClassDef]:
-    """Classes that a file defines at any depth."""
-    return (node for node in ast.walk(tree(path)) if isinstance(node, ast.ClassDef))
-
-
 def bound(body: list[ast.stmt]) -> Iterator[tuple[str, ast.stmt]]:
     """Names that statements of a module or a class bind, conditional ones included, each with its statement."""
     for node in body:
