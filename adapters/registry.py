@@ -136,8 +136,8 @@ def _robotics(name: str, requires: str, imported: str) -> Registration:
     return Registration(target, requires, imported, install, in_default_set=False, optional=True)
 
 
-def _solver(module: str, name: str, requires: str, imported: str = "", *, compiled: bool = False) -> Registration:
-    """Registration of a library's integrator on barchain's equations; `compiled` if these are the compiled ones."""
+def _solver(module: str, name: str, requires: str, imported: str = "") -> Registration:
+    """Registration of a library's integrator on the compiled reference's equations."""
     install = "pip install scipy" if requires == "scipy" else "pip install '.[more-engines]'"
     return Registration(
         f"adapters.{module}:{name}",
@@ -147,20 +147,7 @@ def _solver(module: str, name: str, requires: str, imported: str = "", *, compil
         ours=True,
         in_default_set=False,
         optional=True,
-        needs_kernel=compiled,
-    )
-
-
-def _diffrax(name: str) -> Registration:
-    """Registration of an integrator in JAX on barchain's equations in JAX."""
-    return Registration(
-        f"adapters.ode_solvers.diffrax.adapter:{name}",
-        "diffrax",
-        install="pip install '.[jax]'",
-        ours=True,
-        in_default_set=False,
-        optional=True,
-        compiles=True,
+        needs_kernel=True,
     )
 
 
@@ -208,18 +195,10 @@ ENGINES: dict[str, Registration] = {
     "heyoka": _certified("Heyoka"),
     "heyoka-long": _certified("HeyokaLong", in_default_set=False),
     "heyoka-quad": _certified("HeyokaQuad", in_default_set=False),
-    "scipy-rk45": _solver("ode_solvers.scipy_engines", "ScipyRK45", "scipy", compiled=True),
-    "scipy-dop853": _solver("ode_solvers.scipy_engines", "ScipyDop853", "scipy", compiled=True),
-    "scipy-radau": _solver("ode_solvers.scipy_engines", "ScipyRadau", "scipy", compiled=True),
-    "scipy-lsoda": _solver("ode_solvers.scipy_engines", "ScipyLsoda", "scipy", compiled=True),
-    "cvode-adams": _solver("ode_solvers.cvode_engines", "CvodeAdams", "scikit-sundae", "sksundae", compiled=True),
-    "cvode-bdf": _solver("ode_solvers.cvode_engines", "CvodeBdf", "scikit-sundae", "sksundae", compiled=True),
-    "scipy-rk45-numpy": _solver("ode_solvers.scipy_engines", "ScipyRK45NumPy", "scipy"),
-    "scipy-dop853-numpy": _solver("ode_solvers.scipy_engines", "ScipyDop853NumPy", "scipy"),
-    "scipy-radau-numpy": _solver("ode_solvers.scipy_engines", "ScipyRadauNumPy", "scipy"),
-    "scipy-lsoda-numpy": _solver("ode_solvers.scipy_engines", "ScipyLsodaNumPy", "scipy"),
-    "cvode-adams-numpy": _solver("ode_solvers.cvode_engines", "CvodeAdamsNumPy", "scikit-sundae", "sksundae"),
-    "diffrax-dopri8": _diffrax("DiffraxDopri8"),
+    "scipy-dop853": _solver("ode_solvers.scipy_engines", "ScipyDop853", "scipy"),
+    "scipy-radau": _solver("ode_solvers.scipy_engines", "ScipyRadau", "scipy"),
+    "cvode-adams": _solver("ode_solvers.cvode_engines", "CvodeAdams", "scikit-sundae", "sksundae"),
+    "cvode-bdf": _solver("ode_solvers.cvode_engines", "CvodeBdf", "scikit-sundae", "sksundae"),
     "mujoco": _more("mujoco.adapter", "Mujoco", "mujoco"),
     "pinocchio": _more("pinocchio.adapter", "Pinocchio", "pin", "pinocchio"),
     "drake": _robotics("Drake", "drake", "pydrake"),

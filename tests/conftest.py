@@ -35,8 +35,6 @@ def _little_memory(request: pytest.FixtureRequest) -> Iterator[None]:
     """Give memory back after each module: its caches, and memory that allocators keep once freed."""
     yield
     forget(request.module)
-    if "jax" in sys.modules:
-        sys.modules["jax"].clear_caches()
     if "heyoka" in sys.modules:
         for name in ("compiled", "integrator"):
             forget(sys.modules.get(f"adapters.heyoka.{name}"))

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from adapters.common.solver_driver import Problem
     from adapters.trajectory import Array
 
-Method = Literal["RK45", "DOP853", "Radau", "LSODA"]
+Method = Literal["DOP853", "Radau"]
 RTOL_FLOOR = 100.0 * np.finfo(float).eps  # SciPy replaces smaller values by this one, with a warning
 STOPPED = 1  # SciPy's status after a terminal event
 

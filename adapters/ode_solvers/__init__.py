@@ -2,11 +2,10 @@
 
 Right-hand side: the compiled reference's, a C function. CVODE calls it by its address through its own C interface, with
 no Python in a step; SciPy's solvers are Python themselves, and each evaluation is a call of the C function from Python.
-The engines named `-numpy` evaluate the NumPy reference instead.
 
 Purpose: the cost and the errors of a general solver. They are no check of the physics, which is the reference's own.
 Formulation and coordinates: the reference's, centre of mass and angles.
-Integrators: RK45, DOP853, Radau and LSODA of SciPy's `solve_ivp`; Adams (with fixed-point iteration) and BDF (with
+Integrators: DOP853 and Radau of SciPy's `solve_ivp`; Adams (with fixed-point iteration) and BDF (with
 Newton's method) of CVODE, from the library that scikit-sundae brings along. All control their step. Each run restarts
 at events known beforehand, and stops at the surface.
 Accuracy parameter: `rtol`; the absolute tolerance is a thousandth of `rtol`, in SI units.

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar, final
 
 from adapters.common.solver_driver import SolvedSegment
 from adapters.engine import AccuracyParameter, AccuracySweep, EngineError
-from adapters.ode_solvers.engine import CompiledSolverEngine, SolverEngine
+from adapters.ode_solvers.engine import SolverEngine
 from adapters.ode_solvers.python_callbacks import PythonFunctions
 
 if TYPE_CHECKING:
@@ -72,23 +72,16 @@ class CvodeMethod(SolverEngine):
 
 
 @final
-class CvodeAdams(CompiledSolverEngine, CvodeMethod):
+class CvodeAdams(CvodeMethod):
     """Adams-Moulton, orders 1 to 12: for problems that are not stiff."""
 
     title = "CVODE (SUNDIALS), Adams, on the compiled reference's equations"
 
 
 @final
-class CvodeBdf(CompiledSolverEngine, CvodeMethod):
+class CvodeBdf(CvodeMethod):
     """Backward differences, orders 1 to 5: for stiff problems."""
 
     title = "CVODE (SUNDIALS), BDF, on the compiled reference's equations"
     stiff = True
     sweep = AccuracySweep(AccuracyParameter.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11), default=1e-9)
-
-
-@final
-class CvodeAdamsNumPy(CvodeMethod):
-    """Adams-Moulton on rates in NumPy."""
-
-    title = "CVODE (SUNDIALS), Adams, on the NumPy reference's equations"

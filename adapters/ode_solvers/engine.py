@@ -31,12 +31,20 @@ SciPy's defaults are 1e-3 and 1e-6, and that ratio suits the smallest of these, 
 
 
 class SolverRun:
-    """One simulation by a library's solver, on rates in NumPy."""
+    """One simulation by a library's solver, on compiled rates and in their order of components."""
 
     jacobians = 0
 
     def __init__(self, simulation: Simulation, solver: Solver) -> None:
+        """Load the compiled rates."""
+        from adapters.ode_solvers.compiled_callbacks import CompiledFunctions
+        from adapters.ode_solvers.compiled_rates import RatesFunction
+
         self.simulation, self.solver = simulation, solver
+        self.function = RatesFunction(simulation.model)
+        self.c_functions = CompiledFunctions(self.function)
+        y0 = compiled_order(self.function, simulation.y0)
+        self.problem = Problem(self.function.rates, y0, self.c_functions.height_m)
 
     def integrate(self, t_s: Array) -> Integration:
         """Integrate over the samples, `t_s` (n,)."""
@@ -49,35 +57,6 @@ class SolverRun:
             own.coordinates.modes = None
 
     def driven(self, t_s: Array) -> Integration:
-        """Integrate in the components of the NumPy reference."""
-        own = self.simulation
-        problem = Problem(own.coordinates.rhs, own.y0, own.height)
-        if own.events and own.events.detects_events:
-            problem.mode_events = own.events
-        result = drive(self.solver, problem, t_s, own.model.breaks_s, own.events)
-        self.jacobians = result.jacobians
-        return result.walk
-
-    def history(self, result: Integration, *, condition: bool = False) -> History:
-        """Observables at the samples."""
-        return self.simulation.history(result, condition=condition)
-
-
-class CompiledSolverRun(SolverRun):
-    """One simulation by a library's solver, on compiled rates and in their order of components."""
-
-    def __init__(self, simulation: Simulation, solver: Solver) -> None:
-        """Compile the rates, or load them from the cache."""
-        from adapters.ode_solvers.compiled_callbacks import CompiledFunctions
-        from adapters.ode_solvers.compiled_rates import RatesFunction
-
-        super().__init__(simulation, solver)
-        self.function = RatesFunction(simulation.model)
-        self.c_functions = CompiledFunctions(self.function)
-        y0 = compiled_order(self.function, simulation.y0)
-        self.problem = Problem(self.function.rates, y0, self.c_functions.height_m)
-
-    def driven(self, t_s: Array) -> Integration:
         """Integrate in the compiled order of components."""
         own = self.simulation
         restart = CompiledRestart(own.events, self.function, self.problem, self.c_functions)
@@ -86,6 +65,10 @@ class CompiledSolverRun(SolverRun):
         result = drive(self.solver, self.problem, t_s, own.model.breaks_s, restart if own.events else None)
         self.jacobians = result.jacobians
         return dataclasses.replace(result.walk, y=result.walk.y[:, self.function.order])
+
+    def history(self, result: Integration, *, condition: bool = False) -> History:
+        """Observables at the samples."""
+        return self.simulation.history(result, condition=condition)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -137,7 +120,6 @@ class SolverEngine(ReferenceEngine):
         "solar_pressure.shadow": "solar_pressure.shadow is not supported: a general solver steps over the shadow's edge"
     }
     prepared: SolverRun
-    run_class: ClassVar[type[SolverRun]] = SolverRun
 
     @abstractmethod
     def solver(self, rtol: float, atol: float) -> Solver:
@@ -146,15 +128,9 @@ class SolverEngine(ReferenceEngine):
     def prepare(self, model: ChainModel, start: InitialState, rtol: float) -> SolverRun:
         """Right-hand side and solver."""
         state = (start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
-        return self.run_class(Simulation(model, *state, rtol=rtol), self.solver(rtol, ATOL_SHARE * rtol))
+        return SolverRun(Simulation(model, *state, rtol=rtol), self.solver(rtol, ATOL_SHARE * rtol))
 
     def read(self) -> Trajectory:
         """Observables at the samples, and the number of Jacobians."""
         seen = super().read()
         return dataclasses.replace(seen, info=seen.info | {"jacobians": self.prepared.jacobians})
-
-
-class CompiledSolverEngine(SolverEngine):
-    """A library's solver on the compiled right-hand side."""
-
-    run_class = CompiledSolverRun

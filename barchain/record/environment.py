@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 PACKAGES = (
     "numpy", "scipy", "pandas", "pyarrow", "exudyn", "rebound", "pymunk", "heyoka", "mujoco", "pin",
-    "scikit-sundae", "diffrax", "jax",
+    "scikit-sundae",
 )  # fmt: skip
 
 

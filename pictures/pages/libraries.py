@@ -53,8 +53,6 @@ LIBRARIES = (
     EngineLibrary("scipy", "SciPy's solvers", "adapters.ode_solvers", ("scipy",), "https://scipy.org", "BSD-3-Clause"),
     EngineLibrary("cvode", "CVODE (SUNDIALS)", "adapters.ode_solvers", ("scikit-sundae",),
                   "https://github.com/NREL/scikit-sundae", "BSD-3-Clause"),
-    EngineLibrary("diffrax", "diffrax", "adapters.ode_solvers.diffrax", ("diffrax",), "https://docs.kidger.site/diffrax",
-                  "Apache-2.0"),
 )  # fmt: skip
 """Libraries in the order of their pages; licences as their distributions declare them"""
 

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
 STUDIED = {
     "exudyn": "1.9", "rebound": "4.0", "pymunk": "6.5", "mujoco": "3.2", "heyoka": "7.10", "pinocchio": "3.3",
-    "scipy-rk45": "1.13",
 }  # fmt: skip
 """First release that is measured, by engine"""
 B_MB = 1e6

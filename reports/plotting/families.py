@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
 Flags = NDArray[np.bool_]
 OTHERS = "others"
-NUMPY = "-numpy"
-"""Ending of the names of integrators on rates in NumPy: a family of their own"""
 SHARED = "Engines of one family share a colour here; the charts by family tell them apart."
 MARKER_SIZE, CROSS_SIZE = 5.6, 6.0
 
@@ -35,7 +33,7 @@ def group_of(engines: Sequence[str]) -> dict[str, str]:
 
 def first_word(engine: str) -> str:
     """Family of an engine by its name."""
-    return NUMPY[1:] if engine.endswith(NUMPY) else engine.partition("-")[0]
+    return engine.partition("-")[0]
 
 
 def family_pens(engines: Sequence[str]) -> dict[str, Pen]:

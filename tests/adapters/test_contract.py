@@ -31,7 +31,6 @@ def shortened(name):
 
 
 COMPILES_FOR_SECONDS = {
-    "diffrax-dopri8": ("basics/two_bars_free",),
     "heyoka": ("paper/fig05", "effects/everything"),
     "heyoka-long": ("paper/fig13",),
     "heyoka-quad": ("basics/kepler_circular",),

@@ -318,17 +318,16 @@ def test_an_unknown_engine_is_one_line_with_the_nearest_name(capsys: pytest.Capt
 
 
 OTHER_FORMS = {
-    "reference", "reference-absolute", "heyoka-quad", "heyoka-long", "diffrax-dopri8", "exudyn-tree", "exudyn-index3",
-    "exudyn-absolute", "exudyn-absolute-index3", "pymunk-absolute", "cvode-adams", "scipy-lsoda",
-    "scipy-rk45", "scipy-radau",
+    "reference", "reference-absolute", "heyoka-quad", "heyoka-long", "exudyn-tree", "exudyn-index3",
+    "exudyn-absolute", "exudyn-absolute-index3", "pymunk-absolute", "cvode-adams",
+    "scipy-radau",
 }  # fmt: skip
 """Further forms of engines, which are examined by hand and nightly; CI examines one or two of each library"""
 
 
 def marked(name: str) -> object:
     """Parameter of an engine."""
-    other = name.endswith("-numpy") or name in OTHER_FORMS
-    return pytest.param(name, marks=pytest.mark.exhaustive if other else pytest.mark.slow)
+    return pytest.param(name, marks=pytest.mark.exhaustive if name in OTHER_FORMS else pytest.mark.slow)
 
 
 @pytest.mark.parametrize("name", [marked(name) for name, r in engines().items() if not r.missing])

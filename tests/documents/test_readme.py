@@ -11,7 +11,6 @@ from adapters.registry import ENGINES
 from pictures.pages.libraries import library_of
 from tests.documents.mentions import ROOT
 
-SAME_WITH_NUMPY = "and the same with `-numpy`"
 NO_EXTRA = "–"
 README = (ROOT / "README.md").read_text("utf-8")
 
@@ -32,11 +31,7 @@ def rows() -> list[Row]:
 
 
 def row_of(cells: list[str]) -> Row:
-    names = re.findall(r"`([a-z0-9-]+)`", cells[0].removesuffix(SAME_WITH_NUMPY))
-    if cells[0].endswith(SAME_WITH_NUMPY):
-        names = [name for name in names if name != "-numpy"]
-        names += [f"{name}-numpy" for name in names]
-    return Row(tuple(names), cells[3], cells[4], cells[5])
+    return Row(tuple(re.findall(r"`([a-z0-9-]+)`", cells[0])), cells[3], cells[4], cells[5])
 
 
 def told_extras(row: Row) -> set[str]:

@@ -129,7 +129,7 @@ def test_an_adapter_that_does_not_load_is_named_with_its_message() -> None:
 @pytest.mark.parametrize(
     ("engines", "source", "unchecked"),
     [
-        (["reference", "scipy-rk45"], SolutionSource.REFERENCE, {"x": ["reference", "scipy-rk45"]}),
+        (["reference", "scipy-dop853"], SolutionSource.REFERENCE, {"x": ["reference", "scipy-dop853"]}),
         (["reference", "exudyn"], SolutionSource.REFERENCE, {}),
         (["reference"], SolutionSource.HEYOKA, {}),
     ],

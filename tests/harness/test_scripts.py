@@ -8,7 +8,7 @@ from barchain import load_scene, simulate
 
 print("once")
 simulate(load_scene("basics/two_bars_free"), "reference")
-simulate(load_scene("basics/two_bars_free"), "scipy-dop853-numpy")
+simulate(load_scene("basics/two_bars_free"), "exudyn")
 """
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING
 
 from adapters.registry import COMPILED, ENGINES
@@ -14,9 +13,9 @@ if TYPE_CHECKING:
 
     from scenarios import Scene
 
-NUMPY_RATES = re.compile("reference|reference-absolute|scipy-.*-numpy")
+NUMPY_RATES = frozenset({"reference", "reference-absolute"})
 """Engines that evaluate rates in NumPy: hundreds of orbits take them minutes a run"""
-MOST_BARS_COMPILED = 200  # heyoka compiles 1000 bars for minutes, at each setting; LSODA needs 56 s for their Jacobians
+MOST_BARS_COMPILED = 200  # heyoka compiles 1000 bars for minutes, at each setting
 
 
 def left_to_a_full_study(scenes: Iterable[Scene], names: Iterable[str]) -> frozenset[tuple[str, str]]:
@@ -28,7 +27,7 @@ def left_to_a_full_study(scenes: Iterable[Scene], names: Iterable[str]) -> froze
 
 def takes_minutes(scene: Scene, name: str, engines: Collection[str]) -> bool:
     """Whether each run takes minutes: rates in NumPy in a long scene, if the compiled reference is there; compiling."""
-    if LONG in scene.tags and COMPILED in engines and NUMPY_RATES.fullmatch(name):
+    if LONG in scene.tags and COMPILED in engines and name in NUMPY_RATES:
         return True
     solver = name != COMPILED and name in ENGINES and ENGINES[name].needs_kernel
     return scene.bars > MOST_BARS_COMPILED and (solver or (name in ENGINES and ENGINES[name].compiles))
