@@ -63,7 +63,7 @@ def random_options(command: Callable[..., None]) -> Callable[..., None]:
                      help="With --random: run K faults that need an own run in each host and scene; default: 3."),
         click.option("--shrink-seconds", type=SECONDS, metavar="S",
                      help="With --random: look for a simpler scene of each finding for this time, in seconds; default: "
-                          "60; 0: not at all."),
+                          "60; 0: not at all. Needs hypothesis: pip install '.[selftest]'."),
     )):  # fmt: skip
         found = option(found)
     return found

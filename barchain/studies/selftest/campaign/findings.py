@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 from concurrent.futures import TimeoutError as FutureTimeoutError
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -50,13 +51,16 @@ def kinds(findings: Iterable[CampaignCell]) -> list[list[CampaignCell]]:
 def kept_findings(
     groups: list[list[CampaignCell]], tables: CampaignStore, seconds: float, done: Callable[[int], None]
 ) -> list[KeptFinding]:
-    """Write a scene of each kind of finding; of the first few, one as simple as is found in some seconds each."""
-    kept = []
+    """Write a scene of each kind of finding; of the first few, one as simple as is found in some seconds each.
+
+    Without hypothesis, which looks for them, all scenes stay as they were drawn.
+    """
+    kept, searches = [], importlib.util.find_spec("hypothesis") is not None
     for k, cells in enumerate(groups):
         first, path = cells[0], tables.scene_path(cells[0])
         scene = draw(int(first.scene.rpartition("/")[2]))
         write_scene(scene, first, path)
-        if k < MOST_SHRUNK and seconds > 0.0:
+        if k < MOST_SHRUNK and seconds > 0.0 and searches:
             shrink(scene, first, path, seconds)
         kept.append(KeptFinding(first, len(cells), path))
         done(1)
