@@ -90,11 +90,6 @@ MOST_KEY = 60
 """Characters of a key that is compared with the known keys; the longest of these has 22. The time of a comparison grows
 with the product of the lengths."""
 
-MOST_NESTING = 8
-"""Brackets inside brackets; ``[[effects.thrust]]`` with a list has 2, and a file with inline tables 5."""
-MOST_DOTS = 8
-"""Dots in one key; ``chain.effects.drag`` has 2. The time of Python's reader grows with the square of the dots."""
-
 MOST_FAULTS = 20
 """Lines that tell the faults of one file; the rest is counted."""
 MOST_SHOWN = 60

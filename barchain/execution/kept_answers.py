@@ -80,7 +80,7 @@ def checksum(content: bytes) -> bytes:
 
 def kept_content(file: Path) -> bytes | None:
     """Content of a kept answer; None if there is none, or a damaged one, which is asked for again."""
-    if file.is_symlink() or not file.is_file():
+    if not file.is_file():
         return None
     found = file.read_bytes()
     check, content = found[:CHECK_B], found[CHECK_B:]

@@ -83,8 +83,6 @@ def places_of(files: StudyFiles, out: Path, parts: Collection[str] | None) -> li
         and others & set(files.read_record(out).get("parts") or ())
     ):
         return [*(files.path(out, table) for part in parts for table in files.parts[part]), folder / ANSWERS]
-    if folder.is_symlink() and files.study:
-        return [folder]
     if files.study:
         inside = folder.iterdir() if folder.is_dir() else ()
         return sorted(inside, key=lambda path: (path != files.record_path(out), path))

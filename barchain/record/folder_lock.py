@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 from filelock import FileLock, Timeout
 
 from barchain.boundary.threads import one_thread_each, temporary_root
-from reports.tables.writing import LinkedFolderError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -52,8 +51,6 @@ def locked(folder: Path) -> Iterator[None]:
     """
     folder.mkdir(parents=True, exist_ok=True)
     place = folder.resolve() / LOCK
-    if place.is_symlink():
-        raise LinkedFolderError(f"{place}: is a symbolic link; remove it")
     lock = FileLock(place, timeout=0, is_singleton=True, thread_local=True)
     try:
         lock.acquire()

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from reports.tables.cells import to_cells
 from reports.tables.reading import TABLES, check_recorded, digest
 from reports.tables.schema import KEY, RECORD, SCHEMA_VERSION
 from reports.tables.writing import RecordedFolder, make_folder, sweep
@@ -125,7 +124,7 @@ class StudyStore:
     def write(self, table: str, content: pd.DataFrame | Iterable[Mapping[str, Any]]) -> None:
         """Write a table whole, and the record."""
         frame = content if isinstance(content, pd.DataFrame) else self.frame(table, content)
-        self.writer.write(self.files.path(self.out, table).name, to_cells(frame).to_csv(index=False).encode("utf-8"))
+        self.writer.write(self.files.path(self.out, table).name, frame.to_csv(index=False).encode("utf-8"))
 
     def write_text(self, table: str, parts: Iterable[bytes]) -> None:
         """Write a table whole from parts of its text, which are not held at once, and the record."""
@@ -140,7 +139,7 @@ class StudyStore:
             self.write(table, frame)
             return
         name = self.files.path(self.out, table).name
-        self.writer.append(name, to_cells(frame).to_csv(index=False, header=False).encode("utf-8"))
+        self.writer.append(name, frame.to_csv(index=False, header=False).encode("utf-8"))
 
     def remove(self, *tables: str) -> None:
         """Delete the tables that an earlier study left in the folder."""

@@ -10,18 +10,14 @@ import stat
 import warnings
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.cells import from_cells
-
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Mapping
+    from collections.abc import Collection, Mapping
     from hashlib import _Hash as Hash
     from pathlib import Path
 
     import pandas as pd
 
 REMEDY = "restore the file, or run again with --overwrite or into another folder"
-DEEPEST = 40
-"""Levels of nesting that a record may have; those of barchain have six"""
 TABLES = "tables"
 """Key of a record: the digests of each table that belongs to it, the one in place among them"""
 DIGITS = 32
@@ -83,39 +79,13 @@ def read_json(path: Path) -> Any:
     OSError
         If it is missing or can't be read.
     DamagedResultsError
-        If it is no JSON, nested too deeply, or holds text that is no Unicode.
+        If it is no JSON.
     """
     text = read_text(path)
     try:
-        found = json.loads(text)
-    except RecursionError:
-        raise damaged(path, "is nested too deeply") from None
-    except ValueError as error:
+        return json.loads(text)
+    except (ValueError, RecursionError) as error:
         raise damaged(path, f"is no JSON: {error}") from None
-    if deeper_than(found, DEEPEST):
-        raise damaged(path, f"is nested deeper than {DEEPEST} levels")
-    try:
-        json.dumps(found, ensure_ascii=False).encode("utf-8")
-    except UnicodeEncodeError:
-        raise damaged(path, "holds text that is no Unicode") from None
-    return found
-
-
-def deeper_than(value: object, levels: int) -> bool:
-    """Whether lists and objects are nested deeper than some levels."""
-    level = [value]
-    for _ in range(levels):
-        level = [item for outer in level for item in items_of(outer)]
-        if not level:
-            return False
-    return True
-
-
-def items_of(value: object) -> Iterable[object]:
-    """Values inside a list or an object."""
-    if isinstance(value, dict):
-        return value.values()
-    return value if isinstance(value, list) else ()
 
 
 def read_csv(
@@ -147,7 +117,7 @@ def read_csv(
         If it is no such table.
     """
     text = decoded(path, read_bytes(path) if content is None else content)
-    found = from_cells(parsed_csv(path, text, words))
+    found = parsed_csv(path, text, words)
     lacking = [name for name in columns if name not in found]
     if lacking:
         raise damaged(path, f"lacks {', '.join(lacking)}; it has: {', '.join(map(str, found.columns))}")

@@ -1,4 +1,4 @@
-"""The one writer of stored files: whole or not at all, inside the folder only, and known to the record beforehand."""
+"""The one writer of stored files: whole or not at all, and known to the record beforehand."""
 
 from __future__ import annotations
 
@@ -21,13 +21,8 @@ if TYPE_CHECKING:
 
 PART = ".part"
 """Ending of a file that is being written"""
-NO_LINK = getattr(os, "O_NOFOLLOW", 0)
-NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL | NO_LINK
-MORE = os.O_RDWR | os.O_APPEND | NO_LINK
-
-
-class LinkedFolderError(OSError):
-    """Raised for a symbolic link where results would be written into another place."""
+NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL
+MORE = os.O_RDWR | os.O_APPEND
 
 
 @contextlib.contextmanager
@@ -35,8 +30,6 @@ def named(path: Path) -> Iterator[None]:
     """Give the errors of the operating system the name of the file that they are about."""
     try:
         yield
-    except LinkedFolderError:
-        raise
     except OSError as error:
         if error.errno is None:
             raise
@@ -52,8 +45,6 @@ def write_atomically(path: Path, content: str | bytes) -> None:
 @contextlib.contextmanager
 def replaced(path: Path) -> Iterator[DigestedFile]:
     """File that takes its place when the context ends; a failure leaves the earlier file, and no partial one.
-
-    A symbolic link at `path` is replaced; the file that it points to stays as it is.
 
     Raises
     ------
@@ -139,26 +130,15 @@ def parquet(frame: pd.DataFrame) -> bytes:
 
 
 def make_folder(root: Path, inside: PurePath | str) -> Path:
-    """Make a folder inside a result folder.
-
-    Raises
-    ------
-    LinkedFolderError
-        If a part of the way below `root` is a symbolic link, or leads upwards.
-    """
-    root.mkdir(parents=True, exist_ok=True)
-    place = root
-    for part in PurePath(inside).parts:
-        place /= part
-        if part == ".." or place.is_symlink():
-            raise LinkedFolderError(f"{place}: leads out of the result folder; remove the link or rename it")
-        with named(place):
-            place.mkdir(exist_ok=True)
+    """Make a folder inside a result folder."""
+    place = root / inside
+    with named(place):
+        place.mkdir(parents=True, exist_ok=True)
     return place
 
 
 def sweep(folder: Path) -> None:
-    """Remove the partial files that a killed process left in a folder of results; links are not followed."""
+    """Remove the partial files that a killed process left in a folder of results."""
     for place, _, names in os.walk(folder):
         for name in (n for n in names if n.endswith(PART)):
             with contextlib.suppress(OSError):

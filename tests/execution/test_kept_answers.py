@@ -83,19 +83,6 @@ def test_a_damaged_answer_is_asked_for_again(damage: bytes, tmp_path: Path) -> N
     assert file.read_bytes().endswith(b"whole")
 
 
-def test_an_answer_behind_a_symbolic_link_is_not_read_and_not_written(tmp_path: Path) -> None:
-    call = Call(calls.process, (), PATIENT_S)
-    first = answer(tmp_path, call)
-    (file,) = files(tmp_path)
-    elsewhere = tmp_path / "elsewhere"
-    file.rename(elsewhere)
-    before = elsewhere.read_bytes()
-    file.symlink_to(elsewhere)
-    assert answer(tmp_path, call).content != first.content
-    assert not file.is_symlink()
-    assert elsewhere.read_bytes() == before
-
-
 EFFECTS = "effects basics/two_bars_free --engine reference --repeats 1 --minutes 0.01"
 
 

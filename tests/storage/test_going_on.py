@@ -12,7 +12,7 @@ from barchain.cli.main import run
 from barchain.crossval.run import run_comparison
 from barchain.record.claim import ResultsInPlaceError, claim_results
 from barchain.record.study_store import OtherPlanError, StudyStore, asked_for
-from reports.tables import cost, crossval, effects, ensemble, roundoff, scaling, stability
+from reports.tables import cost, crossval, effects, roundoff, scaling, stability
 from reports.tables.reading import DamagedResultsError
 from reports.tables.schema import KEY, SCHEMA_VERSION, SchemaVersionError
 
@@ -123,18 +123,6 @@ def test_results_of_another_kind_are_neither_read_nor_replaced(tmp_path: Path) -
     with pytest.raises(DamagedResultsError, match="record of another study, stability"):
         crossval.FILES.read_record(inside)
     assert (inside / "record.json").exists()
-
-
-def test_a_study_that_is_a_link_is_not_emptied(tmp_path: Path) -> None:
-    elsewhere = tmp_path / "elsewhere"
-    elsewhere.mkdir()
-    (elsewhere / "runs.csv").write_text("theirs")
-    (tmp_path / "ensemble").symlink_to(elsewhere)
-    with pytest.raises(ResultsInPlaceError):
-        claim_results(ensemble.FILES, tmp_path)
-    claim_results(ensemble.FILES, tmp_path, overwrite=True)
-    assert (elsewhere / "runs.csv").read_text() == "theirs"
-    assert not (tmp_path / "ensemble").is_symlink()
 
 
 def test_from_python_nothing_is_overwritten_unasked(tmp_path: Path) -> None:

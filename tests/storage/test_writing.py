@@ -1,4 +1,4 @@
-"""Writing: whole or not at all, inside the folder only, one writer at a time; and no way out but the end is 0."""
+"""Writing: whole or not at all, one writer at a time; and no way out but the end is 0."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from reports.tables import crossval
 from reports.tables.files import StudyFiles
 from reports.tables.reading import DamagedResultsError
 from reports.tables.schema import KEY, SCHEMA_VERSION
-from reports.tables.writing import LinkedFolderError, RecordedFolder, append_whole, write_atomically
+from reports.tables.writing import RecordedFolder, append_whole, write_atomically
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -91,24 +91,6 @@ def test_a_full_disk_leaves_the_earlier_file_and_no_partial_one(append: bool, tm
     assert failed.value.filename == str(path)
     assert path.read_text() == "earlier"
     assert [p.name for p in tmp_path.iterdir()] == ["x.csv"]
-
-
-def test_links_are_replaced_or_refused_and_never_written_through(tmp_path: Path) -> None:
-    outside, inside = tmp_path / "outside", tmp_path / "inside"
-    outside.mkdir()
-    inside.mkdir()
-    (outside / "metrics.csv").write_text("untouched")
-    (inside / "metrics.csv").symlink_to(outside / "metrics.csv")
-    (inside / "metrics.csv.part").symlink_to(outside / "metrics.csv")
-    with pytest.raises(OSError, match="symbolic links"):
-        append_whole(inside / "metrics.csv", b"more")
-    write_atomically(inside / "metrics.csv", "new")
-    assert not (inside / "metrics.csv").is_symlink()
-    (inside / "trajectories").symlink_to(outside)
-    with pytest.raises(LinkedFolderError, match="trajectories"):
-        StudyStore(crossval.FILES, inside, {})
-    assert (outside / "metrics.csv").read_text() == "untouched"
-    assert [p.name for p in outside.iterdir()] == ["metrics.csv"]
 
 
 def test_a_table_in_place_is_known_to_the_record_at_every_instant(

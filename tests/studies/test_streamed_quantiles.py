@@ -27,7 +27,6 @@ from barchain.studies.ensemble.rows import rows_text, run_columns
 from barchain.studies.ensemble.study import EnsembleStudy
 from barchain.studies.ensemble.tasks import run_task, tasks
 from barchain.studies.study import Reporter, run_study
-from reports.tables.cells import to_cells
 from reports.tables.ensemble import FILES
 from reports.tables.reading import TABLES
 from tests.support.page_policy import check_policy
@@ -176,7 +175,7 @@ def test_rows_are_the_text_that_pandas_writes():
     rows = run_columns(task, run_task(task), planned(30).variations)
     rows["reason"] = ["", "=1", "a, b", 'say "x"', *rows["reason"][4:]]
     text = kept_parts.header_text(rows) + rows_text(rows)
-    assert to_cells(kept_parts.table([rows])).to_csv(index=False).encode() == text
+    assert kept_parts.table([rows]).to_csv(index=False).encode() == text
 
 
 KILLED = """

@@ -185,7 +185,7 @@ class StoredParts(KeptParts):
     def remove(self, but: set[str] | frozenset[str] = frozenset()) -> None:
         """Delete all files of parts but some."""
         folder = self.store.folder / FOLDER
-        names = {f"{FOLDER}/{path.name}" for path in folder.glob(f"*{ENDING}")} if not folder.is_symlink() else set()
+        names = {f"{FOLDER}/{path.name}" for path in folder.glob(f"*{ENDING}")}
         for name in sorted((names | {n for n in self.store.writer.tables if n.startswith(f"{FOLDER}/")}) - but):
             self.store.writer.remove(name)
         with contextlib.suppress(OSError):  # another's files are there, or none ever were

@@ -11,8 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from reports.tables.cells import as_cell
-
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
@@ -87,7 +85,7 @@ def header_text(rows: RunColumns) -> bytes:
 
 def rows_text(rows: RunColumns) -> bytes:
     """Lines of the CSV table, as pandas would write them at five times the cost."""
-    words = {name: [as_cell(word) for word in rows[name]] for name in ("outcome", "reason")}
+    words = {name: list(rows[name]) for name in ("outcome", "reason")}
     return csv_text(
         zip(*(words.get(name) or np.asarray(column).tolist() for name, column in rows.items()), strict=True)
     )
