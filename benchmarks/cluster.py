@@ -21,7 +21,6 @@ from typing import TYPE_CHECKING
 
 import psutil
 
-from barchain.execution import pace
 from barchain.execution.call import Call
 from barchain.execution.executors import DaskCluster, LocalProcesses
 
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
 
     from barchain.execution.executors import Executor
 
-CALLS, ALONE = 100_000, 5_000
+CALLS = 5_000
 WAITS, WAIT_S = 200, 0.1
 LIMIT_S, PATIENT_S = 600.0, 300.0
 
@@ -126,17 +125,14 @@ def main() -> None:
     parser.add_argument(
         "--workers", type=int, nargs="*", default=(1, 2), help="numbers of workers whose throughput is shown"
     )
-    parser.add_argument("--alone", type=int, default=ALONE)
     given = parser.parse_args()
     for workers in given.workers:
         with cluster(workers) as (address, _):
             took_s = timed(DaskCluster(address, PATIENT_S), Call(wait, (), LIMIT_S), WAITS)
         print(f"{workers} workers: {WAITS / took_s:.2f} calls of {WAIT_S:g} s in a second", flush=True)
-    cost(LocalProcesses(2), given.alone, "processes of this machine", {})
+    cost(LocalProcesses(2), given.calls, "processes of this machine", {})
     with cluster(2) as (address, processes):
-        cost(DaskCluster(address, PATIENT_S), given.calls, "batches", processes)
-        pace.MOST_CALLS = 1
-        cost(DaskCluster(address, PATIENT_S), given.alone, "one by one", processes)
+        cost(DaskCluster(address, PATIENT_S), given.calls, "cluster", processes)
 
 
 if __name__ == "__main__":  # by its name, so that other processes can import the functions

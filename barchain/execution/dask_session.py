@@ -1,6 +1,6 @@
-"""Calls on the workers of a Dask cluster: sent in batches, watched, and answered in bytes that this process checks.
+"""Calls on the workers of a Dask cluster: sent one by one, watched, and answered in bytes that this process checks.
 
-A batch that was lost with its worker runs again on another; answers that have come are kept.
+A call that was lost with its worker runs again on another; answers that have come are kept.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ import contextlib
 import threading
 from collections import deque
 from contextlib import ExitStack
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from barchain.boundary.message import MessageError
@@ -19,7 +18,6 @@ from barchain.execution.call import Answer, CallEnd, pickled
 from barchain.execution.code_versions import REMEDY, code_versions, task_fault
 from barchain.execution.connection import ClusterError, ClusterLostError, connected, quiet, run_bounded, watched
 from barchain.execution.limits import CLOSE_S
-from barchain.execution.pace import MOST_BYTES, Pace
 from barchain.execution.session import Session
 from barchain.execution.wire import joined, unpacked_answers
 
@@ -29,15 +27,7 @@ if TYPE_CHECKING:
     from barchain.execution.address import DaskAddress
     from barchain.execution.call import Call
 
-BATCHES_PER_THREAD = 2  # at the cluster: a worker has the next one when it ends one
-
-
-@dataclass(frozen=True)
-class CallBatch:
-    """Calls that are sent together."""
-
-    keys: tuple[Hashable, ...]
-    calls: tuple[bytes, ...]
+CALLS_PER_THREAD = 2  # at the cluster: a worker has the next one when it ends one
 
 
 class DaskSession(Session):
@@ -46,7 +36,7 @@ class DaskSession(Session):
     def __init__(self, cluster: DaskAddress) -> None:
         """Prepare; the thread starts when the session is entered."""
         super().__init__()
-        self.cluster, self.pace = cluster, Pace()
+        self.cluster = cluster
         self.versions = versions_text(code_versions())
         self.waiting: deque[tuple[Hashable, bytes]] = deque()
         self.threads = 1
@@ -95,7 +85,7 @@ class DaskSession(Session):
     async def connection(self) -> None:
         """Connect, and send calls until the session is closed."""
         async with connected(self.cluster) as client:
-            at_work: dict[asyncio.Task[Any], CallBatch] = {}
+            at_work: dict[asyncio.Task[Any], Hashable] = {}
             watch = self.followed(watched(client, self.cluster, self.note_threads))
             try:
                 while not self.closed:
@@ -111,7 +101,7 @@ class DaskSession(Session):
                 await asyncio.wait({watch, *at_work}, timeout=CLOSE_S)
 
     def note_threads(self, threads: int) -> None:
-        """Take the number of threads of all workers; more of them get more batches."""
+        """Take the number of threads of all workers; more of them get more calls."""
         if threads > self.threads:
             self.events.put_nowait(None)
         self.threads = threads
@@ -122,38 +112,28 @@ class DaskSession(Session):
         task.add_done_callback(self.events.put_nowait)
         return task
 
-    def fill(self, client: Any, at_work: dict[asyncio.Task[Any], CallBatch]) -> None:
-        """Send batches, as long as workers have less than they can take."""
-        while self.waiting and len(at_work) < BATCHES_PER_THREAD * self.threads:
-            batch = self.next_batch()
-            future = client.submit(answer_calls, self.versions, joined(batch.calls), pure=False)
-            at_work[self.followed(result_of(future))] = batch
+    def fill(self, client: Any, at_work: dict[asyncio.Task[Any], Hashable]) -> None:
+        """Send calls, as long as workers have less than they can take."""
+        while self.waiting and len(at_work) < CALLS_PER_THREAD * self.threads:
+            key, call = self.waiting.popleft()
+            future = client.submit(answer_calls, self.versions, joined([call]), pure=False)
+            at_work[self.followed(result_of(future))] = key
 
-    def next_batch(self) -> CallBatch:
-        """The next calls: as many as the pace allows, and not too many bytes."""
-        count, size, taken = self.pace.size(len(self.waiting), self.threads), 0, list[tuple["Hashable", bytes]]()
-        while self.waiting and len(taken) < count and size < MOST_BYTES:
-            taken.append(self.waiting.popleft())
-            size += len(taken[-1][1])
-        return CallBatch(tuple(key for key, _ in taken), tuple(call for _, call in taken))
-
-    def deliver(self, batch: CallBatch, task: asyncio.Task[Any], client: Any) -> None:
-        """Hand out the answers to a batch.
+    def deliver(self, key: Hashable, task: asyncio.Task[Any], client: Any) -> None:
+        """Hand out the answer to a call.
 
         Raises
         ------
         ClusterError
-            If there are none, if they are damaged, or if the worker has other code.
+            If there is none, if it is damaged, or if the worker has other code.
         """
         try:
-            answers = unpacked_answers(self.value_of(task, client), len(batch.keys))
+            (answer,) = unpacked_answers(self.value_of(task, client), 1)
         except MessageError as error:
             raise ClusterError(f"{self.cluster}: a worker gave no answer: {error}") from None
-        for key, answer in zip(batch.keys, answers, strict=True):
-            self.need_same_code(answer)
-            self.pace.note(answer.seconds)
-            self.answered += 1
-            self.done.put((key, answer))
+        self.need_same_code(answer)
+        self.answered += 1
+        self.done.put((key, answer))
 
     def need_same_code(self, answer: Answer) -> None:
         """Check that a call found the packages that its sender has."""
@@ -161,7 +141,7 @@ class DaskSession(Session):
             raise ClusterError(f"{self.cluster}: a worker {answer.reason}; {REMEDY}")
 
     def value_of(self, task: asyncio.Task[Any], client: Any) -> object:
-        """Result of a batch, or an error with one line."""
+        """Result of a call, or an error with one line."""
         error = asyncio.CancelledError("cancelled") if task.cancelled() else task.exception()
         if error is None:
             return task.result()
@@ -171,7 +151,7 @@ class DaskSession(Session):
 
 
 async def result_of(future: Any) -> Any:
-    """Result of a batch; the cluster forgets it then."""
+    """Result of a call; the cluster forgets it then."""
     try:
         return await future
     finally:

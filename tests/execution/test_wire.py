@@ -10,7 +10,6 @@ import pytest
 
 from barchain.boundary.message import MessageError
 from barchain.execution.call import Answer, CallEnd
-from barchain.execution.pace import BATCH_S, MOST_CALLS, Pace
 from barchain.execution.wire import joined, packed_answers, parted, unpacked_answers
 from barchain.run.job import Job, Role
 from barchain.run.messages import shared_result, shared_run, version_of
@@ -81,23 +80,3 @@ def test_a_run_comes_back_with_every_bit_and_the_order_of_its_arrays() -> None:
     assert result.trajectory is not None
     assert result.trajectory.com_m.shape == (len(result.trajectory.t_s), 2)
     assert result.seconds.keys() == {"build", "simulate", "read"}
-
-
-def test_short_calls_go_together_and_long_ones_alone() -> None:
-    pace = Pace()
-    assert pace.size(1000, 2) == 1
-    for _ in range(5):
-        pace.note(BATCH_S / 50.0)
-    assert pace.size(1000, 2) == 50
-    assert pace.size(20, 2) == 5  # the last calls are spread over both threads
-    pace.note(1e-9)
-    assert pace.size(10**6, 2) == 50  # the longest of the last calls counts
-    pace.note(10.0 * BATCH_S)
-    assert pace.size(1000, 2) == 1
-
-
-def test_a_batch_has_a_largest_number_of_calls() -> None:
-    pace = Pace()
-    for _ in range(3):
-        pace.note(1e-9)
-    assert pace.size(10**6, 2) == MOST_CALLS

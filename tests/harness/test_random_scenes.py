@@ -10,12 +10,11 @@ from hypothesis import strategies as st
 from adapters.engine import EngineError
 from adapters.reference.compiled_engine import ReferenceFast
 from adapters.reference.numpy_engines import Reference
-from barchain.studies.selftest.fuzzing.random_scenes import draw
-from barchain.studies.selftest.fuzzing.reference_checks import broken
 from scenarios import Gravity, Scene
+from tests.support.random_scenes import draw
+from tests.support.reference_checks import broken
 
 RTOL = 1e-9
-# the same ones each time: `benchmarks/random_scenes.py` looks for others, with a limit of time on each
 PLAIN = (Gravity.NONE, Gravity.POINT, Gravity.GRADIENT)  # one compiled form serves them
 
 

@@ -1,6 +1,6 @@
 """Sane scenes drawn at random: chains that somebody might fly, with every kind of effect.
 
-`barchain.studies.selftest.fuzzing.random_scenes` looks for what the reference does not survive, far beyond what anybody
+`tests/support/random_scenes.py` looks for what the reference does not survive, far beyond what anybody
 would fly. These scenes are what a user may write on an ordinary day; nobody tuned them, and no engine should be accused
 on them.
 """
