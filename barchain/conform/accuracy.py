@@ -18,7 +18,7 @@ from barchain.conform.runs import TIME_LIMITS, ended_early, results
 from barchain.conform.scenes import PARTICLE, REPEATED, scene_of, solved
 from barchain.judge.diagnosis.words import SINGLE_PRECISION, looks_single
 from barchain.judge.error_model import ErrorModel
-from barchain.judge.error_units import NORM_SLACK
+from barchain.judge.scales import NORM_SLACK
 from barchain.metrics.quantities import differences
 from barchain.run.job import Role
 from reports.tables.outcome import Outcome

@@ -11,7 +11,7 @@ from barchain.conform.checks import Check, CheckState, Group
 from barchain.conform.physics import ask_about_scenes, main_run, reason_against
 from barchain.conform.runs import TIME_LIMITS, ended_early
 from barchain.conform.scenes import FIRST, scene_of, solved
-from barchain.judge.checks.digits import rounded_values
+from barchain.judge.checks.whole_run import rounded_values
 from barchain.judge.error_model import ErrorModel
 from barchain.metrics.quantities import differences
 from reports.tables.crossval import QUANTITY_UNITS

@@ -15,14 +15,13 @@ from barchain.conform.dependence import dependent_check
 from barchain.conform.runs import TIME_LIMITS, results
 from barchain.conform.scenes import STAGES, scene_of, solved
 from barchain.conform.settings import setting_of
-from barchain.judge.comparison.compare import judge
-from barchain.judge.declared_noise import noise
+from barchain.judge.compare import judge
 from barchain.judge.diagnosis.search import ONE_ENGINE
 from barchain.judge.diagnosis.verdicts import diagnosis_of_verdict
 from barchain.judge.diagnosis.words import QUANTITY_WORDS, SINGLE_PRECISION, looks_single, relative_difference
 from barchain.judge.evidence import Evidence, follow_up_jobs, gathered
+from barchain.judge.roundoff import declared_noise
 from barchain.judge.scales import scales
-from barchain.judge.support import unsupported
 from barchain.run.job import Role
 from reports.tables.crossval import QUANTITY_UNITS
 from reports.tables.outcome import Outcome
@@ -33,8 +32,8 @@ if TYPE_CHECKING:
 
     from barchain.conform.scenes import SceneStage
     from barchain.conform.target import Examined
-    from barchain.judge.comparison.verdict import Verdict
     from barchain.judge.diagnosis.diagnose import Diagnosis
+    from barchain.judge.verdict import Verdict
     from barchain.run.job import Job, RunResult
 
 PAGE = "docs/explanation/engine_conventions.md"
@@ -81,7 +80,8 @@ def reason_against(engine: Examined, name: str) -> tuple[CheckState, str] | None
     """CheckState and reason if an engine is not run on a scene."""
     loaded = engine.load()
     try:
-        reason = loaded.unsupported(scene_of(name)) or unsupported(loaded, solved(name))
+        reason = loaded.unsupported(scene_of(name))
+        reason = reason or loaded.unsupported_motion(solved(name).scene, solved(name).fine)
     except EngineError as error:
         return CheckState.FAILED, str(error)
     return None if reason is None else (CheckState.UNSUPPORTED, reason)
@@ -187,7 +187,7 @@ def noise_fault(engine: Examined, name: str) -> str:
     """
     loaded, solution = engine.load(), solved(name)
     try:
-        said = noise(loaded, setting_of(loaded, name), solution, solution.trajectory.t_s)
+        said = declared_noise(loaded, setting_of(loaded, name), solution, solution.trajectory.t_s)
     except EngineError as error:
         return str(error)
     size = scales(solution)

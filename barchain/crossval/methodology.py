@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-from barchain.judge.register.tolerances import TOLERANCES
+from barchain.judge.tolerances import TOLERANCES
 from reference_impl.paper.misprint_effects import misprint_effects
 
 

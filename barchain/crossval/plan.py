@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from adapters.engine import Engine, Setting
     from adapters.registry import Registration
     from barchain.execution.executors import Executor
-    from barchain.judge.comparison.verdict import Verdict
+    from barchain.judge.verdict import Verdict
     from barchain.run.job import Role, RunResult
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from barchain.judge.comparison.verdict import no_verdict
+from barchain.judge.verdict import no_verdict
 from barchain.solutions.judging import shares_equations
 from reports.tables.crossval import ALL_SCENES
 from reports.tables.outcome import Outcome
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from barchain.crossval.plan import ComparisonPlan, SceneProgress
-    from barchain.judge.comparison.verdict import Verdict
+    from barchain.judge.verdict import Verdict
 
     Missing = tuple[str, str, Verdict]
 

@@ -16,13 +16,11 @@ from barchain.boundary.message import plain_text
 from barchain.crossval.plan import SceneProgress
 from barchain.crossval.required import required_verdicts
 from barchain.execution.call import CallLateError
-from barchain.judge.comparison.compare import judge
-from barchain.judge.comparison.verdict import Verdict, no_verdict
-from barchain.judge.comparison.verdict_message import VERDICTS
+from barchain.judge.compare import judge
 from barchain.judge.diagnosis.verdicts import diagnosed_verdict, needs_diagnosis
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.evidence import follow_up_jobs, gathered
-from barchain.judge.support import unsupported
+from barchain.judge.verdict import VERDICTS, Verdict, no_verdict
 from barchain.metrics.model_difference import com_displacement
 from barchain.record.scene_description import gradient_defect
 from barchain.run.job import JUDGING_ROLES, Job, Role, RunResult
@@ -265,7 +263,7 @@ class Suite:
             return
         setting = self.settings[name, engine]
         try:
-            reason = unsupported(self.classes[engine], progress.solution)
+            reason = self.classes[engine].unsupported_motion(progress.solution.scene, progress.solution.fine)
         except Exception as error:  # an engine of another package gives no answer on the motion
             self.fail(name, engine, error)
             return

@@ -3,7 +3,7 @@
 The finer run and each restart have an error model of their own; in each, every member is computed once.
 Everything here follows from the scene, the judging solution, and the promise of the engine's method at its setting.
 Nothing follows from the engine's own run, except a count of steps, which is bounded
-(`barchain.judge.declared_noise`).
+(`barchain.judge.roundoff`).
 
 Two questions are asked of a difference from the judging solution, at every sample up to the predictability limit.
 
@@ -14,7 +14,7 @@ Two questions are asked of a difference from the judging solution, at every samp
 *Is the difference small enough?* It is inside the expected-error bound of the engine's method and setting, ``bound``.
 
 Both use the error amplification G(t), measured with a perturbed run: an error made at s is G(t)/G(s) times as large
-at t. `barchain.judge.register.tolerances` lists all tolerances with their derivations.
+at t. `barchain.judge.tolerances` lists all tolerances with their derivations.
 """
 
 from __future__ import annotations
@@ -25,20 +25,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.engine import AccuracyParameter
-from barchain.judge import declared_noise as declared
-from barchain.judge.error_units import NORM_SLACK, largest_place_m, rounded_sum, step_unit
-from barchain.judge.local_errors import (
+from adapters.engine import AccuracyParameter, Coordinates
+from barchain.judge.local_errors import departure, local_errors, step_constant, track_unit
+from barchain.judge.roundoff import believed_noise, believed_steps, declared_noise, rounded_sum, steps_taken
+from barchain.judge.scales import (
     MACHINE_EPSILON,
+    NORM_SLACK,
     ROUNDINGS,
-    event_errors,
     kepler_growth,
-    local_errors,
     orbit_rate_bound,
     orbit_scale,
-    step_constant,
+    scales,
+    step_s,
 )
-from barchain.judge.scales import scales
+from barchain.metrics.rates import own_rate
 from barchain.solutions.reference import RICHARDSON
 from reports.tables.crossval import PARTED_RAD
 
@@ -51,11 +51,18 @@ if TYPE_CHECKING:
     from barchain.solutions.reference import ReferenceSolution
 
 
+DAMPED_SUM = 10.0
+"""Sum of errors of multipliers that each step damps by a tenth, in units of one step's error"""
+
+
 class ErrorModel:
     """Floors, expected-error bounds and the predictability limit of one engine at one setting in one scene.
 
     Frozen by convention: members are computed when first asked for, kept, and never changed.
     """
+
+    start_rad = 0.0
+    """Error of the initial state as an angle, rad: zero, except for a restart from an engine's samples"""
 
     def __init__(self, engine: type[Engine], setting: Setting, solution: ReferenceSolution, run: Trajectory) -> None:
         """Keep the arguments; nothing expensive is computed yet.
@@ -81,7 +88,7 @@ class ErrorModel:
         counted = float(said) if isinstance(said, int | float) and np.isfinite(said) else 0.0
         if self.setting.parameter is not AccuracyParameter.RTOL:
             return counted
-        return declared.believed_steps(self.setting, self.solution, counted)
+        return believed_steps(self.setting, self.solution, counted)
 
     def __getstate__(self) -> dict[str, Any]:
         """All members but the engine's class, which another process may have to load from a file."""
@@ -93,11 +100,6 @@ class ErrorModel:
         whole.engine = engine
         return whole
 
-    @property
-    def start_rad(self) -> float:
-        """Error of the initial state as an angle, rad: zero, except for a restart from an engine's samples."""
-        return 0.0
-
     @cached_property
     def scale(self) -> dict[str, float]:
         """Size of each quantity in the scene, SI units (`barchain.judge.scales`)."""
@@ -105,8 +107,17 @@ class ErrorModel:
 
     @cached_property
     def place_m(self) -> float:
-        """Largest number that a bar's place is made of in the engine's coordinates, m."""
-        return largest_place_m(self.engine, self.solution)
+        """Largest number that a bar's place is made of in the engine's coordinates, m.
+
+        Absolute coordinates count from the central body's centre, relative ones along the chain. In a frame on an orbit
+        of its own, the chain's departure from that orbit is added to the chain's size.
+        """
+        if self.engine.coordinates is Coordinates.ABSOLUTE:
+            return self.scene.radius0_m
+        if self.engine.coordinates is Coordinates.RELATIVE:
+            return self.scene.size_m
+        place, _ = departure(self.engine, self.scene, self.solution.trajectory)
+        return self.scene.size_m + float(np.linalg.norm(place, axis=1).max())
 
     @property
     def roundoff_rad(self) -> float:
@@ -116,12 +127,12 @@ class ErrorModel:
     @cached_property
     def declared_noise(self) -> dict[str, Array]:
         """Noise that the engine declares, (n,) for each quantity, unbounded."""
-        return declared.noise(self.engine, self.setting, self.solution, self.t_s)
+        return declared_noise(self.engine, self.setting, self.solution, self.t_s)
 
     @cached_property
     def noise(self) -> dict[str, Array]:
         """Noise that the engine declares, (n,) for each quantity, as far as it counts in floors."""
-        return declared.bounded(self.declared_noise, self.scale)
+        return believed_noise(self.declared_noise, self.scale)
 
     @cached_property
     def local(self) -> LocalErrors:
@@ -130,7 +141,7 @@ class ErrorModel:
 
     def steps_taken(self, t_s: Array) -> Array:
         """Steps taken up to each instant of `t_s` (n,) s, (n,)."""
-        return declared.steps_taken(self.scene, self.setting, self.steps, t_s)
+        return steps_taken(self.scene, self.setting, self.steps, t_s)
 
     @cached_property
     def floor_rad(self) -> Array:
@@ -152,13 +163,8 @@ class ErrorModel:
         made = self.amplification * self.local.immediate["attitude"][0] + self.local.attitude(
             self.t_s, self.amplification
         )
-        found: Array = NORM_SLACK * made + self.started_rad
+        found: Array = NORM_SLACK * made + (self.floor_rad + self.amplification * self.start_rad)
         return found
-
-    @property
-    def started_rad(self) -> Array:
-        """Error of the attitude from round-off and from the initial state, (n,) rad."""
-        return self.floor_rad + self.amplification * self.start_rad
 
     @cached_property
     def limit_s(self) -> float:
@@ -224,8 +230,15 @@ class ErrorModel:
 
     @cached_property
     def missed(self) -> dict[str, Array]:
-        """Error of fixed steps where a manoeuvre starts or ends inside one, (n,) for each quantity."""
-        return event_errors(self.scene, self.setting, self.local)
+        """Error of fixed steps where a manoeuvre starts or ends inside one, (n,) for each quantity.
+
+        The law's fourth derivative jumps there. The error depends on where in the step the jump falls, and does not
+        shrink from one setting to the next: one step's own error is allowed.
+        """
+        end_s, laws = self.scene.run.duration_s, self.scene.effects.prescribed_rotation
+        inside = any(0.0 < t < end_s for law in laws for t in law.breaks_s)
+        fixed = self.setting.parameter is not AccuracyParameter.RTOL
+        return self.local.immediate if fixed and inside else {}
 
     def explained(self, own: dict[str, Array]) -> dict[str, Array]:
         """Largest difference of two correct results, the engine's and the reference's, (n,) for each quantity.
@@ -236,14 +249,53 @@ class ErrorModel:
         The slack is NORM_SLACK, as in the bound. A track is requested in radii, far above the errors made: there one
         step's request is added.
         """
-        missed = self.missed
+        missed, scene, chosen = self.missed, self.scene, self.setting.parameter is AccuracyParameter.RTOL
+        requested = {}
+        if chosen:
+            track = track_unit(self.engine, scene, self.setting.value)
+            track *= NORM_SLACK if self.engine.track_by_length else 1.0
+            requested = {"com": track, "com_velocity": track * orbit_scale(scene), "rate": own_rate(scene)}
         found = {}
         for name in own.keys() & self.solution.error.keys():
             n = min(self.n, len(own[name]))  # an engine may run on where the reference has ended
             both = np.maximum.accumulate(own[name][:n]) + self.solution.error[name][:n]
             found[name] = RICHARDSON * both + self.floor[name][:n] + (missed[name][:n] if name in missed else 0.0)
-            if self.setting.parameter is AccuracyParameter.RTOL:
-                unit = step_unit(self.engine, name, self.scene, self.setting)
-                requested = np.maximum(NORM_SLACK * self.solution.response[name][:n], unit)
-                found[name] = found[name] + step_constant(self.engine) * self.setting.value * requested
+            if chosen:
+                unit = np.maximum(NORM_SLACK * self.solution.response[name][:n], requested.get(name, 0.0))
+                found[name] = found[name] + step_constant(self.engine) * self.setting.value * unit
         return found
+
+    def max_roundoff(self, amplification: Array) -> dict[str, Array]:
+        """Largest round-off that the engine's coordinates can cause, (n,) for each quantity, in its unit.
+
+        A place of the size r is known to u r: r is the orbit's radius in absolute coordinates and the chain's size in
+        others. Each step leaves a rounding of that size, and of velocities known to u r over the step. Over a bar's
+        length these are angles and rates. They add up as a random walk, and the scene amplifies them. Forces that an
+        engine gets as differences over a step are known to m u r / h².
+
+        Parameters
+        ----------
+        amplification : ndarray, shape (n,)
+            Error amplification of the scene since the start, or since the instant from which a comparison started anew.
+        """
+        scene, size, t = self.scene, self.scale, self.t_s - self.t_s[0]
+        shortest, longest, heaviest = min(scene.chain.length_m), max(scene.chain.length_m), max(scene.chain.mass_kg)
+        fixed_step = self.setting.parameter is AccuracyParameter.STEPS_PER_ORBIT
+        place = ROUNDINGS * MACHINE_EPSILON * self.place_m
+        step = step_s(scene, self.setting) if fixed_step else 1.0 / orbit_scale(scene)
+        walk = np.sqrt(self.steps_taken(self.t_s))
+        turn = place / shortest * walk * (1.0 + t * orbit_scale(scene)) * amplification
+        if fixed_step:  # velocities are differences of places a step apart
+            turn = turn + place / (shortest * step) * t * amplification
+        track = place * walk * kepler_growth(scene, t)
+        force = DAMPED_SUM * heaviest * place / step**2
+        found = {
+            "com": track,
+            "com_velocity": track * orbit_scale(scene),
+            "attitude": turn,
+            "rate": turn * size["rate"] + place / (shortest * step),
+            "reaction": turn * size["reaction"] + force,
+            "torque": turn * size["torque"] + force * longest,
+            "impulse": turn * size["impulse"] + heaviest * place / step,
+        }
+        return {name: NORM_SLACK * values for name, values in found.items()}

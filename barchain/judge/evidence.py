@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from adapters.registry import Registration
     from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
-    from scenarios.effect_types import Effects
 
 Push = TypeVar("Push", Thrust, Impulse)
 TURNED_RAD = (7.390851332151607e-6, 2e-5, -1.1e-5)
@@ -82,7 +81,7 @@ def follow_up_jobs(
         Its class, for its accuracy sweep.
     setting : Setting
         At which the engine is judged.
-    asks : iterable of Role
+    further_runs : iterable of Role
     """
     finer = finer_setting(scene, engine.sweep, setting)
     jobs = []
@@ -109,23 +108,16 @@ def perturbed(scene: Scene, number: int) -> Scene:
 
 def turned(scene: Scene, turn: float) -> Scene:
     """`scene` turned by an angle, rad, with all its directions in inertial axes."""
-    return dataclasses.replace(
-        scene,
-        orbit=dataclasses.replace(scene.orbit, longitude_rad=scene.orbit.longitude_rad + turn),
-        effects=turned_effects(scene.effects, turn),
-    )
-
-
-def turned_effects(effects: Effects, turn: float) -> Effects:
-    """Effects whose directions in inertial axes are turned by an angle, rad."""
-    light = effects.solar_pressure
-    return dataclasses.replace(
-        effects,
-        third_body=tuple(dataclasses.replace(b, longitude_rad=b.longitude_rad + turn) for b in effects.third_body),
+    before, light = scene.effects, scene.effects.solar_pressure
+    effects = dataclasses.replace(
+        before,
+        third_body=tuple(dataclasses.replace(b, longitude_rad=b.longitude_rad + turn) for b in before.third_body),
         solar_pressure=light and dataclasses.replace(light, sun_longitude_rad=light.sun_longitude_rad + turn),
-        thrust=tuple(turned_push(p, turn) for p in effects.thrust),
-        impulse=tuple(turned_push(p, turn) for p in effects.impulse),
+        thrust=tuple(turned_push(p, turn) for p in before.thrust),
+        impulse=tuple(turned_push(p, turn) for p in before.impulse),
     )
+    orbit = dataclasses.replace(scene.orbit, longitude_rad=scene.orbit.longitude_rad + turn)
+    return dataclasses.replace(scene, orbit=orbit, effects=effects)
 
 
 def turned_push(push: Push, turn: float) -> Push:

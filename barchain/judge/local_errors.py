@@ -10,11 +10,18 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
 from adapters.bar_loads.falling_frame import free_fall
-from adapters.common import equal_steps as steps
 from adapters.common.initial_state import initial_state
 from adapters.common.kepler import propagate
 from adapters.engine import AccuracyParameter, Coordinates
-from barchain.judge.scales import inertia_force_N
+from barchain.judge.scales import (
+    MACHINE_EPSILON,
+    ROUNDINGS,
+    inertia_force_N,
+    kepler_growth,
+    orbit_rate_bound,
+    orbit_scale,
+    step_s,
+)
 from barchain.metrics.rates import orbit_rate, own_rate, rate_scale
 from barchain.solutions.reference import RICHARDSON
 from scenarios import Gravity
@@ -29,37 +36,13 @@ SECOND_ORDER = 2
 SECOND_ORDER_CONSTANT = 1.0 / 8.0
 """Largest constant here: trapezoidal rule 1/12, generalized-alpha with rho = 0.9 about 1/10, half a step aside 1/8"""
 
-MACHINE_EPSILON = float(np.finfo(float).eps)  # twice the unit roundoff: distance from 1 to the next double
 MAX_STEP_CONSTANT = 10.0
 """Largest believed error of a step relative to its request: with more, the request means nothing"""
-ROUNDINGS = 16.0
-"""Rounding errors that enter a state in one step: a handful of operations, one for each stage"""
 READING_REQUESTS = 10.0
 """Largest error of interpolation between a step's ends, relative to the step's request. An interpolant may be of one
 order less than the step: the error of SciPy's RK45 was measured as four requests."""
 SAME_INSTANT = 1e-9
 """Largest relative difference of the instants of two samples that are meant to be the same"""
-
-
-def orbit_scale(scene: Scene) -> float:
-    """Rate of the orbit: its mean motion, or that of the circular orbit at r0 if faster."""
-    return 2.0 * math.pi / scene.step_period_s
-
-
-def step_s(scene: Scene, setting: Setting) -> float:
-    """Step of a fixed-step engine, s."""
-    return steps.step_s(scene, setting.value)
-
-
-def kepler_growth(scene: Scene, t_s: Array) -> Array:
-    """Growth of a small error of the centre of mass, (n,): 1 + 3 n t, an error of the period along the track."""
-    return 1.0 + 3.0 * orbit_scale(scene) * t_s
-
-
-def orbit_rate_bound(scene: Scene, trajectory: Trajectory) -> float:
-    """Largest rate at which a displaced centre of mass moves: speed over distance, where the orbit is lowest."""
-    speed, distance = (np.linalg.norm(x, axis=1) for x in (trajectory.com_velocity_m_s, trajectory.com_m))
-    return max(orbit_scale(scene), float((speed / distance).max()))
 
 
 @dataclass(frozen=True)
@@ -141,16 +124,12 @@ def track_unit(engine: type[Engine], scene: Scene, rtol: float) -> float:
 
     An accuracy below the roundings of a place can't be requested.
     """
-    if scene.effects.gravity is Gravity.NONE and not pushed(scene):
+    effects = scene.effects
+    pushed = effects.drag or effects.solar_pressure or effects.thrust or effects.impulse
+    if effects.gravity is Gravity.NONE and not pushed:
         return 0.0
     length = max(scene.chain.length_m) if engine.track_by_length else scene.radius0_m
     return max(length, ROUNDINGS * MACHINE_EPSILON * scene.radius0_m / rtol)
-
-
-def pushed(scene: Scene) -> bool:
-    """Whether drag, sunlight, a thrust or an impulse acts on the chain as a whole."""
-    effects = scene.effects
-    return bool(effects.drag or effects.solar_pressure or effects.thrust or effects.impulse)
 
 
 def error_constant(order: float) -> float:
@@ -292,13 +271,3 @@ def second_derivative(t_s: Array, values: Array) -> Array:
     twice = first_derivative(t_s, first_derivative(t_s, values))
     largest: Array = np.abs(twice).reshape(len(t_s), -1).max(axis=1)
     return largest
-
-
-def event_errors(scene: Scene, setting: Setting, local: LocalErrors) -> dict[str, Array]:
-    """Error of fixed steps where a manoeuvre starts or ends inside one, (n,) for each quantity; SI units.
-
-    The law's fourth derivative jumps there. The error depends on where in the step the jump falls, and does not shrink
-    from one setting to the next: one step's own error, from `local`, is allowed.
-    """
-    inside = [t for p in scene.effects.prescribed_rotation for t in p.breaks_s if 0.0 < t < scene.run.duration_s]
-    return {} if setting.parameter is AccuracyParameter.RTOL or not inside else local.immediate

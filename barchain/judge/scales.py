@@ -1,15 +1,25 @@
-"""Scales of the compared quantities in a scene, which relative errors are relative to."""
+"""Scales of a scene, which errors are counted in: sizes of its quantities, rates of its orbit, roundings, slacks."""
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from adapters.common import equal_steps as steps
+
 if TYPE_CHECKING:
-    from adapters.trajectory import Array
+    from adapters.engine import Setting
+    from adapters.trajectory import Array, Trajectory
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
+
+NORM_SLACK = 10.0
+"""Slack of all bounds: largest component against norm, method constants other than the textbook's, stage effects"""
+MACHINE_EPSILON = float(np.finfo(float).eps)  # twice the unit roundoff: distance from 1 to the next double
+ROUNDINGS = 16.0
+"""Rounding errors that enter a state in one step: a handful of operations, one for each stage"""
 
 
 def scales(solution: ReferenceSolution) -> dict[str, float]:
@@ -48,3 +58,24 @@ def largest(vectors: Array | None) -> float:
 def largest_entry(values: Array | None) -> float:
     """Largest absolute value; 0 of none."""
     return 0.0 if values is None else float(np.abs(values).max(initial=0.0))
+
+
+def orbit_scale(scene: Scene) -> float:
+    """Rate of the orbit: its mean motion, or that of the circular orbit at r0 if faster."""
+    return 2.0 * math.pi / scene.step_period_s
+
+
+def step_s(scene: Scene, setting: Setting) -> float:
+    """Step of a fixed-step engine, s."""
+    return steps.step_s(scene, setting.value)
+
+
+def kepler_growth(scene: Scene, t_s: Array) -> Array:
+    """Growth of a small error of the centre of mass, (n,): 1 + 3 n t, an error of the period along the track."""
+    return 1.0 + 3.0 * orbit_scale(scene) * t_s
+
+
+def orbit_rate_bound(scene: Scene, trajectory: Trajectory) -> float:
+    """Largest rate at which a displaced centre of mass moves: speed over distance, where the orbit is lowest."""
+    speed, distance = (np.linalg.norm(x, axis=1) for x in (trajectory.com_velocity_m_s, trajectory.com_m))
+    return max(orbit_scale(scene), float((speed / distance).max()))

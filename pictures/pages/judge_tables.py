@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from barchain.judge.register.tolerances import SAFEGUARDS, TOLERANCES
+from barchain.judge.tolerances import SAFEGUARDS, TOLERANCES
 from barchain.solutions.sampling import closely_sampled
 from barchain.solutions.shipped import read_solution, shipped_path
 from pictures.pages.words import table

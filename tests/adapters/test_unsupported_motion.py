@@ -17,7 +17,6 @@ from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES
 from adapters.trajectory import Trajectory
 from barchain import api
-from barchain.judge.support import unsupported
 from barchain.solutions.reference import establish, with_perturbed_start
 from reports.tables.outcome import Outcome
 from scenarios import Axes, Gravity, Impulse, Scene, load_scene
@@ -150,8 +149,8 @@ def test_engines_of_equal_steps_do_not_support_it_and_the_others_do() -> None:
     said = {name: r.load().unsupported_motion(lit(), reference(lit())) for name, r in ENGINES.items() if not r.missing}
     assert {name for name, reason in said.items() if reason} == EQUAL_STEPS & said.keys()
     solution = establish(lit(), reference(lit()), reference(lit()), reference(with_perturbed_start(lit())))
-    assert unsupported(ENGINES["exudyn"].load(), solution) == said["exudyn"]
-    assert unsupported(Reference, solution) is None
+    assert ENGINES["exudyn"].load().unsupported_motion(lit(), solution.fine) == said["exudyn"]
+    assert Reference.unsupported_motion(lit(), solution.fine) is None
 
 
 @pytest.mark.parametrize("name", ["exudyn", "exudyn-tree", "exudyn-absolute", "mujoco"])

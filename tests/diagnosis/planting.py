@@ -13,7 +13,7 @@ from adapters.common.initial_state import chain_model, initial_state
 from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES
-from barchain.judge.comparison.compare import judge
+from barchain.judge.compare import judge
 from barchain.judge.diagnosis.altered_scenes.runs import completed
 from barchain.judge.diagnosis.channels import channels_of
 from barchain.judge.diagnosis.mistake import ReadingMistake, SceneMistake, TimingMistake
@@ -28,8 +28,8 @@ from scenarios import load_scene
 if TYPE_CHECKING:
     from adapters.engine import Engine
     from adapters.trajectory import Trajectory
-    from barchain.judge.comparison.verdict import Verdict
     from barchain.judge.diagnosis.mistake import Mistake
+    from barchain.judge.verdict import Verdict
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 

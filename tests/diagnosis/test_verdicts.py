@@ -10,12 +10,12 @@ import pytest
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES, Registration
 from barchain.crossval.run import run_comparison
-from barchain.judge.comparison.verdict_message import verdict_bytes, verdict_from
 from barchain.judge.diagnosis.altered_scenes.catalogue import SCENES
 from barchain.judge.diagnosis.diagnose import diagnose
 from barchain.judge.diagnosis.readings.catalogue import READINGS
 from barchain.judge.diagnosis.verdicts import diagnosed_verdict, needs_diagnosis, verdict_tolerance
 from barchain.judge.diagnosis.words import WrongQuantity, inconsistent_line
+from barchain.judge.verdict import verdict_bytes, verdict_from
 from reports.tables.outcome import Outcome
 from tests.diagnosis.planting import RTOL, planted, run, runs_of, solution, unequal_chain, verdict_on
 

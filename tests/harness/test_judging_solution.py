@@ -19,7 +19,7 @@ from barchain.crossval.plan import ComparisonPlan
 from barchain.crossval.record import new_record
 from barchain.crossval.run import run_comparison
 from barchain.crossval.suite import Suite
-from barchain.judge.comparison.compare import judge
+from barchain.judge.compare import judge
 from barchain.judge.evidence import Evidence
 from barchain.metrics.quantities import differences
 from barchain.record.study_store import StudyStore

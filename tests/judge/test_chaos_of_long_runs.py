@@ -9,7 +9,7 @@ import pytest
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
-from barchain.judge.checks.between_segments import doubtful_increments, fault_between_segments
+from barchain.judge.checks.beyond_limit import doubtful_increments, fault_between_segments
 from barchain.judge.checks.restart import LINEAR_RAD, restart_segments
 from barchain.judge.error_model import ErrorModel
 from barchain.solutions.reference import establish, with_perturbed_start

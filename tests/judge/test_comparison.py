@@ -8,7 +8,7 @@ import pytest
 from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
 from adapters.trajectory import Trajectory
-from barchain.judge.comparison.compare import judge
+from barchain.judge.compare import judge
 from barchain.judge.evidence import Evidence
 from barchain.judge.residuals import worst
 from barchain.metrics.model_difference import com_displacement

@@ -12,7 +12,7 @@ from adapters.common.initial_state import initial_state
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine
 from adapters.trajectory import Observable, Trajectory
 from barchain.conform.scenes import scene_of, solved
-from barchain.judge.comparison.compare import judge
+from barchain.judge.compare import judge
 from barchain.judge.evidence import Evidence
 from barchain.run.job import RunResult
 from reports.tables.outcome import Outcome
@@ -20,7 +20,7 @@ from reports.tables.outcome import Outcome
 if TYPE_CHECKING:
     from adapters.engine import Setting
     from adapters.trajectory import Array
-    from barchain.judge.comparison.verdict import Verdict
+    from barchain.judge.verdict import Verdict
     from scenarios import Scene
 
 NAME = "conform/one_bar_point"

@@ -11,9 +11,8 @@ import pytest
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
-from barchain.judge import error_model, residuals
-from barchain.judge.comparison import compare
-from barchain.judge.comparison.compare import judge
+from barchain.judge import compare, error_model, residuals
+from barchain.judge.compare import judge
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.evidence import Evidence
 from barchain.run.job import RunResult
@@ -28,10 +27,11 @@ if TYPE_CHECKING:
 
 SETTING = Setting(AccuracyParameter.RTOL, 1e-8)
 ONCE = {
-    error_model: ("largest_place_m", "scales", "event_errors"),
-    residuals: ("parted_track_bound", "extrapolation_residual"),
+    error_model: ("local_errors", "scales"),
+    residuals: ("parted_track_bound",),
     compare: ("drift_bounds",),
 }
+MEMBERS = ("attitude_rad", "bound", "limit_s", "missed", "noise", "place_m")
 
 
 def run(scene: Any, rtol: float) -> Trajectory:
@@ -60,11 +60,9 @@ def test_floors_bounds_and_explained_errors_are_computed_once_for_a_verdict(
     for module, names in ONCE.items():
         for name in names:
             monkeypatch.setattr(module, name, counted(counts, name, getattr(module, name)))
-    for name in ("local_errors",):
-        monkeypatch.setattr(error_model, name, counted(counts, name, getattr(error_model, name)))
     for name in ("floor_of", "explained", "__init__"):
         monkeypatch.setattr(ErrorModel, name, counted(counts, name, getattr(ErrorModel, name)))
-    for name in ("bound", "attitude_rad", "noise", "limit_s"):
+    for name in MEMBERS:
         member = vars(ErrorModel)[name]
         monkeypatch.setattr(member, "func", counted(counts, name, member.func))
     main, finer = (RunResult(Outcome.PASS, trajectory=run(solution.scene, rtol)) for rtol in (1e-8, 1e-9))
@@ -72,7 +70,8 @@ def test_floors_bounds_and_explained_errors_are_computed_once_for_a_verdict(
     errors = ErrorModel(Reference, SETTING, solution, main.trajectory)
     assert errors.limit_s > 0.0  # asked for before the verdict, to choose its process
     assert judge("x", Reference, SETTING, Evidence(main, finer), solution, errors).outcome is Outcome.PASS
-    at_finer_setting = {"__init__", "floor_of", "noise", "largest_place_m", "scales"}  # has a floor of its own
+    at_finer_setting = {"__init__", "floor_of", "noise", "place_m", "scales"}  # has a floor of its own
+    assert counts.keys() >= {*MEMBERS, *sum(ONCE.values(), ())}
     assert all(n == 1 for name, n in counts.items() if name not in at_finer_setting), counts
     assert all(counts[name] <= 2 for name in at_finer_setting), counts
 

@@ -9,7 +9,7 @@ import pytest
 
 from adapters.common.equal_steps import finer_setting
 from adapters.rebound.adapter import Rebound
-from barchain.judge.comparison.compare import judge
+from barchain.judge.compare import judge
 from barchain.judge.evidence import Evidence
 from barchain.metrics.model_difference import com_displacement
 from barchain.run.job import RunResult

@@ -14,7 +14,7 @@ from adapters.exudyn.noise import engine_noise
 from adapters.exudyn.solve.solver import method_for
 from adapters.rebound.adapter import Rebound
 from adapters.reference.numpy_engines import Reference, ReferenceAbsolute
-from barchain.judge.comparison.compare import judge
+from barchain.judge.compare import judge
 from barchain.judge.evidence import Evidence
 from barchain.metrics.quantities import differences, drifts
 from barchain.run.job import RunResult

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from barchain.crossval.methodology import tolerance_rows
-from barchain.judge.register.tolerances import SAFEGUARDS, TOLERANCES, plain
+from barchain.judge.tolerances import SAFEGUARDS, TOLERANCES, plain
 from reports.tables.outcome import Outcome
 
 ROOT = Path(__file__).parents[2]

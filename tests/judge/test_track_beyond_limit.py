@@ -12,7 +12,7 @@ import pytest
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
-from barchain.judge.checks.track_beyond_limit import parted_track_bound
+from barchain.judge.parted_track import parted_track_bound
 from scenarios import (
     Actuator,
     Axes,

@@ -9,7 +9,7 @@ from adapters.engine import Coordinates
 from adapters.exudyn.adapter import Exudyn
 from adapters.reference.numpy_engines import Reference
 from adapters.trajectory import Observable
-from barchain.judge.checks.between_segments import fault_between_segments
+from barchain.judge.checks.beyond_limit import fault_between_segments
 from barchain.judge.checks.restart import declared_noise_rad, restart_segments
 from barchain.judge.error_model import ErrorModel
 from barchain.run.job import Role, RunResult

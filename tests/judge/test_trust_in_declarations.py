@@ -9,8 +9,8 @@ from adapters.exudyn.adapter import Exudyn
 from adapters.pymunk.adapter import Pymunk
 from adapters.reference.numpy_engines import Reference
 from adapters.trajectory import Observable
-from barchain.judge.declared_noise import believed_steps, bounded
 from barchain.judge.local_errors import step_constant
+from barchain.judge.roundoff import believed_noise, believed_steps
 from barchain.judge.scales import scales
 from barchain.run.job import RunResult
 from barchain.run.trajectory_checks import fault
@@ -63,9 +63,9 @@ def test_a_declared_error_constant_counts_up_to_ten_and_makes_no_room_for_a_wron
 def test_declared_noise_counts_up_to_a_hundredth_of_each_quantity(chaotic):
     n, most = len(chaotic.amplification), 1e-2 * scales(chaotic)["reaction"]
     dying = np.geomspace(1e9, 1e-30, n)
-    assert bounded({"reaction": dying}, scales(chaotic))["reaction"].max() == most
-    assert np.all(bounded({"reaction": np.full(n, 0.9 * most)}, scales(chaotic))["reaction"] == 0.9 * most)
-    assert not bounded({"reaction": np.full(n, 1e9)}, scales(chaotic))["reaction"].any()
+    assert believed_noise({"reaction": dying}, scales(chaotic))["reaction"].max() == most
+    assert np.all(believed_noise({"reaction": np.full(n, 0.9 * most)}, scales(chaotic))["reaction"] == 0.9 * most)
+    assert not believed_noise({"reaction": np.full(n, 1e9)}, scales(chaotic))["reaction"].any()
 
 
 @pytest.mark.slow
@@ -139,4 +139,4 @@ def test_noise_declared_for_the_start_alone_does_not_loosen_restarts(chaotic, un
 
 def test_a_track_may_not_be_declared_noisier_than_a_millionth(chaotic):
     n = len(chaotic.amplification)
-    assert not bounded({"com": np.full(n, 6e4)}, scales(chaotic))["com"].any()
+    assert not believed_noise({"com": np.full(n, 6e4)}, scales(chaotic))["com"].any()

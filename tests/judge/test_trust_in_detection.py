@@ -7,7 +7,7 @@ import pytest
 
 from adapters.exudyn.adapter import Exudyn, ExudynAbsolute
 from adapters.pymunk.adapter import Pymunk
-from barchain.judge.checks.digits import rounded_values
+from barchain.judge.checks.whole_run import rounded_values
 from barchain.judge.evidence import TURNED_RAD, perturbed, turned, turned_back
 from barchain.judge.scales import scales
 from barchain.metrics.quantities import differences

@@ -8,7 +8,7 @@ import numpy as np
 from adapters.common.equal_steps import finer_setting
 from adapters.engine import AccuracyParameter, Coordinates, Setting
 from adapters.reference.numpy_engines import Reference
-from barchain.judge.comparison.compare import judge
+from barchain.judge.compare import judge
 from barchain.judge.evidence import Evidence
 from barchain.run.job import RunResult
 from barchain.solutions.reference import establish, with_perturbed_start

@@ -18,7 +18,7 @@ from adapters.reference.numpy_engines import Reference
 from adapters.registry import find_engine
 from adapters.trajectory import ENDED
 from barchain.cli.main import run as command
-from barchain.judge.comparison.verdict import JUDGED_METRICS
+from barchain.judge.verdict import JUDGED_METRICS
 from barchain.run.job import Role
 from barchain.run.worker import run_quietly
 from barchain.solutions.reference import FINE_RTOL, densely_sampled, establish, with_perturbed_start

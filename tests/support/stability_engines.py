@@ -11,7 +11,7 @@ import numpy as np
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, EngineError, Setting
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import Registration
-from barchain.judge.checks.relative_energy import MAX_KINETIC_RATIO
+from barchain.judge.checks.beyond_limit import MAX_KINETIC_RATIO
 from scenarios import load_scene
 from tests.support import faulty_engines
 from tests.support.faulty_engines import Faulty

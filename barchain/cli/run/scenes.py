@@ -181,11 +181,10 @@ def of_engine(registration: Registration, scene: Scene, solution: ReferenceSolut
     Some engines support a scene as long as no bar turns its other face to the wind or the Sun: only a solution tells.
     """
     from barchain.boundary.declared import engine_class, engine_fault  # noqa: PLC0415
-    from barchain.judge.support import unsupported  # noqa: PLC0415
 
     try:
         engine = engine_class(registration)
-        reason = engine.unsupported(scene) or (solution and unsupported(engine, solution))
+        reason = engine.unsupported(scene) or (solution and engine.unsupported_motion(solution.scene, solution.fine))
         if reason:
             return reason
         return DEPENDS if solution is None and depends_on_motion(engine, scene) else "supports the scene"

@@ -11,7 +11,6 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
@@ -20,10 +19,9 @@ from adapters.common.initial_state import InitialState, chain_model
 from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import COMPILED, ENGINES
-from barchain.judge.declared_noise import MAX_ATTITUDE_NOISE_RAD, noise
 from barchain.judge.error_model import ErrorModel
-from barchain.judge.error_units import NORM_SLACK
-from barchain.judge.local_errors import MACHINE_EPSILON
+from barchain.judge.roundoff import MAX_ATTITUDE_NOISE_RAD
+from barchain.judge.scales import MACHINE_EPSILON, NORM_SLACK
 from barchain.metrics.quantities import differences
 from barchain.metrics.rates import own_rate
 from barchain.solutions.reference import (
@@ -102,11 +100,6 @@ class RestartSegment:
         return all(np.all(self.difference[name] <= self.allowed[name]) for name in self.difference)
 
 
-def can_restart(trajectory: Trajectory) -> bool:
-    """Whether a run shows the whole state."""
-    return trajectory.angle_rad is not None and trajectory.rate_rad_s is not None
-
-
 def restart_segments(errors: ErrorModel, trajectory: Trajectory, first: int) -> list[RestartSegment]:
     """Segments of a run from sample `first` on, until a segment is outside its bound or the run ends.
 
@@ -176,96 +169,72 @@ def samples_tried(samples: float) -> int:
 
 
 def compare_segment(errors: ErrorModel, trajectory: Trajectory, first: int, last: int) -> RestartSegment:
-    """Compare samples `first` to `last` of a run, as far as they can be predicted from the first."""
-    setting = errors.setting
+    """Compare samples `first` to `last` of a run, as far as they can be predicted from the first.
+
+    A value read from a step may belong to the motion before the first sample, such as the end of a manoeuvre, and its
+    ringing lasts where the method damps nothing. In scenes with such instants, the errors of reading of the whole run
+    up to the first sample are allowed besides. In a manoeuvre and just after it they are errors of the state, too. The
+    perturbation that measures amplification is the engine's error at the predictability limit before amplification.
+    """
+    scene, setting = errors.scene, errors.setting
     rtol = min(RTOL, TIGHTER * setting.value) if setting.parameter is AccuracyParameter.RTOL else RTOL
-    aside_rad = float(np.clip(error_before_amplification_rad(errors), *PERTURBATION_RAD))
+    limit = int(np.count_nonzero(errors.t_s <= errors.limit_s)) - 1
+    unamplified_rad = float(errors.attitude_rad[limit] / errors.amplification[limit])
+    aside_rad = float(np.clip(unamplified_rad, *PERTURBATION_RAD))
     restarted = restarted_solution(errors.solution, trajectory, first, last, max(rtol, SOLUTION_RTOL), aside_rad)
-    model = RestartErrorModel(errors, restarted, trajectory, first)
+    shown = errors.local.immediate if scene.effects.breaks_s else {}
+    before = {name: float(values[min(first, errors.n - 1)]) for name, values in shown.items()}
+    model = restarted_model(errors, restarted, trajectory, first, before.get("rate", 0.0))
     n = int(np.count_nonzero(model.t_s <= model.limit_s))
     rows = trajectory.samples(slice(first, last + 1))
     if rows.impulse_N_s is not None:  # the restarted reference counts its impulses from its own start
         rows = rows.replace(impulse_N_s=rows.impulse_N_s - rows.impulse_N_s[0])
-    apart = differences(rows, restarted.trajectory)
-    quantities = [name for name in JUDGED if name in apart]
-    return RestartSegment(
-        first, {name: apart[name][:n] for name in quantities}, {name: model.allowed(name)[:n] for name in quantities}
-    )
+    apart, allowed = differences(rows, restarted.trajectory), {}
+    pull = pull_on_gaps(scene, trajectory, first, model.n)
+    for name in (q for q in JUDGED if q in apart):
+        bound = model.bound[name] + restarted.error[name] + NORM_SLACK * before.get(name, 0.0)
+        allowed[name] = (bound + pull[name] if name in pull else bound)[:n]
+    return RestartSegment(first, {name: apart[name][:n] for name in allowed}, allowed)
 
 
-def error_before_amplification_rad(errors: ErrorModel) -> float:
-    """Expected error of the attitude at the predictability limit over its amplification until then, rad."""
-    last = int(np.count_nonzero(errors.t_s <= errors.limit_s)) - 1
-    return float(errors.attitude_rad[last] / errors.amplification[last])
+def restarted_model(
+    whole: ErrorModel, restarted: ReferenceSolution, run: Trajectory, first: int, read_before: float
+) -> ErrorModel:
+    """Error model of an engine from sample `first` of its `run` on, where its own samples are the initial state.
 
-
-class RestartErrorModel(ErrorModel):
-    """Error model of a segment: its initial state is an engine's sample, which errors of reading are in.
-
-    A sample is stored in double precision, whatever the engine's own: its angles are rounded, and its instant, in which
-    the bars turn.
-
-    A value read from a step may belong to the motion before the first sample, such as the end of a manoeuvre, and its
-    ringing lasts where the method damps nothing. In scenes with such instants, the errors of reading of the whole run
-    up to the first sample are allowed besides. In a manoeuvre and just after it they are errors of the state, too.
+    The error of that state is an angle: the error of reading of a rate, at least `read_before` (rad/s) in a manoeuvre;
+    declared noise of the rates; and the rounding of the sample, a unit in the last place of the angles and of the
+    instant.
     """
+    assert run.angle_rad is not None
+    assert run.rate_rad_s is not None
+    model = ErrorModel(whole.engine, whole.setting, restarted, run)
+    if first + model.n <= whole.n:  # asking the engine's class again may take a process each time
+        model.declared_noise = {k: values[first : first + model.n] for k, values in whole.declared_noise.items()}
+    reading = float(model.local.immediate["rate"][0])
+    if during_manoeuvre(whole.scene, run.t_s, first):
+        reading = max(reading, read_before)
+    turned = np.abs(run.rate_rad_s[first]).max() * run.t_s[first]
+    stored_rad = MACHINE_EPSILON * float(np.abs(run.angle_rad[first]).max() + turned)
+    # before the first member that depends on it is asked for
+    model.start_rad = reading / own_rate(whole.scene) + declared_noise_rad(whole, first) + stored_rad
+    return model
 
-    def __init__(self, whole: ErrorModel, restarted: ReferenceSolution, run: Trajectory, first: int) -> None:
-        """Keep the model of the `whole` run, the `restarted` solution, the engine's `run` and the `first` sample."""
-        super().__init__(whole.engine, whole.setting, restarted, run)
-        self.whole, self.first = whole, first
 
-    @cached_property
-    def declared_noise(self) -> dict[str, Array]:
-        """Noise that the engine declares at these instants of the whole run: asking again takes a process each time."""
-        last = self.first + self.n
-        if last > self.whole.n:
-            return noise(self.engine, self.setting, self.solution, self.t_s)
-        return {name: values[self.first : last] for name, values in self.whole.declared_noise.items()}
+def pull_on_gaps(scene: Scene, run: Trajectory, first: int, n: int) -> dict[str, Array]:
+    """Reaction (N) and torque (N m) that the tide on open joints makes, (n,) each from sample `first` on.
 
-    @cached_property
-    def before(self) -> dict[str, float]:
-        """Errors of reading of the whole run up to the first sample, by quantity; empty in scenes without events."""
-        shown = self.whole.local.immediate if self.scene.effects.breaks_s else {}
-        return {name: float(values[min(self.first, self.whole.n - 1)]) for name, values in shown.items()}
-
-    @cached_property
-    def start_rad(self) -> float:
-        """Error of the initial state as an angle, rad: error of reading and declared noise of the rates."""
-        reading = float(self.local.immediate["rate"][0])
-        if during_manoeuvre(self.scene, self.run.t_s, self.first):
-            reading = max(reading, self.before.get("rate", 0.0))
-        return reading / own_rate(self.scene) + declared_noise_rad(self.whole, self.first) + self.stored_rad
-
-    @property
-    def stored_rad(self) -> float:
-        """Rounding of the first sample as an angle, rad: a unit in the last place of the angles and of the instant."""
-        assert self.run.angle_rad is not None
-        assert self.run.rate_rad_s is not None
-        turned = np.abs(self.run.rate_rad_s[self.first]).max() * self.run.t_s[self.first]
-        return MACHINE_EPSILON * float(np.abs(self.run.angle_rad[self.first]).max() + turned)
-
-    def allowed(self, quantity: str) -> Array:
-        """Bound of a difference from the restarted reference, (m,), in the quantity's unit."""
-        read = NORM_SLACK * self.before.get(quantity, 0.0)
-        return self.bound[quantity] + self.solution.error[quantity] + read + self.pull_on_gaps(quantity)
-
-    def pull_on_gaps(self, quantity: str) -> Array:
-        """Reaction, or torque, that the tide on open joints makes, (m,); zero of other quantities.
-
-        The reference restarts from the angles, which put all bars in place. Bars that stand apart by the sum of the
-        gaps feel the gradient of gravity over that distance besides: at most 3 mu/r³ for each unit of mass, which
-        leaves room for the other fields and the gradient's torque. Gaps count only with the bars' places, from which
-        they are computed: a reported number alone would make room.
-        """
-        none = np.zeros(self.n)
-        if self.run.gap_m is None or self.run.position_m is None or quantity not in ("reaction", "torque"):
-            return none
-        rows = slice(self.first, self.first + self.n)
-        chain, body = self.scene.chain, self.scene.central_body
-        gradient = GRADIENT_SLACK * body.mu_m3_s2 / np.linalg.norm(self.run.com_m[rows], axis=1) ** 3
-        force: Array = self.scene.mass_kg * gradient * self.run.gap_m[rows].sum(axis=1)
-        return force if quantity == "reaction" else force * max(chain.length_m)
+    The reference restarts from the angles, which put all bars in place. Bars that stand apart by the sum of the gaps
+    feel the gradient of gravity over that distance besides: at most 3 mu/r³ for each unit of mass, which leaves room
+    for the other fields and the gradient's torque. Gaps count only with the bars' places, from which they are computed:
+    a reported number alone would make room.
+    """
+    if run.gap_m is None or run.position_m is None:
+        return {}
+    rows = slice(first, first + n)
+    gradient = GRADIENT_SLACK * scene.central_body.mu_m3_s2 / np.linalg.norm(run.com_m[rows], axis=1) ** 3
+    force: Array = scene.mass_kg * gradient * run.gap_m[rows].sum(axis=1)
+    return {"reaction": force, "torque": force * max(scene.chain.length_m)}
 
 
 def during_manoeuvre(scene: Scene, t_s: Array, first: int) -> bool:
@@ -330,18 +299,11 @@ def restarted_run(
     )  # fmt: skip
     model = chain_model(scene)
     model = dataclasses.replace(model, impulses=tuple(b for b in model.impulses if b.at_s >= t_s[0]))
-    run = reference_form()
+    compiled = ENGINES[COMPILED]
+    run = Reference() if compiled.missing else cast("ReferenceEngine", compiled.load()())
     run.times_s, run.prepared = t_s, run.prepare(model, start, rtol)
     run.simulate()
-    seen_again = run.read()
-    if (
-        trajectory.impulse_N_s is not None and seen_again.impulse_N_s is None
-    ):  # no impulse is left: their sum stays zero
-        return seen_again.replace(impulse_N_s=np.zeros((len(t_s), scene.bars - 1, 2)))
-    return seen_again
-
-
-def reference_form() -> ReferenceEngine:
-    """Return the compiled reference where it is installed, else NumPy's."""
-    compiled = ENGINES[COMPILED]
-    return Reference() if compiled.missing else cast("ReferenceEngine", compiled.load()())
+    seen = run.read()
+    if trajectory.impulse_N_s is not None and seen.impulse_N_s is None:  # no impulse is left: their sum stays zero
+        return seen.replace(impulse_N_s=np.zeros((len(t_s), scene.bars - 1, 2)))
+    return seen

@@ -16,9 +16,9 @@ from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
-    from barchain.judge.comparison.verdict import Row, Verdict
     from barchain.judge.diagnosis.fit import Tolerance
     from barchain.judge.diagnosis.search import Effort
+    from barchain.judge.verdict import Row, Verdict
     from barchain.solutions.reference import ReferenceSolution
 
 NORMALISED = "normalised_error"

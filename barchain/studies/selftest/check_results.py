@@ -13,7 +13,7 @@ from reports.tables.faults.selftest import FaultOutcome
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
-    from barchain.judge.comparison.verdict import Row, Verdict
+    from barchain.judge.verdict import Row, Verdict
     from barchain.studies.selftest.faults.fault import Fault
     from barchain.studies.selftest.trial import FaultTrial, SelftestCase, TrialResult
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.common.initial_state import chain_model
-from barchain.judge.local_errors import MACHINE_EPSILON, ROUNDINGS
+from barchain.judge.scales import MACHINE_EPSILON, ROUNDINGS
 from barchain.studies.selftest.faults.catalogue import CONTROLS, UNMODIFIED
 from reference_impl.model import relative
 from reference_impl.model.kinematics import consistent_state

@@ -10,7 +10,7 @@ from adapters.engine import EngineError
 from adapters.registry import find_own_engine
 from barchain.boundary.declared import engine_class
 from barchain.execution.executors import ALL_CORES
-from barchain.judge.comparison.compare import judge
+from barchain.judge.compare import judge
 from barchain.judge.evidence import Evidence
 from barchain.run.job import Job, Role, RunResult
 from barchain.run.pool import run_jobs, run_together
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from adapters.engine import Engine, Setting
     from adapters.trajectory import Trajectory
     from barchain.execution.executors import Executor
-    from barchain.judge.comparison.verdict import Verdict
+    from barchain.judge.verdict import Verdict
     from barchain.solutions.reference import ReferenceSolution
     from barchain.studies.selftest.faults.fault import Fault
     from scenarios import Scene

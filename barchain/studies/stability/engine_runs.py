@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from adapters.common.equal_steps import step_s
 from adapters.engine import AccuracyParameter
-from barchain.judge.comparison.compare import judge
+from barchain.judge.compare import judge
 from barchain.judge.evidence import Evidence
 from barchain.run.job import Role
 from barchain.studies.stability.plan import LEVELS
@@ -17,7 +17,7 @@ from reports.tables.outcome import Outcome
 if TYPE_CHECKING:
     from adapters.engine import Engine, Setting
     from adapters.trajectory import Trajectory
-    from barchain.judge.comparison.verdict import Row, Verdict
+    from barchain.judge.verdict import Row, Verdict
     from barchain.run.job import RunResult
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from adapters.common.initial_state import chain_model
-from barchain.judge.checks.relative_energy import kinetic_ratio
+from barchain.judge.checks.beyond_limit import kinetic_ratio
 from barchain.metrics.quantities import drifts
 from barchain.run.job import Role
 from barchain.studies.stability.engine_runs import LEVEL_WORDS, OTHER
@@ -22,7 +22,7 @@ from reports.tables.stability import LAWS
 if TYPE_CHECKING:
     from adapters.engine import Setting
     from adapters.trajectory import Array, Trajectory
-    from barchain.judge.comparison.verdict import Row
+    from barchain.judge.verdict import Row
     from barchain.solutions.reference import ReferenceSolution
     from barchain.studies.stability.engine_runs import EngineRuns
     from scenarios import Scene

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.judge.error_units import NORM_SLACK
+from barchain.judge.scales import NORM_SLACK
 from barchain.metrics.quantities import differences
 from barchain.run.timing.orders import slope
 from barchain.solutions.reference import PERTURBATION_RAD

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from barchain.judge.checks.relative_energy import MAX_KINETIC_RATIO, kinetic_ratio
-from barchain.judge.comparison.verdict import MIN_JUDGED_SHARE, TWO_SETTING_METRICS
-from barchain.judge.error_units import NORM_SLACK
+from barchain.judge.checks.beyond_limit import MAX_KINETIC_RATIO, kinetic_ratio
+from barchain.judge.scales import NORM_SLACK
+from barchain.judge.verdict import MIN_JUDGED_SHARE, TWO_SETTING_METRICS
 from barchain.metrics.quantities import drifts
 from barchain.run.job import Role
 from barchain.solutions.reference import RICHARDSON, divergence_instant_s
@@ -20,7 +20,7 @@ from reports.tables.stability import Stability
 
 if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
-    from barchain.judge.comparison.verdict import Row
+    from barchain.judge.verdict import Row
     from barchain.solutions.reference import ReferenceSolution
     from barchain.studies.stability.engine_runs import EngineRuns
 

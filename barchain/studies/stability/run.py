@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 from adapters.engine import EngineError
 from barchain.boundary.declared import engine_class
-from barchain.judge.support import unsupported
 from barchain.run.job import SOLUTION_ROLES, Job, Role, RunResult, failure
 from barchain.run.order import longest_first
 from barchain.run.pool import RunQueue
@@ -223,7 +222,8 @@ class StabilityRun:
         own = engine_class(self.plan.engines[engine])
         engine_runs = EngineRuns(scene, engine, own, settings(scene, own), runs, progress.solution)
         try:
-            reason = unsupported(own, progress.solution) if progress.solution is not None else None
+            solution = progress.solution
+            reason = None if solution is None else own.unsupported_motion(solution.scene, solution.fine)
             found = finding(engine_runs) if reason is None else Finding(Stability.UNSUPPORTED, reason)
         except EngineError as error:  # an engine of another package that gives no answer on the motion
             found = Finding(Stability.FAILED, str(error))

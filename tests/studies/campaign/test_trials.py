@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from barchain.judge.comparison.verdict import no_verdict
+from barchain.judge.verdict import no_verdict
 from barchain.studies.selftest.campaign import rating
 from barchain.studies.selftest.campaign.faults.catalogue import FAULTS
 from barchain.studies.selftest.campaign.judging import judge_serially

@@ -10,7 +10,7 @@ import pytest
 
 from barchain.cli.campaign_summary import finding_words, rate_words, show_campaign
 from barchain.cli.main import run as command
-from barchain.judge.comparison.verdict import no_verdict
+from barchain.judge.verdict import no_verdict
 from barchain.record.study_store import StudyStore
 from barchain.studies.selftest.campaign import rating
 from barchain.studies.selftest.campaign.cells import CampaignCell

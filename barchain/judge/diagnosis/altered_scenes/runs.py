@@ -13,7 +13,7 @@ from adapters.common.initial_state import chain_model, initial_state
 from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES
-from barchain.judge.error_units import NORM_SLACK
+from barchain.judge.scales import NORM_SLACK
 from barchain.solutions.reference_runs import NUMPY, solution_engine
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
-    from barchain.judge.comparison.verdict import Verdict
+    from barchain.judge.verdict import Verdict
     from barchain.run.job import Role, RunResult
 
 DETECTION_LIMIT = "detection_limit"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from adapters.common.equal_steps import finer_setting
 from adapters.registry import find_engine
 from barchain.boundary.declared import engine_class
-from barchain.judge.comparison.compare import judge
+from barchain.judge.compare import judge
 from barchain.judge.evidence import follow_up_jobs, gathered
 from barchain.run.job import Job, Role
 from barchain.run.worker import run_phases
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from adapters.engine import Engine, Setting
     from adapters.registry import Registration
     from adapters.trajectory import Trajectory
-    from barchain.judge.comparison.verdict import Verdict
+    from barchain.judge.verdict import Verdict
     from barchain.run.job import RunResult
     from barchain.solutions.reference import ReferenceSolution
     from barchain.studies.selftest.faults.fault import Fault

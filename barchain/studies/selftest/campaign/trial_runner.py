@@ -8,7 +8,6 @@ import numpy as np
 
 from adapters.registry import find_engine
 from barchain.boundary.declared import engine_class
-from barchain.judge.support import unsupported
 from barchain.solutions.reference_runs import SolutionFailedError, solution_jobs, solution_of
 from barchain.solutions.sampling import closely_sampled
 from barchain.studies.selftest.campaign.cells import CampaignCell
@@ -60,7 +59,8 @@ class TrialRunner:
         cells, trials = [], []
         for name in engines:
             host = engine_class(find_engine(name))
-            reason = host.unsupported(scene) or unsupported(host, self.solutions[scene.name])
+            solution = self.solutions[scene.name]
+            reason = host.unsupported(scene) or host.unsupported_motion(solution.scene, solution.fine)
             if reason is not None:
                 cells.append(
                     CampaignCell(scene.name, name, "", CellClass.UNSUPPORTED, str(Outcome.UNSUPPORTED), reason=reason)

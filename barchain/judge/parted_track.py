@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.judge.local_errors import kepler_growth, orbit_rate_bound
+from barchain.judge.scales import kepler_growth, orbit_rate_bound
 from barchain.metrics.model_difference import SECOND_MOMENT_ACCELERATION, displacement_bound
 from scenarios import Axes, Gravity
 

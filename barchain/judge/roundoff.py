@@ -1,24 +1,30 @@
-"""Noise and step counts that an engine declares, bounded by the scene.
+"""Round-off and noise of a run: roundings, noise and step counts that an engine declares, measured round-off.
 
-An engine's class declares noise, and its runs count steps. Both widen the engine's tolerances. A wrong engine could
-make room for its errors that way, so that each has a bound that the engine does not control.
+An engine's class declares noise, its runs count steps, and perturbed runs show round-off: the same setting is run again
+with other last bits, in a slightly turned frame, from a start moved by a few units in the last place. Each widens the
+engine's tolerances. A wrong or noisy engine could make room for its errors that way, so that each has a bound that
+follows from the scene, the setting and the engine's coordinates. No coordinates are larger than the orbit's radius.
 """
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from adapters.engine import AccuracyParameter
-from barchain.judge.local_errors import step_s
+from barchain.judge.scales import MACHINE_EPSILON, ROUNDINGS, step_s
+from barchain.metrics.quantities import differences, drifts
 from barchain.metrics.rates import rate_scale
 from barchain.solutions.reference import TRACK
 from reports.tables.crossval import QUANTITY_UNITS
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from adapters.engine import Engine, Setting
-    from adapters.trajectory import Array
+    from adapters.trajectory import Array, Trajectory
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 
@@ -34,9 +40,32 @@ STEPS_SLACK = 10.0
 """Slack of a step count: error constants, rejected steps, restarts at events"""
 LOWEST_ORDER = 4.0
 """Lowest order of the error estimates of methods that choose their steps: rtol^(-1/5) steps a radian"""
+SPREAD_FACTOR = 5.0
+"""Times the largest difference among four runs: of four errors of one distribution, one is farther from the right value
+than this with a chance of 1e-3"""
+EARLY = 4
+"""Samples at the start whose round-off is of one size: at the first alone, four runs may agree by chance"""
 
 
-def noise(engine: type[Engine], setting: Setting, solution: ReferenceSolution, t_s: Array) -> dict[str, Array]:
+def rounded_sum(trajectory: Trajectory, quantity: str) -> Array:
+    """Rounding of a value that is a sum over N bars, (n,), in the quantity's unit: N terms of at most its own size."""
+    values = {
+        "attitude": trajectory.angle_rad,
+        "rate": trajectory.rate_rad_s,
+        "reaction": trajectory.reaction_N,
+        "torque": trajectory.torque_N_m,
+        "impulse": trajectory.impulse_N_s,
+    }
+    found = values.get(quantity)
+    bars = 1 if trajectory.angle_rad is None else trajectory.angle_rad.shape[1]
+    if found is None or not found.size:
+        return np.zeros(len(trajectory.t_s))
+    size = np.abs(found).reshape(len(trajectory.t_s), -1).max(axis=1)
+    largest: Array = MACHINE_EPSILON * ROUNDINGS * bars * np.maximum.accumulate(size)
+    return largest
+
+
+def declared_noise(engine: type[Engine], setting: Setting, solution: ReferenceSolution, t_s: Array) -> dict[str, Array]:
     """Noise that an engine declares, (n,) for each quantity, as declared.
 
     Parameters
@@ -51,7 +80,7 @@ def noise(engine: type[Engine], setting: Setting, solution: ReferenceSolution, t
     return {name: np.array(np.broadcast_to(np.abs(values), t_s.shape)) for name, values in said.items()}
 
 
-def bounded(noise: dict[str, Array], size: dict[str, float]) -> dict[str, Array]:
+def believed_noise(noise: dict[str, Array], size: dict[str, float]) -> dict[str, Array]:
     """Declared noise as far as it is believed, (n,) for each quantity.
 
     Transient noise, such as that of the start, is cut off at :func:`max_noise`. Noise that is still larger at the end
@@ -101,4 +130,23 @@ def steps_taken(scene: Scene, setting: Setting, counted: float, t_s: Array) -> A
     by_setting = setting.parameter is AccuracyParameter.STEPS_PER_ORBIT
     whole = scene.run.duration_s / step_s(scene, setting) if by_setting else counted or scene.run.samples
     found: Array = 1.0 + (t_s - t_s[0]) / scene.run.duration_s * min(whole, MAX_STEPS)
+    return found
+
+
+def measured_roundoff(scene: Scene, runs: Sequence[Trajectory]) -> dict[str, Array]:
+    """Round-off of the first of some runs with different rounding: for each quantity and drift, (n,), never falling.
+
+    Beyond the end of the shortest run the round-off is unknown and counts as zero. Empty for a single run.
+    """
+    found: dict[str, Array] = {}
+    drifted = [drifts(scene, run) for run in runs]
+    for (k, one), (j, other) in itertools.combinations(enumerate(runs), 2):
+        n = min(len(one.t_s), len(other.t_s))
+        pairs = zip(drifted[k].items(), drifted[j].values(), strict=False)
+        apart = differences(one, other) | {name: np.abs(a[:n] - b[:n]) for (name, a), b in pairs}
+        for name, size in apart.items():
+            size[:EARLY] = size[:EARLY].max(initial=0.0)
+            grown = np.zeros(len(runs[0].t_s))
+            grown[: len(size)] = SPREAD_FACTOR * np.maximum.accumulate(size)[: len(grown)]
+            found[name] = np.maximum(found.get(name, 0.0), grown)
     return found

@@ -1,4 +1,4 @@
-"""Bounds of the drifts of joint gaps, centre-of-mass residual, energy and angular momentum, over the whole run.
+"""Drifts of joint gaps, centre-of-mass residual, energy and angular momentum over the whole run, and their bounds.
 
 The bounds follow from the motion of the judging solution. Beyond the predictability limit the engine's path is a
 different one of the same kind, and the slack of the bounds covers the difference.
@@ -12,23 +12,20 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
 from adapters.engine import AccuracyParameter, Coordinates
-from barchain.judge.declared_noise import MAX_NOISE_SHARE
-from barchain.judge.error_units import NORM_SLACK
-from barchain.judge.local_errors import (
-    MACHINE_EPSILON,
-    ROUNDINGS,
-    SECOND_ORDER_CONSTANT,
-    end_derivatives,
-    kepler_growth,
-    orbit_scale,
-    step_s,
-)
+from barchain.judge.local_errors import SECOND_ORDER_CONSTANT, end_derivatives
+from barchain.judge.residuals import worst
+from barchain.judge.roundoff import MAX_NOISE_SHARE
+from barchain.judge.scales import MACHINE_EPSILON, NORM_SLACK, ROUNDINGS, kepler_growth, orbit_scale, step_s
+from barchain.judge.verdict import CheckFinding
 from barchain.metrics.quantities import conserved
 from barchain.solutions.reference import RICHARDSON
+from reports.tables.crossval import ROUNDING
+from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array
     from barchain.judge.error_model import ErrorModel
+    from barchain.judge.residuals import Residuals
     from barchain.solutions.reference import ReferenceSolution
 
     Drifts = dict[str, Array]
@@ -38,6 +35,32 @@ QUADRATIC = 4.0
 WHOLE = ("energy", "angular_momentum")
 ABOUT_COM = tuple(f"{name}_about_com" for name in WHOLE)
 """Balances about the centre of mass: the rates of the bars are all that there is"""
+
+
+def drift_findings(run: Residuals, main: Drifts, bound: Drifts) -> list[CheckFinding]:
+    """Whether each drift of the main run is inside its bound, and its share of rounding.
+
+    Parameters
+    ----------
+    run : Residuals
+    main : dict of ndarray, shape (n,)
+        Drifts of its main run.
+    bound : dict of ndarray, shape (n,)
+        Of :func:`drift_bounds`.
+    """
+    rounding, found = drift_rounding(run.errors), []
+    for quantity, drift in main.items():
+        n = min(len(drift), len(bound[quantity]))
+        allowed = bound[quantity][:n]
+        if quantity in run.roundoff:  # rounding is all that there is in joints and sums of places
+            allowed = allowed + np.minimum(run.roundoff[quantity][:n], NORM_SLACK * allowed)
+        used, at = worst(drift[:n], allowed, np.ones(n, bool))
+        good = Outcome.PASS if used <= 1.0 else Outcome.EXCEEDS_BOUND
+        reason = "" if used <= 1.0 else f"{used:.3g} times the drift's bound at t = {run.main.t_s[at]:.6g} s"
+        top = int(np.argmax(drift[:n]))
+        found.append(CheckFinding(quantity, "drift", float(drift[top]), float(allowed[top]), good, reason))
+        found.append(CheckFinding(quantity, ROUNDING, rounding[quantity]))
+    return found
 
 
 def drift_bounds(model: ErrorModel, main: Drifts, finer: Drifts) -> dict[str, Array]:
@@ -72,21 +95,15 @@ def invariant_bounds(model: ErrorModel, main: Drifts, finer: Drifts) -> dict[str
         return {}
     track = np.zeros(n) if conserved(scene).relative else bound["com"] / scene.radius0_m
     relative = scene.bars * (bound["rate"] / fastest(solution) + bound["attitude"])
+    requested = NORM_SLACK * model.setting.value if model.setting.parameter is AccuracyParameter.RTOL else 0.0
     found: dict[str, Array] = {}
     for name in names:
         k = min(n, len(finer[name]))
         share = inner_share(solution, name)
         promised = QUADRATIC * (share * relative + (0.0 if name in ABOUT_COM else track))
         change = np.maximum.accumulate(np.abs(main[name][:k] - finer[name][:k]))
-        found[name] = np.minimum(promised[:k], RICHARDSON * change + invariant_floor(model, name)[:k])
-    return found
-
-
-def invariant_floor(model: ErrorModel, name: str) -> Array:
-    """Relative error of an invariant by round-off and the engine's noise, (n,): a random walk, not amplified."""
-    scene, setting = model.scene, model.setting
-    requested = NORM_SLACK * setting.value if setting.parameter is AccuracyParameter.RTOL else 0.0
-    found: Array = QUADRATIC * scene.bars * (invariant_walk(model, name) + requested)
+        floor = QUADRATIC * scene.bars * (invariant_walk(model, name) + requested)
+        found[name] = np.minimum(promised[:k], RICHARDSON * change + floor[:k])
     return found
 
 

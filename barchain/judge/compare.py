@@ -1,0 +1,190 @@
+"""Comparison of one engine with the judging solution of one scene: all checks, and the verdict of their findings."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from adapters.engine import Coordinates
+from barchain.judge.checks.beyond_limit import findings_beyond_limit
+from barchain.judge.checks.drifts import drift_bounds, drift_findings
+from barchain.judge.checks.up_to_limit import difference_findings, extrapolation_finding, finer_findings
+from barchain.judge.checks.whole_run import fault_of_run
+from barchain.judge.error_model import ErrorModel
+from barchain.judge.residuals import Residuals, worst
+from barchain.judge.roundoff import too_noisy
+from barchain.judge.scales import NORM_SLACK
+from barchain.judge.verdict import JUDGED_METRICS, MIN_JUDGED_SHARE, CheckFinding, Verdict, no_verdict
+from barchain.metrics.quantities import drifts
+from barchain.run.job import ROUNDOFF_ROLES, Role
+from barchain.solutions.reference import TRACK
+from reports.tables.outcome import Outcome
+
+if TYPE_CHECKING:
+    from adapters.engine import Engine, Setting
+    from adapters.trajectory import Array
+    from barchain.judge.checks.restart import RestartSegment
+    from barchain.judge.evidence import Evidence
+    from barchain.solutions.reference import ReferenceSolution
+
+MAX_DOUBTED_RATIO = 100.0
+"""Largest ratio of an error to its tolerance that a slowly converging method may cause"""
+DOUBTED = {Outcome.INCONSISTENT, Outcome.EXCEEDS_BOUND}
+"""Outcomes that round-off or slow convergence may cause"""
+
+
+def judge(
+    name: str,
+    engine: type[Engine],
+    setting: Setting,
+    evidence: Evidence,
+    solution: ReferenceSolution,
+    errors: ErrorModel | None = None,
+) -> Verdict:
+    """Compare an engine's runs with the judging solution.
+
+    Samples that arithmetic fails on cost their engine's verdict, not the comparison of all engines. Where the evidence
+    does not settle the verdict, it names the runs that would (:attr:`Verdict.further_runs`).
+
+    Parameters
+    ----------
+    name : str
+        Of the engine.
+    engine : type
+    setting : Setting
+        Of the main run.
+    evidence : Evidence
+    solution : ReferenceSolution
+    errors : ErrorModel, optional
+        Of the engine at this setting for its main run, if already built.
+
+    Returns
+    -------
+    Verdict
+    """
+    scene = solution.scene
+    for role, result in (("", evidence.main), (" (at its finer setting)", evidence.finer)):
+        if result.outcome is not Outcome.PASS or result.trajectory is None:
+            return no_verdict(scene.name, name, setting, result.outcome, result.reason + role)
+    assert evidence.main.trajectory is not None
+    try:
+        model = errors or ErrorModel(engine, setting, solution, evidence.main.trajectory)
+        return verdict_on(name, Residuals(model, evidence))
+    except Exception as error:
+        said = f"could not be compared: {type(error).__name__}: {error}"
+        return no_verdict(scene.name, name, setting, Outcome.FAILED, said)
+
+
+def verdict_on(name: str, run: Residuals) -> Verdict:
+    """Verdict on the engine called `name`: all findings, the series for plots, further runs that would settle it."""
+    drift = drifts(run.scene, run.main)
+    bound = drift_bounds(run.errors, drift, drifts(run.scene, run.finer))
+    segments: list[RestartSegment] = []
+    fault = fault_of_run(run)
+    found = [] if fault is None else [fault]
+    for quantity in run.difference:
+        found += difference_findings(run, quantity)
+    found += drift_findings(run, drift, bound) + finer_findings(run)
+    if all(f.outcome.ok for f in found):  # a setting that is too coarse still answers for its states
+        beyond, segments = findings_beyond_limit(run)
+        found += beyond
+    found += [extrapolation_finding(run, quantity) for quantity in run.extrapolated]
+    if fault is None:
+        found.append(judged_share(run, segments, found))
+    further = further_runs(run, found)
+    wait = further and run.engine.coordinates is Coordinates.ABSOLUTE  # round-off may turn out to limit the run
+    reason = None if wait else declared_limitation(run, found)
+    if reason is not None:
+        return no_verdict(run.scene.name, name, run.setting, Outcome.UNSUPPORTED, reason)
+    end_s = float(run.t[-1])
+    limits_s = [end_s if run.com_only or f.quantity in TRACK else run.limit_s for f in found]
+    rows = [f.row(run.scene.name, name, run.setting, s) for f, s in zip(found, limits_s, strict=True)]
+    return Verdict(rows, series(run, drift, bound), further)
+
+
+def judged_share(run: Residuals, segments: list[RestartSegment], found: list[CheckFinding]) -> CheckFinding:
+    """Share of the run that was judged: up to the limit, and in segments beyond it."""
+    last = len(run.solution.amplification) - 1  # of the judging solution, not of what the engine's runs have
+    if run.com_only or last == 0:
+        return CheckFinding("run", "judged_share", 1.0)
+    judged = run.t <= run.limit_s
+    for s in segments:
+        judged[s.first + 1 : s.last + 1] = True
+    share = float(np.count_nonzero(judged[1:]) / last)
+    if share >= MIN_JUDGED_SHARE or any(not f.outcome.ok for f in found):
+        return CheckFinding("run", "judged_share", share, MIN_JUDGED_SHARE)
+    reason = f"{share:.0%} of the run can be judged at {run.setting}, required: {MIN_JUDGED_SHARE:.0%}"
+    return CheckFinding("run", "judged_share", share, MIN_JUDGED_SHARE, Outcome.TOO_COARSE, reason)
+
+
+def further_runs(run: Residuals, found: list[CheckFinding]) -> tuple[Role, ...]:
+    """Further runs that would tell round-off and slow convergence from wrong physics, if not yet made.
+
+    Empty where the errors are too large for either cause.
+    """
+    doubted = [f for f in found if f.outcome in DOUBTED and f.metric in JUDGED_METRICS]
+    absolute = run.engine.coordinates is Coordinates.ABSOLUTE
+    if not doubted or run.com_only:
+        return ()
+    roundoff = all(may_be_roundoff(run, f.quantity) for f in doubted)
+    if absolute and not roundoff:
+        return ()
+    further: list[Role] = []
+    near = all((f.value or 0.0) <= MAX_DOUBTED_RATIO * (f.tolerance or 0.0) for f in doubted)
+    if run.evidence.finest is None and (near or absolute):
+        further.append(Role.FINEST)
+    if not run.evidence.perturbed and roundoff:
+        further += ROUNDOFF_ROLES
+    return tuple(further)
+
+
+def may_be_roundoff(run: Residuals, quantity: str) -> bool:
+    """Whether a difference is no larger than round-off can make it in the engine's coordinates."""
+    if quantity not in run.residual:
+        return True  # drifts of conserved quantities: rounding is all that there is
+    most = (run.max_roundoff[quantity] + run.errors.unbounded_floor[quantity])[: run.n]
+    allowed = np.maximum(run.tolerance[quantity], run.margin[quantity]) + most
+    return worst(run.residual[quantity], allowed, run.inside(quantity))[0] <= 1.0
+
+
+def declared_limitation(run: Residuals, found: list[CheckFinding]) -> str | None:
+    """Say why the engine can't be compared, if it declares too much noise and that noise explains all rejections.
+
+    Declared noise is a stated limit of the engine as long as it explains every rejection; it makes no pass.
+    """
+    rejected = [f for f in found if not f.outcome.ok]
+    reason = too_noisy(run.errors.declared_noise, run.scale) if rejected else None
+    return reason if reason is not None and all(noise_explains(run, f) for f in rejected) else None
+
+
+def noise_explains(run: Residuals, rejected: CheckFinding) -> bool:
+    """Whether declared noise explains the rejection of a difference."""
+    quantity, finer = rejected.quantity, rejected.metric == "finer_bound_ratio"
+    residual = (run.finer_residual if finer else run.residual).get(quantity)
+    if residual is None or rejected.metric not in (JUDGED_METRICS | {"max"}) - {"drift"}:
+        return False
+    n = min(run.n, len(residual))
+    floor = (run.finer_errors if finer else run.errors).unbounded_floor[quantity][:n]
+    allowed = np.maximum(run.tolerance[quantity], run.margin[quantity])[:n] + NORM_SLACK * floor
+    return worst(residual[:n], allowed, run.inside(quantity)[:n])[0] <= 1.0
+
+
+def series(run: Residuals, drift: dict[str, Array], drift_bound: dict[str, Array]) -> pd.DataFrame:
+    """Differences, explained errors, bounds and drifts over time, for plots; NaN beyond the last compared sample."""
+    n = len(run.main.t_s)
+
+    def padded(values: Array) -> Array:
+        return np.concatenate([values[:n], np.full(n - min(len(values), n), np.nan)])
+
+    columns: dict[str, Array] = {"t_s": run.main.t_s}
+    for quantity, difference in run.difference.items():
+        shift = run.model_size.get(quantity, 0.0)
+        columns[f"{quantity}_difference"] = padded(difference)
+        columns[f"{quantity}_tolerance"] = padded(run.tolerance[quantity] + shift)
+        columns[f"{quantity}_bound"] = padded(run.margin[quantity] + shift)
+    for quantity, values in drift.items():
+        columns[f"{quantity}_drift"] = values
+        columns[f"{quantity}_bound"] = padded(drift_bound[quantity])
+    return pd.DataFrame(columns)

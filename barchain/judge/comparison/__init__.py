@@ -1,1 +1,0 @@
-"""Comparison of one engine with the judging solution of one scene, and its verdict."""

@@ -1,1 +1,0 @@
-"""The register of tolerances, and the tables of the documents that are made of it."""

@@ -1,0 +1,140 @@
+"""Verdict on one engine in one scene: findings of checks, rows of the metrics table, and messages between processes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+from barchain.boundary.message import MessageError, message_bytes, plain_text, read_message
+from barchain.run.job import Role
+from barchain.run.verdict_workers import VerdictCodec
+from reports.tables.crossval import METRIC_COLUMNS, QUANTITY_UNITS
+from reports.tables.outcome import Outcome, gravest
+
+if TYPE_CHECKING:
+    from adapters.engine import Setting
+
+MIN_JUDGED_SHARE = 0.1
+"""Least share of the run's samples that must be judged: agreement over less says nothing about the scene"""
+JUDGED_METRICS = frozenset({"normalised_error", "bound_ratio", "finer_bound_ratio", "drift", "extrapolation_ratio"})
+"""Metrics that are judged by their tolerance"""
+TWO_SETTING_METRICS = frozenset({"extrapolation_ratio", "finer_bound_ratio"})
+"""Metrics that need the second run to be the finer one"""
+UNITLESS = frozenset({
+    "normalised_error", "bound_ratio", "finer_bound_ratio", "detection_limit", "judged_share", "extrapolation_ratio",
+    "own_state_ratio", "restart_ratio",
+})  # fmt: skip
+"""Metrics that are ratios, whatever their quantity's unit"""
+MOST_REASON = 2000
+"""Characters of a text in a row"""
+
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class CheckFinding:
+    """Answer of a check, or a reported number."""
+
+    quantity: str
+    """Compared quantity, drift, or ``run`` for the run as a whole"""
+    metric: str
+    value: float | None = None
+    tolerance: float | None = None
+    outcome: Outcome = Outcome.REPORTED
+    reason: str = ""
+
+    def row(self, scene: str, engine: str, setting: Setting | None, limit_s: float | None) -> Row:
+        """Row of the metrics table; `limit_s` is the last instant at which the quantity is compared."""
+        return {
+            "scene": scene,
+            "engine": engine,
+            "setting": "" if setting is None else str(setting),
+            "quantity": self.quantity,
+            "metric": self.metric,
+            "value": self.value,
+            "unit": "1" if self.metric in UNITLESS else QUANTITY_UNITS[self.quantity],
+            "tolerance": self.tolerance,
+            "outcome": str(self.outcome),
+            "reason": self.reason,
+            "limit_s": limit_s,
+        }
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Outcome of one engine on one scene."""
+
+    rows: list[Row]
+    """Rows of the metrics table"""
+    series: pd.DataFrame | None = None
+    """Differences over time; None where nothing was compared"""
+    further_runs: tuple[Role, ...] = ()
+    """Roles of further runs that would settle an outcome; empty if the outcome is settled"""
+
+    @property
+    def outcome(self) -> Outcome:
+        """Gravest outcome of all rows."""
+        return gravest(Outcome(row["outcome"]) for row in self.rows)
+
+
+def no_verdict(scene: str, engine: str, setting: Setting | None, outcome: Outcome, reason: str) -> Verdict:
+    """Verdict of one row, on a whole run that gave nothing to compare."""
+    return Verdict([CheckFinding("run", "outcome", outcome=outcome, reason=reason).row(scene, engine, setting, None)])
+
+
+def verdict_bytes(verdict: Verdict) -> bytes:
+    """Message with a verdict: text and float64 arrays, read without running code."""
+    columns = None if verdict.series is None else list(verdict.series.columns)
+    header = {"rows": verdict.rows, "columns": columns, "further_runs": [str(role) for role in verdict.further_runs]}
+    arrays = {} if verdict.series is None else {f"c{k}": verdict.series[name] for k, name in enumerate(columns or [])}
+    return message_bytes(header, {name: values.to_numpy() for name, values in arrays.items()})
+
+
+def verdict_from(content: bytes) -> Verdict:
+    """Verdict of a message.
+
+    Raises
+    ------
+    MessageError, ValueError, TypeError, KeyError
+        If a part is missing or of a wrong type.
+    """
+    header, arrays = read_message(content)
+    columns = header["columns"]
+    series = None
+    if columns is not None:
+        series = pd.DataFrame({plain_text(name): arrays[f"c{k}"] for k, name in enumerate(columns)})
+    return Verdict([checked_row(row) for row in header["rows"]], series, tuple(map(Role, header["further_runs"])))
+
+
+def checked_row(row: dict[str, Any]) -> Row:
+    """Row of the metrics table with its own columns, text and numbers.
+
+    Raises
+    ------
+    MessageError
+        If it is another.
+    """
+    if tuple(row) != METRIC_COLUMNS:
+        raise MessageError(f"a row has the columns {plain_text(', '.join(map(str, row)))}")
+    Outcome(row["outcome"])
+    return {name: checked_value(name, value) for name, value in row.items()}
+
+
+def checked_value(name: str, value: object) -> float | str | None:
+    """Text, number or None.
+
+    Raises
+    ------
+    MessageError
+        For anything else.
+    """
+    if value is None or (isinstance(value, (int, float)) and not isinstance(value, bool)):
+        return value
+    if not isinstance(value, str):
+        raise MessageError(f"{name} is a {type(value).__name__}")
+    return plain_text(value, MOST_REASON)
+
+
+VERDICTS = VerdictCodec(verdict_bytes, verdict_from)
