@@ -25,9 +25,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from adapters.common.equal_steps import step_s
 from adapters.engine import AccuracyParameter, Coordinates
-from barchain.judge.local_errors import departure, local_errors, step_constant, track_unit
-from barchain.judge.roundoff import believed_noise, believed_steps, declared_noise, rounded_sum, steps_taken
+from barchain.judge.local_errors import departure, requested_errors, step_constant, track_unit, truncation_errors
+from barchain.judge.roundoff import believed_noise, believed_steps, declared_noise, rounded_sum
 from barchain.judge.scales import (
     MACHINE_EPSILON,
     NORM_SLACK,
@@ -36,7 +37,6 @@ from barchain.judge.scales import (
     orbit_rate_bound,
     orbit_scale,
     scales,
-    step_s,
 )
 from barchain.metrics.rates import own_rate
 from barchain.solutions.reference import RICHARDSON
@@ -51,6 +51,8 @@ if TYPE_CHECKING:
     from barchain.solutions.reference import ReferenceSolution
 
 
+MAX_STEPS = 1e8
+"""Largest number of steps of a run that would end"""
 DAMPED_SUM = 10.0
 """Sum of errors of multipliers that each step damps by a tenth, in units of one step's error"""
 
@@ -58,7 +60,8 @@ DAMPED_SUM = 10.0
 class ErrorModel:
     """Floors, expected-error bounds and the predictability limit of one engine at one setting in one scene.
 
-    Frozen by convention: members are computed when first asked for, kept, and never changed.
+    Frozen by convention: members are computed when first asked for, kept, and never changed. A restart sets `start_rad`
+    and `declared_noise` before (`barchain.judge.checks.restart`).
     """
 
     start_rad = 0.0
@@ -120,9 +123,34 @@ class ErrorModel:
         return self.scene.size_m + float(np.linalg.norm(place, axis=1).max())
 
     @property
-    def roundoff_rad(self) -> float:
-        """Angle that one rounding of a place is worth, rad: u for lengths of a bar, u r/l for distances."""
-        return MACHINE_EPSILON * self.place_m / min(self.scene.chain.length_m)
+    def rounding_m(self) -> float:
+        """Error of a place by the roundings of one step, m."""
+        return ROUNDINGS * MACHINE_EPSILON * self.place_m
+
+    @property
+    def rounding_rad(self) -> float:
+        """The same as an angle, rad: in units of u for lengths of a bar, of u r/l for distances."""
+        return self.rounding_m / min(self.scene.chain.length_m)
+
+    @cached_property
+    def steps_taken(self) -> Array:
+        """Steps taken up to each sample, (n,): by the setting, or as the run counts them."""
+        run = self.scene.run
+        whole = self.steps or run.samples
+        if self.setting.parameter is AccuracyParameter.STEPS_PER_ORBIT:
+            whole = run.duration_s / step_s(self.scene, self.setting.value)
+        taken: Array = 1.0 + (self.t_s - self.t_s[0]) / run.duration_s * min(whole, MAX_STEPS)
+        return taken
+
+    @cached_property
+    def walk(self) -> Array:
+        """Random walk up to each sample of an error of 1 in each step, (n,)."""
+        return np.sqrt(self.steps_taken)
+
+    @cached_property
+    def track_growth(self) -> Array:
+        """Growth up to each sample of a small error of the centre of mass at the start, (n,)."""
+        return kepler_growth(self.scene, self.t_s - self.t_s[0])
 
     @cached_property
     def declared_noise(self) -> dict[str, Array]:
@@ -137,11 +165,9 @@ class ErrorModel:
     @cached_property
     def local(self) -> LocalErrors:
         """Errors that the method makes in its steps, before the motion amplifies them."""
-        return local_errors(self.engine, self.scene, self.setting, self.solution, self.steps)
-
-    def steps_taken(self, t_s: Array) -> Array:
-        """Steps taken up to each instant of `t_s` (n,) s, (n,)."""
-        return steps_taken(self.scene, self.setting, self.steps, t_s)
+        if self.setting.parameter is AccuracyParameter.RTOL:
+            return requested_errors(self.engine, self.setting, self.solution, self.steps)
+        return truncation_errors(self.engine, self.setting, self.solution)
 
     @cached_property
     def floor_rad(self) -> Array:
@@ -150,8 +176,7 @@ class ErrorModel:
 
     def amplified_rad(self, noise: dict[str, Array]) -> Array:
         """Round-off and noise in the attitude, as the scene amplifies them, (n,) rad."""
-        walk = ROUNDINGS * np.sqrt(self.steps_taken(self.t_s))
-        found: Array = (self.roundoff_rad * walk + noise.get("attitude", 0.0)) * self.amplification
+        found: Array = (self.rounding_rad * self.walk + noise.get("attitude", 0.0)) * self.amplification
         return found
 
     @cached_property
@@ -200,9 +225,8 @@ class ErrorModel:
             for name in solution.response
         }
         if "rate" in found:  # a place rounded once in a radian of the orbit
-            found["rate"] += self.roundoff_rad * ROUNDINGS * orbit_scale(self.scene)
-        walk = ROUNDINGS * np.sqrt(self.steps_taken(self.t_s))
-        carried = MACHINE_EPSILON * walk * kepler_growth(self.scene, self.t_s - self.t_s[0])
+            found["rate"] += self.rounding_rad * orbit_scale(self.scene)
+        carried = ROUNDINGS * MACHINE_EPSILON * self.walk * self.track_growth
         for name, values in (("com", seen.com_m), ("com_velocity", seen.com_velocity_m_s)):
             found[name] += np.maximum.accumulate(np.linalg.norm(values[:n], axis=1)) * carried
         return found
@@ -281,13 +305,12 @@ class ErrorModel:
         scene, size, t = self.scene, self.scale, self.t_s - self.t_s[0]
         shortest, longest, heaviest = min(scene.chain.length_m), max(scene.chain.length_m), max(scene.chain.mass_kg)
         fixed_step = self.setting.parameter is AccuracyParameter.STEPS_PER_ORBIT
-        place = ROUNDINGS * MACHINE_EPSILON * self.place_m
-        step = step_s(scene, self.setting) if fixed_step else 1.0 / orbit_scale(scene)
-        walk = np.sqrt(self.steps_taken(self.t_s))
-        turn = place / shortest * walk * (1.0 + t * orbit_scale(scene)) * amplification
+        place = self.rounding_m
+        step = step_s(scene, self.setting.value) if fixed_step else 1.0 / orbit_scale(scene)
+        turn = self.rounding_rad * self.walk * (1.0 + t * orbit_scale(scene)) * amplification
         if fixed_step:  # velocities are differences of places a step apart
             turn = turn + place / (shortest * step) * t * amplification
-        track = place * walk * kepler_growth(scene, t)
+        track = place * self.walk * self.track_growth
         force = DAMPED_SUM * heaviest * place / step**2
         found = {
             "com": track,

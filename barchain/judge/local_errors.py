@@ -10,9 +10,10 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
 from adapters.bar_loads.falling_frame import free_fall
+from adapters.common.equal_steps import step_s
 from adapters.common.initial_state import initial_state
 from adapters.common.kepler import propagate
-from adapters.engine import AccuracyParameter, Coordinates
+from adapters.engine import Coordinates
 from barchain.judge.scales import (
     MACHINE_EPSILON,
     ROUNDINGS,
@@ -20,7 +21,6 @@ from barchain.judge.scales import (
     kepler_growth,
     orbit_rate_bound,
     orbit_scale,
-    step_s,
 )
 from barchain.metrics.rates import orbit_rate, own_rate, rate_scale
 from barchain.solutions.reference import RICHARDSON
@@ -75,24 +75,14 @@ class LocalErrors:
         return found
 
 
-def local_errors(
-    engine: type[Engine], scene: Scene, setting: Setting, solution: ReferenceSolution, steps: float | None = None
-) -> LocalErrors:
-    """Local errors of a method: by its order and step, or by the accuracy requested in each of its `steps`."""
-    if setting.parameter is AccuracyParameter.RTOL:
-        return requested_errors(engine, scene, setting, solution, steps)
-    return truncation_errors(engine, scene, setting, solution)
-
-
-def requested_errors(
-    engine: type[Engine], scene: Scene, setting: Setting, solution: ReferenceSolution, steps: float | None = None
-) -> LocalErrors:
+def requested_errors(engine: type[Engine], setting: Setting, solution: ReferenceSolution, steps: float) -> LocalErrors:
     """Local errors of a method that chooses its steps: the request in each, one step for a radian of the fastest rate.
 
-    Methods of low or of changing order take more steps. Their own count is then used, where they give one. The track,
+    Methods of low or of changing order take more `steps`, and their own count is then used; 0 without one. The track,
     whose request in radii is far above its error, counts radians of the orbit, unless it is requested as closely as the
     bars. Samples come by dense output: its error is a step's once more.
     """
+    scene = solution.scene
     n, made = len(solution.amplification), setting.value * step_constant(engine)
     read = READING_REQUESTS * made
     reading = {name: read * response for name, response in solution.response.items()}
@@ -102,10 +92,9 @@ def requested_errors(
         reading["reaction"] = np.maximum(reading["reaction"], read * RICHARDSON * inertia_force_N(scene))
     track = made * track_unit(engine, scene, made)
     rate, chain_rate = orbit_rate_bound(scene, solution.trajectory), rate_scale(scene, solution.trajectory)
-    counted = (steps or 0.0) / scene.run.duration_s
-    shared = (
-        made * scene.size_m if engine.coordinates is Coordinates.JOINT else 0.0
-    )  # of the angles that the track is computed from
+    counted = steps / scene.run.duration_s
+    # of the angles that the track is computed from
+    shared = made * scene.size_m if engine.coordinates is Coordinates.JOINT else 0.0
     return LocalErrors(
         solution.trajectory.t_s[:n],
         np.full(n, made * max(chain_rate, counted)),
@@ -137,7 +126,7 @@ def error_constant(order: float) -> float:
     return SECOND_ORDER_CONSTANT if order <= SECOND_ORDER else 1.0 / math.factorial(round(order) + 1)
 
 
-def truncation_errors(engine: type[Engine], scene: Scene, setting: Setting, solution: ReferenceSolution) -> LocalErrors:
+def truncation_errors(engine: type[Engine], setting: Setting, solution: ReferenceSolution) -> LocalErrors:
     """Local errors of a fixed-step method of order p: C h^p times derivative p+1 of the judging solution.
 
     Third derivatives come from its dense samples, higher ones from the third by the rate at which that varies. In
@@ -145,10 +134,10 @@ def truncation_errors(engine: type[Engine], scene: Scene, setting: Setting, solu
     along the track turns every local vertical. The track in a moving frame is the chain's departure from Kepler's
     orbit, of order (L/r)² r, and the departure by other effects.
     """
-    seen, order = solution.fine, engine.order or 1.0
+    scene, seen, order = solution.scene, solution.fine, engine.order or 1.0
     t = seen.t_s
     constant = error_constant(order)
-    power = constant * step_s(scene, setting) ** order
+    power = constant * step_s(scene, setting.value) ** order
     if order > SECOND_ORDER:
         power *= varying_rate(scene, seen) ** (order - SECOND_ORDER)
     track = power * second_derivative(t, seen.com_velocity_m_s)

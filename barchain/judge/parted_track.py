@@ -48,7 +48,10 @@ def parted_track_bound(solution: ReferenceSolution, t_s: Array, limit_s: float) 
         elapsed = t_s[k] - at_s[earlier]
         moved_m = float(gained[earlier] @ reach_s(scene, elapsed))
         found["com"][k] += moved_m
-        found["com_velocity"][k] += float(gained[earlier] @ growth_of_velocity(scene, elapsed)) + rate * moved_m
+        grown = kepler_growth(scene, elapsed)
+        if closed(scene):
+            grown = np.minimum(grown, ACROSS * ratio_of_speeds(scene))
+        found["com_velocity"][k] += float(gained[earlier] @ grown) + rate * moved_m
     return found
 
 
@@ -107,12 +110,6 @@ def reach_s(scene: Scene, since_s: Array) -> Array:
         return grown
     swing = np.where(since_s > 0.0, ACROSS / scene.mean_motion_rad_s, 0.0)
     return np.minimum(grown, ratio_of_speeds(scene) * (3.0 * since_s + swing))
-
-
-def growth_of_velocity(scene: Scene, since_s: Array) -> Array:
-    """Largest growth of a velocity step after a time, (n,)."""
-    grown = kepler_growth(scene, since_s)
-    return np.minimum(grown, ACROSS * ratio_of_speeds(scene)) if closed(scene) else grown
 
 
 def closed(scene: Scene) -> bool:

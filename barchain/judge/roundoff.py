@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.engine import AccuracyParameter
-from barchain.judge.scales import MACHINE_EPSILON, ROUNDINGS, step_s
+from barchain.judge.scales import MACHINE_EPSILON, ROUNDINGS
 from barchain.metrics.quantities import differences, drifts
 from barchain.metrics.rates import rate_scale
 from barchain.solutions.reference import TRACK
@@ -34,8 +33,6 @@ MAX_ATTITUDE_NOISE_RAD = 1e-5
 """Largest declared noise of the attitude, which is amplified: a thousandth of the distance of parted runs"""
 MAX_TRACK_NOISE_SHARE = 1e-6
 """Largest declared noise of the track relative to distance and speed: all engines here are good to 1e-9"""
-MAX_STEPS = 1e8
-"""Largest number of steps of a run that would end"""
 STEPS_SLACK = 10.0
 """Slack of a step count: error constants, rejected steps, restarts at events"""
 LOWEST_ORDER = 4.0
@@ -123,14 +120,6 @@ def believed_steps(setting: Setting, solution: ReferenceSolution, counted: float
     radians = 1.0 + rate * solution.scene.run.duration_s
     most = STEPS_SLACK * radians * setting.value ** (-1.0 / (LOWEST_ORDER + 1.0))
     return counted if 0.0 < counted <= max(most, solution.scene.run.samples) else 0.0
-
-
-def steps_taken(scene: Scene, setting: Setting, counted: float, t_s: Array) -> Array:
-    """Steps taken since ``t_s[0]`` up to each instant, (n,): `counted` for the whole run, or by the setting."""
-    by_setting = setting.parameter is AccuracyParameter.STEPS_PER_ORBIT
-    whole = scene.run.duration_s / step_s(scene, setting) if by_setting else counted or scene.run.samples
-    found: Array = 1.0 + (t_s - t_s[0]) / scene.run.duration_s * min(whole, MAX_STEPS)
-    return found
 
 
 def measured_roundoff(scene: Scene, runs: Sequence[Trajectory]) -> dict[str, Array]:

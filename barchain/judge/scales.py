@@ -7,10 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.common import equal_steps as steps
-
 if TYPE_CHECKING:
-    from adapters.engine import Setting
     from adapters.trajectory import Array, Trajectory
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
@@ -63,11 +60,6 @@ def largest_entry(values: Array | None) -> float:
 def orbit_scale(scene: Scene) -> float:
     """Rate of the orbit: its mean motion, or that of the circular orbit at r0 if faster."""
     return 2.0 * math.pi / scene.step_period_s
-
-
-def step_s(scene: Scene, setting: Setting) -> float:
-    """Step of a fixed-step engine, s."""
-    return steps.step_s(scene, setting.value)
 
 
 def kepler_growth(scene: Scene, t_s: Array) -> Array:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 SETTING = Setting(AccuracyParameter.RTOL, 1e-8)
 ONCE = {
-    error_model: ("local_errors", "scales"),
+    error_model: ("requested_errors", "scales"),
     residuals: ("parted_track_bound",),
     compare: ("drift_bounds",),
 }

@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
+from adapters.common.equal_steps import step_s
 from adapters.engine import AccuracyParameter, Coordinates
 from barchain.judge.local_errors import SECOND_ORDER_CONSTANT, end_derivatives
 from barchain.judge.residuals import worst
 from barchain.judge.roundoff import MAX_NOISE_SHARE
-from barchain.judge.scales import MACHINE_EPSILON, NORM_SLACK, ROUNDINGS, kepler_growth, orbit_scale, step_s
+from barchain.judge.scales import MACHINE_EPSILON, NORM_SLACK, ROUNDINGS, orbit_scale
 from barchain.judge.verdict import CheckFinding
 from barchain.metrics.quantities import conserved
 from barchain.solutions.reference import RICHARDSON
@@ -72,11 +73,10 @@ def drift_bounds(model: ErrorModel, main: Drifts, finer: Drifts) -> dict[str, Ar
     main, finer : dict of ndarray, shape (n,)
         Drifts of the engine's two runs (`barchain.metrics.quantities.drifts`).
     """
-    place = MACHINE_EPSILON * ROUNDINGS * model.place_m
     found = {
         "gap": gap_bound(model),
         # a sum over the bars of rounded places: nothing is integrated
-        "com_residual": np.full(model.n, place * np.sqrt(model.scene.bars)),
+        "com_residual": np.full(model.n, model.rounding_m * np.sqrt(model.scene.bars)),
     }
     return found | invariant_bounds(model, main, finer)
 
@@ -110,9 +110,8 @@ def invariant_bounds(model: ErrorModel, main: Drifts, finer: Drifts) -> dict[str
 def invariant_walk(model: ErrorModel, name: str) -> Array:
     """Random walk of the roundings and the engine's noise in a factor of an invariant, (n,), relative."""
     scene, solution = model.scene, model.solution
-    steps = np.sqrt(model.steps_taken(model.t_s))
-    unit = model.roundoff_rad * orbit_scale(scene) * ROUNDINGS + model.noise.get("rate", 0.0)
-    found: Array = (inner_share(solution, name) * unit / fastest(solution) + ROUNDINGS * MACHINE_EPSILON) * steps
+    unit = model.rounding_rad * orbit_scale(scene) + model.noise.get("rate", 0.0)
+    found: Array = (inner_share(solution, name) * unit / fastest(solution) + ROUNDINGS * MACHINE_EPSILON) * model.walk
     return found
 
 
@@ -121,8 +120,7 @@ def drift_rounding(model: ErrorModel) -> dict[str, float]:
 
     Places round once in each step, whatever keeps the joints closed, and their errors grow with the orbit.
     """
-    grown = np.sqrt(model.steps_taken(model.t_s)) * kepler_growth(model.scene, model.t_s - model.t_s[0])
-    places = MACHINE_EPSILON * ROUNDINGS * model.place_m * (model.scene.bars + float(np.max(grown)))
+    places = model.rounding_m * (model.scene.bars + float(np.max(model.walk * model.track_growth)))
     noise = float(np.max(model.noise.get("gap", 0.0)))
     found = {
         name: QUADRATIC * model.scene.bars * float(np.max(invariant_walk(model, name))) for name in (*WHOLE, *ABOUT_COM)
@@ -158,21 +156,18 @@ def gap_bound(model: ErrorModel) -> Array:
     the tolerance of its iterations, and by the rounding of a sum over the bars.
     """
     scene, engine, setting, t = model.scene, model.engine, model.setting, model.t_s
-    length = max(scene.chain.length_m)
-    steps = model.steps_taken(t)
-    unit = MACHINE_EPSILON * model.place_m * ROUNDINGS
+    length, steps, unit = max(scene.chain.length_m), model.steps_taken, model.rounding_m
     noise = model.noise.get("gap", np.zeros(model.n))
     if engine.joints_in_place:
         return unit * scene.bars + noise
     if engine.coordinates is Coordinates.RELATIVE:  # relative positions follow from the angles
         return np.full(model.n, unit * scene.bars)
-    grown = kepler_growth(scene, t - t[0])
-    rounding = unit * np.sqrt(steps) * grown
+    rounding = unit * model.walk * model.track_growth
     if setting.parameter is AccuracyParameter.RTOL:
-        return NORM_SLACK * setting.value * length * steps * grown + rounding
+        return NORM_SLACK * setting.value * length * steps * model.track_growth + rounding
     fine = model.solution.fine
     second, third = end_derivatives(engine, model.scene, fine)
-    h2 = 0.5 * length * step_s(scene, setting) ** 2
+    h2 = 0.5 * length * step_s(scene, setting.value) ** 2
     opened = np.interp(t, fine.t_s, SECOND_ORDER_CONSTANT * h2 * cumulative_trapezoid(third, fine.t_s, initial=0))
     held = np.interp(t, fine.t_s, 0.5 * h2 * np.maximum.accumulate(second))
     bound: Array = (
