@@ -1,28 +1,31 @@
-"""`scipy.integrate.solve_ivp` with a typical user's options."""
+"""SciPy's solvers with a typical user's options, step by step as `solve_ivp` takes them."""
 
 from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
-from scipy.integrate import solve_ivp
+from scipy.integrate import DOP853, Radau
+from scipy.optimize import brentq
 
 from adapters.common.solver_driver import SolvedSegment
 from adapters.engine import EngineError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from scipy.integrate._ivp.ivp import OdeResult
+    from collections.abc import Callable, Iterable
 
     from adapters.common.solver_driver import Problem
     from adapters.trajectory import Array
 
 Method = Literal["DOP853", "Radau"]
+METHODS: dict[Method, Any] = {"DOP853": DOP853, "Radau": Radau}
 RTOL_FLOOR = 100.0 * np.finfo(float).eps  # SciPy replaces smaller values by this one, with a warning
-STOPPED = 1  # SciPy's status after a terminal event
+EVENT_SHARES = (0.0, 0.25, 0.5, 0.75)
+"""Parts of a step, beside its end, at which modes are watched: `solve_ivp` looks at ends alone, and misses a bar that
+shows its other face for half a step"""
+EVENT_TOLERANCE = 1e-12  # of a step
 
 
 @dataclass(frozen=True)
@@ -44,56 +47,56 @@ class ScipySolver:
             If SciPy reports a failure; the message includes SciPy's warnings.
         """
         rows: list[Array] = []
-        event_calls, jacobians, pieces, stopped = problem.event_calls, 0, 0, None
-        while len(rows) < len(instants_s):
-            found = self.integrated(problem, start_s, instants_s[len(rows) :], y)
-            if len(found.t):  # SciPy's states are an empty list, and no array, where an event comes before them
-                rows += list(found.y.T)
-            jacobians, pieces = jacobians + int(found.njev), pieces + 1
-            if found.status != STOPPED:
-                break
-            assert found.t_events is not None
-            assert found.y_events is not None
-            surface, *modes = found.t_events
-            if len(surface):
-                stopped = float(surface[0])
-                break
-            assert problem.mode_events is not None
-            start_s, y = float(modes[0][0]), found.y_events[1][0]
-            problem.mode_events.change(start_s, y)
-        # SciPy calls the surface's event once at each start and once after each step
-        return SolvedSegment(np.array(rows), stopped, problem.event_calls - event_calls - pieces, jacobians)
+        steps, jacobians, t = 0, 0, start_s
+        while t < instants_s[-1]:
+            solver, event_s = self.begun(problem, t, y, instants_s[-1]), None
+            while solver.status == "running" and event_s is None:
+                take_step(solver)
+                steps, dense, end = steps + 1, solver.dense_output(), float(solver.t)
+                landed_s = fall(lambda _, state: problem.height(state), dense, (solver.t_old, end))
+                if problem.mode_events:
+                    parts = solver.t_old + np.array(EVENT_SHARES) * (end - solver.t_old)
+                    event_s = fall(problem.mode_events.margin, dense, (*parts, end))
+                until = min(x for x in (landed_s, event_s, end) if x is not None)
+                rows += [dense(x) for x in instants_s[len(rows) :] if x <= until]
+                if landed_s == until:
+                    return SolvedSegment(np.array(rows), landed_s, steps, jacobians + int(solver.njev))
+            jacobians += int(solver.njev)
+            t, y = (float(solver.t), solver.y) if event_s is None else (event_s, dense(event_s))
+            if event_s is not None and problem.mode_events:
+                problem.mode_events.change(t, y)
+        return SolvedSegment(np.array(rows), None, steps, jacobians)
 
-    def integrated(self, problem: Problem, start_s: float, instants_s: Array, y: Array) -> OdeResult:
-        """Result of `solve_ivp` as far as the first event."""
-        surface = TerminalEvent(problem.height_at_event)
-        modes = [TerminalEvent(problem.mode_events.margin)] if problem.mode_events else []
-        with warnings.catch_warnings(record=True) as said:
-            warnings.simplefilter("always")
-            found = solve_ivp(
-                problem.rate,
-                (start_s, instants_s[-1]),
-                y,
-                method=self.method,
-                t_eval=instants_s,
-                events=[surface, *modes],
-                rtol=max(self.rtol, RTOL_FLOOR),
-                atol=self.atol,
-            )
-        if not found.success:
-            words = dict.fromkeys([str(w.message) for w in said] + [str(found.message)])
-            raise EngineError(f"{self.method}: {' '.join(words)}")
-        return found
+    def begun(self, problem: Problem, start_s: float, y: Array, end_s: float) -> Any:
+        """SciPy's solver at a start."""
+        return METHODS[self.method](problem.rate, start_s, y, end_s, rtol=max(self.rtol, RTOL_FLOOR), atol=self.atol)
 
 
-@dataclass
-class TerminalEvent:
-    """Event that ends an integration where a function falls through zero."""
+def take_step(solver: Any) -> None:
+    """One step of a solver.
 
-    function: Callable[[float, Array], float]
-    terminal: bool = True
-    direction: float = -1.0
+    Raises
+    ------
+    EngineError
+        If it fails; the message includes SciPy's warnings.
+    """
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        message = solver.step()
+    if solver.status == "failed":
+        words = dict.fromkeys([*(str(w.message) for w in said), str(message)])
+        raise EngineError(f"{type(solver).__name__}: {' '.join(words)}")
 
-    def __call__(self, t_s: float, y: Array) -> float:
-        """Value of the function."""
-        return self.function(t_s, y)
+
+def fall(
+    function: Callable[[float, Array], float], dense: Callable[[float], Array], watched_s: Iterable[float]
+) -> float | None:
+    """First instant in a step at which a function falls through zero between two of the instants; None without one."""
+    before_s = before = None
+    for t in watched_s:
+        now = function(t, dense(t))
+        if before_s is not None and before is not None and before > 0.0 >= now:
+            slack = EVENT_TOLERANCE * (t - before_s)
+            return float(brentq(lambda x: function(x, dense(x)), before_s, t, xtol=slack))
+        before_s, before = t, now
+    return None

@@ -13,7 +13,7 @@ from barchain.judge.checks.beyond_limit import MAX_EMPTY_SHARE
 from barchain.judge.checks.restart import CONSECUTIVE, SCATTERED
 from barchain.judge.checks.up_to_limit import PERSISTING_SHARE
 from barchain.judge.local_errors import MAX_STEP_CONSTANT, error_constant
-from barchain.judge.residuals import HIGHER_ORDER_SHARE, MAX_MEASURED_SHARE
+from barchain.judge.residuals import HIGHER_ORDER_SHARE, KINKED_SHARE, MAX_MEASURED_SHARE
 from barchain.judge.roundoff import (
     LOWEST_ORDER,
     MAX_ATTITUDE_NOISE_RAD,
@@ -130,7 +130,8 @@ TOLERANCES = (
         "test_an_engine_in_relative_coordinates_can_not_pass_as_limited_by_round_off",
     ),
     Tolerance(
-        "attitude, rate, reaction, com", "extrapolation", f"{HIGHER_ORDER_SHARE:g} of the change between settings",
+        "attitude, rate, reaction, com", "extrapolation",
+        f"{HIGHER_ORDER_SHARE:g} of the change between settings, {KINKED_SHARE:g} with drag or light",
         "terms of higher order in Richardson's extrapolation of two runs; a larger error must be there at a third "
         f"setting too, at {PERSISTING_SHARE:g} of its size or more",
         "test_noise_and_offsets_far_below_a_second_order_method_s_own_error_are_seen",

@@ -7,6 +7,7 @@ angle grow from one sample to the next as its rates say? Where it seems not to, 
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +15,7 @@ import numpy as np
 from adapters.common.initial_state import chain_model
 from adapters.engine import Coordinates, EngineError
 from barchain.judge.checks.restart import RTOL, compare_segment, restart_segments, restarted_run
+from barchain.judge.parted_track import face_acceleration_m_s2
 from barchain.judge.residuals import worst
 from barchain.judge.verdict import CheckFinding
 from barchain.metrics.quantities import differences
@@ -40,9 +42,9 @@ MAX_EMPTY_SHARE = 0.75
 MAX_KINETIC_RATIO = 4.0
 """Largest kinetic energy about the centre of mass that is accepted, relative to the largest possible: twice every rate.
 
-The largest possible energy is that of the judging solution, and the energy that the tide can give a stretched chain
-between lying along the orbit and standing upright: 3/2 n² I. The bound therefore holds beyond the predictability limit
-too, and for a chain that leaves an equilibrium on which the judging solution still rests.
+The largest possible energy is that of the judging solution, the energy that the tide can give a stretched chain between
+lying along the orbit and standing upright, 3/2 n² I, and what drag and light can add. The bound therefore holds beyond
+the predictability limit too, and for a chain that leaves an equilibrium on which the judging solution still rests.
 """
 STATE_QUANTITIES = ("reaction", "torque")
 """Quantities that follow from a state alone"""
@@ -98,7 +100,7 @@ def kinetic_ratio(trajectory: Trajectory, solution: ReferenceSolution) -> float 
         if seen.angle_rad is None or seen.rate_rad_s is None:
             return None
         found.append(float(relative_kinetic_energy(model, seen.angle_rad, seen.rate_rad_s).max()))
-    most = found[1] + max_tidal_gain(solution)
+    most = (math.sqrt(found[1] + max_tidal_gain(solution)) + max_driven_gain(solution)) ** 2
     return found[0] / most if most > 0.0 else None
 
 
@@ -112,6 +114,22 @@ def max_tidal_gain(solution: ReferenceSolution) -> float:
     place = relative_positions(model, np.zeros(model.bars))[:, 0]
     inertia = float(model.mass_kg @ place**2 + model.inertia_kg_m2.sum())
     return 1.5 * scene.central_body.mu_m3_s2 / lowest**3 * inertia
+
+
+def max_driven_gain(solution: ReferenceSolution) -> float:
+    """Largest gain of the square root of the kinetic energy T about the centre of mass by drag and light, sqrt(J).
+
+    dT/dt is the sum of f_j . v_j over the bars, at most sqrt(sum f_j²/m_j) sqrt(2 T) by Cauchy and Schwarz. The forces
+    are those on bars face on, along the orbit, and a bar has its share of the area.
+    """
+    scene, t = solution.scene, solution.fine.t_s
+    wide = [each.width_m for each in (scene.effects.drag, scene.effects.solar_pressure) if each]
+    if not wide:
+        return 0.0
+    areas = [np.multiply(each, scene.chain.length_m) for each in wide]
+    over_mass = max(float(np.sum((area / area.sum()) ** 2 / np.array(scene.chain.mass_kg))) for area in areas)
+    force = scene.mass_kg * face_acceleration_m_s2(solution, t)
+    return float(np.trapezoid(force, t)) * math.sqrt(0.5 * over_mass)
 
 
 def segment_findings(run: Residuals, segments: list[RestartSegment]) -> list[CheckFinding]:

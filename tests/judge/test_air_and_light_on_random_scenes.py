@@ -1,0 +1,46 @@
+"""Right engines on random scenes with air and light, on which a judge or an engine once failed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from adapters.engine import AccuracyParameter, Setting
+from adapters.registry import ENGINES
+from barchain.metrics.quantities import differences
+from barchain.studies.selftest.campaign.judging import judge_serially
+from barchain.studies.selftest.campaign.runs import RunCache, in_this_process
+from barchain.studies.selftest.campaign.trial_runner import TrialRunner
+from scenarios import Scene, load_scene
+
+SCENES = Path(__file__).with_name("random_scenes")
+
+
+def outcomes(scene: Scene, engine: str) -> list[str]:
+    """Outcomes of an unmodified engine, with the further runs that its verdict asks for."""
+    runner = TrialRunner(RunCache(in_this_process), judge_serially)
+    [sampled] = runner.establish([scene])
+    cells, trials = runner.unmodified_trials(sampled, [engine])
+    return [cell.outcome for cell in [*cells, *runner.judge_trials(trials)]]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "engine"),
+    [
+        ("light_chain_in_air", "reference-fast"),  # air gives it more energy than the judging solution ever has
+        ("kinks_and_equal_steps", "pymunk"),  # a force whose slope jumps: no regular fall with the step
+        ("faces_for_half_a_step", "scipy-dop853"),
+    ],
+)
+def test_a_right_engine_passes(name: str, engine: str) -> None:
+    assert outcomes(load_scene(SCENES / f"{name}.toml"), engine) == ["pass"]
+
+
+def test_scipys_solvers_see_a_face_that_is_shown_for_half_a_step() -> None:
+    """Watched at the ends of steps alone, one such face cost 0.014 rad here."""
+    scene = load_scene(SCENES / "faces_for_half_a_step.toml")
+    setting = Setting(AccuracyParameter.RTOL, 1e-10)
+    found, right = (ENGINES[name].load()().run(scene, setting) for name in ("scipy-dop853", "reference-fast"))
+    assert differences(found, right)["attitude"].max() < 1e-4
