@@ -13,7 +13,7 @@ from adapters.trajectory import Observable
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.parted_track import parted_track_bound
 from barchain.judge.roundoff import measured_roundoff
-from barchain.judge.scales import NORM_SLACK
+from barchain.judge.scales import FIELDS, NORM_SLACK
 from barchain.metrics.model_difference import SECOND_MOMENT_SENSITIVITY, com_displacement, displacement_bound
 from barchain.metrics.quantities import differences
 from barchain.solutions.reference import RICHARDSON, TRACK
@@ -42,8 +42,8 @@ KINKED_SHARE = 0.5
 """The same where bars turn their other face to wind or light. The slope of a force jumps there, which costs 0 to E in a
 step of the main run, as the jump lies in it, and 0 to E/4 in one of half its length. Over many jumps the extrapolation
 keeps a third of E from either, sqrt(2)/3 of E, and the runs differ by E."""
-EXTRAPOLATED = {"com": "com_m", "attitude": "angle_rad", "rate": "rate_rad_s", "reaction": "reaction_N"}
-"""Quantities whose error is extrapolated, and their arrays"""
+EXTRAPOLATED = ("com", "attitude", "rate", "reaction")
+"""Quantities whose error is extrapolated"""
 
 
 class Residuals:
@@ -117,12 +117,12 @@ class Residuals:
         sensitivity: dict[str, Array] = {}
         if scene.effects.gravity is not Gravity.NONE and scene.bound:
             sensitivity = displacement_bound(scene, right.t_s, SECOND_MOMENT_SENSITIVITY)
-        for name, field, moved, uncertainty in (
-            ("com", "com_m", predicted.vector_m, predicted.uncertainty_m),
-            ("com_velocity", "com_velocity_m_s", predicted.vector_m_s, predicted.uncertainty_m_s),
+        for name, moved, uncertainty in (
+            ("com", predicted.vector_m, predicted.uncertainty_m),
+            ("com_velocity", predicted.vector_m_s, predicted.uncertainty_m_s),
         ):
             for residual, run in ((self.residual, self.main), (self.finer_residual, self.finer)):
-                apart = getattr(right, field)[:n] - getattr(run, field)[:n]
+                apart = getattr(right, FIELDS[name])[:n] - getattr(run, FIELDS[name])[:n]
                 residual[name] = np.linalg.norm(apart - moved[:n], axis=1)
             self.model_size[name] = np.maximum.accumulate(np.linalg.norm(moved[:n], axis=1))
             self.model_uncertainty[name] = (uncertainty + wrong_rad * sensitivity.get(name, 0.0))[:n]
@@ -248,7 +248,7 @@ class Residuals:
             Of the extrapolation, relative to the finer run's floor.
         """
         assert self.engine.order is not None
-        arrays = [getattr(run, EXTRAPOLATED[quantity]) for run in (coarse, fine, self.solution.trajectory)]
+        arrays = [getattr(run, FIELDS[quantity]) for run in (coarse, fine, self.solution.trajectory)]
         n = min(len(values) for values in arrays)
         one, two, right = (values[:n].reshape(n, -1) for values in arrays)
         change = one - two

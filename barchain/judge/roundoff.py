@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.judge.scales import MACHINE_EPSILON, ROUNDINGS
+from barchain.judge.scales import FIELDS, MACHINE_EPSILON, ROUNDINGS
 from barchain.metrics.quantities import differences, drifts
 from barchain.metrics.rates import rate_scale
 from barchain.solutions.reference import TRACK
@@ -46,18 +46,11 @@ EARLY = 4
 
 def rounded_sum(trajectory: Trajectory, quantity: str) -> Array:
     """Rounding of a value that is a sum over N bars, (n,), in the quantity's unit: N terms of at most its own size."""
-    values = {
-        "attitude": trajectory.angle_rad,
-        "rate": trajectory.rate_rad_s,
-        "reaction": trajectory.reaction_N,
-        "torque": trajectory.torque_N_m,
-        "impulse": trajectory.impulse_N_s,
-    }
-    found = values.get(quantity)
+    values = None if quantity in TRACK else getattr(trajectory, FIELDS[quantity])
     bars = 1 if trajectory.angle_rad is None else trajectory.angle_rad.shape[1]
-    if found is None or not found.size:
+    if values is None or not values.size:
         return np.zeros(len(trajectory.t_s))
-    size = np.abs(found).reshape(len(trajectory.t_s), -1).max(axis=1)
+    size = np.abs(values).reshape(len(trajectory.t_s), -1).max(axis=1)
     largest: Array = MACHINE_EPSILON * ROUNDINGS * bars * np.maximum.accumulate(size)
     return largest
 

@@ -17,6 +17,16 @@ NORM_SLACK = 10.0
 MACHINE_EPSILON = float(np.finfo(float).eps)  # twice the unit roundoff: distance from 1 to the next double
 ROUNDINGS = 16.0
 """Rounding errors that enter a state in one step: a handful of operations, one for each stage"""
+FIELDS = {
+    "com": "com_m",
+    "com_velocity": "com_velocity_m_s",
+    "attitude": "angle_rad",
+    "rate": "rate_rad_s",
+    "reaction": "reaction_N",
+    "torque": "torque_N_m",
+    "impulse": "impulse_N_s",
+}
+"""Compared quantities, and their arrays in a trajectory"""
 
 
 def scales(solution: ReferenceSolution) -> dict[str, float]:

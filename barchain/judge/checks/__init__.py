@@ -1,1 +1,1 @@
-"""Single questions of a verdict: digits, the run's end, extrapolation, restarts beyond the predictability limit."""
+"""Checks of one engine's runs: each takes residuals, or an error model and a run, and returns findings."""

@@ -17,6 +17,7 @@ from adapters.engine import Coordinates, EngineError
 from barchain.judge.checks.restart import RTOL, compare_segment, restart_segments, restarted_run
 from barchain.judge.parted_track import face_acceleration_m_s2
 from barchain.judge.residuals import worst
+from barchain.judge.scales import FIELDS, largest_entry
 from barchain.judge.verdict import CheckFinding
 from barchain.metrics.quantities import differences
 from reference_impl.model.invariants import relative_kinetic_energy
@@ -95,13 +96,14 @@ def energy_finding(run: Residuals) -> CheckFinding:
 
 def kinetic_ratio(trajectory: Trajectory, solution: ReferenceSolution) -> float | None:
     """Largest kinetic energy about the centre of mass relative to the largest possible; None without attitude."""
-    model, found = chain_model(solution.scene), []
+    model, largest = chain_model(solution.scene), []
     for seen in (trajectory, solution.trajectory):
         if seen.angle_rad is None or seen.rate_rad_s is None:
             return None
-        found.append(float(relative_kinetic_energy(model, seen.angle_rad, seen.rate_rad_s).max()))
-    most = (math.sqrt(found[1] + max_tidal_gain(solution)) + max_driven_gain(solution)) ** 2
-    return found[0] / most if most > 0.0 else None
+        largest.append(float(relative_kinetic_energy(model, seen.angle_rad, seen.rate_rad_s).max()))
+    mine, theirs = largest
+    most = (math.sqrt(theirs + max_tidal_gain(solution)) + max_driven_gain(solution)) ** 2
+    return mine / most if most > 0.0 else None
 
 
 def max_tidal_gain(solution: ReferenceSolution) -> float:
@@ -249,6 +251,9 @@ def own_state_ratios(
     def reference_at(k: int) -> Trajectory:
         return restarted_run(errors.scene, trajectory, k, trajectory.t_s[k : k + 1], RTOL, 0.0)
 
+    def size(at: Trajectory, name: str) -> float:
+        return largest_entry(getattr(at, FIELDS[name]))
+
     covered = np.zeros(min(errors.n, len(trajectory.t_s)), bool)
     covered[: first + 1] = True
     for s in found:
@@ -273,9 +278,3 @@ def own_state_ratios(
             if not used <= highest.get(name, (0.0, 0.0))[0]:  # not-a-number is worse than all
                 highest[name] = (np.inf if np.isnan(used) else used, float(trajectory.t_s[k]))
     return highest
-
-
-def size(trajectory: Trajectory, name: str) -> float:
-    """Largest absolute value of ``reaction`` or ``torque``, in its unit."""
-    values = trajectory.reaction_N if name == "reaction" else trajectory.torque_N_m
-    return 0.0 if values is None else float(np.abs(values).max(initial=0.0))

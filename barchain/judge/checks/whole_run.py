@@ -8,6 +8,7 @@ import numpy as np
 
 from adapters.trajectory import ENDED
 from barchain.judge.residuals import other_end
+from barchain.judge.scales import FIELDS
 from barchain.judge.verdict import CheckFinding
 from barchain.run.trajectory_checks import TIME_SLACK
 from reports.tables.crossval import PARTED_RAD
@@ -25,16 +26,8 @@ COARSE = 100.0  # units in the last place: a lattice closer than that is what ro
 LEFT_OVER = 1e-6  # of a channel's largest value: what is smaller may be left over by sums that cancel, with few bits
 EXPONENTS = range(-12, 4)
 DEGREE = np.pi / 180.0
-UNITS: dict[str, tuple[str, tuple[float, ...]]] = {
-    "com_m": ("com", (1.0,)),
-    "com_velocity_m_s": ("com_velocity", (1.0,)),
-    "angle_rad": ("attitude", (1.0, DEGREE)),
-    "rate_rad_s": ("rate", (1.0, DEGREE)),
-    "reaction_N": ("reaction", (1.0,)),
-    "torque_N_m": ("torque", (1.0,)),
-    "impulse_N_s": ("impulse", (1.0,)),
-}
-"""Quantity of each channel, and units that it may have been rounded in"""
+ANGULAR = ("attitude", "rate")
+"""Quantities that may have been rounded in degrees"""
 ROUNDED = 4.0  # units in the last place, of a number that was multiplied by its unit
 ERRORS = 10.0  # of the judging solution: where a value is exact, its error is no more than this off the decimal
 MOSTLY = 0.5  # of the reference's values: chance puts next to none on a lattice so coarse
@@ -102,7 +95,8 @@ def rounded_values(trajectory: Trajectory, solution: ReferenceSolution | None = 
     solution : ReferenceSolution, optional
         Values that are exact decimals in the judging solution, too, were not rounded.
     """
-    for name, (quantity, units) in UNITS.items():
+    for quantity, name in FIELDS.items():
+        units = (1.0, DEGREE) if quantity in ANGULAR else (1.0,)
         values = getattr(trajectory, name)
         if values is None or not values.size:
             continue
@@ -110,14 +104,14 @@ def rounded_values(trajectory: Trajectory, solution: ReferenceSolution | None = 
         columns = values.reshape(len(values), -1)
         for k, column in enumerate(columns.T):
             lattice = lattice_of(column[np.abs(column) > least], units)
-            if lattice is not None and not (solution and exact(solution, name, quantity, k, lattice[1])):
+            if lattice is not None and not (solution and exact(solution, quantity, k, lattice[1])):
                 return f"{name} is {lattice[0]}"
     return None
 
 
-def exact(solution: ReferenceSolution, name: str, quantity: str, column: int, spacing: float | None) -> bool:
+def exact(solution: ReferenceSolution, quantity: str, column: int, spacing: float | None) -> bool:
     """Whether the judging solution's own values are on the lattice, to its error; no spacing for single precision."""
-    values = getattr(solution.trajectory, name)
+    values = getattr(solution.trajectory, FIELDS[quantity])
     if values is None or quantity not in solution.error:
         return False
     own = values.reshape(len(values), -1)[:, column]
