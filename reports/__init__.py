@@ -1,4 +1,4 @@
-"""Rendering of stored result tables as HTML and Markdown, independent of engines and scenes.
+"""Rendering of stored result tables as HTML, independent of engines and scenes.
 
 :mod:`reports.render` makes the pages. It is not imported here: plots take a second to import, and every worker process
 imports this package for the outcomes.

@@ -55,8 +55,8 @@ def says_complete(path: Path) -> bool:
 class Chapter:
     """One study's chapter.
 
-    The templates are ``templates/<name>/chapter.html.j2`` and, where `text` is given, ``chapter.md.j2``. They see the
-    chapter as ``chapter``, the view under the study's name, and the page's ``glossary``.
+    Its template ``templates/<name>/chapter.html.j2`` sees the chapter as ``chapter``, the view under the study's name,
+    and the page's ``glossary``.
     """
 
     name: str
@@ -67,8 +67,6 @@ class Chapter:
     """Required files in the study's folder"""
     view: Callable[[Path], ChapterView]
     """Makes the view of a result folder that holds these files"""
-    text: str = ""
-    """Markdown file beside the tables; empty: none"""
     command: str = ""
     """Command that writes the tables, if it is not called as the study is"""
     in_report: bool = True

@@ -1,4 +1,4 @@
-"""Templates with their filters, and a study's own page and Markdown."""
+"""Templates with their filters, and a study's own page."""
 
 from __future__ import annotations
 
@@ -76,24 +76,10 @@ def surroundings(record: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def subject(chapter: Chapter, view: ChapterView) -> dict[str, Any]:
-    """Names that the templates of a study's own page and Markdown see."""
-    return {"chapter": chapter, chapter.name: view, "glossary": Glossary()}
-
-
-def write_text(folder: Path, chapter: Chapter, view: ChapterView) -> Path:
-    """Write a study's chapter as Markdown beside its tables, and return the file."""
-    text = folder / chapter.name / chapter.text
-    shown = subject(chapter, view)
-    made = fitting(text.parent, lambda: templates().get_template(f"{chapter.name}/chapter.md.j2").render(shown))
-    write_atomically(text, made.strip() + "\n")
-    return text
-
-
 def write_page(folder: Path, chapter: Chapter, view: ChapterView) -> Path:
     """Write a study's own page, ``<study>.html``, and return it."""
     page = folder / f"{chapter.name}.html"
-    shown = subject(chapter, view) | surroundings(view.record)
+    shown = {"chapter": chapter, chapter.name: view, "glossary": Glossary()} | surroundings(view.record)
     made = fitting(folder / chapter.name, lambda: templates().get_template("study_page.html.j2").render(shown))
     write_atomically(page, made)
     return page

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from reports.chapters.crossval.report import write_report
 from reports.chapters.registry import CHAPTERS
-from reports.page import write_page, write_text
+from reports.page import write_page
 from reports.tables.crossval import METRICS, read_results
 from reports.tables.schema import RECORD
 
@@ -26,8 +26,6 @@ class Rendered(NamedTuple):
 
     page: Path
     """Report of the comparison that includes the chapter, or else the study's own page"""
-    text: Path | None
-    """Markdown; None for a study without"""
     view: ChapterView
 
 
@@ -82,7 +80,7 @@ def render(folder: Path) -> tuple[Path, Path]:
     Returns
     -------
     tuple of Path
-        The HTML file and the Markdown file.
+        The HTML file and the summary.
 
     Raises
     ------
@@ -93,7 +91,7 @@ def render(folder: Path) -> tuple[Path, Path]:
 
 
 def render_study(name: str, folder: Path) -> Rendered:
-    """Write a study's Markdown, and its page or the comparison's report that includes its chapter.
+    """Write a study's page, or the comparison's report that includes its chapter.
 
     Raises
     ------
@@ -104,13 +102,12 @@ def render_study(name: str, folder: Path) -> Rendered:
     compared = chapter.in_report and holds_comparison(folder)
     views = reported_in(folder) if compared else {}
     view = views.get(chapter) or chapter.view_of(folder)
-    text = write_text(folder, chapter, view) if chapter.text else None
     page = write_report(folder, views)[0] if compared else write_page(folder, chapter, view)
-    return Rendered(page, text, view)
+    return Rendered(page, view)
 
 
 def render_all(folder: Path) -> list[Path]:
-    """Write every page and text of a folder, and return the pages and the report's text.
+    """Write every page of a folder, and return the pages and the report's summary.
 
     Raises
     ------
@@ -120,9 +117,6 @@ def render_all(folder: Path) -> list[Path]:
     views, compared = views_in(folder), holds_comparison(folder)
     if not views and not any(os.path.lexists(folder / name) for name in (METRICS, RECORD)):
         raise FileNotFoundError(nothing_known(folder))
-    for chapter, view in views.items():
-        if chapter.text:
-            write_text(folder, chapter, view)
     own = [c for c in views if not (compared and c.in_report)]
     pages = [write_page(folder, chapter, views[chapter]) for chapter in own]
     return pages if own and not compared else [*pages, *write_report(folder, reported(views))]

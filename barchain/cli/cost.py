@@ -37,13 +37,12 @@ if TYPE_CHECKING:
 @repeats_option(REPEATS)
 @minutes_option(MINUTES, more="; each setting is run once in any case")
 @time_limit_option(TIME_LIMIT_S, more=", and leave out a run that is expected to take longer")
-@click.option("--markdown", is_flag=True, help="Print the table of speed ratios as Markdown.")
 @resume_option
 @overwrite_option
 @timed_alone
 def cost(
     scenes: tuple[str, ...], names: tuple[str, ...], out: Path, orbits: float, repeats: int, minutes: float,
-    time_limit: float, markdown: bool, resume: bool, overwrite: bool,
+    time_limit: float, resume: bool, overwrite: bool,
 ) -> None:  # fmt: skip
     """Measure errors and run times of every setting of every engine.
 
@@ -59,9 +58,7 @@ def cost(
     plan = study.plan(CostOptions(scenes or None, names or None, orbits, repeats, minutes, time_limit))
     with verdicts_shown(plan.turns) as show:
         result, rendered = run_study_in(out, study, plan, Reporter(show, show.note), resume=resume, overwrite=overwrite)
-    if markdown and rendered.text:
-        say(rendered.text.read_text(encoding="utf-8"))
-    say(f"cost study: {rendered.page}", err=markdown)
+    say(f"cost study: {rendered.page}")
     report_idle(result.idle)
     end_study(result, result.failures)
 

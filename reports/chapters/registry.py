@@ -15,18 +15,15 @@ from reports.chapters.stability.view import view_stability
 from reports.tables.schema import RECORD
 
 CHAPTERS = (
-    Chapter("cost", "Cost of accuracy", ("points.csv", RECORD), view_cost, "ratios.md"),
-    Chapter(
-        "scaling", "Cost against the number of bars", ("points.csv", "fits.csv", RECORD), view_scaling, "scaling.md"
-    ),
-    Chapter("roundoff", "Round-off in absolute and relative coordinates", (RECORD,), view_roundoff, "roundoff.md"),
-    Chapter("effects", "Relevance of each effect", ("effects.csv", RECORD), view_effects, "effects.md"),
+    Chapter("cost", "Cost of accuracy", ("points.csv", RECORD), view_cost),
+    Chapter("scaling", "Cost against the number of bars", ("points.csv", "fits.csv", RECORD), view_scaling),
+    Chapter("roundoff", "Round-off in absolute and relative coordinates", (RECORD,), view_roundoff),
+    Chapter("effects", "Relevance of each effect", ("effects.csv", RECORD), view_effects),
     Chapter(
         "selftest",
         "Detection of inserted faults",
         ("selftest.csv", RECORD),
         view_selftest,
-        "selftest.md",
         in_report=False,
     ),
     Chapter(
@@ -34,7 +31,6 @@ CHAPTERS = (
         "Random campaign",
         ("campaign.csv", "rates.csv", RECORD),
         view_campaign,
-        "campaign.md",
         command="selftest --random N",
         in_report=False,
     ),
@@ -43,7 +39,6 @@ CHAPTERS = (
         "Numerical stability on hard scenes",
         ("outcomes.csv", "evidence.csv", RECORD),
         view_stability,
-        "stability.md",
         in_report=False,
     ),
     Chapter(
@@ -51,7 +46,6 @@ CHAPTERS = (
         "Releases of an engine",
         ("releases.csv", RECORD),
         view_releases,
-        "releases.md",
         in_report=False,
     ),
     Chapter("ensemble", "Ensemble of perturbed runs", ("quantiles.csv", RECORD), view_ensemble, in_report=False),

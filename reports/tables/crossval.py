@@ -98,7 +98,7 @@ FILES = StudyFiles(
     model=ComparisonRecord,
     resumes=True,
     folders=("trajectories", "differences"),
-    pages=("index.html", "report.md"),
+    pages=("index.html", "summary.md"),
 )
 
 

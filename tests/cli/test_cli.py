@@ -69,7 +69,7 @@ def test_a_users_own_scene_is_compared_and_its_report_rendered_again_from_tables
     assert code == 0, shown
     assert {p.name for p in out.iterdir()} >= {
         "index.html",
-        "report.md",
+        "summary.md",
         "metrics.csv",
         "record.json",
         "trajectories",
@@ -84,11 +84,11 @@ def test_a_users_own_scene_is_compared_and_its_report_rendered_again_from_tables
         "main",
         "finer",
     }
-    first = (out / "report.md").read_bytes()
-    for made in ("index.html", "report.md"):
+    first = (out / "summary.md").read_bytes()
+    for made in ("index.html", "summary.md"):
         (out / made).unlink()
     assert run(["report", str(out)]) == 0
-    assert (out / "report.md").read_bytes() == first
+    assert (out / "summary.md").read_bytes() == first
 
 
 def test_a_failed_comparison_exits_with_1(tmp_path, capsys):
@@ -104,9 +104,9 @@ def test_an_engine_asked_for_by_name_that_can_do_no_scene_exits_with_1_and_the_r
     asked = ["compare", QUICK, "--engine", "reference", "--engine", "can-not", "--out", str(tmp_path)]
     assert run(asked) == 1
     assert "can-not  nothing_compared: run: compared on no scene: does not support gravity" in capsys.readouterr().out
-    (tmp_path / "report.md").unlink()
+    (tmp_path / "summary.md").unlink()
     assert run(["report", str(tmp_path)]) == 0
-    text = (tmp_path / "report.md").read_text()
+    text = (tmp_path / "summary.md").read_text()
     assert "and can-not was compared on no scene." in text
     assert "can-not was compared on no scene: does not support gravity" in text
 

@@ -217,8 +217,6 @@ def test_the_page_shows_all_of_it_and_is_rendered_again_alike(tmp_path: Path) ->
     assert "Outlined, with an arrow" in html
     assert html.count('<ul class="keys">') == 1
     assert html.count("<table>") == 3
-    text = (tmp_path / "effects" / "effects.md").read_text()
-    assert text.startswith("## Relevance of each effect: own/\\<scene\\>")
     assert run(["report", str(tmp_path)]) == 0
     assert page.read_text() == html
 
@@ -228,7 +226,6 @@ def test_a_comparisons_report_gets_the_chapter(tmp_path: Path) -> None:
     page = render_study("effects", write(tmp_path, ROWS)).page
     assert page == tmp_path / "index.html"
     assert '<h2 id="effects">' in page.read_text()
-    assert "## Relevance of each effect" in (tmp_path / "report.md").read_text()
 
 
 def test_a_budget_that_was_cut_off_renders_what_it_had(tmp_path: Path) -> None:

@@ -176,12 +176,11 @@ def test_the_chapter_stands_alone(tmp_path: Path) -> None:
     page = render_study("scaling", write(tmp_path)).page
     check_policy(page)
     assert page == tmp_path / "scaling.html"
-    html, text = page.read_text(), (tmp_path / "scaling" / "scaling.md").read_text()
+    html = page.read_text()
     for words in ("about 2.1 N times", "would take about &lt;300&gt; s", "1.50 (1.50 to 1.50)", "Outlined", "met"):
         assert words in html
     assert "cut off" not in html
     assert "nan" not in html.lower()
-    assert "| stepper | " in text
     assert "cut off" in render_study("scaling", write(tmp_path / "cut", finished=False)).page.read_text()
 
 
@@ -197,7 +196,6 @@ def test_the_chapter_joins_the_report_of_a_comparison(tmp_path: Path) -> None:
     page = render_study("scaling", write(folder)).page
     assert page == folder / "index.html"
     assert page.read_text().count('id="scaling"') == 1
-    assert "## Cost against the number of bars" in (folder / "report.md").read_text()
     assert not (folder / "scaling.html").exists()
 
 

@@ -189,7 +189,6 @@ def test_the_page_is_rendered_from_the_tables_alone(folder: Path) -> None:
     assert "stable in all 2 hard scenes" in view.headline
     for word in ("Condition of the joint system", "a bar reached the surface", "SciPy at its defaults"):
         assert word in text, word
-    assert r"| hard/vertical\_fall |" in (folder / "stability" / "stability.md").read_text(encoding="utf-8")
 
 
 def test_a_study_goes_on_from_what_an_earlier_one_left(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

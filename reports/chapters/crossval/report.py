@@ -57,7 +57,7 @@ PAPER = "paper"
 
 
 def write_report(folder: Path, chapters: Mapping[Chapter, ChapterView]) -> tuple[Path, Path]:
-    """Write ``index.html`` and ``report.md`` into a result folder, from its stored tables alone.
+    """Write ``index.html`` and ``summary.md`` into a result folder, from its stored tables alone.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def write_report(folder: Path, chapters: Mapping[Chapter, ChapterView]) -> tuple
     Returns
     -------
     tuple of Path
-        The HTML file and the Markdown file.
+        The HTML file and the summary.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def write_report(folder: Path, chapters: Mapping[Chapter, ChapterView]) -> tuple
         If the folder holds no ``metrics.csv`` or no ``record.json``.
     """
     results = read_results(folder)
-    page, text = folder / "index.html", folder / "report.md"
+    page, text = folder / "index.html", folder / "summary.md"
     html, markdown = fitting(folder / RECORD, lambda: rendered(results, chapters))
     write_atomically(page, html)
     write_atomically(text, markdown)
@@ -99,7 +99,7 @@ def rendered(results: Results, chapters: Mapping[Chapter, ChapterView]) -> tuple
         "opening": opening(results, summary, groups),
     }
     environment = report_templates()
-    html, markdown = (environment.get_template(f"crossval/report.{kind}.j2") for kind in ("html", "md"))
+    html, markdown = (environment.get_template(f"crossval/{name}.j2") for name in ("report.html", "summary.md"))
     return html.render(shared | pictures, glossary=Glossary()), markdown.render(shared, glossary=Glossary())
 
 

@@ -1,4 +1,4 @@
-"""Rows of the round-off chapter's tables, with numbers as text for both HTML and Markdown."""
+"""Rows of the round-off chapter's tables, with numbers as text."""
 
 from __future__ import annotations
 
