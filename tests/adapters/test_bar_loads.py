@@ -19,6 +19,7 @@ from adapters.common.initial_state import initial_state
 from adapters.common.joint_coordinates import positions, velocities
 from adapters.common.step_alignment import events_by_step, inner_events_s, misalignment
 from scenarios import Axes, End, Gravity, Impulse, Thrust, load_scene
+from tests.support.slow import one_in
 
 mp.mp.dps = 50
 EPS = np.finfo(float).eps
@@ -107,7 +108,7 @@ def exact(scene, here, spot, bar, *, free_falling):
     return pull, spin
 
 
-@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("size", one_in(2, SIZES))
 @pytest.mark.parametrize("name", ["oblateness", "third_body", "slender"])
 @pytest.mark.parametrize("gravity", ["point", "gradient", "quadrupole", "slender"])
 def test_fields_are_the_inertial_formulas_differences_to_round_off(name, gravity, size):

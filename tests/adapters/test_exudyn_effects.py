@@ -22,7 +22,7 @@ from adapters.exudyn.solve.solver import method_for, steps_of
 from adapters.exudyn.timetable import Steps
 from adapters.reference.numpy_engines import Reference
 from scenarios import Gravity, Scene, load_scene
-from tests.support.slow import slow_but
+from tests.support.slow import one_in, slow_but
 
 if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
@@ -263,7 +263,7 @@ def test_the_tree_agrees_with_the_reference_to_nine_digits(name: str) -> None:
 
 
 @pytest.mark.parametrize("engine", [ExudynIndex3, ExudynAbsolute, ExudynAbsoluteIndex3])
-@pytest.mark.parametrize("name", SUPPORTED)
+@pytest.mark.parametrize("name", one_in(4, SUPPORTED))
 def test_every_engine_carries_the_effects_with_second_order(engine: type[Engine], name: str) -> None:
     scene = halved(name)
     coarse, fine = (engine().run(scene, Setting(AccuracyParameter.STEPS_PER_ORBIT, k)) for k in (1000, 2000))

@@ -11,6 +11,7 @@ from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.mujoco.adapter import Mujoco
 from scenarios import Gravity, load_scene
 from tests.support.generic_scenes import generic, of_bars, solution, solution_at_start, steep, worst
+from tests.support.slow import one_in
 from tests.support.step_order import JUMPING, SMOOTH, by_steps, effect_scene, errors
 
 mujoco = pytest.importorskip("mujoco")
@@ -148,7 +149,7 @@ def test_what_it_can_not_do_is_said_with_a_reason():
     assert "soft" in Mujoco.unsupported(load_scene("paper/fig17"))
 
 
-@pytest.mark.parametrize("name", SMOOTH + JUMPING)
+@pytest.mark.parametrize("name", one_in(3, SMOOTH + JUMPING))
 def test_every_effect_is_carried_to_the_methods_order(name):
     """Against the reference: twice the steps leave 1/16, with events and impulses."""
     scene = effect_scene(name, 0.4)

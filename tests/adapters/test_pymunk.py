@@ -23,6 +23,7 @@ from adapters.reference.numpy_engines import Reference
 from adapters.trajectory import Observable
 from reference_impl.model.invariants import relative_angular_momentum, relative_kinetic_energy
 from scenarios import Gravity, load_scene
+from tests.support.slow import one_in
 from tests.support.step_order import JUMPING, SMOOTH, by_steps, effect_scene, errors
 
 BOTH = pytest.mark.parametrize("engine", [Pymunk, PymunkAbsolute])
@@ -300,7 +301,7 @@ def test_nothing_is_printed_or_written(engine, capfd, tmp_path, monkeypatch):
 
 
 @BOTH
-@pytest.mark.parametrize("name", SMOOTH + JUMPING)
+@pytest.mark.parametrize("name", one_in(3, SMOOTH + JUMPING))
 def test_every_effect_is_carried_to_the_methods_order(name, engine):
     """Against the reference: twice the steps leave 1/4, with events and impulses."""
     scene = effect_scene(name, 0.2)

@@ -14,6 +14,7 @@ import psutil
 import pytest
 
 from tests.boundary.command_killers import SLEEP
+from tests.support.slow import one_in
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -33,7 +34,7 @@ def left(mark: str) -> list[list[str]]:
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="processes are found by their environment in /proc")
-@pytest.mark.parametrize("engine", ["KillsCommand", "KillsAllAbove", "KillsFromParentOn"])
+@pytest.mark.parametrize("engine", one_in(3, ["KillsCommand", "KillsAllAbove", "KillsFromParentOn"]))
 def test_an_engine_that_kills_its_comparison_leaves_no_process(engine: str, tmp_path: Path) -> None:
     mark = str(tmp_path)
     line = [sys.executable, "-m", "tests.boundary.command_killers", engine, str(tmp_path / "out")]

@@ -95,6 +95,7 @@ def test_a_server_that_an_engine_has_stopped_is_replaced(tmp_path: Path, monkeyp
     assert result.outcomes[SCENE, "plain"] is Outcome.PASS
 
 
+@pytest.mark.slow
 def test_a_child_goes_where_the_engine_has_killed_its_supervisor(tmp_path: Path) -> None:
     before = ours()
     compared(targets(["read_kills_supervisor"]), tmp_path, 8.0)

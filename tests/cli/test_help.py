@@ -10,6 +10,7 @@ import click
 import pytest
 
 from barchain.cli.main import SECTIONS, cli, run
+from tests.support.slow import one_in
 
 HEAVY = (
     "numpy",
@@ -90,7 +91,7 @@ def test_an_option_means_the_same_in_every_command():
     assert "--scene" not in texts
 
 
-@pytest.mark.parametrize("arguments", [["--help"], ["--version"], *([name, "--help"] for name in COMMANDS)])
+@pytest.mark.parametrize("arguments", one_in(9, [["--help"], ["--version"], *([name, "--help"] for name in COMMANDS)]))
 def test_help_imports_nothing_that_is_slow_to_import(arguments):
     code = (
         "import sys; from barchain.cli.main import run; run(sys.argv[1:]); "

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.slow import one_in
+
 BARCHAIN = f"{sys.executable} -m barchain"
 COMPARE = f"{BARCHAIN} compare basics/kepler_circular --engine reference --workers 1 --out out"
 posix = pytest.mark.skipif(os.name != "posix", reason="a shell of POSIX redirects the streams")
@@ -20,7 +22,7 @@ def shell(line: str, folder: Path) -> subprocess.CompletedProcess[str]:
 
 
 @posix
-@pytest.mark.parametrize("streams", [">&-", "2>&-", "<&- >&- 2>&-", pytest.param("2>/dev/full", marks=needs_full)])
+@pytest.mark.parametrize("streams", ["<&- >&- 2>&-", pytest.param("2>/dev/full", marks=[needs_full, pytest.mark.slow])])
 def test_closed_streams_and_a_full_standard_error_cost_no_run(streams: str, tmp_path: Path) -> None:
     made = shell(f"{COMPARE} {streams}", tmp_path)
     assert made.returncode == 0, made.stderr
@@ -30,6 +32,7 @@ def test_closed_streams_and_a_full_standard_error_cost_no_run(streams: str, tmp_
 @posix
 @needs_full
 @pytest.mark.parametrize("unbuffered", ["", "1"])
+@pytest.mark.slow
 def test_standard_output_that_is_full_is_told_after_the_work(unbuffered: str, tmp_path: Path) -> None:
     made = shell(f"PYTHONUNBUFFERED={unbuffered} {COMPARE} >/dev/full", tmp_path)
     assert made.returncode == 2
@@ -47,7 +50,7 @@ def test_a_current_folder_that_is_gone_is_one_line(tmp_path: Path) -> None:
 
 
 @posix
-@pytest.mark.parametrize("files", [8, 14, 20, 40, 64])
+@pytest.mark.parametrize("files", one_in(5, [8, 14, 20, 40, 64]))
 def test_few_open_files_are_enough_or_one_line(files: int, tmp_path: Path) -> None:
     made = shell(f"ulimit -n {files}; {BARCHAIN} simulate basics/kepler_circular --out x.csv", tmp_path)
     assert "Traceback" not in made.stderr

@@ -127,6 +127,7 @@ def test_angles_of_a_single_bar_that_differ_by_whole_turns_are_named_as_that() -
     )
 
 
+@pytest.mark.slow
 def test_what_runs_leave_behind_is_told() -> None:
     report = examined("Untidy", "behaviour")
     found = failed(report)
@@ -135,14 +136,17 @@ def test_what_runs_leave_behind_is_told() -> None:
     assert next(c.words for c in report.checks if c.name == "output").startswith("prints ")
 
 
+@pytest.mark.slow
 def test_a_scene_that_an_engine_changes_is_told() -> None:
     assert "changes the scene that it is given" in failed(examined("ChangesScene", "behaviour"))["state of the process"]
 
 
+@pytest.mark.slow
 def test_runs_that_differ_in_the_last_bit_are_told() -> None:
     assert "differ" in failed(examined("Random", "behaviour"))["same bits again"]
 
 
+@pytest.mark.slow
 def test_global_random_numbers_and_variables_are_told_though_each_build_sets_the_same() -> None:
     said = failed(examined("Seeds", "behaviour"))["state of the process"]
     assert "seeds NumPy's global random numbers" in said
@@ -158,6 +162,7 @@ def test_a_slow_engine_is_tried_at_the_settings_that_fit_into_the_time() -> None
     assert found["errors inside the bound"].state is CheckState.PASSED
 
 
+@pytest.mark.slow
 def test_a_setting_that_hangs_costs_no_other_setting(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("barchain.conform.runs.START_S", 4.0)
     found = {c.name: c for c in accuracy(dataclasses.replace(target.examined(f"{HERE}:HangsAtOneSetting"), run_s=2.0))}
@@ -190,6 +195,7 @@ def test_runs_without_a_result_are_told_as_that_and_not_as_runs_that_differ(monk
         ("RaisesOnLongRuns", CheckState.WARNING, "the run ended by itself (the run is too long)"),
     ],
 )
+@pytest.mark.slow
 def test_a_long_run_is_ended_while_it_integrates(name: str, state: CheckState, words: str) -> None:
     (found,) = [c for c in behaviour(target.examined(f"{HERE}:{name}")) if c.name == "end at a time limit"]
     assert found.state is state
@@ -233,24 +239,28 @@ def test_a_run_that_is_ended_tells_its_phase_and_the_option_that_allows_more_tim
     assert "--time-limit" in found["a first run"]
 
 
+@pytest.mark.slow
 def test_an_array_that_all_runs_share_is_told_and_each_scene_is_judged_by_its_own_run() -> None:
     found = failed(examined("OneBuffer"))
     assert list(found) == ["arrays of its own"]
     assert "angle_rad" in found["arrays of its own"]
 
 
+@pytest.mark.slow
 def test_a_result_that_depends_on_the_runs_before_it_is_told_and_no_physics_is_named() -> None:
     report = examined("KeepsModel")
     assert "depends on the runs before it" in failed(report)["one bar gradient"]
     assert not any("gradient is missing" in words for words in failed(report).values())
 
 
+@pytest.mark.slow
 def test_values_that_are_rounded_to_decimals_are_told() -> None:
     found = failed(examined("RoundedAngles", "conventions", "one_bar_free"))
     assert found["double precision"] == "angle_rad is rounded to multiples of 1e-6 of its unit"
     assert found["one bar free"] == found["double precision"]
 
 
+@pytest.mark.slow
 def test_an_engine_without_rates_is_judged_up_to_the_predictability_limit() -> None:
     report = examined("NoRates")
     assert not [c for c in report.failures if c.group is Group.PHYSICS], failed(report)
@@ -268,6 +278,7 @@ def test_differences_as_single_precision_leaves_them_are_told() -> None:
     )
 
 
+@pytest.mark.slow
 def test_one_line_tests_an_engine_in_the_continuous_integration_of_its_package() -> None:
     with pytest.raises(AssertionError, match="degrees"):
         assert_conforms(f"{HERE}:Degrees")
@@ -289,6 +300,7 @@ def test_the_command_exits_with_1_and_gives_the_checks_as_json_and_junit(
     assert float(suite.get("time", "0")) == pytest.approx(found[0]["seconds"], rel=0.05, abs=0.05)
 
 
+@pytest.mark.slow
 def test_an_exception_in_a_check_is_a_failed_check_and_all_files_are_written(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -16,6 +16,7 @@ from barchain.conform.physics import main_and_finer, scene_check
 from barchain.conform.scenes import STAGES
 from barchain.conform.settings import MOST_FINER, from_default_on, lasts, setting_of
 from barchain.conform.target import examined
+from tests.support.slow import one_in
 
 if TYPE_CHECKING:
     from adapters.engine import Setting
@@ -68,12 +69,13 @@ def test_a_finer_setting_is_taken_where_the_default_does_not_reach_so_far() -> N
     assert lasts(Pymunk, Pymunk.sweep.finer(default), name)
 
 
-@pytest.mark.parametrize("name", [name for stage in STAGES for name in stage.scenes])
+@pytest.mark.parametrize("name", one_in(5, [name for stage in STAGES for name in stage.scenes]))
 def test_no_setting_is_far_finer_than_the_default(name: str) -> None:
     assert setting_of(FirstOrder, name).value <= MOST_FINER * FirstOrder.sweep.default
 
 
 @pytest.mark.parametrize(("engine", "state"), [("SecondOrder", CheckState.PASSED), ("LostThrust", CheckState.FAILED)])
+@pytest.mark.slow
 def test_a_thrust_that_is_lost_fails_at_a_low_order_too_and_the_right_engine_passes(
     engine: str, state: CheckState
 ) -> None:

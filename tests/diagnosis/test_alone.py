@@ -15,6 +15,7 @@ from barchain.judge.diagnosis.search import BRIEF, FULL, ONE_ENGINE
 from barchain.judge.diagnosis.verdicts import verdict_tolerance
 from scenarios import Scene, load_scene
 from tests.diagnosis.planting import RTOL, planted, solution, unequal_chain, verdict_on
+from tests.support.slow import one_in
 
 if TYPE_CHECKING:
     from barchain.judge.diagnosis.mistake import Mistake, SceneMistake
@@ -67,28 +68,29 @@ def check_named(scene: Scene, mistake: Mistake, effort: object = BRIEF) -> None:
     assert (mistake.name,) in found.names, str(found)
 
 
+IN_SCENES = [m for m in SCENES if m.model is None and m.name not in WITHOUT_TRACE]
+
+
 @pytest.mark.parametrize("mistake", [m for m in READINGS if m.name.startswith("impulses")], ids=lambda m: m.name)
 def test_a_mistake_of_reading_impulses_is_named_where_there_are_some(mistake: Mistake) -> None:
     check_named(load_scene("effects/impulse"), mistake)
 
 
-@pytest.mark.parametrize("mistake", [m for m in READINGS if m.name not in WITHOUT_TRACE], ids=lambda m: m.name)
+@pytest.mark.parametrize("mistake", one_in(5, [m for m in READINGS if m.name not in WITHOUT_TRACE], lambda m: m.name))
 def test_a_mistake_of_reading_is_named_alone(mistake: Mistake) -> None:
     found = diagnosis_of(SCENE, mistake)
     assert found is not None
     assert found.names == {(mistake.name,)}, str(found)
 
 
-@pytest.mark.parametrize("mistake", TIMINGS, ids=lambda m: m.name)
+@pytest.mark.parametrize("mistake", one_in(6, TIMINGS, lambda m: m.name))
 def test_late_and_early_samples_are_named_alone(mistake: Mistake) -> None:
     found = diagnosis_of(SCENE, mistake)
     assert found is not None
     assert found.names == {(mistake.name,)}, str(found)
 
 
-@pytest.mark.parametrize(
-    "mistake", [m for m in SCENES if m.model is None and m.name not in WITHOUT_TRACE], ids=lambda m: m.name
-)
+@pytest.mark.parametrize("mistake", one_in(6, IN_SCENES, lambda m: m.name))
 def test_a_mistake_in_the_scene_is_named_alone(mistake: SceneMistake) -> None:
     found = diagnosis_of(SCENE, mistake)
     if found is None:
@@ -111,7 +113,7 @@ def test_a_mistake_in_the_equations_of_an_effect_is_named(mistake: SceneMistake)
     check_named(load_scene(OF_EQUATIONS[mistake]), mistake, ONE_ENGINE)
 
 
-@pytest.mark.parametrize("mistake", [*defaults.MISTAKES, *simplified.MISTAKES, *OF_EVENTS], ids=lambda m: m.name)
+@pytest.mark.parametrize("mistake", one_in(5, [*defaults.MISTAKES, *simplified.MISTAKES, *OF_EVENTS], lambda m: m.name))
 def test_a_key_that_is_ignored_and_a_sample_after_an_event_are_named(mistake: SceneMistake) -> None:
     scene = next((scene for effect, scene in UNUSUAL.items() if mistake.name.startswith(effect)), "three_bars_gradient")
     check_named(load_scene(f"conform/{scene}"), mistake, OF_SCENES)

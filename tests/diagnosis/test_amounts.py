@@ -15,6 +15,7 @@ from barchain.judge.diagnosis.verdicts import verdict_tolerance
 from scenarios import Scene, load_scene
 from tests.diagnosis.planting import RTOL, planted, run, solution, unequal_chain, verdict_on
 from tests.support.kernel import needs_kernel
+from tests.support.slow import one_in
 
 if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
@@ -43,15 +44,15 @@ def diagnosis_with(scene: Scene, amount: Amount, size: float) -> Diagnosis:
     return diagnosis_of(scene, run(change(scene), RTOL), run(change(scene), 0.1 * RTOL))
 
 
-@pytest.mark.parametrize("amount", amounts(SCENE), ids=lambda a: a.name)
-@pytest.mark.parametrize("size", [LITTLE, -2e-3])
+@pytest.mark.parametrize("amount", one_in(8, amounts(SCENE), lambda a: a.name))
+@pytest.mark.parametrize("size", one_in(2, [LITTLE, -2e-3]))
 def test_a_wrong_number_of_the_scene_is_named_with_its_amount(amount: Amount, size: float) -> None:
     possible = abs(size) if amount.range[0] == 0.0 else size
     found = diagnosis_with(SCENE, amount, possible)
     assert found.explanations[0].words == amount.words(possible)
 
 
-@pytest.mark.parametrize("amount", equation_amounts(SCENE), ids=lambda a: a.name)
+@pytest.mark.parametrize("amount", one_in(3, equation_amounts(SCENE), lambda a: a.name))
 def test_a_wrong_or_added_term_of_the_equations_is_named_with_its_amount(amount: Amount) -> None:
     size = LITTLE * amount.range[1]
     main, finer = (planted(SCENE, amount.mistake(size), rtol) for rtol in (RTOL, 0.1 * RTOL))
@@ -101,7 +102,7 @@ def test_a_sign_that_is_wrong_at_one_place_is_named_with_the_place(field: str, w
     assert str(found).startswith(f"Your {words} have the opposite sign (explained to ")
 
 
-@pytest.mark.parametrize("rtol", [1e-3, 1e-4, 1e-5, 1e-6])
+@pytest.mark.parametrize("rtol", one_in(4, [1e-3, 1e-4, 1e-5, 1e-6]))
 def test_a_coarse_run_is_no_wrong_number(rtol: float) -> None:
     found = diagnosis_of(SCENE, run(SCENE, rtol), run(SCENE, 0.999 * rtol))
     assert found.wrong

@@ -5,8 +5,6 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import pytest
-
 from barchain.judge.diagnosis.altered_scenes.catalogue import SCENES
 from barchain.judge.diagnosis.mistake import PAGE, Mistake
 from barchain.judge.diagnosis.readings.catalogue import READINGS, TIMINGS
@@ -26,13 +24,13 @@ def test_names_and_sentences_are_unique() -> None:
     assert len({m.sentence for m in MISTAKES}) == len(MISTAKES)
 
 
-@pytest.mark.parametrize("mistake", MISTAKES, ids=lambda m: m.name)
-def test_a_mistake_has_a_plain_sentence_and_a_section(mistake: Mistake) -> None:
-    assert re.fullmatch(r"[a-z0-9-]+", mistake.name)
-    assert mistake.sentence.startswith("the ")
-    assert not mistake.sentence.endswith(".")
-    assert mistake.section in anchors()
-    assert mistake.anchor == f"docs/explanation/engine_conventions.md#{mistake.section}"
+def test_every_mistake_has_a_plain_sentence_and_a_section() -> None:
+    for mistake in MISTAKES:
+        assert re.fullmatch(r"[a-z0-9-]+", mistake.name)
+        assert mistake.sentence.startswith("the "), mistake.name
+        assert not mistake.sentence.endswith("."), mistake.name
+        assert mistake.section in anchors(), mistake.name
+        assert mistake.anchor == f"docs/explanation/engine_conventions.md#{mistake.section}"
 
 
 def test_a_mistake_in_the_scene_alters_the_scene_or_the_equations() -> None:

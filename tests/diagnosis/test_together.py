@@ -61,6 +61,7 @@ def test_a_pair_of_mistakes_is_named(names: tuple[str, str]) -> None:
 
 
 @pytest.mark.parametrize("names", SCENE_PAIRS, ids="+".join)
+@pytest.mark.slow
 def test_a_pair_of_mistakes_in_the_scene_is_named(names: tuple[str, str]) -> None:
     found = diagnosis_of(names, FULL)
     assert [set(each) for each in found.names] == [set(names)], str(found)
@@ -114,6 +115,7 @@ def test_an_unknown_factor_is_fitted(field: str, factor: float, words: str) -> N
     assert [e.words for e in found.explanations] == [words], str(found)
 
 
+@pytest.mark.slow
 def test_an_unknown_constant_angle_is_fitted() -> None:
     made = [right.replace(angle_rad=right.angle_rad + 0.3) for right in (run(SCENE, RTOL), run(SCENE, 1e-10))]
     solved = solution(SCENE)
@@ -121,6 +123,7 @@ def test_an_unknown_constant_angle_is_fitted() -> None:
     assert [e.words for e in found.explanations] == ["the angles are off by a constant 17.1887 degrees"], str(found)
 
 
+@pytest.mark.slow
 def test_every_mistake_of_a_named_pair_is_needed() -> None:
     found = diagnosis_of(("reaction-sign",))
     assert found.names == {("reaction-sign",)}

@@ -19,7 +19,7 @@ from tests.documents.mentions import (
     paths,
     scenes,
 )
-from tests.structure.product import ROOT, relative
+from tests.structure.product import ROOT
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -30,40 +30,37 @@ TUTORIAL_ENGINE = "spring"
 OTHER_PROGRAMS = {"--against": "benchmarks/instructions.py, benchmarks/same_bits.py"}
 """Options in prose that belong to another program than barchain"""
 
-every_document = pytest.mark.parametrize("document", documents(), ids=relative)
 
-
-@every_document
-def test_links_lead_to_files(document: Path) -> None:
-    lost = [str(mention) for mention, target in links(document) if not target.exists()]
+def test_links_lead_to_files() -> None:
+    lost = [str(mention) for document in documents() for mention, target in links(document) if not target.exists()]
     assert not lost, "\n".join(lost)
 
 
-@every_document
-def test_paths_exist(document: Path) -> None:
-    lost = [str(mention) for mention in paths(document) if not exists(mention.text)]
+def test_paths_exist() -> None:
+    lost = [str(mention) for document in documents() for mention in paths(document) if not exists(mention.text)]
     assert not lost, "\n".join(lost)
 
 
-@every_document
-def test_scenes_exist(document: Path) -> None:
+def test_scenes_exist() -> None:
     names = scene_names()
-    lost = [str(mention) for mention in scenes(document) if mention.text not in names]
+    lost = [str(mention) for document in documents() for mention in scenes(document) if mention.text not in names]
     assert not lost, "\n".join(lost)
 
 
-@every_document
-def test_command_lines_parse(document: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_command_lines_parse(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("adapters.registry.third_party", lambda _: {TUTORIAL_ENGINE: Registration("a_module:AClass")})
     monkeypatch.setattr(Registration, "missing", None)  # a page may name an engine that is not installed here
-    faults = [(mention, fault(mention.text, whole=whole)) for mention, whole in command_lines(document)]
+    faults = [
+        (mention, fault(mention.text, whole=whole))
+        for document in documents()
+        for mention, whole in command_lines(document)
+    ]
     assert not any(reason for _, reason in faults), "\n".join(f"{m}: {reason}" for m, reason in faults if reason)
 
 
-@every_document
-def test_an_option_in_prose_is_one_of_some_command(document: Path) -> None:
+def test_an_option_in_prose_is_one_of_some_command() -> None:
     known = options() | OTHER_PROGRAMS.keys()
-    lost = [str(named) for named in options_in_prose(document) if named.text not in known]
+    lost = [str(named) for document in documents() for named in options_in_prose(document) if named.text not in known]
     assert not lost, "\n".join(lost)
 
 

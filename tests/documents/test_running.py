@@ -9,7 +9,7 @@ from tests.structure.product import ROOT
 
 TUTORIALS = ROOT / "docs" / "tutorials"
 ELSEWHERE = {"your_own_engine": "tests/authors/test_tutorial.py", "notebook": "tests/documents/test_notebook.py"}
-SLOW = {"nightly_for_your_project", "reading_roundoff"}
+SLOW = {"an_ensemble", "your_own_scene", "nightly_for_your_project", "reading_roundoff"}
 PAGES = [
     pytest.param(path, id=path.stem, marks=[pytest.mark.slow] if path.stem in SLOW else [])
     for path in sorted(TUTORIALS.glob("*.md"))
@@ -27,6 +27,7 @@ def test_a_tutorial_can_be_carried_out(page: Path, tmp_path: Path) -> None:
     assert carry_out(page, tmp_path) >= 2
 
 
+@pytest.mark.slow
 def test_the_script_of_the_readme_runs(tmp_path: Path) -> None:
     page = tmp_path / "README.md"
     found = [block for block in blocks(ROOT / "README.md") if block.language == "python"]
@@ -44,6 +45,7 @@ def test_the_first_comparison_of_the_readme_shows_what_a_run_shows(tmp_path: Pat
     assert carry_out(page, tmp_path) == 1
 
 
+@pytest.mark.slow
 def test_the_scene_of_the_readme_can_be_compared(tmp_path: Path) -> None:
     scene = next(block.text for block in blocks(ROOT / "README.md") if block.language == "toml")
     (tmp_path / "mine.toml").write_text(scene, encoding="utf-8")

@@ -16,6 +16,7 @@ from scenarios import load_scene, scene_names
 from tests.documents import snippets as found
 from tests.documents.commands import fault
 from tests.documents.running import command, run
+from tests.support.slow import one_in
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -70,7 +71,7 @@ def test_the_table_of_ways_names_nothing_that_is_gone() -> None:
     assert not gone
 
 
-@pytest.mark.parametrize("snippet", found.fragments(), ids=name)
+@pytest.mark.parametrize("snippet", one_in(4, found.fragments()), ids=name)
 def test_an_effect_of_the_documents_belongs_into_a_scene(snippet: Snippet, tmp_path: Path) -> None:
     scene = tmp_path / "scene.toml"
     bars = 2 if "engine_conventions" in snippet.document.name else 4 if SPRINGS in snippet.text else 5

@@ -31,6 +31,7 @@ from tests.reference.laws import LAWS
 from tests.support.compiled_evaluation import compiled_accelerations
 from tests.support.joint_roundoff import MU, RADIUS, C, Case, U, case, forward, joint_bound, magnitudes, sums
 from tests.support.kernel import needs_kernel
+from tests.support.slow import one_in
 
 if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
@@ -181,7 +182,7 @@ def accelerations_apart(scene: Scene, trajectory: Trajectory) -> tuple[float, fl
     return max(float(angular.max()) for angular, _ in found), max(com for _, com in found)
 
 
-@pytest.mark.parametrize("name", [n for n in scene_names() if n.startswith("effects/")])
+@pytest.mark.parametrize("name", one_in(4, [n for n in scene_names() if n.startswith("effects/")]))
 def test_it_takes_the_references_steps_and_blows(name: str) -> None:
     theirs, mine = alike(part(load_scene(name), 0.3))
     if theirs.impulse_N_s is None:

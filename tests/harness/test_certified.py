@@ -22,6 +22,7 @@ from barchain.solutions.certified_table import DamagedTableError, physics_digest
 from barchain.solutions.reference import SOLUTION_CHECK_RTOL, SOLUTION_RTOL, establish, with_perturbed_start
 from scenarios import load_scene
 from tests.support.scene_lists import HARD, TAME, TOLD
+from tests.support.slow import one_in
 
 LONG_RUNS = ("paper/fig05", "paper/fig05_bar_horizontal", "paper/fig09")  # five chaotic orbits each
 QUICK = "basics/two_bars_free"
@@ -41,7 +42,7 @@ def quick():
     return over(QUICK, orbits=0.01, samples=4)
 
 
-@pytest.mark.parametrize("name", TOLD)
+@pytest.mark.parametrize("name", one_in(6, TOLD))
 def test_every_shipped_scene_has_a_committed_solution_of_its_run_and_its_first_orbit(name, tmp_path):
     for scene in (over(name), over(name, orbits=1.0)):
         found = certified(scene, cache=tmp_path)

@@ -154,6 +154,7 @@ def unsolved(tmp_path_factory):
     return folder, result
 
 
+@pytest.mark.slow
 def test_a_scene_without_a_reference_solution_is_one_failure_and_none_of_its_engines(unsolved):
     _, result = unsolved
     assert result.outcomes == {
@@ -167,6 +168,7 @@ def test_a_scene_without_a_reference_solution_is_one_failure_and_none_of_its_eng
     assert list(own.reason) == ["the judging solution could not be run (the joint system is singular at t = 12 s)"]
 
 
+@pytest.mark.slow
 def test_the_report_tells_of_a_scene_without_a_reference_solution_once(unsolved):
     folder, _ = unsolved
     verdict = summary_verdict(summarise(read_results(folder)))
@@ -198,6 +200,7 @@ def test_an_engine_compared_on_no_scene_is_a_failure_if_it_was_named(names, tmp_
     assert all("(all scenes)" not in path.read_text() for path in render(tmp_path))
 
 
+@pytest.mark.slow
 def test_an_engine_that_can_do_none_of_several_scenes_is_a_failure_though_nobody_named_it(tmp_path):
     both = registered(["Unmodified"]) | {"CanNot": Registration("tests.support.stability_engines:CanNot")}
     result = run_comparison([SCENE, "basics/free_rotation"], out=tmp_path, registered=both)
@@ -234,6 +237,7 @@ def test_a_scene_that_no_external_engine_passes_is_a_failure():
     assert result.outcomes[SCENE, "(any independent engine)"] is Outcome.NOTHING_COMPARED
 
 
+@pytest.mark.slow
 def test_a_verdict_that_takes_too_long_is_no_failure_of_the_engine(monkeypatch):
     monkeypatch.setattr(Judges.__init__, "__defaults__", (ALL_CORES, 0.3))
     result = run_comparison(["paper/fig05"], ["rebound"])

@@ -46,6 +46,7 @@ from reports.tables.crossval import FILES
 from reports.tables.outcome import Outcome
 from scenarios import change_scene, load_scene, scene_names
 from tests.support.scene_lists import TAME
+from tests.support.slow import one_in
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -69,7 +70,7 @@ def other_run(name: str, **changes: Any) -> Scene:
     return dataclasses.replace(scene, run=dataclasses.replace(scene.run, **changes))
 
 
-@pytest.mark.parametrize("name", TAME)
+@pytest.mark.parametrize("name", one_in(5, TAME))
 def test_core_and_effects_have_judging_solutions_at_the_samples_of_a_comparison(
     name: str,
 ) -> None:
@@ -88,7 +89,7 @@ def test_core_and_effects_have_judging_solutions_at_the_samples_of_a_comparison(
     assert all(bar[-1] > 0.0 for bar in found.error.values())
 
 
-@pytest.mark.parametrize("name", TAME)
+@pytest.mark.parametrize("name", one_in(5, TAME))
 def test_the_judging_solution_agrees_with_the_committed_table_inside_both_error_bars(name: str) -> None:
     """Two runs of heyoka with other samples: the table's instants of the whole run are among the scene's own."""
     found, table = shipped(name), committed(physics_digest(load_scene(name)))

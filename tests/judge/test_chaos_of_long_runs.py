@@ -54,6 +54,7 @@ def chaos() -> ReferenceSolution:
     return solved(tumbling())
 
 
+@pytest.mark.slow
 def test_a_tight_engine_is_restarted_only_as_far_as_its_amplification_was_measured(chaos: ReferenceSolution) -> None:
     """A perturbation of 3e-5 rad leaves the linear range 1e8 times sooner than an engine's errors of 1e-13."""
     main, finer = run(chaos.scene, 1e-12), run(chaos.scene, 1e-13)

@@ -39,6 +39,7 @@ def test_an_unmodified_run_is_judged_to_its_end_far_beyond_what_can_be_predicted
 
 
 @pytest.mark.parametrize("every", [1, 20])
+@pytest.mark.slow
 def test_round_off_of_absolute_coordinates_excuses_no_nonsense_beyond_the_limit(chaotic, unmodified, every):
     class FromTheEarthsCentre(NoisyReference):
         coordinates = Coordinates.ABSOLUTE

@@ -53,6 +53,7 @@ samples = 21
 """
 
 
+@pytest.mark.slow
 def test_a_run_equal_to_its_finer_one_bit_for_bit_is_no_estimate_of_zero(chaotic, unmodified):
     """Too little tells the finer run from the main one; the method's own request explains what is off."""
     verdict = judged(chaotic, unmodified[0], unmodified[0])
@@ -107,6 +108,7 @@ def test_a_turned_scene_turned_back_is_the_scene_itself():
         assert apart["reaction"].max() < 1e-10 * max(1.0, np.abs(straight.reaction_N).max())
 
 
+@pytest.mark.slow
 def test_a_mistaken_direction_in_inertial_axes_is_no_round_off():
     """Such an engine gives another result in each frame, as round-off does."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import xml.etree.ElementTree as ET
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -18,9 +17,6 @@ from pictures.paths import GALLERY, IMAGES, ROOT
 from pictures.write import TOP, gallery_scenes, picture_file
 from scenarios import load_scene, scene_names
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
 SVG = "{http://www.w3.org/2000/svg}"
 LEFT_OUT = "conform/"
 """Scenes for examinations of new engines, which the index names in one line"""
@@ -30,42 +26,33 @@ MOST_BYTES = 6_000_000
 NUMBER = re.compile(r"-?\d+\.?\d*")
 
 needs_compiler = pytest.mark.skipif(bool(find_engine(COMPILED).missing), reason="pictures need the compiled reference")
-every_picture = pytest.mark.parametrize(
-    "path",
-    [picture_file(s.name, small=small) for s in gallery_scenes() for small in (False, True)],
-    ids=lambda path: path.relative_to(GALLERY).as_posix(),
-)
+PICTURES = [picture_file(s.name, small=small) for s in gallery_scenes() for small in (False, True)]
 
 
 def test_the_gallery_has_every_scene_but_those_of_conform() -> None:
     assert {s.name for s in gallery_scenes()} == {n for n in scene_names() if not n.startswith(LEFT_OUT)}
 
 
-@every_picture
-def test_every_scene_has_a_picture_and_a_thumbnail_with_a_title(path: Path) -> None:
-    assert path.exists(), f"{path.name} is missing; run: python -m pictures --only gallery"
-    root = ET.fromstring(path.read_text(encoding="utf-8"))
-    title = root.findtext(f"{SVG}title")
-    assert title
-    assert root.get("aria-label") == title
-    assert root.get("role") == "img"
+def test_every_scene_has_a_picture_and_a_thumbnail_with_a_title_in_both_themes_that_loads_nothing() -> None:
+    missing = [path.name for path in PICTURES if not path.exists()]
+    assert not missing, "run: python -m pictures --only gallery"
+    for path in PICTURES:
+        text = path.read_text(encoding="utf-8")
+        root = ET.fromstring(text)
+        assert root.findtext(f"{SVG}title"), path
+        assert root.get("role") == "img", path
+        assert "prefers-color-scheme:dark" in text, path
+        assert "href=" not in text, path
+        assert "<script" not in text, path
 
 
-@every_picture
-def test_a_picture_has_both_themes_and_loads_nothing(path: Path) -> None:
-    text = path.read_text(encoding="utf-8")
-    assert "prefers-color-scheme:dark" in text
-    assert "href=" not in text
-    assert "<script" not in text
-
-
-@every_picture
-def test_whatever_moves_is_hidden_from_readers_who_want_no_motion(path: Path) -> None:
-    root = ET.fromstring(path.read_text(encoding="utf-8"))
-    moving = [group for group in root.iter(f"{SVG}g") if group.get("class") == "m"]
-    inside = sum(len(list(group.iter(f"{SVG}animate"))) for group in moving)
-    assert inside == len(list(root.iter(f"{SVG}animate")))
-    assert "@media (prefers-reduced-motion:reduce){.m{display:none}" in (root.findtext(f"{SVG}style") or "")
+def test_whatever_moves_is_hidden_from_readers_who_want_no_motion() -> None:
+    for path in PICTURES:
+        root = ET.fromstring(path.read_text(encoding="utf-8"))
+        moving = [group for group in root.iter(f"{SVG}g") if group.get("class") == "m"]
+        inside = sum(len(list(group.iter(f"{SVG}animate"))) for group in moving)
+        assert inside == len(list(root.iter(f"{SVG}animate"))), path
+        assert "@media (prefers-reduced-motion:reduce){.m{display:none}" in (root.findtext(f"{SVG}style") or ""), path
 
 
 def test_the_gallery_holds_no_picture_without_a_scene() -> None:
@@ -122,10 +109,10 @@ def test_the_riding_observer_sees_the_outward_direction_upwards_and_angles_keep_
     np.testing.assert_allclose(riding_axes(place, turned), np.broadcast_to([-1.0, 0.0], (2, 1, 2)), atol=1e-15)
 
 
-@pytest.mark.parametrize("scene", gallery_scenes(), ids=lambda s: s.name)
-def test_the_shown_part_lies_inside_the_run(scene: object) -> None:
-    window = window_of(scene)  # type: ignore[arg-type]
-    assert 0.0 <= window.start_s < window.end_s <= scene.run.duration_s  # type: ignore[attr-defined]
+def test_the_shown_part_lies_inside_the_run() -> None:
+    for scene in gallery_scenes():
+        window = window_of(scene)
+        assert 0.0 <= window.start_s < window.end_s <= scene.run.duration_s, scene.name
 
 
 @pytest.mark.parametrize(("most", "found"), [(99.0, 50.0), (100.0, 100.0), (0.0041, 0.002), (7.2, 5.0)])

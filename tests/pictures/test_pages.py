@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from functools import cache
-from typing import TYPE_CHECKING
 
 import pandas as pd
 import pytest
@@ -25,24 +24,20 @@ from pictures.write import gallery_scenes, pages
 from reports.tables.crossval import METRIC_COLUMNS
 from scenarios import load_scene
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
 IMAGE = re.compile(r"!\[(?P<alt>[^\]]*)\]\((?P<file>[^)]+)\)")
 rendered = cache(pages)
 
 
-@pytest.mark.parametrize("path", sorted(rendered()), ids=lambda path: path.stem)
-def test_a_committed_page_is_the_one_that_the_record_gives(path: Path) -> None:
-    assert path.exists(), "run: python -m pictures --only pages"
-    assert path.read_text(encoding="utf-8") == rendered()[path], "run: python -m pictures --only pages"
+def test_every_committed_page_is_the_one_that_the_record_gives() -> None:
+    other = [path.name for path in rendered() if not path.exists() or path.read_text("utf-8") != rendered()[path]]
+    assert not other, "run: python -m pictures --only pages"
 
 
-@pytest.mark.parametrize("path", sorted(rendered()), ids=lambda path: path.stem)
-def test_every_image_of_a_page_is_there_and_has_a_text(path: Path) -> None:
-    for image in IMAGE.finditer(rendered()[path]):
-        assert len(image["alt"]) > 8
-        assert (path.parent / image["file"]).is_file()
+def test_every_image_of_a_page_is_there_and_has_a_text() -> None:
+    for path, text in rendered().items():
+        for image in IMAGE.finditer(text):
+            assert len(image["alt"]) > 8, path
+            assert (path.parent / image["file"]).is_file(), path
 
 
 def test_every_scene_of_the_gallery_is_shown_and_linked_by_the_index() -> None:
@@ -51,10 +46,8 @@ def test_every_scene_of_the_gallery_is_shown_and_linked_by_the_index() -> None:
     assert not [p for p in GALLERY.rglob("*.md") if p not in rendered()]
 
 
-@pytest.mark.parametrize("engine", ENGINES)
-def test_every_engine_has_a_page_that_names_it(engine: str) -> None:
-    page = rendered()[page_file(library_of(engine))]
-    assert f"`{engine}`" in page
+def test_every_engine_has_a_page_that_names_it() -> None:
+    assert not [name for name in ENGINES if f"`{name}`" not in rendered()[page_file(library_of(name))]]
 
 
 def test_no_two_libraries_share_an_engine() -> None:

@@ -221,6 +221,7 @@ def test_the_page_shows_all_of_it_and_is_rendered_again_alike(tmp_path: Path) ->
     assert page.read_text() == html
 
 
+@pytest.mark.slow
 def test_a_comparisons_report_gets_the_chapter(tmp_path: Path) -> None:
     build(tmp_path, ["paper/fig05"], samples=11)
     page = render_study("effects", write(tmp_path, ROWS)).page
@@ -268,6 +269,7 @@ def test_powers_in_a_sentence_are_set_and_its_signs_escaped() -> None:
     assert powers_in("J2 = 0.001, 5 orbits") == "J2 = 0.001, 5 orbits"
 
 
+@pytest.mark.slow
 def test_one_is_always_labelled() -> None:
     for low, high in ((0.8, 1.3), (0.9, 60.0), (0.05, 3e3)):
         assert any(abs(t - 1.0) < 1e-12 for t in ticks(low, high))

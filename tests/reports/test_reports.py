@@ -131,6 +131,7 @@ def test_only_the_last_section_of_the_markdown_knows_the_clock(small: Path) -> N
     assert after.split(mark)[1] != before.split(mark)[1]
 
 
+@pytest.mark.slow
 def test_a_report_does_not_depend_on_the_order_in_which_results_came(small: Path) -> None:
     before = reports.render(small)[1].read_bytes()
     metrics = pd.read_csv(small / "metrics.csv", keep_default_na=False)

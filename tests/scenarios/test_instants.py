@@ -13,6 +13,7 @@ from scenarios import load_scene
 from scenarios.load import SceneError, parse_scene
 from scenarios.toml import alignment as instants
 from tests.support.scene_lists import ALL
+from tests.support.slow import one_in
 
 if TYPE_CHECKING:
     from scenarios import Scene
@@ -45,7 +46,7 @@ def on_samples(scene: Scene) -> list[bool]:
     return [t in scene.times_s.tolist() for t in scene.effects.breaks_s]
 
 
-@pytest.mark.parametrize("name", ALL)
+@pytest.mark.parametrize("name", one_in(4, ALL))
 def test_no_shipped_scene_is_moved(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Certified solutions are kept by digest: none of their instants may move."""
     digest = load_scene(name).digest

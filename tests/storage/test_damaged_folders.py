@@ -18,6 +18,7 @@ from reports.tables.faults.selftest import FILES
 from reports.tables.reading import TABLES, digest
 from reports.tables.schema import KEY
 from tests.support.report_fixture import build
+from tests.support.slow import one_in
 
 ROW = {"fault": "scale-rate", "scene": "s", "fate": "killed", "why": "", "quantity": "rate", "check": "bound",
        "ratio": 3.0, "killed": True, "reason": "too large"}  # fmt: skip
@@ -79,7 +80,7 @@ def test_a_sound_folder_is_rendered(sound: Path, tmp_path: Path) -> None:
     assert (folder / "index.html").is_file()
 
 
-@pytest.mark.parametrize("content", CONTENTS)
+@pytest.mark.parametrize("content", one_in(5, CONTENTS))
 @pytest.mark.parametrize("place", PLACES)
 def test_a_file_of_other_contents_is_named(
     place: str, content: str, sound: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -102,6 +103,7 @@ def test_a_truncated_file_is_named(
 
 @pytest.mark.parametrize("place", ["record.json", "metrics.csv", SAMPLES])
 @pytest.mark.parametrize("kind", ["folder", "pipe"])
+@pytest.mark.slow
 def test_a_folder_or_a_pipe_in_place_of_a_file_is_named(
     place: str, kind: str, sound: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

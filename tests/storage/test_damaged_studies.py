@@ -14,6 +14,7 @@ from barchain.cli.main import run
 from reports.tables.reading import TABLES
 from tests.storage.small_plans import SMALL
 from tests.support.kernel import skip_without_kernel
+from tests.support.slow import one_in
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -85,7 +86,7 @@ def check_line_on(path: Path, command: list[str], capsys: pytest.CaptureFixture[
     assert path.name in error
 
 
-@pytest.mark.parametrize("damage", DAMAGES)
+@pytest.mark.parametrize("damage", one_in(4, DAMAGES))
 @pytest.mark.parametrize("name", RENDERED)
 def test_a_report_names_the_damaged_file(
     name: str, damage: str, sound: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]

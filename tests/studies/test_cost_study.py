@@ -133,6 +133,7 @@ def study(engines, tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_an_engine_that_fails_costs_its_own_points_only(study):
     tables = read_cost(study)
     by_engine = tables.points.groupby("engine").outcome.agg(set).to_dict()
@@ -183,6 +184,7 @@ def test_the_record_says_what_ran_where(study):
     assert record["limits"] == {"repeats": 3, "minutes": 10.0, "time_limit_s": LIMIT_S}
 
 
+@pytest.mark.slow
 def test_a_study_that_was_cut_off_goes_on_where_it_was(tmp_path, engines):
     plan = plan_of({"reference": engines["reference"]})
     ran = []

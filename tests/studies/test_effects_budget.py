@@ -34,6 +34,7 @@ from barchain.studies.study import Reporter, run_study
 from reports.tables.effects import COLUMNS, EffectKind, read_effects
 from scenarios import Gravity, Scene, load_scene
 from tests.support.scene_lists import TAME
+from tests.support.slow import one_in
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -64,7 +65,7 @@ def motion(scene: Scene, rtol: float = 1e-10) -> Trajectory:
     return Reference().run(scene, Setting(AccuracyParameter.RTOL, rtol))
 
 
-@pytest.mark.parametrize("name", TAME)
+@pytest.mark.parametrize("name", one_in(4, TAME))
 def test_every_switch_changes_its_effect_and_nothing_else(name: str) -> None:
     scene = load_scene(name)
     for s in switches(scene):
@@ -203,6 +204,7 @@ def test_drag_is_taken_in_the_air_of_the_lowest_height() -> None:
         assert found.caveat.endswith("this drag is a lower bound.")
 
 
+@pytest.mark.slow
 def test_the_budget_takes_the_heights_that_its_own_run_came_to(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """A thrust that lifts the chain, or anything besides two bodies, is in them."""
     asked: list[Heights] = []

@@ -40,7 +40,7 @@ from reports.tables.faults.selftest import COLUMNS, SMALLEST, FaultOutcome, read
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
 from tests.support.page_policy import check_policy
-from tests.support.slow import slow_but
+from tests.support.slow import one_in, slow_but
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -114,7 +114,7 @@ def homes(fault: str) -> Iterator[SelftestCase]:
     return map(case, own or CHEAP)
 
 
-@pytest.mark.parametrize("name", slow_but(FAULTS, list(FAULTS)[::6]))
+@pytest.mark.parametrize("name", slow_but(FAULTS, list(FAULTS)[::12]))
 def test_every_fault_is_caught_in_some_scene_or_proven_invisible(name: str) -> None:
     fault, survived = FAULTS[name], []
     for where in homes(name):
@@ -184,7 +184,7 @@ def test_a_claim_to_be_invisible_is_measured() -> None:
     assert moved_beyond_rounding(FaultTrial(where, claimed, 1.0)) > 1e3
 
 
-@pytest.mark.parametrize("name", [n for n, f in FAULTS.items() if f.code])
+@pytest.mark.parametrize("name", one_in(5, [n for n, f in FAULTS.items() if f.code]))
 def test_the_references_code_is_right_again_afterwards(name: str) -> None:
     parts = [vars(relative), vars(relative.ReactionSolution), vars(SlenderBarEffect), vars(Reference)]
     before = [dict(p) for p in parts]

@@ -204,6 +204,7 @@ run_study(EnsembleStudy(), planned(), Path(sys.argv[1]), reporter=Reporter(count
 
 
 @pytest.mark.parametrize("held", [0, pytest.param(10_000_000, marks=pytest.mark.slow)], ids=["counted", "held"])
+@pytest.mark.slow
 def test_a_killed_ensemble_goes_on_to_the_same_tables(held, tmp_path, monkeypatch):
     command = [sys.executable, "-c", KILLED, str(tmp_path / "cut"), str(held)]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}

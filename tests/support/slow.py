@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable
+    from collections.abc import Callable, Collection, Iterable
 
 
 def slow_but(values: Iterable[Any], quick: Collection[Any]) -> list[Any]:
@@ -23,3 +23,14 @@ def slow_but(values: Iterable[Any], quick: Collection[Any]) -> list[Any]:
     if missing:
         raise ValueError(f"{missing} given as quick, allowed: {found}")
     return [each if each in quick else pytest.param(each, marks=pytest.mark.slow) for each in found]
+
+
+def one_in(share: int, values: Iterable[Any], name: Callable[[Any], str] | None = None) -> list[Any]:
+    """Parameters of which every one in `share`, from the first on, is tried by the default run; the rest is slow.
+
+    `name` gives the parameter's id.
+    """
+    return [
+        pytest.param(each, id=name(each) if name else None, marks=[pytest.mark.slow] if k % share else [])
+        for k, each in enumerate(values)
+    ]

@@ -17,6 +17,7 @@ from barchain.nightly.history.model.figures import Figure, FigureKind, NightPart
 from tests.nightly.history.histories import as_series, history_of
 from tests.nightly.history.noise import noise
 from tests.nightly.history.synthetic import ENVIRONMENT, identity
+from tests.support.slow import one_in
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -109,7 +110,7 @@ def judged_with(change: Planted, nights: int = 6, at: int = 5) -> JudgedNight:
     return judge_night(as_series(history), history)
 
 
-@pytest.mark.parametrize("name", PLANTED)
+@pytest.mark.parametrize("name", one_in(3, PLANTED))
 def test_a_planted_change_is_told_the_same_night_with_its_culprit(name: str) -> None:
     change = PLANTED[name]
     judged = judged_with(change)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 
 import pytest
 from hypothesis import given
@@ -72,15 +73,14 @@ def test_small_steps_within_rounding_do_not_add_up_unseen() -> None:
     assert len(same_changes(series)) == 1
 
 
-@pytest.mark.parametrize("was", list(Outcome))
-@pytest.mark.parametrize("now", list(Outcome))
-def test_every_flip_of_a_verdict_is_told_with_its_direction(was: Outcome, now: Outcome) -> None:
-    judged = judge_verdict(verdict(str(was)), verdict(str(now)))
-    assert (judged is None) == (was is now)
-    if judged is not None:
-        assert judged.direction in {Direction.BETTER, Direction.WORSE}
-        if was.ok and not now.ok:
-            assert judged.direction is Direction.WORSE
+def test_every_flip_of_a_verdict_is_told_with_its_direction() -> None:
+    for was, now in itertools.product(Outcome, Outcome):
+        judged = judge_verdict(verdict(str(was)), verdict(str(now)))
+        assert (judged is None) == (was is now)
+        if judged is not None:
+            assert judged.direction in {Direction.BETTER, Direction.WORSE}
+            if was.ok and not now.ok:
+                assert judged.direction is Direction.WORSE
 
 
 @pytest.mark.parametrize(

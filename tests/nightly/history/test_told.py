@@ -61,6 +61,7 @@ def run_nights(store: NightStore, x: Array) -> list[bool]:
 
 
 @pytest.mark.parametrize("seed", [21, 24, 36])
+@pytest.mark.slow
 def test_a_slow_down_near_the_threshold_does_not_turn_green_and_red_in_turns(seed: int, store: NightStore) -> None:
     x = noise(seed, 6, 60, 0.02, 0.3)
     x[0, 30:] += 0.08
@@ -220,6 +221,7 @@ def test_of_several_changes_all_are_accepted_or_none(store: NightStore) -> None:
     assert accepted(store) == ()
 
 
+@pytest.mark.slow
 def test_a_pattern_accepts_all_steps_that_hold_and_new_ones(store: NightStore) -> None:
     x = noise(18, 4, 60, 0.01, 0.0)
     x[0, 20:] += 0.3
@@ -233,6 +235,7 @@ def test_a_pattern_accepts_all_steps_that_hold_and_new_ones(store: NightStore) -
     assert {c.id for c in chosen} == {c.id for c in judge(store).changes}
 
 
+@pytest.mark.slow
 def test_a_step_that_is_given_up_hides_no_real_one_beside_it(store: NightStore) -> None:
     """A speed-up is told, and a few nights later the figure is slower than it ever was."""
     x = noise(1, 6, 80, 0.02, 0.3)
@@ -253,6 +256,7 @@ def test_a_figure_that_is_gone_on_purpose_can_be_accepted(store: NightStore) -> 
     assert accepting(left, accepted(store), LATER) is not None
 
 
+@pytest.mark.slow
 def test_pruning_keeps_an_accepted_step_accepted(store: NightStore) -> None:
     x = noise(19, 4, 100, 0.01, 0.0)
     x[0, 30:] += 0.2

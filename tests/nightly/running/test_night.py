@@ -66,6 +66,7 @@ def test_two_nights_of_the_same_code_agree_in_every_bit(plan: NightPlan, tmp_pat
     assert judged.judged > 20
 
 
+@pytest.mark.slow
 def test_an_engine_that_is_not_installed_costs_its_own_figures_alone_and_the_night_is_incomplete(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -104,6 +105,7 @@ def test_a_night_that_is_killed_goes_on_with_what_it_has(
         assert [night.complete for night in store.nights()] == [True]
 
 
+@pytest.mark.slow
 def test_an_interrupted_night_is_kept_as_incomplete_and_replaced_when_it_has_gone_on(
     plan: NightPlan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -124,6 +126,7 @@ def test_an_interrupted_night_is_kept_as_incomplete_and_replaced_when_it_has_gon
         assert [night.complete for night in store.nights()] == [True]
 
 
+@pytest.mark.slow
 def test_a_night_that_was_interrupted_under_other_code_is_kept_and_a_new_one_begins(
     plan: NightPlan, tmp_path: Path
 ) -> None:
@@ -141,6 +144,7 @@ def test_a_night_that_was_interrupted_under_other_code_is_kept_and_a_new_one_beg
     assert any("was interrupted" in note for note in notes)
 
 
+@pytest.mark.slow
 def test_a_kill_after_a_night_is_in_the_history_does_not_double_it(plan: NightPlan, tmp_path: Path) -> None:
     from dataclasses import replace
 
@@ -168,6 +172,7 @@ def test_a_part_that_fails_costs_its_own_figures_only(tmp_path: Path) -> None:
     assert not ended.run.complete
 
 
+@pytest.mark.slow
 def test_what_did_not_fit_goes_first_on_the_next_night(
     plan: NightPlan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -190,6 +195,7 @@ def test_a_job_without_time_is_left_and_named(plan: NightPlan, tmp_path: Path, m
         assert (night.complete, night.figures) == (False, 0)
 
 
+@pytest.mark.slow
 def test_of_two_parts_with_one_scene_and_engine_the_graver_verdict_is_kept(tmp_path: Path) -> None:
     text = 'name = "two"\n' + "".join(
         f'[[comparison]]\nname = "{name}"\nscenes = ["basics/two_bars_free"]\nengines = ["pymunk"]\n{more}\n'
