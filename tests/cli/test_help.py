@@ -9,7 +9,7 @@ from collections import defaultdict
 import click
 import pytest
 
-from barchain.cli.main import SECTIONS, cli, run
+from barchain.cli.main import cli, run
 from tests.support.slow import one_in
 
 HEAVY = (
@@ -47,23 +47,6 @@ def test_barchain_alone_prints_help_without_a_prefix_and_exits_with_0(capsys):
     assert shown.out.startswith("Usage: barchain")
     assert "barchain: " not in shown.out
     assert shown.err == ""
-
-
-def test_commands_stand_in_sections(capsys):
-    run(["--help"])
-    text = capsys.readouterr().out
-    assert list(SECTIONS) == ["Run and compare", "Studies", "Nights", "Maintain", "Engines of your own"]
-    places = [text.index(f"{title}:") for title in SECTIONS]
-    assert places == sorted(places)
-    assert (
-        places[0] < text.index("  crossval") < places[1] < text.index("  ensemble") < places[2] < text.index("  doctor")
-    )
-
-
-def test_help_says_how_compare_and_crossval_differ(capsys):
-    run(["--help"])
-    text = " ".join(capsys.readouterr().out.split())
-    assert "`compare` takes the scenes and engines that you name. `crossval` takes a fixed set of scenes" in text
 
 
 @pytest.mark.parametrize("name", COMMANDS)

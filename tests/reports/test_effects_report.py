@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +11,6 @@ import pytest
 from barchain.cli.effects import show_view
 from barchain.cli.main import run
 from reports.chapters.effects.advice import Relevance, advise, classify
-from reports.chapters.effects.charts import ticks
 from reports.chapters.effects.labels import Anchor, placed
 from reports.chapters.effects.rows import rows_of, scope_of
 from reports.chapters.effects.view import view_effects
@@ -20,7 +18,6 @@ from reports.chapters.effects.words import NOT_RESOLVED, length_text, share_text
 from reports.render import render_study
 from reports.tables.effects import COLUMNS, read_effects
 from reports.tables.reading import DamagedResultsError
-from reports.text.numerals import powers_in
 from tests.reports.effects_tables import ROWS, row, write
 from tests.support.page_policy import check_policy
 from tests.support.report_fixture import build
@@ -97,11 +94,6 @@ def test_nobody_is_advised_to_keep_a_part_of_the_design(tmp_path: Path) -> None:
     assert "it can be switched off" in idle.text
 
 
-def test_the_lead_names_effects_without_a_conclusion(tmp_path: Path) -> None:
-    html = render_study("effects", write(tmp_path, [row("drag", reason="no width", com_m=None)])).page.read_text()
-    assert "No conclusion: Drag." in html
-
-
 def test_a_price_is_told_only_where_it_was_measured(tmp_path: Path) -> None:
     once = row("drag", time_ratio=1.4, time_ratio_low=None, time_ratio_high=None)
     twice = row("drag", rounds=2)
@@ -127,17 +119,6 @@ def test_a_run_that_takes_longer_than_its_evaluations_says_what_takes_it(tmp_pat
     view = view_effects(tmp_path)
     assert view is not None
     assert view.price.rows[0][1:] == ("30.0 (28.0\N{EN DASH}33.0)", "2.00 (1.90\N{EN DASH}2.10)", "1.50", "10.0")
-
-
-def test_the_lead_names_the_threshold_and_the_page_how_prices_get_better(tmp_path: Path) -> None:
-    html = render_study("effects", write(tmp_path, ROWS)).page.read_text()
-    threshold = "less than 0.001 rad, 0.001 of the largest reaction and of the initial distance from the centre"
-    assert f"Negligible ({threshold}): Drag and Third_Body.Moon." in html
-    assert "Timed in" not in html
-    record = tmp_path / "effects" / "record.json"
-    record.write_text(json.dumps(json.loads(record.read_text()) | {"rounds": 3, "timed_s": 5000.0}))
-    html = render_study("effects", tmp_path).page.read_text()
-    assert "Timed in 3 rounds over the first 1 orbit; more --minutes, and more --repeats, narrow" in html
 
 
 def test_names_in_a_chart_stand_on_nothing() -> None:
@@ -262,14 +243,3 @@ def test_shares_are_percent_until_they_are_too_small() -> None:
     assert share_text(0.0013) == "0.13 %"
     assert share_text(3.1e-8) == "3.1×10⁻⁸ of the largest"
     assert share_text(math.inf) == ""
-
-
-def test_powers_in_a_sentence_are_set_and_its_signs_escaped() -> None:
-    assert powers_in("above 1.7e-08 <rad>") == "above 1.7×10⁻⁸ &lt;rad&gt;"
-    assert powers_in("J2 = 0.001, 5 orbits") == "J2 = 0.001, 5 orbits"
-
-
-@pytest.mark.slow
-def test_one_is_always_labelled() -> None:
-    for low, high in ((0.8, 1.3), (0.9, 60.0), (0.05, 3e3)):
-        assert any(abs(t - 1.0) < 1e-12 for t in ticks(low, high))

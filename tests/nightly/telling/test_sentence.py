@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from barchain.nightly.telling.sentence import amount, listed, opening
+from barchain.nightly.telling.sentence import opening
 from reports.tables.nights.facts import AcceptanceEntry, ChangeEntry, SuspectEntry
 
 MUJOCO = SuspectEntry(name="engine:mujoco", before="3.2.7", after="4.0.0")
@@ -102,10 +102,3 @@ def test_a_plan_that_comes_back_has_neither_new_nor_missing_figures_to_tell() ->
 
 def test_a_baseline_is_named() -> None:
     assert "changed since release.json" in said(change(), baseline="release.json")
-
-
-def test_numbers_up_to_twelve_are_words() -> None:
-    assert [amount(12), amount(13), amount(1, "figure"), amount(2, "figure")] == [
-        "twelve", "13", "one figure", "two figures",
-    ]  # fmt: skip
-    assert listed(["a", "b", "c"]) == "a, b and c"
