@@ -21,10 +21,11 @@ extensions = [
     "sphinx-mathjax-offline",  # MathJax from a wheel: the site loads nothing from elsewhere
     "sphinx_click",
     "sphinx_copybutton",
+    "generated_pages",
     "links_to_sources",
     "themed_images",
 ]
-exclude_patterns = ["extensions", "recipes", "build"]
+exclude_patterns = ["extensions", "recipes", "build", "generated/tables"]
 root_doc = "index"
 suppress_warnings = ["mystnb.unknown_mime_type"]
 nb_execution_mode = "force"  # the notebook is stored without outputs

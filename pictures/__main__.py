@@ -22,7 +22,7 @@ NAMES = [stage.name for stage in STAGES]
     help="Keep results of runs in this folder; an interrupted stage goes on from there.",
 )
 def main(chosen: tuple[str, ...], first: str | None, work: Path) -> None:
-    """Make all pictures of README, documents and gallery, the measured record, and the pages made of both."""
+    """Make the pictures of README and documents, the measured record, and the pages of the site made of it."""
     stages = STAGES[NAMES.index(first) if first else 0 :]
     for stage in stages:
         if not chosen or stage.name in chosen:

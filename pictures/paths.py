@@ -6,7 +6,10 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
-GALLERY = DOCS / "gallery"
-ENGINE_PAGES = DOCS / "engines"
 RECORD = DOCS / "record"
 IMAGES = DOCS / "images"
+GENERATED = DOCS / "generated"
+"""Pages, pictures and tables that each build of the documentation's site writes; not committed"""
+GALLERY = GENERATED / "gallery"
+ENGINE_PAGES = GENERATED / "engines"
+TABLES = GENERATED / "tables"

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from adapters.registry import ENGINES
+from pictures.paths import GENERATED, ROOT
 from pictures.record.certified import certified_rows
 from pictures.record.comparison import comparison_rows, version_rows
 from pictures.record.cost import cost_rows
@@ -14,7 +15,7 @@ from pictures.record.releases import STUDIED, releases_rows
 from pictures.record.stability import stability_rows
 from pictures.report import report_pictures
 from pictures.runs import engine_options, run_barchain
-from pictures.write import charts, gallery_scenes, pages, pictures_of, write_all
+from pictures.write import gallery_scenes, top_pictures, write_all, write_site_files
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -45,13 +46,9 @@ class PictureStage:
     run: Callable[[Options], None]
 
 
-def draw_gallery(options: Options) -> None:
-    """Draw all scenes."""
-    scenes, changed = gallery_scenes(), 0
-    for k, scene in enumerate(scenes):
-        options.tell(f"{k + 1}/{len(scenes)} {scene.name}")
-        changed += write_all(dict(pictures_of(scene)))
-    options.tell(f"{changed} pictures changed")
+def draw_top(options: Options) -> None:
+    """Draw the picture at the top of the README."""
+    options.tell(f"{write_all(top_pictures())} pictures changed")
 
 
 def record_certified(options: Options) -> None:
@@ -115,12 +112,12 @@ def draw_report(options: Options) -> None:
 
 
 def write_pages(options: Options) -> None:
-    """Render all pages from the record."""
-    options.tell(f"{write_all(charts())} charts and {write_all(pages())} pages changed")
+    """Write what a build of the site generates."""
+    options.tell(f"{write_site_files()} files below {GENERATED.relative_to(ROOT)} changed")
 
 
 STAGES = (
-    PictureStage("gallery", "pictures of all scenes", draw_gallery),
+    PictureStage("top", "picture at the top of the README", draw_top),
     PictureStage("certified", "record of the certified solutions", record_certified),
     PictureStage(
         "comparison", "record of all engines in all scenes with a certified solution that judges", run_comparison
@@ -129,5 +126,5 @@ STAGES = (
     PictureStage("cost", "record of accuracy and cost; needs a quiet machine", run_cost),
     PictureStage("releases", "record of the releases of seven engines; needs a quiet machine", run_releases),
     PictureStage("report", "pictures of the report for the README", draw_report),
-    PictureStage("pages", "pages of the gallery and of the engines, and their charts", write_pages),
+    PictureStage("pages", "gallery, pages of engines and tables, as a build of the site writes them", write_pages),
 )

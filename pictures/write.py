@@ -8,22 +8,21 @@ from typing import TYPE_CHECKING
 from pictures.chart import chart_file, cost_chart
 from pictures.motion.picture import scene_picture, thumbnail
 from pictures.motion.samples import motion_of
-from pictures.pages.cost_page import COST_PAGE, cost_page
 from pictures.pages.engine_page import engine_page, page_file
+from pictures.pages.fragments import fragments
 from pictures.pages.index_pages import ENGINES_INDEX, FAMILIES, engines_index, gallery_index
 from pictures.pages.libraries import LIBRARIES
-from pictures.pages.marked import marked_pages
 from pictures.pages.record import MeasuredRecord
-from pictures.pages.releases import RELEASES_PAGE, releases_page
 from pictures.pages.scene_page import page_of, scene_page
-from pictures.paths import GALLERY, IMAGES
+from pictures.paths import GALLERY, GENERATED, IMAGES
 from reports.tables.writing import write_atomically
 from scenarios import load_scene, scene_names
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Mapping
     from pathlib import Path
 
+    from pictures.pages.libraries import EngineLibrary
     from scenarios import Scene
 
 TOP = "paper/fig09"
@@ -42,37 +41,53 @@ def picture_file(scene: str, *, small: bool = False) -> Path:
     return GALLERY / f"{scene}{'-small' * small}.svg"
 
 
-def pictures_of(scene: Scene) -> Iterator[tuple[Path, str]]:
-    """Pictures of a scene."""
+def top_pictures() -> dict[Path, str]:
+    """Picture at the top of the README, in each theme."""
+    motion = motion_of(load_scene(TOP))
+    return {IMAGES / f"chain-{theme}.svg": scene_picture(motion, theme) for theme in ("light", "dark")}
+
+
+def scene_files(scene: Scene, measured: MeasuredRecord) -> dict[Path, str]:
+    """Picture, thumbnail and page of a scene."""
     motion = motion_of(scene)
-    yield picture_file(scene.name), scene_picture(motion)
-    yield picture_file(scene.name, small=True), thumbnail(motion)
-    if scene.name == TOP:
-        for theme in ("light", "dark"):
-            yield IMAGES / f"chain-{theme}.svg", scene_picture(motion, theme)
+    picture = scene_picture(motion)
+    return {
+        picture_file(scene.name): picture,
+        picture_file(scene.name, small=True): thumbnail(motion),
+        page_of(scene.name): scene_page(scene, alt_of(picture), measured),
+    }
 
 
-def alt_of(path: Path) -> str:
-    """Alternative text of a picture that was written."""
-    text = path.read_text(encoding="utf-8")
-    return html.unescape(text.partition(ALT)[2].partition('"')[0])
+def alt_of(picture: str) -> str:
+    """Alternative text of a picture."""
+    return html.unescape(picture.partition(ALT)[2].partition('"')[0])
 
 
-def pages() -> dict[Path, str]:
-    """All pages, rendered from the scenes, the engines' code, the pictures and the record."""
+def library_files(library: EngineLibrary, measured: MeasuredRecord) -> dict[Path, str]:
+    """Page of a library, and its chart where the record has points."""
+    chart = cost_chart(library, measured)
+    page = {page_file(library): engine_page(library, measured)}
+    return page | {chart_file(library): chart} if chart else page
+
+
+def site_files() -> dict[Path, str]:
+    """All files below :data:`GENERATED`: the gallery, the pages of engines, and the tables that pages include."""
     measured, scenes = MeasuredRecord(), gallery_scenes()
-    found = {page_of(s.name): scene_page(s, alt_of(picture_file(s.name)), measured) for s in scenes}
-    found |= {page_file(library): engine_page(library, measured) for library in LIBRARIES}
-    found |= {GALLERY / "index.md": gallery_index(scenes, measured), ENGINES_INDEX: engines_index()}
-    found[COST_PAGE] = cost_page(COST_PAGE.read_text(encoding="utf-8"), measured)
-    found[RELEASES_PAGE] = releases_page(RELEASES_PAGE.read_text(encoding="utf-8"), measured)
-    return found | marked_pages()
+    found = {GALLERY / "index.md": gallery_index(scenes, measured), ENGINES_INDEX: engines_index(), **fragments()}
+    for scene in scenes:
+        found |= scene_files(scene, measured)
+    for library in LIBRARIES:
+        found |= library_files(library, measured)
+    return found
 
 
-def charts() -> dict[Path, str]:
-    """Charts of the pages of the engines, from the record."""
-    measured = MeasuredRecord()
-    return {chart_file(lib): chart for lib in LIBRARIES if (chart := cost_chart(lib, measured))}
+def write_site_files() -> int:
+    """Write the files below :data:`GENERATED` that differ, and remove those of scenes and engines that are gone."""
+    files = site_files()
+    for path in GENERATED.rglob("*"):
+        if path.is_file() and path not in files:
+            path.unlink()
+    return write_all(files)
 
 
 def write_all(files: Mapping[Path, str]) -> int:

@@ -6,30 +6,25 @@ from typing import TYPE_CHECKING
 
 from adapters.registry import COMPILED, ENGINES
 from pictures.pages.engine_page import COST_SCENE
-from pictures.pages.marked import with_part
-from pictures.pages.record import rows
+from pictures.pages.record import MeasuredRecord, rows
 from pictures.pages.words import table
-from pictures.paths import DOCS
 from reports.tables.cost import INDEPENDENT, OWN_EQUATIONS
 from reports.tables.cost import KINDS as HEADINGS
 from reports.text.ratios import decade, ratio_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable
 
-    from pictures.pages.record import MeasuredRecord, Row
+    from pictures.pages.record import Row
 
-COST_PAGE = DOCS / "studies" / "cost.md"
-NAME = "times"
 KINDS = ((True, f"{HEADINGS[INDEPENDENT]}:"), (False, f"{HEADINGS[OWN_EQUATIONS]}:"))
 
 
-def cost_page(text: str, measured: MeasuredRecord) -> str:
-    """Text of the page with its times at equal error rewritten; unchanged without a record."""
+def cost_times() -> str:
+    """Times at equal error of all engines on :data:`COST_SCENE`."""
+    measured = MeasuredRecord()
     found = rows(measured.reach[measured.reach.scene == COST_SCENE])
-    if not found:
-        return text
-    return with_part(text, NAME, "\n\n".join([introduction(found, measured), *tables(found)]))
+    return "\n\n".join([introduction(found, measured), *tables(found)])
 
 
 def introduction(found: Iterable[Row], measured: MeasuredRecord) -> str:
@@ -61,3 +56,7 @@ def ratio(row: Row) -> str:
     sign = "≤ ×" if row["status"] == "at most" else "×"
     spread = (row["over_baseline"], row["over_baseline_low"], row["over_baseline_high"])
     return ratio_text(spread, sign) or "–"
+
+
+TABLES: dict[str, Callable[[], str]] = {"cost-times": cost_times}
+"""Tables by their names"""

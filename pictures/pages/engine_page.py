@@ -9,7 +9,7 @@ from pictures.pages.docstrings import paragraphs
 from pictures.pages.libraries import LIBRARIES, EngineLibrary
 from pictures.pages.record import rows
 from pictures.pages.releases import is_studied, library_releases
-from pictures.pages.scene_page import document, link, page_of
+from pictures.pages.scene_page import link, page_of
 from pictures.pages.words import errors, outcome_text, short, stability_text, table
 from pictures.paths import DOCS, ENGINE_PAGES
 from pictures.templating import render
@@ -54,7 +54,7 @@ def engine_page(library: EngineLibrary, measured: MeasuredRecord) -> str:
         cost_scene=COST_SCENE,
         releases=library_releases(library, measured),
         studied=is_studied(library),
-        releases_page=link(page, document("releases.md")),
+        releases_page=link(page, DOCS / "engines" / "releases.md"),
         stability_page=link(page, DOCS / "studies" / "stability.md"),
     )
 

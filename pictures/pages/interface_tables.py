@@ -123,4 +123,4 @@ def plain(docstring: str) -> str:
 
 
 TABLES: dict[str, Callable[[], str]] = {"engine-interface": engine_interface}
-"""Tables by the name in their comments"""
+"""Tables by their names"""

@@ -62,4 +62,4 @@ TABLES: dict[str, Callable[[], str]] = {
     "outcomes": outcomes,
     "judging-solutions": judging_solutions,
 }
-"""Tables by the name in their comments"""
+"""Tables by their names"""

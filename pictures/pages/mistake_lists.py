@@ -34,4 +34,4 @@ def listed(section: str, mistakes: list[Mistake]) -> str:
 
 
 TABLES: dict[str, Callable[[], str]] = {"known-mistakes": known_mistakes}
-"""Parts of pages by the name in their comments"""
+"""Tables by their names"""

@@ -79,4 +79,4 @@ TABLES: dict[str, Callable[[], str]] = {
     "result-tables": result_tables,
     "exit-codes": exit_codes,
 }
-"""Tables by the name in their comments"""
+"""Tables by their names"""

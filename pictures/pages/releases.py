@@ -5,20 +5,17 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from pictures.pages.marked import with_part
-from pictures.pages.record import rows
+from pictures.pages.record import MeasuredRecord, rows
 from pictures.pages.words import SIGNS, outcome_text, short, table
-from pictures.paths import ENGINE_PAGES
 from pictures.record.releases import STUDIED
 from reports.tables.nights.releases import ReleaseState
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from pictures.pages.libraries import EngineLibrary
-    from pictures.pages.record import MeasuredRecord, Row
+    from pictures.pages.record import Row
 
-RELEASES_PAGE = ENGINE_PAGES / "releases.md"
 NAME = "releases"
 RUNS = ReleaseState.RUNS.value
 SAME = "the same digits"
@@ -98,14 +95,13 @@ def spread(values: Iterable[float | None]) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def releases_page(text: str, measured: MeasuredRecord) -> str:
-    """Text of the page of releases with its table rewritten; unchanged without a record."""
+def releases_of_engines() -> str:
+    """Line of each engine whose releases were measured."""
+    measured = MeasuredRecord()
     frame = measured.releases
-    if not len(frame):
-        return text
     own = [of_engines(measured, [engine]) for engine in dict.fromkeys(frame.engine)]
     head = ("engine", "releases", "run", "digits change with", "verdicts", "time at equal error", "import, s:")
-    return with_part(text, NAME, f"{introduction(measured)}\n\n{table(head, map(summary, own))}")
+    return f"{introduction(measured)}\n\n{table(head, map(summary, own))}"
 
 
 def introduction(measured: MeasuredRecord) -> str:
@@ -131,3 +127,7 @@ def summary(found: Sequence[Row]) -> list[str]:
         times(running),
         spread(row["import_s"] for row in running),
     ]
+
+
+TABLES: dict[str, Callable[[], str]] = {"releases": releases_of_engines}
+"""Tables by their names"""

@@ -38,32 +38,18 @@ def scene_page(scene: Scene, alt: str, measured: MeasuredRecord) -> str:
         alt=alt,
         facts=table(("physics", "value"), facts(scene, page)),
         certified=certified_sentences(scene, measured),
-        certified_page=link(page, document("certified_solutions.md")),
+        certified_page=link(page, DOCS / "explanation" / "certified_solutions.md"),
         hard=scene.name.startswith(HARD),
         tables=engine_tables(scene, measured),
         runs=measured.runs,
         stability_page=link(page, DOCS / "studies" / "stability.md"),
-        verdicts_page=link(page, document("verdicts.md")),
+        verdicts_page=link(page, DOCS / "explanation" / "verdicts.md"),
     )
 
 
 def page_of(scene: str) -> Path:
     """File of a scene's page."""
     return GALLERY / f"{scene}.md"
-
-
-def document(name: str) -> Path:
-    """Document of this name, wherever it lies in the documentation.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is none.
-    """
-    found = sorted(DOCS.rglob(name))
-    if not found:
-        raise FileNotFoundError(f"{name}: no such document below {DOCS.name}/")
-    return found[0]
 
 
 def link(page: Path, target: Path) -> str:

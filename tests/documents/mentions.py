@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from pictures.paths import GENERATED
 from tests.structure.product import PACKAGES, ROOT, python_files
 
 if TYPE_CHECKING:
@@ -38,9 +39,10 @@ class Mention:
 
 
 def documents() -> list[Path]:
-    """All Markdown documents of the project but the changelog, which tells what was."""
+    """All Markdown documents that people write but the changelog, which tells what was."""
     below = (path for folder in ("docs", "benchmarks") for path in (ROOT / folder).rglob("*.md"))
-    return [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(below)]
+    written = (path for path in below if GENERATED not in path.parents)
+    return [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(written)]
 
 
 def links(document: Path) -> Iterator[tuple[Mention, Path]]:

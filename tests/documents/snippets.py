@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 TUTORIALS = ROOT / "docs" / "tutorials"
-GALLERY = ROOT / "docs" / "gallery"
 FRAGMENT = "[effects"
 """Beginning of a block that belongs into a scene"""
 
@@ -59,11 +58,6 @@ def of_page(page: Path) -> Iterator[Snippet]:
             yield Snippet(page, block.language, block.text)
 
 
-def of_gallery(snippet: Snippet) -> bool:
-    """Whether a snippet is the command on a scene's page, which differs from the others in its scene alone."""
-    return GALLERY in snippet.document.parents
-
-
 def reason_not_run(snippet: Snippet) -> str | None:
     """Reason why no test carries out a snippet; None if one does."""
     found = [why for start, why in ways()["not_run"].items() if snippet.text.startswith(start)]
@@ -91,5 +85,5 @@ def scripts() -> list[Snippet]:
 
 
 def shell_commands() -> list[Snippet]:
-    """Commands outside the gallery that run here."""
-    return [s for s in snippets() if s.language == "sh" and not of_gallery(s) and reason_not_run(s) is None]
+    """Commands that run here."""
+    return [s for s in snippets() if s.language == "sh" and reason_not_run(s) is None]

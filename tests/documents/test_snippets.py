@@ -12,9 +12,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from barchain.nightly.plan.tables import PlanFile
-from scenarios import load_scene, scene_names
 from tests.documents import snippets as found
-from tests.documents.commands import fault
 from tests.documents.running import command, run
 from tests.support.slow import one_in
 
@@ -56,7 +54,6 @@ def marked(snippet: Snippet) -> ParameterSet:
 def test_each_snippet_is_carried_out_in_one_way() -> None:
     carried_out = {
         *found.fragments(), *found.whole_scenes(), *found.plans(), *found.scripts(),
-        *(s for s in found.snippets() if found.of_gallery(s)),
         *(s for s in found.shell_commands() if s.text in {*found.ways()["as_typed"], *found.ways()["with_less"]}),
     }  # fmt: skip
     left = [str(s) for s in found.snippets() if s not in carried_out and found.reason_not_run(s) is None]
@@ -106,15 +103,6 @@ def test_a_script_of_the_documents_runs(snippet: Snippet, tmp_path: Path) -> Non
 def test_a_command_of_the_documents_runs(snippet: Snippet, tmp_path: Path) -> None:
     words = f"{snippet.text} {found.ways()['with_less'].get(snippet.text, '')}"
     command(words, tmp_path)
-
-
-def test_a_page_of_the_gallery_compares_its_own_scene() -> None:
-    commands = [s for s in found.snippets() if found.of_gallery(s)]
-    assert sorted(s.text.removeprefix("barchain compare ") for s in commands) == sorted(
-        scene for scene in scene_names() if not scene.startswith("conform/")
-    )
-    assert not [fault(s.text.removeprefix("barchain "), whole=True) for s in commands if fault(s.text[9:], whole=True)]
-    assert all(load_scene(s.text.rsplit(maxsplit=1)[-1]) for s in commands)
 
 
 @pytest.mark.parametrize("shell", SHELLS)

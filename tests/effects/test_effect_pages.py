@@ -1,4 +1,4 @@
-"""The pages in docs/effects: their examples load, their tables say what the schema and the registry say."""
+"""The pages in docs/effects: each has an example that loads, and the keys of its effect."""
 
 from __future__ import annotations
 
@@ -7,21 +7,22 @@ from pathlib import Path
 
 import pytest
 
-from adapters.registry import ENGINES
+from pictures.pages.effect_tables import WITH_KEYS
+from scenarios.effect_types import Gravity
 from scenarios.load import parse_scene
-from tests.effects.effect_pages import engine_table, key_table
 
 PAGES = Path(__file__).parents[2] / "docs" / "effects"
-TABLES = {
-    "gravity": ["EffectsTable"],
-    "oblateness": ["OblatenessTable"],
-    "third_body": ["ThirdBodyTable"],
-    "drag": ["DragTable"],
-    "solar_pressure": ["SolarPressureTable"],
-    "joint_spring_damper": ["JointSpringDamperTable"],
-    "prescribed_rotation": ["PrescribedRotationTable"],
-    "thrust": ["ThrustTable", "ImpulseTable"],
+KEYS = {
+    "oblateness": ["oblateness"],
+    "third_body": ["third_body"],
+    "drag": ["drag"],
+    "solar_pressure": ["solar_pressure"],
+    "joint_spring_damper": ["joint_spring_damper"],
+    "prescribed_rotation": ["prescribed_rotation"],
+    "thrust": ["thrust", "impulse"],
 }
+"""Effects whose keys a page includes"""
+EXAMPLES = ["gravity", *KEYS]
 FRAME = """title = "t"
 source = "s"
 [orbit]
@@ -40,18 +41,20 @@ def text(name: str) -> str:
     return (PAGES / f"{name}.md").read_text(encoding="utf-8")
 
 
-def test_every_page_has_its_keys_told() -> None:
-    assert {p.stem for p in PAGES.glob("*.md")} == {*TABLES, "README"}
+def test_every_effect_has_a_page_with_its_keys() -> None:
+    assert {p.stem for p in PAGES.glob("*.md")} == {*EXAMPLES, "README"}
+    assert sorted(effect for effects in KEYS.values() for effect in effects) == sorted(WITH_KEYS)
+    for name, effects in KEYS.items():
+        assert [effect for effect in WITH_KEYS if f"keys-{effect}.md" in text(name)] == sorted(
+            effects, key=WITH_KEYS.index
+        )
 
 
-@pytest.mark.parametrize("name", TABLES)
-def test_the_keys_of_a_page_are_those_of_the_schema(name: str) -> None:
-    for definition in TABLES[name]:
-        expected = key_table(definition, *(["gravity"] if name == "gravity" else []))
-        assert expected in text(name), f"docs/effects/{name}.md should hold:\n{expected}"
+def test_the_page_on_gravity_names_every_model() -> None:
+    assert not [model.value for model in Gravity if f"`{model.value}`" not in text("gravity")]
 
 
-@pytest.mark.parametrize("name", TABLES)
+@pytest.mark.parametrize("name", EXAMPLES)
 def test_the_example_of_a_page_is_a_scene_in_few_lines(name: str) -> None:
     example = re.search(r"```toml\n(.*?)```", text(name), re.DOTALL)
     assert example
@@ -59,11 +62,3 @@ def test_the_example_of_a_page_is_a_scene_in_few_lines(name: str) -> None:
     bars = 5 if name == "prescribed_rotation" else 4
     scene = parse_scene(FRAME.format(bars=bars) + example[1], name=name, file=name)
     assert any(found.startswith(name) for found in scene.effects.names)
-
-
-@pytest.mark.skipif(
-    any(r.missing for name, r in ENGINES.items() if name != "drake"), reason="the table speaks of all engines"
-)
-def test_the_matrix_of_engines_and_effects_is_that_of_the_registry() -> None:
-    expected = engine_table()
-    assert expected in text("README"), f"docs/effects/README.md should hold:\n{expected}"
