@@ -144,9 +144,8 @@ def may_be_roundoff(run: Residuals, quantity: str) -> bool:
     """Whether a difference is no larger than round-off can make it in the engine's coordinates."""
     if quantity not in run.residual:
         return True  # drifts of conserved quantities: rounding is all that there is
-    most = (run.max_roundoff[quantity] + run.errors.unbounded_floor[quantity])[: run.n]
-    allowed = np.maximum(run.tolerance[quantity], run.margin[quantity]) + most
-    return worst(run.residual[quantity], allowed, run.inside(quantity))[0] <= 1.0
+    most = run.max_roundoff[quantity] + run.errors.unbounded_floor[quantity]
+    return explained_besides(run, quantity, run.residual[quantity], most)
 
 
 def declared_limitation(run: Residuals, found: list[CheckFinding]) -> str | None:
@@ -165,9 +164,14 @@ def noise_explains(run: Residuals, rejected: CheckFinding) -> bool:
     residual = (run.finer_residual if finer else run.residual).get(quantity)
     if residual is None or rejected.metric not in (JUDGED_METRICS | {"max"}) - {"drift"}:
         return False
+    floor = (run.finer_errors if finer else run.errors).unbounded_floor[quantity]
+    return explained_besides(run, quantity, residual, NORM_SLACK * floor)
+
+
+def explained_besides(run: Residuals, quantity: str, residual: Array, noise: Array) -> bool:
+    """Whether `noise` besides the larger of both tolerances of a quantity explains a residual, each (n,)."""
     n = min(run.n, len(residual))
-    floor = (run.finer_errors if finer else run.errors).unbounded_floor[quantity][:n]
-    allowed = np.maximum(run.tolerance[quantity], run.margin[quantity])[:n] + NORM_SLACK * floor
+    allowed = np.maximum(run.tolerance[quantity], run.margin[quantity])[:n] + noise[:n]
     return worst(residual[:n], allowed, run.inside(quantity)[:n])[0] <= 1.0
 
 
