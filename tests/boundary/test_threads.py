@@ -17,6 +17,7 @@ from barchain.run.pool import PoolGroup, pool_group, run_jobs
 from barchain.run.timing.bench import TimingBench
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
+from tests.support.slow import one_in
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -38,7 +39,7 @@ def environment(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     assert {name: os.environ.get(name) for name in THREADS} == dict.fromkeys(THREADS) | {"OMP_NUM_THREADS": "3"}
 
 
-@pytest.mark.parametrize("group", PoolGroup)
+@pytest.mark.parametrize("group", one_in(3, PoolGroup))
 def test_a_worker_computes_in_one_thread(group: PoolGroup, monkeypatch: pytest.MonkeyPatch) -> None:
     asked = job(Role.SOLUTION if group is PoolGroup.SOLUTION else Role.MAIN)
     if group is PoolGroup.REGISTERED:

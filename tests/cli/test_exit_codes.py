@@ -15,6 +15,7 @@ from adapters.registry import ENGINES, Registration
 from barchain.cli import main as command_line
 from barchain.cli.common.exit_codes import MEANINGS, ExitCode
 from barchain.cli.main import cli, main, run
+from tests.support.slow import one_in
 
 QUICK = "basics/libration"
 PAGE = Path(__file__).parents[2] / "docs" / "reference" / "command_line.md"
@@ -72,7 +73,7 @@ def failing(monkeypatch):
     return install
 
 
-@pytest.mark.parametrize("line", ["scenes", "scenes show paper/fig05", "--help", "schema"])
+@pytest.mark.parametrize("line", one_in(4, ["scenes", "scenes show paper/fig05", "--help", "schema"]))
 def test_a_reader_that_ends_first_ends_the_command_without_a_word(line: str) -> None:
     command = f"{sys.executable} -m barchain {line}; echo ended with $? >&2"
     made = subprocess.run(["sh", "-c", f"({command}) | true"], capture_output=True, text=True, check=False)

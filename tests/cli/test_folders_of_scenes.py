@@ -43,6 +43,7 @@ def test_another_word_stands_for_itself(given: str) -> None:
     assert scenes_of(given) == [given]
 
 
+@pytest.mark.slow
 def test_a_folder_of_ones_own_stands_for_its_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for name in ("b", "a"):
         (tmp_path / f"{name}.toml").write_text(OWN)

@@ -83,6 +83,7 @@ def test_resume_and_overwrite_exclude_each_other_even_in_an_empty_folder(tmp_pat
         claim([tmp_path / "x"], "x", resume=True, overwrite=True)
 
 
+@pytest.mark.slow
 def test_simulate_replaces_its_table_where_it_is_told_to(tmp_path):
     out = tmp_path / "run.csv"
     out.write_text("earlier")

@@ -211,6 +211,7 @@ def test_a_junit_file_of_an_engine_that_passes_no_scene_has_a_failure(tmp_path: 
     assert [case.findtext("system-out") for case in suite] == ["round-off limits the run", None]
 
 
+@pytest.mark.slow
 def test_a_part_of_the_examination_is_run_alone_and_is_no_conformance(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["conform", f"{HERE}:Right", "--only", "thrust_body"]) == 0
     shown = capsys.readouterr()

@@ -44,7 +44,7 @@ def diagnosis_with(scene: Scene, amount: Amount, size: float) -> Diagnosis:
     return diagnosis_of(scene, run(change(scene), RTOL), run(change(scene), 0.1 * RTOL))
 
 
-@pytest.mark.parametrize("amount", one_in(8, amounts(SCENE), lambda a: a.name))
+@pytest.mark.parametrize("amount", one_in(12, amounts(SCENE), lambda a: a.name))
 @pytest.mark.parametrize("size", one_in(2, [LITTLE, -2e-3]))
 def test_a_wrong_number_of_the_scene_is_named_with_its_amount(amount: Amount, size: float) -> None:
     possible = abs(size) if amount.range[0] == 0.0 else size

@@ -68,7 +68,7 @@ def test_the_table_of_ways_names_nothing_that_is_gone() -> None:
     assert not gone
 
 
-@pytest.mark.parametrize("snippet", one_in(4, found.fragments()), ids=name)
+@pytest.mark.parametrize("snippet", one_in(9, found.fragments()), ids=name)
 def test_an_effect_of_the_documents_belongs_into_a_scene(snippet: Snippet, tmp_path: Path) -> None:
     scene = tmp_path / "scene.toml"
     bars = 2 if "engine_conventions" in snippet.document.name else 4 if SPRINGS in snippet.text else 5
@@ -78,6 +78,7 @@ def test_an_effect_of_the_documents_belongs_into_a_scene(snippet: Snippet, tmp_p
 
 
 @pytest.mark.parametrize("snippet", found.whole_scenes(), ids=name)
+@pytest.mark.slow
 def test_a_scene_of_the_documents_can_be_simulated(snippet: Snippet, tmp_path: Path) -> None:
     (tmp_path / "scene.toml").write_text(snippet.text, encoding="utf-8")
     assert "run.csv" in command("barchain simulate scene.toml --out run.csv", tmp_path)

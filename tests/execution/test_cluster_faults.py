@@ -174,6 +174,7 @@ def test_a_part_that_kills_its_worker_too_often_ends_the_command(tmp_path, capfd
         cluster.close()
 
 
+@pytest.mark.slow
 def test_parts_of_another_plan_are_not_taken(tmp_path, monkeypatch):
     def stop() -> None:
         raise KeyboardInterrupt

@@ -72,6 +72,7 @@ def test_a_wrong_argument_ends_in_one_sentence(
         assert part in str(found.value)
 
 
+@pytest.mark.slow
 def test_a_generator_of_scenes_is_a_list() -> None:
     result = compare((name for name in ["basics/radial_equilibrium"]), (name for name in ["reference"]))
     assert result.passed

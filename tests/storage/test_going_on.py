@@ -137,6 +137,7 @@ def test_from_python_nothing_is_overwritten_unasked(tmp_path: Path) -> None:
     assert run(["compare", SCENE, "--engine", "rebound", "--out", str(tmp_path), "--resume"]) == 2
 
 
+@pytest.mark.slow
 def test_the_record_says_finished_only_after_the_report(tmp_path: Path) -> None:
     def fails(folder: Path) -> Path:
         assert stored(crossval.FILES, folder)["complete"]

@@ -26,6 +26,7 @@ def test_each_night_of_a_short_history_is_drawn(store: NightStore) -> None:
     assert drawn.curves[0].factor == pytest.approx([k / 3.0 for k in (1, 2, 3, 4, 5)])
 
 
+@pytest.mark.slow
 def test_a_step_years_ago_shows_in_a_long_history_of_which_few_nights_are_read(store: NightStore) -> None:
     total, step = 300, 100
     for k in range(total):
