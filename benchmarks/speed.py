@@ -34,8 +34,8 @@ from scenarios import load_scene
 ORBIT = "paper/fig05"
 TARGETS_RAD = (1e-4, 1e-8, 1e-10, 1e-11)
 EXUDYN = "exudyn"  # its configurations share this first word; the fastest of them counts
-RIVALS = ("heyoka", EXUDYN, "scipy-dop853")
-ENGINES = (FAST, "heyoka", "exudyn", "exudyn-index3", "exudyn-absolute", "exudyn-tree", "scipy-dop853")
+RIVALS = ("heyoka", EXUDYN, "mujoco", "scipy-dop853")
+ENGINES = (FAST, "heyoka", "exudyn", "exudyn-index3", "exudyn-absolute", "exudyn-tree", "mujoco", "scipy-dop853")
 SHOWN_BARS = (5, 500, 100_000)
 TURNS = 15
 RUNS, RTOL, SPREAD = 10_000, 1e-8, "angle_deg=normal(0, 0.1)"

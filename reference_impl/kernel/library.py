@@ -225,11 +225,8 @@ class Observer:
 class Integrator:
     """Stepper of one chain, bound to its arrays, which are checked once."""
 
-    def __init__(
-        self, s: Stepper, atol: Vector, ground: SurfaceBounds, chain: CompiledChain, work: Workspace,
-        t_s: Vector, rows: Matrix,
-    ) -> None:  # fmt: skip
-        """Bind a stepper with sample instants `t_s` (n,) and their states `rows` (n, size), filled as they are reached.
+    def __init__(self, s: Stepper, atol: Vector, ground: SurfaceBounds, chain: CompiledChain, work: Workspace) -> None:
+        """Bind a stepper; :meth:`sample_into` gives it the samples.
 
         Raises
         ------
@@ -239,12 +236,21 @@ class Integrator:
         check_stepper(s, chain)
         self.number = chain.number
         check("atol", atol, s.y.shape, self.number)
-        check("t_s", t_s, (len(rows),), self.number)
-        check("rows", rows, (len(rows), len(s.y)), self.number)
-        self.stepper, self.ground = s, ground
-        self.views = layout.VectorView(t_s), layout.MatrixView(rows), layout.VectorView(atol)
+        self.stepper, self.ground, self.atol = s, ground, layout.VectorView(atol)
         self.chain_words = check_chain(chain, work)
         self.arrays = chain, work
+
+    def sample_into(self, t_s: Vector, rows: Matrix) -> None:
+        """Bind sample instants (n,) and their states (n, size), which are filled as they are reached.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If an array does not fit the stepper.
+        """
+        check("t_s", t_s, (len(rows),), self.number)
+        check("rows", rows, (len(rows), len(self.stepper.y)), self.number)
+        self.samples = layout.VectorView(t_s), layout.MatrixView(rows)
 
     def advance_to(self, start_s: float, end_s: float) -> int:
         """Integrate to `end_s`, from `start_s` if that is the current time, over a smooth segment.
@@ -255,9 +261,9 @@ class Integrator:
             ARRIVED, CHECK_SURFACE, COLLAPSED, NOT_FINITE, LOST_JOINT or MODE_ENDED of the layout. After CHECK_SURFACE
             and MODE_ENDED the caller examines the step and calls again.
         """
-        t_s, rows, atol = (view.address for view in self.views)
+        t_s, rows = (view.address for view in self.samples)
         code: int = function("advance_to", self.number)(
-            start_s, end_s, self.ground.address, t_s, rows, atol, self.stepper.address, *self.chain_words
+            start_s, end_s, self.ground.address, t_s, rows, self.atol.address, self.stepper.address, *self.chain_words
         )
         return code
 
@@ -272,7 +278,7 @@ class Integrator:
 
     def take_samples(self, until_s: float) -> None:
         """Samples of the last step up to `until_s`, from its end or its interpolant, which is there."""
-        t_s, rows, _ = (view.address for view in self.views)
+        t_s, rows = (view.address for view in self.samples)
         function("take_samples", self.number)(until_s, t_s, rows, True, self.stepper.address, *self.chain_words)
 
     def begin_next_step(self) -> None:

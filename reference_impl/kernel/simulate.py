@@ -87,22 +87,24 @@ class KernelSimulation:
         self.chain = layout.compiled_chain(model, number)
         self.work = layout.workspace_of(self.chain)
         self.reference.coordinates = CompiledRates(self.chain, self.work, self.y0, self.order, model)
+        self.stepper = layout.new_stepper(self.y0, exact=self.exact)
+        ground = layout.SurfaceBounds(
+            self.reference.contact_free_radius_m,
+            self.reference.contact_free_perigee_m,
+            self.reference.largest_pull_m_s2,
+        )
+        self.integrator = Integrator(self.stepper, self.atol, ground, self.chain, self.work)
         self.events: DiscreteModes | None = None
         self.detects_events = any(effect.has_state_events for effect in model.effects)
 
     def reset(self, t_s: Array) -> None:
         """Reset to the start, with the sample instants `t_s`."""
         self.t_s, self.rows = t_s.astype(self.y0.dtype), np.empty((len(t_s), len(self.y0)), self.y0.dtype)
-        self.rows[0] = self.y0
-        self.stepper = layout.new_stepper(self.y0, exact=self.exact)
-        self.stepper.clock[layout.NOW] = t_s[0]
-        self.stepper.clock[layout.SAMPLED] = 1
-        ground = layout.SurfaceBounds(
-            self.reference.contact_free_radius_m,
-            self.reference.contact_free_perigee_m,
-            self.reference.largest_pull_m_s2,
-        )
-        self.integrator = Integrator(self.stepper, self.atol, ground, self.chain, self.work, self.t_s, self.rows)
+        self.rows[0] = self.stepper.y[:] = self.y0
+        clock = self.stepper.clock
+        clock[:] = 0.0
+        clock[layout.NOW], clock[layout.SAMPLED], clock[layout.EXACT] = t_s[0], 1, self.exact
+        self.integrator.sample_into(self.t_s, self.rows)
 
     def integrate(self, t_s: Array) -> Integration:
         """Integrate over the sample instants, from ``t_s[0]``; stop at contact of a bar with the surface.

@@ -62,9 +62,11 @@ def test_a_stepper_of_another_chain_is_refused() -> None:
     y, chain, work = prepared()
     smaller, no_surface = layout.new_stepper(prepared(1)[0]), layout.SurfaceBounds(0.0, np.inf, 0.0)
     with pytest.raises(ValueError, match=r"stepper\.y has 8 numbers"):
-        Integrator(smaller, np.ones(8), no_surface, chain, work, np.zeros(2), np.zeros((2, 8)))
+        Integrator(smaller, np.ones(8), no_surface, chain, work)
     with pytest.raises(ValueError, match="rows has the shape"):
-        Integrator(layout.new_stepper(y), np.ones_like(y), no_surface, chain, work, np.zeros(2), np.zeros((2, 8)))
+        Integrator(layout.new_stepper(y), np.ones_like(y), no_surface, chain, work).sample_into(
+            np.zeros(2), np.zeros((2, 8))
+        )
 
 
 def test_a_batch_without_room_for_its_results_is_refused() -> None:
