@@ -1,4 +1,4 @@
-"""Sets of coordinates for the integrator's state vector; see docs/explanation/design/coordinates.md."""
+"""Sets of coordinates for the integrator's state vector; see docs/explanation/numerics.md."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ CoordinateSet = Literal["minimal", "redundant", "projected", "absolute"]
 
 
 class StateCoordinates(ABC):
-    """Layout of a state in the integrator's vector; see docs/explanation/design/coordinates.md."""
+    """Layout of a state in the integrator's vector; see docs/explanation/numerics.md."""
 
     integrates_positions: ClassVar[bool] = False
     """Whether the vector contains the bars' positions; otherwise the positions follow from the angles"""

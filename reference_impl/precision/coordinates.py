@@ -1,4 +1,4 @@
-"""Integrator's state vectors in any arithmetic, for many runs; see docs/explanation/design/coordinates.md.
+"""Integrator's state vectors in any arithmetic, for many runs; see docs/explanation/numerics.md.
 
 A vector is an array (rows, B): positions, then velocities, one column per run.
 """

@@ -76,5 +76,5 @@ def test_a_dead_link_an_anchor_and_a_script_from_elsewhere_are_found(tmp_path: P
 def test_every_environment_variable_that_the_code_reads_is_documented() -> None:
     files = [path for package in PACKAGES for path in (ROOT / package).rglob("*.py")]
     read = {name for path in files for name in VARIABLE.findall(path.read_text("utf-8"))}
-    page = (DOCS / "reference" / "environment_variables.md").read_text("utf-8")
+    page = (DOCS / "reference" / "command_line.md").read_text("utf-8")
     assert read == set(VARIABLE.findall(page))
