@@ -27,7 +27,7 @@ INDENT = 6 * " "
 """Of a check's further lines on a terminal"""
 
 
-@click.command("conform")
+@click.command("conform", short_help="Examine an engine, and name its mistakes.")
 @click.argument("targets", metavar="ENGINE|MODULE:CLASS...", nargs=-1, required=True, type=WORDS)
 @click.option("--junit", metavar="FILE", type=NamedPath(path_type=Path, dir_okay=False),
               help="Write the checks as JUnit XML into this file.")  # fmt: skip

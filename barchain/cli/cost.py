@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
-@click.command()
+@click.command(short_help="Measure errors against run times.")
 @optional_scenes
 @engine_option("all that are installed, also those that only studies need")
 @out_option()

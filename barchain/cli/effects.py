@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 SCREEN, WORDS, NUMBERS = 120, 20, 28  # columns of the screen, and at most of a cell of words or of numbers
 
 
-@click.command()
+@click.command(short_help="Measure relevance and run time of each effect.")
 @scene_argument
 @out_option(None, help_text=f"{JOINS[:-1]}; default: print only.")
 @click.option("--rtol", metavar="R", type=RealNumber(*RTOLS), default=RTOL, show_default=True,

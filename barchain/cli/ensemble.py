@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 ENGINE = "reference-fast"
 
 
-@click.command()
+@click.command(short_help="Run perturbed copies of a scene, and take quantiles.")
 @scene_argument
 @click.option("--vary", multiple=True, required=True, metavar="KEY=DISTRIBUTION(...)",
               help="Draw a value of the scene, e.g. 'angle_deg=normal(80, 1)' (all bars alike), "

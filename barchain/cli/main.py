@@ -41,11 +41,10 @@ MOST_LINE = 4000  # characters of a line on standard error; the list of all scen
 MOST_SHOWN = 60  # characters of an argument that is shown
 
 SECTIONS = {
-    "Run and compare": (scenes, engines, simulate, compare, crossval, report),
+    "Run and compare": (scenes, engines, simulate, compare, crossval, report, doctor),
     "Studies": (cost, scaling, roundoff, stability, effects, selftest, ensemble),
     "Nights": (nightly, history, attribute_night, bisect_figure, releases),
-    "Maintain": (doctor, validate, schema, certified_solutions),
-    "Engines of your own": (new_engine, conform),
+    "Scenes and engines of your own": (validate, schema, certified_solutions, new_engine, conform),
 }
 
 
@@ -132,16 +131,11 @@ def hidden_argument(arguments: list[str]) -> str:
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
 @click.option("-q", "--quiet", is_flag=True, help="Print no progress and no notes.")
-@click.option("-v", "--verbose", is_flag=True, help="Print every verdict on a terminal, and the traceback of an error.")
+@click.option("-v", "--verbose", is_flag=True, help="Print every verdict, and the traceback of an error.")
 @click.version_option(package_name="barchain")
 @click.pass_context
 def cli(ctx: click.Context, quiet: bool, verbose: bool) -> None:
-    """Cross-validate multibody engines on a chain of rigid bars in orbit.
-
-    `compare` takes the scenes and engines that you name. `crossval` takes a fixed set of scenes and all default
-    engines, and asks for an independent engine that passes each scene. `barchain COMMAND --help` explains a command;
-    docs/reference/command_line.md lists the exit codes.
-    """
+    """Cross-validate multibody engines on a chain of rigid bars in orbit."""
     verbosity.choose(quiet=quiet, verbose=verbose)
     if ctx.invoked_subcommand is None:
         click.echo(ctx.get_help())

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 PARTS = ("evaluation", "trajectories", "engines", "times")
 
 
-@click.command()
+@click.command(short_help="Measure the digits left in absolute and relative coordinates.")
 @out_option()
 @click.option("--part", "parts", multiple=True, metavar="PART", type=click.Choice(PARTS), default=PARTS,
               help=f"Run this part of the study: {', '.join(PARTS)}. May be repeated; default: all four.")  # fmt: skip

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from reports.chapters.selftest.view import SelftestView
 
 
-@click.command()
+@click.command(short_help="Insert faults into an engine, and test that checks detect them.")
 @optional_scenes
 @click.option("--fault", "faults", multiple=True, metavar="NAME",
               help="Insert this fault. May be repeated; default: every fault that `--list` shows.")  # fmt: skip

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from barchain.studies.stability.run import StabilityResult
 
 
-@click.command()
+@click.command(short_help="Classify the stability of engines in hard scenes.")
 @optional_scenes
 @engine_option("the engines marked so in `barchain engines`, and SciPy's solvers")
 @out_option(help_text=OWN_PAGE)

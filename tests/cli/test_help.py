@@ -49,6 +49,14 @@ def test_barchain_alone_prints_help_without_a_prefix_and_exits_with_0(capsys):
     assert shown.err == ""
 
 
+def test_commands_stand_in_sections_on_one_screen(capsys):
+    run(["--help"])
+    text = capsys.readouterr().out
+    lines = text.splitlines()
+    assert len(lines) <= 40
+    assert max(map(len, lines)) <= 80
+
+
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_begins_its_help_with_an_imperative_and_explains_each_option(name, capsys):
     command = cli.commands[name]

@@ -66,7 +66,10 @@ class SectionedGroup(click.Group):
         return list(self.commands)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002
-        """Write each section with its commands and the first sentence of their help."""
+        """Write each section with its commands and their short help, without blank lines: the help fits a screen."""
+        formatter.write_paragraph()
+        width = max(map(len, self.commands))
         for title, commands in self.sections.items():
-            with formatter.section(title):
-                formatter.write_dl([(str(c.name), c.get_short_help_str(WHOLE)) for c in commands])
+            formatter.write_heading(title)
+            for command in commands:
+                formatter.write(f"  {command.name:<{width}}  {command.get_short_help_str(WHOLE)}\n")

@@ -16,7 +16,7 @@ from barchain.cli.common.terminal import say
 MAKER = "heyoka-quad"
 
 
-@click.command("certified")
+@click.command("certified", short_help="Make or check certified solutions.")
 @optional_scenes
 @click.option("--out", metavar="DIR", type=NamedPath(path_type=Path, file_okay=False),
               help="Write a table and a judging solution for each scene into this folder.")  # fmt: skip

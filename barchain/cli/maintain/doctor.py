@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
 
-@click.command()
+@click.command(short_help="Check the installation.")
 @json_option
 def doctor(as_json: bool) -> None:
     """Check the installation: versions, engines, compiled kernel, cores, memory and tables.

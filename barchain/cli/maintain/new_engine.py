@@ -12,7 +12,7 @@ from barchain.cli.common.terminal import say
 from barchain.cli.common.verbosity import quiet
 
 
-@click.command("new-engine")
+@click.command("new-engine", short_help="Write a package with an engine that runs.")
 @click.argument("name", type=WORDS)
 @click.option(
     "--out", metavar="DIR", type=NamedPath(path_type=Path),

@@ -11,7 +11,7 @@ from barchain.cli.common.terminal import say
 FILES = ("scene", "plan", "nightly")
 
 
-@click.command()
+@click.command(short_help="Print the JSON Schema of scenes, plans or nightly.json.")
 @click.argument("file", type=click.Choice(FILES), default=FILES[0])
 def schema(file: str) -> None:
     """Print the JSON Schema of a scene file, of a plan of nights, or of nightly.json; default: a scene file."""

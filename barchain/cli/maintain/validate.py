@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 LOW_M = 80e3  # the air of the Earth ends an orbit below it within a revolution
 
 
-@click.command()
+@click.command(short_help="Check scene files without a run.")
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, type=SCENE)
 def validate(files: tuple[str, ...]) -> None:
     """Check scene FILEs without a run, and print each fault in one line.

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 MOST_CHANGES = 10
 
 
-@click.command("attribute")
+@click.command("attribute", short_help="Find whose change it was, by runs with old and new parts.")
 @click.argument("night", metavar="[NIGHT]", default="latest", type=WORDS)
 @click.option("--change", "names", metavar="CHANGE", multiple=True, type=WORDS,
               help="Attribute this change: an id of `barchain history changes`, or the name of a figure. May be "
@@ -59,7 +59,7 @@ def show(one: Attributed) -> None:
         say(f"  not exchanged: {reason}")
 
 
-@click.command("bisect")
+@click.command("bisect", short_help="Find the release or commit that changed a figure.")
 @click.argument("figure", metavar="FIGURE", type=WORDS)
 @click.option("--good", metavar="NIGHT", required=True, type=WORDS, help="Take the old value of this night.")
 @click.option("--bad", metavar="NIGHT", required=True, type=WORDS, help="Take the new value of this night.")

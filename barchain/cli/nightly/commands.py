@@ -27,7 +27,7 @@ NIGHT_HEADINGS = ("night", "state", "figures", "duration", "plan", "barchain", "
 FIGURE_HEADINGS = ("figure", "kind", "result", "unit", "interval", "rounding", "reason")
 
 
-@click.group(invoke_without_command=True)
+@click.group(invoke_without_command=True, short_help="Show, export, accept and prune what nights measured.")
 @click.pass_context
 def history(ctx: click.Context) -> None:
     """Keep what nights measured: add result folders, show nights and their changes, follow a figure, export, prune.

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 LEAST_MINUTES, MOST_MINUTES = 0.5, 1440.0
 
 
-@click.command()
+@click.command(short_help="Run a plan within a budget of time, and report what changed.")
 @click.option("--plan", "path", metavar="FILE", type=NamedPath(path_type=Path),
               help="Do this plan; default: the one that comes with barchain, see `--show-plan`.")  # fmt: skip
 @click.option("--minutes", metavar="M", type=RealNumber(LEAST_MINUTES, MOST_MINUTES),

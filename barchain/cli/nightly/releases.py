@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
-@click.command()
+@click.command(short_help="Measure every release of an engine.")
 @click.argument("engine", metavar="ENGINE", type=WORDS)
 @click.argument("scenes", metavar="[SCENE]...", nargs=-1, type=WORDS)
 @click.option("--from", "since", metavar="V", type=WORDS, help="Begin with this version; default: the first one.")

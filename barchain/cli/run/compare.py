@@ -53,7 +53,7 @@ def run_options(command: Callable[..., None]) -> Callable[..., None]:
     return command
 
 
-@click.command()
+@click.command(short_help="Compare engines on the scenes that you name.")
 @required_scenes
 @engine_option("one of each library")
 @click.option("--all-engines", is_flag=True, help="Take all engines of the default set in `barchain engines`.")
@@ -85,7 +85,7 @@ def compare(
         raise findings()
 
 
-@click.command()
+@click.command(short_help="Compare all default engines on the core suite.")
 @click.option("--tag", metavar="T", help="Take only scenes of the core suite with this tag.")
 @out_option(help_text=OUT)
 @run_options

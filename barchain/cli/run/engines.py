@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 HEADINGS = ("engine", "version", "default set", "setting", "what")
 
 
-@click.command()
+@click.command(short_help="List the engines, and how to install missing ones.")
 @click.option("--installed/--missing", default=None, help="List only engines that are installed, or only missing ones.")
 @json_option
 def engines(installed: bool | None, as_json: bool) -> None:

@@ -10,7 +10,7 @@ from barchain.cli.common.numbers import NamedPath
 from barchain.cli.common.terminal import say
 
 
-@click.command()
+@click.command(short_help="Render a result folder again from its tables.")
 @click.argument("folder", metavar="DIR", type=NamedPath(path_type=Path))
 def report(folder: Path) -> None:
     """Render the pages of DIR again from its stored tables."""

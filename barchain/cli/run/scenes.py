@@ -24,7 +24,7 @@ DEPENDS = "supports the scene if no bar turns its other face to the wind or the 
 HEADINGS = ("scene", "bars", "orbits", "tags", "title")
 
 
-@click.group(invoke_without_command=True)
+@click.group(invoke_without_command=True, short_help="List the scenes, or show one.")
 @click.option("--tag", metavar="T", help="List only scenes with this tag.")
 @click.option("--folder", metavar="F", help="List only scenes of this folder, e.g. paper or hard.")
 @click.option("--effect", metavar="E", help="List only scenes with this effect, e.g. drag or prescribed_rotation.")

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 ENDINGS = (".parquet", ".csv")
 
 
-@click.command()
+@click.command(short_help="Run a scene in one engine and write its samples.")
 @scene_argument
 @click.option("--engine", metavar="NAME", type=ENGINE, default="reference", show_default=True, help="Run this engine.")
 @set_option
