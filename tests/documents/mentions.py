@@ -19,7 +19,6 @@ FENCE = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
 SPAN = re.compile(r"`([^`\n]+)`")
 LINK = re.compile(r"\]\(([^)\s#]+)(?:#[^)]*)?\)")
 WORD = re.compile(r"[\w.<>*/\-]+")
-TRIAL = re.compile(r"\bdrift(?=/|\.)")  # the study that CONTRIBUTING takes as its example is not kept
 COMMAND = re.compile(r"^(?:.*?&& )?(?:\.venv/bin/)?barchain( [a-z-].*)?$")
 LONG_OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]*")
 PLACEHOLDER = re.compile(r"[\[<|…]|\.\.\.|\b[A-Z]{2,}\b|\s{2}")
@@ -66,7 +65,7 @@ def paths(document: Path) -> Iterator[Mention]:
 def exists(path: str) -> bool:
     """Whether a path leads to something in the project; a file's bare name may lie anywhere in it."""
     if "/" in path:
-        return bool(TRIAL.search(path)) or any(ROOT.glob(path.rstrip("/")))
+        return any(ROOT.glob(path.rstrip("/")))
     return any(any((ROOT / folder).rglob(path)) for folder in FOLDERS)
 
 
