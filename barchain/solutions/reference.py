@@ -16,10 +16,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from adapters.common.initial_state import chain_model
 from adapters.reference.compiled_engine import WIDE_UNTIL
 from barchain.metrics.model_difference import track_response
 from barchain.metrics.quantities import differences, largest
 from barchain.metrics.rates import MODES_PER_BAR, own_rate
+from reference_impl.model.complex_vectors import unit_along
+from reference_impl.model.joints import condition_number, joint_matrix
 from reports.tables.crossval import PARTED_RAD
 from scenarios import Gravity
 
@@ -33,6 +36,9 @@ WIDE_RTOL, WIDE_CHECK_RTOL = 1e-18, 1e-16
 """In extended precision. Its rounding, 5e-20, may bound the tighter steps; the looser tolerance is far above."""
 UNIT_ROUNDOFF = 2.0**-53  # of double precision: largest relative error of rounding to nearest
 ROUNDED = 3.0  # roundings: of the result, and of the two results that are subtracted
+ROUNDED_ALIKE = 5.0
+"""Bound of the error over the difference of two runs whose errors are rounding alone, alike in size. By chance they
+differ by less than either: the error was up to 3 times the difference with bars of 1e4 : 1"""
 SEEN_ROUNDINGS = 1e4
 """Least growth of the close start in roundings of the largest angle: its size is then known to 1e-4"""
 PERTURBATION_RAD = 1e-10  # a thousand times the error of the reference solution, and linear until amplified 1e8 times
@@ -168,15 +174,33 @@ def establish(
         error["com"] += rtol * scene.radius0_m
         error["com_velocity"] += rtol * scene.speed0_m_s
     error["rate"] += rtol * scene.fastest_rate_rad_s
+    if close is not None:
+        error = {name: ROUNDED_ALIKE * d for name, d in error.items()}
     # both runs share the rounding of equal evaluations, as at an equilibrium, and of samples and events to double
-    rounded, sizes = ROUNDED * UNIT_ROUNDOFF, largest(solution)
-    shared_rad = np.where(wide & (not has_events(scene)), WIDE_RTOL, rounded) * amplification
-    error = {name: d + rounded * sizes[name][:n] + shared_rad * response[name] for name, d in error.items()}
-    setting = f"rtol={SOLUTION_RTOL:g}" if close is None else f"rtol={WIDE_RTOL:g} in extended precision"
+    rounded, sizes = ROUNDED * UNIT_ROUNDOFF, {name: size[:n] for name, size in largest(solution).items()}
+    struck = joint_condition(scene) if scene.effects.impulse else 1.0
+    shared_rad = np.where(wide & (not has_events(scene)), WIDE_RTOL, struck * rounded) * amplification
+    for name in error:
+        solved = 1.0 if name in TRACK else struck
+        error[name] = error[name] + solved * rounded * sizes[name] + shared_rad * response[name]
+    if scene.effects.impulse:  # a rounded step of the velocity drifts along the orbit, by 3 t in Hill's equations
+        turned_rad = 3.0 * scene.orbital_rate_rad_s * solution.t_s[:n]
+        error["com"] += 3.0 * rounded * sizes["com_velocity"] * solution.t_s[:n]
+        error["com_velocity"] += rounded * sizes["com_velocity"] * turned_rad
+    setting = f"rtol={SOLUTION_RTOL:g}"
+    if close is not None:
+        until = "" if wide.all() else f" until {solution.info[WIDE_UNTIL]:.6g} s, then {setting}"
+        setting = f"rtol={WIDE_RTOL:g} in extended precision{until}"
     return ReferenceSolution(
         scene, solution, fine or solution, error, amplification, response, divergence_instant_s(solution, check),
         setting=setting,
     )  # fmt: skip
+
+
+def joint_condition(scene: Scene) -> float:
+    """Condition number of the joint system at the start, in which impulses are solved in double precision."""
+    along = unit_along(np.array(scene.chain.angle_rad))
+    return condition_number(joint_matrix(chain_model(scene), 1j * along))
 
 
 def has_events(scene: Scene) -> bool:

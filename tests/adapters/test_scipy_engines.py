@@ -5,6 +5,7 @@ import functools
 
 import numpy as np
 import pytest
+from scipy.integrate import DOP853
 
 import adapters.common.scipy_solver as scipy_module
 from adapters.common.face_reversal import incidences
@@ -186,13 +187,13 @@ def test_a_state_that_is_not_finite_is_an_error():
 
 def test_tolerances_are_a_plain_users(monkeypatch):
     asked = {}
-    own = scipy_module.solve_ivp
 
-    def watched(*args, **named):
-        asked.update(named)
-        return own(*args, **named)
+    class Watched(DOP853):
+        def __init__(self, *args, **named):
+            asked.update(named)
+            super().__init__(*args, **named)
 
-    monkeypatch.setattr(scipy_module, "solve_ivp", watched)
+    monkeypatch.setitem(scipy_module.METHODS, "DOP853", Watched)
     ScipyDop853().run(steep(orbits=0.05), Setting(AccuracyParameter.RTOL, 1e-9))
     assert (asked["rtol"], asked["atol"]) == (1e-9, ATOL_SHARE * 1e-9)
     ScipyDop853().run(steep(orbits=0.05), Setting(AccuracyParameter.RTOL, 1e-14))

@@ -133,7 +133,9 @@ def test_why_a_reference_solution_failed_is_said_once(tmp_path):
     store = RunStore(StudyStore(FILES, tmp_path, new_record(plan, "test")), [])
     suite = Suite(plan, store, lambda *_: None)
     progress = suite.progress[SCENE]
-    progress.solution_runs = {role: failure(Outcome.FAILED, "no steps left") for role in SOLUTION_ROLES}
+    progress.solution_runs = {
+        role: failure(Outcome.FAILED, "no steps left") for role in (*SOLUTION_ROLES, Role.CLOSE_START)
+    }
     suite.found_solution(progress)
     assert progress.solution_failed == "the judging solution could not be run (no steps left)"
 

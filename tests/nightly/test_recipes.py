@@ -15,6 +15,7 @@ from click.testing import CliRunner
 from ruamel.yaml import YAML
 
 from barchain.cli.main import cli
+from tests.support.machine import needs
 
 ROOT = Path(__file__).parents[2]
 RECIPES = ROOT / "docs" / "recipes"
@@ -26,6 +27,7 @@ GITHUB, GITLAB, SCRIPT, SERVICE, TIMER = (
 )  # fmt: skip
 COMMAND = re.compile(r"^[^#]*?\bbarchain (?:-q )?(nightly|history \w+) ([^|&;\n]*)", re.MULTILINE)
 INPUTS = {"CHANGE": "*:exudyn:*", "REASON": "$(touch injected)", "UNTIL": "2031-01-02", "LOGNAME": "someone"}
+needs_flock = needs("flock", there=shutil.which("flock") is not None)
 CODES = [(0, 0, True), (1, 1, True), (2, 2, False), (3, 3, True), (130, 130, False)]
 """Exit code of a night, of a recipe, and whether the history is kept"""
 
@@ -181,6 +183,7 @@ def test_a_recipe_tells_in_one_sentence_that_barchain_is_not_installed(tmp_path:
     assert "The variable BARCHAIN (-e .[all]) does not install barchain." in own.stdout
 
 
+@needs_flock
 @pytest.mark.parametrize("code", [0, 1, 2, 3])
 def test_the_script_of_cron_speaks_if_the_night_has_something_to_tell(tmp_path: Path, code: int) -> None:
     done = cron(tmp_path, f"echo a result; exit {code}")
@@ -188,11 +191,13 @@ def test_the_script_of_cron_speaks_if_the_night_has_something_to_tell(tmp_path: 
     assert done.stdout == ("" if code == 0 else f"The night ended with exit code {code}.\na result\n")
 
 
+@needs_flock
 def test_the_script_of_cron_tells_that_the_last_night_still_runs(tmp_path: Path) -> None:
     held = cron(tmp_path, "exit 0", "flock", "lock")
     assert (held.returncode, held.stdout) == (75, "The last night still runs: no night began.\n")
 
 
+@needs_flock
 def test_the_script_of_cron_ends_a_night_that_hangs(tmp_path: Path) -> None:
     done = cron(tmp_path, "exec sleep 60", limit="1")
     assert done.returncode == 124

@@ -12,7 +12,7 @@ from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import COMPILED, ENGINES
 from barchain.cli.main import run as command
 from barchain.execution.executors import LocalProcesses
-from barchain.run.job import SOLUTION_ROLES, Job, Role
+from barchain.run.job import JUDGING_ROLES, Job, Role
 from barchain.run.pool import RunQueue
 from barchain.studies.stability import expected
 from barchain.studies.stability.expected import SLOW
@@ -208,7 +208,7 @@ def test_forms_of_the_reference_get_ten_times_as_long_as_other_engines(
     allowed_s: dict[str, float] = {}
 
     def noted(runs: RunQueue, job: Job, limit: TimeLimit) -> None:
-        if job.role not in SOLUTION_ROLES:
+        if job.role not in JUDGING_ROLES:
             allowed_s[job.engine] = limit.time_s
 
     monkeypatch.setattr(RunQueue, "add", noted)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from _pytest.mark import ParameterSet
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable
@@ -28,9 +29,11 @@ def slow_but(values: Iterable[Any], quick: Collection[Any]) -> list[Any]:
 def one_in(share: int, values: Iterable[Any], name: Callable[[Any], str] | None = None) -> list[Any]:
     """Parameters of which every one in `share`, from the first on, is tried by the default run; the rest is slow.
 
-    `name` gives the parameter's id.
+    `name` gives the parameter's id. Parameters that have marks already keep them.
     """
-    return [
-        pytest.param(each, id=name(each) if name else None, marks=[pytest.mark.slow] if k % share else [])
-        for k, each in enumerate(values)
-    ]
+    found = []
+    for k, each in enumerate(values):
+        marks = [pytest.mark.slow] if k % share else []
+        given = each if isinstance(each, ParameterSet) else pytest.param(each, id=name(each) if name else None)
+        found.append(pytest.param(*given.values, id=given.id, marks=[*given.marks, *marks]))
+    return found

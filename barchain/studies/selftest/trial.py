@@ -112,7 +112,7 @@ def selftest_cases(
     setting = engine.sweep.setting()
     cases = []
     for name, scene in wanted.items():
-        solution = solution_of(scene, runs[name])
+        solution = solution_of(scene, runs[name], NUMPY)
         assert solution is not None  # all of its runs have come, and none failed
         settings = {Role.MAIN: setting, Role.FINER: finer_setting(scene, engine.sweep, setting)}
         cases.append(SelftestCase(solution, host, engine, settings))

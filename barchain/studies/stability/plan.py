@@ -12,8 +12,9 @@ from adapters.ode_solvers.scipy_engines import ScipyEngine
 from adapters.registry import COMPILED, ENGINES, engines, find_engine
 from barchain.boundary.declared import engine_class
 from barchain.execution.executors import ALL_CORES
-from barchain.run.job import SOLUTION_ROLES, Job, Role
+from barchain.run.job import Job, Role
 from barchain.run.timing.left_out import cannot
+from barchain.solutions.reference_runs import solution_jobs
 from barchain.studies.stability.limits import TIME_LIMIT_S
 from scenarios import load_scene, scene_names
 
@@ -64,7 +65,7 @@ class StabilityPlan:
             for name, r in self.engines_of(s).items()
             if cannot(s, name, r) is None
         ]
-        solutions = sum(len(SOLUTION_ROLES) + len(exact_jobs(s)) for s in self.scenes)
+        solutions = sum(len(solution_jobs(s)) + len(exact_jobs(s)) for s in self.scenes)
         return solutions + sum(len(settings(s, e)) for s, e in able)
 
 

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 from adapters.engine import EngineError
 from barchain.boundary.declared import engine_class
-from barchain.run.job import SOLUTION_ROLES, Job, Role, RunResult, failure
+from barchain.run.job import JUDGING_ROLES, Job, Role, RunResult, failure
 from barchain.run.order import longest_first
 from barchain.run.pool import RunQueue
 from barchain.run.time_limits import TimeLimit
 from barchain.run.timing.left_out import cannot
 from barchain.solutions.reference import SOLUTION_RTOL, ReferenceSolution
-from barchain.solutions.reference_runs import SolutionFailedError, solution_engine, solution_jobs, solution_of
+from barchain.solutions.reference_runs import SolutionFailedError, judging_engine, solution_jobs, solution_of
 from barchain.studies.stability import expected
 from barchain.studies.stability.engine_runs import LEVEL_WORDS, WITH_TRAJECTORY, EngineRuns
 from barchain.studies.stability.evidence import condition_range, laws
@@ -153,7 +153,7 @@ class StabilityRun:
 
     def limit_s(self, job: Job) -> float:
         """Wall time allowed to a run."""
-        if job.role in SOLUTION_ROLES:
+        if job.role in JUDGING_ROLES:
             return SOLUTION_LIMIT_S
         return self.plan.time_limit_s * (REFERENCE_PATIENCE if job.engine in REFERENCES else 1.0)
 
@@ -169,7 +169,7 @@ class StabilityRun:
         said = "pass" if result.outcome is Outcome.PASS else f"{result.outcome}: {result.reason}"
         self.report(job.scene.name, job.engine, f"{job.setting} {said}" if said != "pass" else said)
         progress = self.scenes[job.scene.name]
-        if job.role in SOLUTION_ROLES:
+        if job.role in JUDGING_ROLES:
             progress.solution_runs[job.role] = result
             self.found_solution(progress)
         elif job.role is Role.EXACT:
@@ -260,7 +260,7 @@ def solution_facts(solution: ReferenceSolution) -> dict[str, Any]:
     inside = solution.trajectory.t_s[: len(solution.amplification)] <= solution.limit_s
     return {
         "solution_setting": f"rtol={SOLUTION_RTOL:g}",
-        "solution_engine": solution_engine(),
+        "solution_engine": judging_engine(solution.scene),
         "solution_method": str(solution.trajectory.info.get("method", "")),
         "solution_steps": solution.trajectory.info.get("steps"),
         "solution_error_rad": float(solution.error["attitude"][: len(inside)][inside].max()),
