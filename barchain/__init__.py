@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from barchain.api import compare as compare
     from barchain.api import engines as engines
     from barchain.api import render as render
+    from barchain.api import rows as rows
     from barchain.api import scenes as scenes
     from barchain.api import simulate as simulate
     from barchain.crossval.run import ComparisonResult as ComparisonResult
@@ -41,6 +42,7 @@ MODULES = {
     "compare": "barchain.api",
     "engines": "barchain.api",
     "render": "barchain.api",
+    "rows": "barchain.api",
     "scenes": "barchain.api",
     "simulate": "barchain.api",
     "ComparisonResult": "barchain.crossval.run",
@@ -82,6 +84,7 @@ __all__ = [
     "load_scene",
     "make_scene",
     "render",
+    "rows",
     "scenes",
     "simulate",
 ]

@@ -36,11 +36,23 @@ from scenarios import Scene, check_scene, load_scene, scene_names
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
+    import pandas as pd
+
     from adapters.registry import Registration
     from adapters.trajectory import Trajectory
     from barchain.crossval.run import ComparisonResult
 
-__all__ = ["ArgumentError", "SettingError", "choose_setting", "compare", "engines", "render", "scenes", "simulate"]
+__all__ = [
+    "ArgumentError",
+    "SettingError",
+    "choose_setting",
+    "compare",
+    "engines",
+    "render",
+    "rows",
+    "scenes",
+    "simulate",
+]
 
 LONGER = "a longer time limit, a coarser setting, or the compiled form `reference-fast` of the reference may do"
 
@@ -276,3 +288,33 @@ def render(folder: Path | str) -> list[Path]:
     check_folder("folder", folder)
     with locked_if_there(Path(folder)):
         return render_all(Path(folder))
+
+
+def rows(folder: Path | str) -> pd.DataFrame:
+    """Rows of all results in a folder: everything that was measured or judged, one number or outcome each.
+
+    Parameters
+    ----------
+    folder : Path or str
+        Result folder of a comparison, of studies, or of both.
+
+    Returns
+    -------
+    DataFrame
+        Columns ``study, scene, engine, setting, tags, quantity, metric`` (together unique), ``value, low, high, unit,
+        limit, outcome, reason, text, until_s``; numbers in the unit of their row, ``until_s`` in s.
+        :func:`reports.tables.rows.spread` makes columns of ``tags``.
+
+    Raises
+    ------
+    ArgumentError
+        If `folder` is neither text nor a path.
+    FileNotFoundError
+        If the folder holds no results.
+    DamagedResultsError, SchemaVersionError
+        If a table is damaged, or the results are of another schema version.
+    """
+    from reports.tables.measured import rows_of  # noqa: PLC0415  # a single run needs no tables
+
+    check_folder("folder", folder)
+    return rows_of(Path(folder))

@@ -32,6 +32,7 @@ from barchain.cli.run.compare import compare, crossval
 from barchain.cli.run.engines import engines
 from barchain.cli.run.report import report
 from barchain.cli.run.scenes import scenes
+from barchain.cli.run.show import show
 from barchain.cli.run.simulate import simulate
 from barchain.cli.scaling import scaling
 from barchain.cli.selftest import selftest
@@ -41,7 +42,7 @@ MOST_LINE = 4000  # characters of a line on standard error; the list of all scen
 MOST_SHOWN = 60  # characters of an argument that is shown
 
 SECTIONS = {
-    "Run and compare": (scenes, engines, simulate, compare, crossval, report, doctor),
+    "Run and compare": (scenes, engines, simulate, compare, crossval, show, report, doctor),
     "Studies": (cost, scaling, roundoff, stability, effects, selftest, ensemble),
     "Nights": (nightly, history, attribute_night, bisect_figure, releases),
     "Scenes and engines of your own": (validate, schema, certified_solutions, new_engine, conform),

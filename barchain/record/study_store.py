@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
+from reports.tables.measured import rows_content, rows_name
 from reports.tables.reading import TABLES, check_recorded, digest
 from reports.tables.schema import KEY, RECORD, SCHEMA_VERSION
 from reports.tables.writing import RecordedFolder, make_folder, sweep
@@ -75,6 +76,7 @@ class StudyStore:
         self.writer = RecordedFolder(self.folder, RECORD, self.record)
         if record is not None:
             self.record.setdefault(TABLES, {})
+            self.writer.remove(rows_name(files))  # an earlier study's: this one writes its own at its end
 
     def earlier_record(self) -> dict[str, Any]:
         """Record that the study goes on from, or whose other parts stay; empty without one."""
@@ -153,9 +155,15 @@ class StudyStore:
         self.writer.write_record()
 
     def end(self, seconds: float, *, complete: bool) -> None:
-        """Write the record with the wall time, s, and whether every result is there."""
+        """Write the record with the wall time, s, and whether every result is there; if it is, the rows too."""
         self.record |= {"seconds": seconds, "complete": complete}
         self.write_record()
+        rows = rows_content(self.files, self.out) if complete else None
+        if rows is not None:  # a complete record lists no file that is missing: it is none while they are written
+            self.record["complete"] = False
+            self.writer.write(rows_name(self.files), rows)
+            self.record["complete"] = True
+            self.write_record()
 
     def finish(self) -> None:
         """Write that all is done: every result is there, and its report is written."""

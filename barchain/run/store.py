@@ -11,6 +11,7 @@ from barchain.run.job import Job, Role, RunResult
 from reports.tables.crossval import METRIC_COLUMNS
 from reports.tables.outcome import Outcome
 from reports.tables.reading import DamagedResultsError, brief, damaged, digest, read_bytes, read_parquet
+from reports.tables.run_rows import frame_digest, recorded_runs
 from reports.tables.writing import parquet
 
 if TYPE_CHECKING:
@@ -99,8 +100,9 @@ class RunStore:
                 self.files.tables[self.file(job)] = [digest(read_bytes(self.path(job)))]
             self.write_record()
             return
-        content = None if result.trajectory is None else parquet(result.trajectory.of_run(job.scene).to_frame())
-        self.note_run(self.entry(job, result, content))
+        frame = None if result.trajectory is None else result.trajectory.of_run(job.scene).to_frame()
+        content = None if frame is None else parquet(frame)
+        self.note_run(self.entry(job, result, content) | {"bits": "" if frame is None else frame_digest(frame)})
         if content is None:
             self.write_record()
         else:
@@ -156,11 +158,6 @@ class RunStore:
     def write_record(self) -> None:
         """Write record.json as it stands."""
         self.study.write_record()
-
-
-def recorded_runs(record: dict[str, Any]) -> list[dict[str, Any]]:
-    """Runs that a record holds: those carried over first, so that its own count where both have a key."""
-    return [run for run in (*(record.get("carried") or ()), *(record.get("runs") or ())) if run.get("key")]
 
 
 def replaces(entry: dict[str, Any], run: dict[str, Any]) -> bool:

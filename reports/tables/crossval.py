@@ -26,8 +26,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from reports.tables.files import StudyFiles
-from reports.tables.outcome import Outcome
-from reports.tables.reading import brief, damaged, read_parquet, recorded_content
+from reports.tables.outcome import Outcome, gravest
+from reports.tables.reading import brief, damaged, recorded_parquet
+from reports.tables.rows import Followed, Rows, records
+from reports.tables.run_rows import FOLLOWED as RUNS_FOLLOWED
+from reports.tables.run_rows import add_runs
 from reports.tables.schema import RECORD, RunsRecord
 
 if TYPE_CHECKING:
@@ -125,18 +128,6 @@ def is_engine(name: str) -> bool:
     return bool(name) and not name.startswith("(")
 
 
-def recorded_parquet(folder: Path, name: str, record: dict[str, Any]) -> pd.DataFrame | None:
-    """Table that belongs to a record; None without a file.
-
-    Raises
-    ------
-    DamagedResultsError
-        If it is damaged, or another than the record describes.
-    """
-    content = recorded_content(folder, name, record)
-    return None if content is None else read_parquet(folder / name, content)
-
-
 def read_results(folder: Path) -> Results:
     """Read a result folder.
 
@@ -173,3 +164,36 @@ def check_outcomes(path: Path, metrics: pd.DataFrame) -> None:
     empty = passed[~np.isfinite(passed["value"].to_numpy(float))]
     if len(empty):
         raise damaged(path, f"row {empty.index[0] + 1} passed without a number")
+
+
+ERROR = Followed("error", "{quantity}.{metric}", within=ROUNDING, trajectory=True, besides=("relative_energy",))
+"""Beyond the predictability limit, where `relative_energy` is looked at, rounding decides"""
+FOLLOWED = RUNS_FOLLOWED | {
+    "verdict": Followed("verdict", setting=""),
+    **dict.fromkeys(("max", "rms", "final", "first_orbit_max", "drift"), ERROR),
+    "predictability_limit": Followed("value", trajectory=True),
+}
+"""Metrics that nights follow; a verdict is followed at any setting"""
+
+
+def comparison_rows(folder: Path) -> Rows:
+    """Rows of a comparison: its table, a verdict for each engine in a scene, and its runs; errors as `read_results`."""
+    results, found = read_results(folder), Rows(FILES.name)
+    pairs: dict[tuple[str, str, str], list[dict[str, Any]]] = {}
+    for row in records(results.metrics):
+        where = {name: row[name] for name in ("scene", "engine", "setting")}
+        pairs.setdefault((row["scene"], row["engine"], row["setting"]), []).append(row)
+        found.add(
+            row["metric"], row["value"], row["unit"], quantity=row["quantity"], limit=row["tolerance"],
+            outcome=row["outcome"], reason=row["reason"], until_s=row["limit_s"], **where,
+        )  # fmt: skip
+    for (scene, engine, setting), rows in pairs.items():
+        if is_engine(engine) and scene != ALL_SCENES:
+            worst = gravest(Outcome(row["outcome"]) for row in rows)
+            reason = next((row["reason"] for row in rows if row["outcome"] == worst and row["reason"]), "")
+            found.add("verdict", scene=scene, engine=engine, setting=setting, outcome=str(worst), reason=reason)
+            limits = [row["limit_s"] for row in rows if row["metric"] == "max" and row["quantity"] == "attitude"]
+            if limits:
+                found.add("predictability_limit", limits[0], "s", scene=scene, engine=engine, setting=setting)
+    add_runs(found, folder, results.record)
+    return found

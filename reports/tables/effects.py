@@ -15,6 +15,8 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
+from reports.tables.rows import Followed, Rows, known, records
+from reports.tables.run_rows import COUNT
 from reports.tables.schema import Record
 
 if TYPE_CHECKING:
@@ -94,3 +96,35 @@ def read_effects(folder: Path) -> EffectsTables:
     table = FILES.read(folder, "effects").reindex(columns=COLUMNS)
     table = table.astype(dict.fromkeys(WORDS, object)).fillna(dict.fromkeys(WORDS, ""))
     return EffectsTables(table, FILES.sound_record(folder))
+
+
+WITHOUT = "without"
+"""What the time with an effect is relative to"""
+MEASURED = {
+    **{f"{name}_{when}": (name, when, "1") for when in ("start", "largest") for name in SIZES},
+    **{f"{name}_{unit}": (name, "change", unit) for name, unit in UNITS.items()},
+    **{f"{name}_noise_{unit}": (name, "noise", unit) for name, unit in UNITS.items()},
+    "seconds": ("simulate", "seconds", "s"), "evaluation_s": ("evaluation", "seconds", "s"),
+    "evaluations": ("evaluations", COUNT, "1"), "evaluations_ratio": ("", "evaluations_ratio", "1"),
+}  # fmt: skip
+"""Quantity, metric and unit of the columns of numbers"""
+FOLLOWED = {
+    "relevance": Followed("verdict", setting="{effect}"),
+    "change": Followed("value", "{metric}.{quantity}", setting="{effect}", within="noise"),
+    "time_ratio": Followed("ratio", setting="{effect}"),
+    "evaluation_ratio": Followed("ratio", setting="{effect}"),
+}
+
+
+def effects_rows(folder: Path) -> Rows:
+    """Rows of an effect budget: relevance, sizes and changes of each effect, and its time relative to a run without."""
+    tables = read_effects(folder)
+    found = Rows(FILES.name, str((tables.record.get("scene") or {}).get("name") or ""))
+    for row in records(tables.effects):
+        where = {name: row[name] for name in ("engine", "effect")}
+        found.add("relevance", outcome=row["said"], reason=row["reason"], text=row["title"], **where)
+        found.measured(row, MEASURED, **where)
+        for name in ("time_ratio", "evaluation_ratio"):
+            if known(row[name]) and row[name] > 0.0:
+                found.measured(row, {name: ("", name, "1")}, relative_to=WITHOUT, **where)
+    return found

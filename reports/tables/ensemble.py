@@ -18,6 +18,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
+from reports.tables.rows import Followed, Rows, known, records
+from reports.tables.run_rows import COUNT
 from reports.tables.schema import Record
 
 if TYPE_CHECKING:
@@ -75,3 +77,30 @@ def read_ensemble(folder: Path) -> EnsembleTables:
         If the record has another schema version.
     """
     return EnsembleTables(FILES.read(folder, "quantiles"), FILES.sound_record(folder))
+
+
+ENGINE = "reference-fast"
+FOLLOWED = {
+    "quantile": Followed("value", "{quantity}.{item:g}.q{quantile:g}", within="error_bound"),
+    COUNT: Followed("count", "runs.{quantity}"),
+}
+
+
+def ensemble_rows(folder: Path) -> Rows:
+    """Rows of an ensemble: quantiles at the last instant, counts of outcomes, and times; the table has all instants."""
+    tables = read_ensemble(folder)
+    record = tables.record
+    found = Rows(FILES.name, str((record.get("scene") or {}).get("name") or ""))
+    setting = f"rtol={record.get('rtol')} seed={record.get('seed')} runs={record.get('runs')}"
+    place: dict[str, Any] = {"engine": ENGINE, "setting": setting}
+    last = tables.quantiles[tables.quantiles["t_s"] == tables.quantiles["t_s"].max()]
+    for row in records(last):
+        where = place | {name: row[name] for name in ("quantity", "item", "quantile")}
+        found.add("quantile", row["value"], row["unit"] or "1", until_s=row["t_s"], **where)
+        if known(row["error_bound"]):
+            found.add("error_bound", row["error_bound"], row["unit"] or "1", **where)
+    for outcome, runs in (record.get("outcomes") or {}).items():
+        found.add(COUNT, runs, quantity=outcome, **place)
+    for phase, seconds in (record.get("phases_s") or {}).items():
+        found.add("seconds", seconds, "s", quantity=phase, **place)
+    return found

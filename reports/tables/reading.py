@@ -236,6 +236,18 @@ def recorded_content(folder: Path, name: str, record: Mapping[str, Any]) -> byte
     return content
 
 
+def recorded_parquet(folder: Path, name: str, record: Mapping[str, Any]) -> pd.DataFrame | None:
+    """Table over time that belongs to a record; None without a file.
+
+    Raises
+    ------
+    DamagedResultsError
+        If it is damaged, or another than the record describes.
+    """
+    content = recorded_content(folder, name, record)
+    return None if content is None else read_parquet(folder / name, content)
+
+
 def check_recorded(folder: Path, name: str, record: Mapping[str, Any]) -> None:
     """Check a table that belongs to a record, without holding its contents; errors as :func:`recorded_content`."""
     path = recorded_path(folder, name, record)

@@ -30,6 +30,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
+from reports.tables.rows import Followed, Rows, known, records
 from reports.tables.schema import Part, Record
 
 if TYPE_CHECKING:
@@ -151,3 +152,56 @@ def read_roundoff(folder: Path) -> RoundoffTables:
     """
     record = FILES.sound_record(folder)
     return RoundoffTables(**FILES.read_all(folder), record=record)
+
+
+KEYS = {
+    "evaluation": ("state", "bars", "ratio", "formulation", "arithmetic", "source", "yardstick"),
+    "laws": ("state", "bars", "formulation", "arithmetic", "source", "yardstick"),
+    "longitudes": ("state", "ratio", "formulation", "arithmetic", "source", "sector_deg"),
+    "trajectories": (*RUN, "steps_per_orbit", "rtol"),
+    "best": RUN,
+    "best_laws": ("quantity", "coordinates", "arithmetic", "method"),
+    "growth": (*RUN, "orbits"),
+    "growth_laws": RUN,
+    "engines": ("engine", "frame", "ratio", "quantity", "steps_per_orbit", "rtol"),
+    "engine_laws": ("engine", "frame", "ratio", "quantity", "against"),
+}
+"""Columns that tell the rows of each table apart"""
+LAWS = {
+    "laws": "{state} {bars:g} {formulation} {arithmetic} {source} {yardstick}",
+    "best_laws": "{quantity} {coordinates} {arithmetic} {method}",
+    "growth_laws": "{ratio:g} {quantity} {coordinates} {arithmetic} {method}",
+    "engine_laws": "{frame} {ratio:g} {quantity} {against}",
+}
+"""Tables of laws, and the names of their figures' settings in nights"""
+FOLLOWED = {
+    **{f"{table}.exponent": Followed("value", setting=setting) for table, setting in LAWS.items()},
+    "time_ratio": Followed("ratio", setting="{code}, {arithmetic}, bars={bars:g}"),
+}
+
+
+def roundoff_rows(folder: Path) -> Rows:
+    """Rows of a round-off study: medians with 5 % and 95 % quantiles, laws, and ratios of times."""
+    tables = read_roundoff(folder)
+    found = Rows(FILES.name, str(tables.record.get("scene") or ""))
+    for table, keys in KEYS.items():
+        for row in records(getattr(tables, table)):
+            where = {"quantity": "reaction"} | {key: row[key] for key in keys}
+            if table in LAWS:
+                ends = {"low": row["low"], "high": row["high"], "reason": row["remark"]}
+                found.add(f"{table}.exponent", row["exponent"], **ends, **where)
+                rest: tuple[str, ...] = ("expected", "constant", "last_digit_ratio")
+            else:
+                said = {"outcome": row.get("outcome", ""), "reason": row.get("reason", "")}
+                found.add(f"{table}.median", row["median"], low=row["q05"], high=row["q95"], **said, **where)
+                rest = ("largest", "p_value")
+            for name in rest:
+                if known(row.get(name)):
+                    found.add(f"{table}.{name}", row[name], **where)
+    for row in records(tables.times):
+        where = {key: row[key] for key in ("code", "arithmetic", "bars")}
+        found.add("time_ratio", row["ratio"], low=row["low"], high=row["high"], relative_to="absolute", **where)
+        for coordinates in ("relative", "absolute"):
+            seconds = row[f"{coordinates}_s"]
+            found.add("seconds", seconds, "s", quantity="evaluation", coordinates=coordinates, **where)
+    return found

@@ -16,10 +16,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from reports.tables.cost import BASELINE, busy_machine
 from reports.tables.files import StudyFiles
+from reports.tables.rows import NOT_COMPARED, Followed, Rows, known, records, split_not_run
+from reports.tables.run_rows import COUNT
 from reports.tables.schema import Record
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
     import pandas as pd
@@ -75,3 +79,54 @@ def read_scaling(folder: Path) -> ScalingTables:
         If the record has another schema version.
     """
     return ScalingTables(**FILES.read_all(folder), record=FILES.sound_record(folder))
+
+
+POINTS = {
+    "evaluation_s": ("evaluation", "seconds", "s"), "orbit_s": ("orbit", "seconds", "s"),
+    "simulate_s": ("simulate", "seconds", "s"), "build_s": ("build", "seconds", "s"),
+    "share": ("orbit", "share", "1"), "turns": ("evaluation", "turns", "1"),
+    "evaluations": ("evaluations", COUNT, "1"), "steps": ("steps", COUNT, "1"), "memory_B": ("", "memory", "B"),
+}  # fmt: skip
+"""Quantity, metric and unit of the columns of `points`"""
+FOLLOWED = {
+    "outcome": Followed("verdict", setting="bars={bars:g}"),
+    "memory": Followed("memory", setting="bars={bars:g}"),
+    "evaluation_ratio": Followed("ratio", setting="bars={bars:g}"),
+}
+
+
+def scaling_rows(folder: Path) -> Rows:
+    """Rows of a scaling study: its points, times relative to the baseline's with as many bars, and exponents."""
+    tables = read_scaling(folder)
+    found = Rows(FILES.name, str((tables.record.get("scene") or {}).get("name") or ""))
+    busy, rows = busy_machine(tables.record), list(records(tables.points))
+    anchors = {row["bars"]: row for row in rows if row["engine"] == BASELINE}
+    for row in rows:
+        where = {name: row[name] for name in ("engine", "bars")}
+        outcome, reason = split_not_run(row["outcome"], row["reason"])
+        found.add("outcome", outcome=outcome, reason=reason, text=row["per"], **where)
+        found.measured(row, POINTS, **where)
+        if row["engine"] != BASELINE and row["bars"] in anchors:
+            add_ratio(found, row, anchors[row["bars"]], busy, where)
+    for row in records(tables.fits):
+        more = {"quantity": row["quantity"], "low": row["low"], "high": row["high"]}
+        found.add("exponent", row["exponent"], engine=row["engine"], per=row["per"], **more)
+    return found
+
+
+def add_ratio(found: Rows, row: Mapping[str, Any], anchor: Mapping[str, Any], busy: str, where: dict[str, Any]) -> None:
+    """Add the ratio of two times; its interval spans both. `busy` is the reason why it tells nothing."""
+    mine, base = row["evaluation_s"], anchor["evaluation_s"]
+    if not known(mine) or not known(base) or not base:
+        return
+    low, high = (
+        over(row["evaluation_low"], anchor["evaluation_high"]),
+        over(row["evaluation_high"], anchor["evaluation_low"]),
+    )
+    said: dict[str, Any] = {"outcome": NOT_COMPARED, "reason": busy} if busy else {}
+    found.add("evaluation_ratio", mine / base, low=low, high=high, relative_to=BASELINE, **said, **where)
+
+
+def over(a: float, b: float) -> float | None:
+    """Ratio of two numbers; None if one is unknown."""
+    return a / b if known(a) and known(b) and b else None

@@ -25,7 +25,10 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
-from reports.tables.reading import read_parquet, recorded_content
+from reports.tables.reading import recorded_parquet
+from reports.tables.rows import Followed, Rows, known, records
+from reports.tables.run_rows import COUNT, add_runs
+from reports.tables.run_rows import FOLLOWED as RUNS_FOLLOWED
 from reports.tables.schema import RunsRecord
 
 if TYPE_CHECKING:
@@ -125,9 +128,7 @@ class StabilityTables:
 
     def trajectory(self, scene: str, name: str) -> pd.DataFrame | None:
         """Samples of one run; None without any."""
-        path = f"trajectories/{scene}/{name}.parquet"
-        content = recorded_content(self.folder, path, self.record)
-        return None if content is None else read_parquet(self.folder / path, content)
+        return recorded_parquet(self.folder, f"trajectories/{scene}/{name}.parquet", self.record)
 
 
 def read_stability(folder: Path) -> StabilityTables:
@@ -141,3 +142,46 @@ def read_stability(folder: Path) -> StabilityTables:
         If the record has another schema version.
     """
     return StabilityTables(FILES.folder(folder), **FILES.read_all(folder), record=FILES.sound_record(folder))
+
+
+MEASURED = {
+    "attitude_rad": ("attitude", "max", "rad"), "limit_s": ("", "predictability_limit", "s"),
+    "gap_m": ("gap", "drift", "m"), "energy": ("energy", "drift", "1"),
+    "angular_momentum": ("angular_momentum", "drift", "1"), "energy_exponent": ("energy", "exponent", "1"),
+    "kinetic_ratio": ("kinetic_energy", "bound_ratio", "1"), "growth_excess": ("growth", "excess", "1"),
+    "steps": ("steps", COUNT, "1"), "mean_step_s": ("step", "mean", "s"), "simulate_s": ("simulate", "seconds", "s"),
+}  # fmt: skip
+"""Quantity, metric and unit of the columns of `evidence`"""
+FOLLOWED = RUNS_FOLLOWED | {
+    "class": Followed("verdict"),
+    "run": Followed("verdict", "{metric}.{level}"),
+}
+
+
+def stability_rows(folder: Path) -> Rows:
+    """Rows of a stability study: classes, evidence of each run, laws of drifts, and the runs."""
+    tables, found = read_stability(folder), Rows(FILES.name)
+    for row in records(tables.outcomes):
+        where = {name: row[name] for name in ("scene", "engine")}
+        found.add("class", outcome=row["stability"], reason=row["reason"], text=row["expected"], **where)
+        if known(row["exponent"]):
+            ends = {"low": row["low"], "high": row["high"]}
+            found.add("drift_exponent", row["exponent"], quantity=row["quantity"], **ends, **where)
+    for row in records(tables.evidence):
+        where = {name: row[name] for name in ("scene", "engine", "setting", "level")}
+        found.add("run", outcome=row["run"], reason=row["reason"], **where)
+        found.measured(row, MEASURED, **where)
+        for name, of in (("normalised_error", "normalised_error_of"), ("bound_ratio", "bound_of")):
+            if known(row[name]):
+                found.add(name, row[name], text=row[of], **where)
+    for row in records(tables.laws):
+        where = {name: row[name] for name in ("scene", "engine", "setting", "quantity", "level")}
+        found.add("law_exponent", row["exponent"], low=row["low"], high=row["high"], **where)
+        found.add("law_at_end", row["at_end"], **where)
+    for row in records(tables.plain):
+        where = {name: row[name] for name in ("scene", "engine")}
+        found.add("plain_run", outcome=row["run"], reason=row["reason"], **where)
+        columns = {"attitude_rad": ("attitude", "plain_max", "rad"), "seconds": ("simulate", "plain_seconds", "s")}
+        found.measured(row, columns, text=row["judged"], **where)
+    add_runs(found, tables.folder, tables.record)
+    return found

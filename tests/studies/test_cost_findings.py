@@ -15,7 +15,7 @@ from barchain.studies.cost.findings import front_of, order_row, price_table, rea
 from barchain.studies.cost.plan import distinct, shortened, sweeps
 from barchain.studies.cost.points import errors_of, under_floor
 from barchain.studies.cost.reach import LONGER, SHORTENED
-from reports.tables.cost import NOT_RUN
+from reports.tables.rows import NOT_RUN
 from scenarios import load_scene
 from tests.studies.cost_points import FLOOR, engine_points, point, table, times_of
 from tests.support.certified_stand_in import certified_stand_in

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from barchain.studies.cost.plan import kind_of
-from reports.tables.cost import NOT_RUN
 from reports.tables.outcome import Outcome
+from reports.tables.rows import NOT_RUN
 
 if TYPE_CHECKING:
     import pandas as pd

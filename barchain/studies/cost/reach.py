@@ -19,8 +19,9 @@ from barchain.run.timing.statistics import (
     parts,
 )
 from barchain.studies.cost.points import TELLS
-from reports.tables.cost import BASELINE, NOT_RUN
+from reports.tables.cost import BASELINE
 from reports.tables.outcome import Outcome
+from reports.tables.rows import NOT_RUN
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -23,8 +23,8 @@ from barchain.studies.cost.measured_points import MeasuredPoints
 from barchain.studies.cost.plan import sweeps
 from barchain.studies.cost.points import UNITS, errors_of, under_floor
 from barchain.studies.cost.reach import LONGER, SHORTENED
-from reports.tables.cost import NOT_RUN
 from reports.tables.outcome import Outcome
+from reports.tables.rows import NOT_RUN
 
 if TYPE_CHECKING:
     from collections.abc import Callable

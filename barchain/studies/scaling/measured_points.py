@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from barchain.studies.scaling.fit import fits_table, targets
-from reports.tables.cost import NOT_RUN
 from reports.tables.outcome import Outcome
+from reports.tables.rows import NOT_RUN
 
 if TYPE_CHECKING:
     from barchain.record.study_store import StudyStore

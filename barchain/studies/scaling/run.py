@@ -38,8 +38,8 @@ from barchain.studies.scaling.point import (
     measure_outside_point,
     measure_point,
 )
-from reports.tables.cost import NOT_RUN
 from reports.tables.outcome import Outcome
+from reports.tables.rows import NOT_RUN
 
 if TYPE_CHECKING:
     from barchain.record.study_store import StudyStore

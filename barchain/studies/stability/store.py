@@ -6,9 +6,10 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from barchain.run.job import Job, RunResult
-from barchain.run.store import RunStore, recorded_runs
+from barchain.run.store import RunStore
 from barchain.studies.stability.evidence import evidence, plain_row
 from reports.tables.outcome import Outcome
+from reports.tables.run_rows import recorded_runs
 from reports.tables.stability import TABLES
 
 if TYPE_CHECKING:

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from reports.chapters.cost.charts import FLOOR_MARGIN, ChartData, CostCurve, Front, by_family, overview
-from reports.tables.cost import BASELINE, INDEPENDENT, KINDS, NOT_RUN, CostTables, read_cost
+from reports.tables.cost import BASELINE, INDEPENDENT, KINDS, CostTables, read_cost
 from reports.tables.files import flags
 from reports.tables.outcome import Outcome
+from reports.tables.rows import NOT_RUN
 from reports.text.numerals import is_nan, number
 from reports.text.record import is_complete, mapping, rows
 from reports.text.words import anchor

@@ -19,6 +19,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
+from reports.tables.rows import Followed, Rows, known, records
 from reports.tables.schema import Record
 
 if TYPE_CHECKING:
@@ -118,3 +119,31 @@ def read_campaign(folder: Path) -> CampaignTables:
     """
     found = FILES.read_all(folder)
     return CampaignTables(found["campaign"], found["rates"], FILES.sound_record(folder))
+
+
+SIZES = {
+    "size": ("", "size", "1"), "detection_limit": ("", "detection_limit", "1"), "own_limit": ("", "own_limit", "1"),
+    "seconds": ("trial", "seconds", "s"),
+}  # fmt: skip
+"""Quantity, metric and unit of the columns of numbers"""
+FOLLOWED = {
+    "class": Followed("verdict", setting="{fault}"),
+    "rate": Followed("value", "{metric}.{what}"),
+}
+
+
+def campaign_rows(folder: Path) -> Rows:
+    """Rows of a campaign: the class of each cell, and the rates with their intervals; of other seeds scenes differ."""
+    tables, found = read_campaign(folder), Rows(FILES.name)
+    for row in records(tables.cells):
+        where = {name: row[name] for name in ("scene", "engine", "fault")}
+        found.add("class", outcome=row["class"], reason=row["reason"], text=row["quantity"], **where)
+        found.add("verdict", outcome=row["outcome"], **where)
+        found.measured(row, SIZES, **where)
+    for row in records(tables.rates):
+        every = row["by"] == ALL
+        of = {} if every else {"by": row["by"], "name": row["name"]}
+        reason = "" if known(row["rate"]) else "none tried"
+        ends = {"low": row["low"], "high": row["high"], "reason": reason}
+        found.add("rate" if every else "rate_of_part", row["rate"], what=row["what"], **ends, **of)
+    return found

@@ -17,6 +17,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
+from reports.tables.rows import Followed, Rows, known, records
 from reports.tables.schema import Record
 
 if TYPE_CHECKING:
@@ -105,3 +106,30 @@ def read_selftest(folder: Path) -> SelftestTables:
     """
     found = FILES.read_all(folder)
     return SelftestTables(found["selftest"], found["smallest"], FILES.sound_record(folder))
+
+
+FOLLOWED = {"fate": Followed("verdict", setting="{fault}")}
+
+
+def selftest_rows(folder: Path) -> Rows:
+    """Rows of a self-test: the outcome of each fault in each scene, the worst of each check, and detected sizes."""
+    tables, found = read_selftest(folder), Rows(FILES.name)
+    host = str(tables.record.get("host") or "")
+    worst: dict[tuple[str, ...], dict[str, Any]] = {}
+    for row in records(tables.cells):
+        worst.setdefault((row["scene"], row["fault"]), row)
+        key: tuple[str, ...] = (row["scene"], row["fault"], row["quantity"], row["check"])
+        if known(row["ratio"]) or row["killed"] is True:
+            worst[key] = max(worst.get(key, row), row, key=lambda r: (r["killed"] is True, r["ratio"]))
+    for place, row in worst.items():
+        where = {"scene": row["scene"], "engine": host, "fault": row["fault"]}
+        if len(place) == len(("scene", "fault")):
+            found.add("fate", outcome=row["fate"], reason=row["why"], **where)
+        else:
+            said = {"outcome": "killed" if row["killed"] is True else "", "reason": row["reason"]}
+            found.add("ratio", row["ratio"], quantity=row["quantity"], check=row["check"], **said, **where)
+    for row in records(tables.smallest):
+        for name in ("caught", "missed"):
+            if known(row[name]):
+                found.add(f"size_{name}", row[name], scene=row["scene"], engine=host, fault=row["fault"])
+    return found

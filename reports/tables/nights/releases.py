@@ -21,6 +21,8 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
+from reports.tables.rows import Rows, known, records
+from reports.tables.run_rows import BITS, COUNT
 from reports.tables.schema import Record
 
 if TYPE_CHECKING:
@@ -93,3 +95,33 @@ def read_releases(folder: Path) -> ReleasesTables:
     """
     found = FILES.read_all(folder)
     return ReleasesTables(**found, record=FILES.sound_record(folder))
+
+
+MEASURED = {
+    "wheel_B": ("wheel", "size", "B"), "installed_B": ("installation", "size", "B"),
+    "import_s": ("import", "seconds", "s"),
+}  # fmt: skip
+
+
+def releases_rows(folder: Path) -> Rows:
+    """Rows of a study of releases; the tag `version` is a release."""
+    tables, found = read_releases(folder), Rows(FILES.name)
+    for row in records(tables.releases):
+        where = {name: row[name] for name in ("engine", "version")}
+        found.add("state", outcome=row["state"], reason=row["reason"], text=row["released"], **where)
+        found.measured(row, MEASURED, **where)
+    for row in records(tables.errors):
+        where = {name: row[name] for name in ("engine", "version", "scene", "quantity")}
+        said = {"outcome": row["verdict"], "reason": row["reason"]}
+        found.add("error", row["value"], row["unit"], **said, **where)
+        if known(row["rounding"]):
+            found.add("rounding", row["rounding"], row["unit"], **where)
+    for row in records(tables.runs):
+        where = {name: row[name] for name in ("engine", "version", "scene", "setting")}
+        found.add(BITS, text=row["trajectory"], **where)
+        found.measured(row, {"steps": ("steps", COUNT, "1")}, **where)
+    for row in records(tables.times):
+        where = {name: row[name] for name in ("engine", "version", "scene")}
+        ends = {"low": row["low"], "high": row["high"]}
+        found.add("time_ratio", row["ratio"], setting=row["target"], relative_to=row["anchor"], **ends, **where)
+    return found

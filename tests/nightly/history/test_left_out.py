@@ -13,10 +13,11 @@ from barchain.cli.main import run
 from barchain.nightly.history.changes.judging import judge_night
 from barchain.nightly.history.changes.levels import PATIENCE, level_changes
 from barchain.nightly.history.changes.model import Direction
-from barchain.nightly.history.folders.timing import cost_figures
+from barchain.nightly.history.folders.figures import figures_of
 from barchain.nightly.history.model.figures import Figure, FigureKind
-from reports.tables.cost import BUSY, FILES, NOT_RUN
+from reports.tables.cost import BUSY, FILES, FOLLOWED, cost_rows
 from reports.tables.reading import TABLES
+from reports.tables.rows import NOT_RUN
 from tests.nightly.history.histories import as_series, history_of
 from tests.nightly.history.synthetic import NAMES, count, identity, verdict
 
@@ -82,6 +83,10 @@ def change_record(folder: Path, **entries: Any) -> None:
 
 def named(folder: Path) -> dict[str, Figure]:
     return {figure.identity.name: figure for figure in cost_figures(folder)}
+
+
+def cost_figures(folder: Path) -> tuple[Figure, ...]:
+    return figures_of(cost_rows(folder).frame(), FOLLOWED)
 
 
 @pytest.mark.parametrize(("others", "judged"), [(0.0, True), (BUSY, True), (BUSY + 0.1, False), (None, True)])

@@ -9,15 +9,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from barchain.nightly.history.changes.verdicts import SCALES
-from barchain.nightly.history.folders.collector import FigureCollector
+from barchain.nightly.history.folders.figures import figures_of
 from barchain.nightly.history.folders.merging import merged, standing
 from barchain.nightly.history.model.figures import Figure, FigureKind
+from reports.tables.crossval import FOLLOWED
+from reports.tables.rows import Rows
 from tests.nightly.history.synthetic import bits, count, error, identity, ratio, verdict
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-PLACE = ("paper/fig05", "mujoco", "")
 
 
 @given(st.sampled_from(SCALES).flatmap(lambda scale: st.tuples(st.just(scale), *2 * [st.sampled_from(scale)])))
@@ -53,7 +53,7 @@ def test_a_result_stands_for_a_missing_one() -> None:
 
 
 def test_an_engine_at_two_settings_of_one_folder_has_its_graver_verdict() -> None:
-    found = FigureCollector()
-    for word in ("pass", "timed_out", "pass"):
-        found.word(PLACE, "verdict", FigureKind.VERDICT, word)
-    assert [figure.word for figure in found.figures] == ["timed_out"]
+    rows = Rows("comparison", "paper/fig05")
+    for setting, outcome in (("rtol=1e-6", "pass"), ("rtol=1e-9", "timed_out"), ("rtol=1e-12", "pass")):
+        rows.add("verdict", engine="mujoco", setting=setting, outcome=outcome)
+    assert [figure.word for figure in figures_of(rows.frame(), FOLLOWED)] == ["timed_out"]

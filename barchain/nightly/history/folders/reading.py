@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from adapters.registry import engines
 from barchain.nightly.history.faults import HistoryError
-from barchain.nightly.history.folders import comparison, judging, timing
+from barchain.nightly.history.folders.figures import figures_of
 from barchain.nightly.history.folders.merging import merged
 from barchain.nightly.history.model.environment import capture, recorded_environment
 from barchain.nightly.history.model.figures import MACHINE, Night, NightPart
@@ -15,36 +15,28 @@ from barchain.nightly.history.model.identity import content_digest
 from barchain.nightly.history.model.installation import Installation, installation_here
 from barchain.nightly.history.model.parts import environment_parts, scene_part
 from barchain.record.environment import package_version
-from reports.tables import cost, crossval, effects, ensemble, roundoff, scaling, stability
-from reports.tables.faults import campaign, selftest
+from reports.tables import measured
 from reports.tables.reading import damaged
 from scenarios import scene_names
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
     from pathlib import Path
 
     from barchain.nightly.history.model.figures import Figure, FigureIdentity
     from reports.tables.files import StudyFiles
+    from reports.tables.measured import Measuring
 
 SUBJECTS = ("scenes", "engines", "bars", "faults")
-READERS: tuple[tuple[StudyFiles, Callable[[Path], tuple[Figure, ...]]], ...] = (
-    (crossval.FILES, comparison.comparison_figures),
-    (cost.FILES, timing.cost_figures),
-    (scaling.FILES, timing.scaling_figures),
-    (roundoff.FILES, timing.roundoff_figures),
-    (effects.FILES, timing.effects_figures),
-    (stability.FILES, judging.stability_figures),
-    (selftest.FILES, judging.selftest_figures),
-    (campaign.FILES, judging.campaign_figures),
-    (ensemble.FILES, judging.ensemble_figures),
-)
-"""Kinds of results, each with the function that gives its figures"""
+STUDIES = tuple(study for study in measured.STUDIES if study.followed)
+"""Kinds of results that nights follow"""
 
 
 def read_figures_of(folder: Path) -> tuple[Figure, ...]:
     """Figures of all results in a folder; errors as :func:`read_night`."""
-    return tuple(figure for files, read in found_in(folder) for figure in read(folder))
+    return tuple(
+        f for study in found_in(folder) for f in figures_of(measured.study_rows(study, folder), study.followed)
+    )
 
 
 def read_night(folder: Path) -> Night:
@@ -60,8 +52,8 @@ def read_night(folder: Path) -> Night:
         If a table or a record is missing, damaged, or of another version.
     """
     found = found_in(folder)
-    read = [(files, files.sound_record(folder)) for files, _ in found]
-    figures = tuple(figure for _, reader in found for figure in reader(folder))
+    read = [(study.files, study.files.sound_record(folder)) for study in found]
+    figures = read_figures_of(folder)
     first = min((record for _, record in read), key=lambda record: started(folder, record))
     environment = recorded_environment(first)
     return Night(
@@ -120,7 +112,7 @@ def night_here(
 
 def records_of(folders: Iterable[Path]) -> list[tuple[StudyFiles, dict[str, Any]]]:
     """Records of all results in some folders, each with its kind of results."""
-    return [(files, files.sound_record(folder)) for folder in folders for files, _ in found_in(folder)]
+    return [(study.files, study.files.sound_record(folder)) for folder in folders for study in found_in(folder)]
 
 
 def recorded_installation(folders: Sequence[Path]) -> Installation:
@@ -138,13 +130,13 @@ def installation_behind(found: Sequence[FigureIdentity]) -> Installation:
     return installation_here(named, {i.scene for i in found} & set(scene_names()))
 
 
-def found_in(folder: Path) -> list[tuple[StudyFiles, Callable[[Path], tuple[Figure, ...]]]]:
+def found_in(folder: Path) -> list[Measuring]:
     """Kinds of results that a folder holds."""
     if not folder.is_dir():
         raise HistoryError(f"{folder}: no such folder; give one that barchain wrote results into")
-    found = [(files, read) for files, read in READERS if files.has_record(folder)]
+    found = [study for study in STUDIES if study.files.has_record(folder)]
     if not found:
-        kinds = ", ".join(files.name for files, _ in READERS)
+        kinds = ", ".join(study.files.name for study in STUDIES)
         raise HistoryError(f"{folder}: no results there; a night is made from those of: {kinds}")
     return found
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from barchain.nightly.history.model.checked_text import MOST_TEXT, FigureError, need_text
 from barchain.nightly.history.model.identity import content_digest
-from reports.tables.cost import NOT_RUN
+from reports.tables.rows import NOT_RUN
 
 if TYPE_CHECKING:
     import datetime

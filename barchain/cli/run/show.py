@@ -1,0 +1,131 @@
+"""`barchain show`: the rows of a result folder, or what differs between two."""
+
+from __future__ import annotations
+
+import difflib
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from barchain.cli.common.numbers import NamedPath
+from barchain.cli.common.result_folder import need_writable
+from barchain.cli.common.terminal import say, show_rows
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+FORM = "COLUMN=VALUE,..."
+RESULT = ("value", "low", "high", "unit", "limit", "outcome", "reason", "text", "until_s")
+"""Columns that are no part of a row's identity"""
+SHOWN = ("value", "low", "high", "limit", "outcome", "reason", "text")
+DIGITS = 4
+NARROW = 60  # characters of a cell; --csv has all of it
+
+
+@click.command()
+@click.argument("folder", metavar="DIR", type=NamedPath(path_type=Path))
+@click.argument("other", metavar="[OTHER]", required=False, type=NamedPath(path_type=Path))
+@click.option("--where", "conditions", metavar=FORM, multiple=True,
+              help="Show rows with these values, e.g. engine=exudyn,quantity=reaction; may be repeated.")  # fmt: skip
+@click.option("--csv", "file", metavar="FILE", type=NamedPath(path_type=Path, dir_okay=False),
+              help="Write the rows with all columns into this file instead.")  # fmt: skip
+def show(folder: Path, other: Path | None, conditions: tuple[str, ...], file: Path | None) -> None:
+    """Print the rows of DIR: everything that its studies measured or judged.
+
+    Columns in which all rows agree are left out. With OTHER, print what differs: rows that are new or gone, and those
+    with another outcome or value, with the ratio of the values in OTHER to those in DIR.
+    """
+    if file is not None:
+        need_writable(file, "--csv")
+    frames = chosen([folder] if other is None else [folder, other], conditions)
+    found = frames[0] if other is None else differing(*frames)
+    if file is not None:
+        found.to_csv(file, index=False)
+        say(f"wrote {len(found)} rows: {file}")
+    elif len(found):
+        show_table(found)
+    else:
+        say("no rows" if other is None else "no difference")
+
+
+def chosen(folders: list[Path], conditions: tuple[str, ...]) -> list[pd.DataFrame]:
+    """Rows of each folder that fulfil all conditions, with a column for each tag."""
+    import pandas as pd  # noqa: PLC0415
+
+    from barchain.api import rows  # noqa: PLC0415
+    from reports.tables.rows import spread  # noqa: PLC0415
+
+    found = spread(pd.concat([rows(folder) for folder in folders], keys=range(len(folders))))
+    for condition in (part for given in conditions for part in given.split(",")):
+        column, equals, value = (text.strip() for text in condition.partition("="))
+        if not equals or column not in found:
+            near = difflib.get_close_matches(column, found.columns, 1)
+            advice = f" (did you mean {near[0]}?)" if near and equals else ""
+            allowed = f"{FORM}, with a column of these rows: {', '.join(map(str, found))}"
+            raise click.UsageError(f"--where {condition}{advice}: allowed: {allowed}")
+        found = found[agrees(found[column], column, value)]
+    return [found[found.index.get_level_values(0) == k].reset_index(drop=True) for k in range(len(folders))]
+
+
+def agrees(column: pd.Series[Any], name: str, value: str) -> pd.Series[bool]:
+    """Rows whose column has a value; of numbers by their size, so that 1e-6 is 0.000001."""
+    import pandas as pd  # noqa: PLC0415
+
+    if pd.api.types.is_numeric_dtype(column):
+        try:
+            return column == float(value)
+        except ValueError:
+            raise click.UsageError(f"--where {name}={value}: allowed: a number, as {name} is one") from None
+    same = column == value
+    if not same.any() and len(column):
+        near = difflib.get_close_matches(value, sorted({str(v) for v in column}), 1)
+        advice = f"; did you mean {near[0]}?" if near else ""
+        raise click.UsageError(f"--where {name}={value}: no row has this {name}{advice}")
+    return same
+
+
+def differing(before: pd.DataFrame, after: pd.DataFrame) -> pd.DataFrame:
+    """Rows that two folders do not share, with ``change``, both values, both outcomes, and the ratio of the values."""
+    keys = list(dict.fromkeys(c for frame in (before, after) for c in frame if c not in RESULT))
+    both = before.reindex(columns=[*keys, *RESULT]).merge(
+        after.reindex(columns=[*keys, *RESULT]), on=keys, how="outer", suffixes=("", "_other"), indicator="change"
+    )
+    words = [("outcome", "outcome_other"), ("text", "text_other")]
+    outcome, text = (both[a].fillna("") != both[b].fillna("") for a, b in words)
+    value = ~((both["value"] == both["value_other"]) | (both["value"].isna() & both["value_other"].isna()))
+    said = both["change"].map({"left_only": "gone", "right_only": "new", "both": ""}).astype(str)
+    for word, changed in (("outcome", outcome), ("value", value), ("text", text)):
+        said = said.mask((said == "") & changed, word)
+    both["change"], both["ratio"] = said, both["value_other"] / both["value"]
+    both["unit"] = both["unit"].fillna(both["unit_other"])
+    columns = ["change", *keys, "value", "value_other", "ratio", "unit", *(name for pair in words for name in pair)]
+    return both.loc[said != "", columns]
+
+
+def show_table(found: pd.DataFrame) -> None:
+    """Print rows: columns that differ, the unit beside each value, and what all rows share above."""
+    import pandas as pd  # noqa: PLC0415
+
+    cells = pd.DataFrame({name: [cell(value) for value in found[name]] for name in found if name != "unit"})
+    for name in ("value", "value_other"):
+        if name in cells:
+            units = found["unit"].fillna("").replace("1", "").to_list()
+            cells[name] = [f"{v} {u}".strip() if v else "" for v, u in zip(cells[name], units, strict=True)]
+    same = {name: cells[name].iloc[0] for name in cells if name != "change" and cells[name].nunique() == 1}
+    if len(found) > 1:
+        shared = ", ".join(f"{name} {value}" for name, value in same.items() if value and name not in SHOWN)
+        say(f"{len(found)} rows{f' of {shared}' if shared else ''}")
+        cells = cells[[name for name in cells if name not in same or (name in SHOWN and same[name])]]
+    else:
+        cells = cells[[name for name in cells if cells[name].iloc[0]]]
+    right = [str(name) for name in cells if name in found and pd.api.types.is_numeric_dtype(found[name])]
+    show_rows(list(map(str, cells)), cells.to_numpy().tolist(), right=right)
+
+
+def cell(value: object) -> str:
+    """Text of a cell, a number to four digits."""
+    if isinstance(value, float):
+        return "" if value != value else f"{value:.{DIGITS}g}"  # noqa: PLR0124  # NaN
+    text = "" if value is None else str(value)
+    return text if len(text) <= NARROW else f"{text[: NARROW - 3]}..."

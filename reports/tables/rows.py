@@ -1,0 +1,242 @@
+"""Rows: one relation for everything that a study measured or judged, in ``rows/<study>.parquet`` of a result folder.
+
+Each row is one number, one outcome or one text. ``study`` to ``metric`` are its identity, which no two rows share:
+
+``study``, ``scene``, ``engine``, ``setting``
+    empty where a row belongs to none; a name in parentheses stands for several;
+``tags``
+    all else that tells rows apart, as sorted text such as ``bars=100;fault=mu``; :func:`spread` makes columns of it.
+    The tag ``relative_to`` names what a ratio is relative to, ``role`` any but the main run;
+``quantity``, ``metric``
+    what was measured, and in which sense: ``reaction`` and ``max``, ``steps`` and ``count``;
+``value``, ``low``, ``high``, ``unit``
+    number and its interval, in SI units; NaN without one;
+``limit``
+    largest value that passes;
+``outcome``, ``reason``
+    word of a closed set, and why; :data:`NOT_RUN` and :data:`NOT_COMPARED` are outcomes;
+``text``
+    a digest of bits, a method, a name;
+``until_s``
+    time up to which samples were compared, s.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    import pandas as pd
+
+FOLDER = "rows"
+IDENTITY = ("study", "scene", "engine", "setting", "tags", "quantity", "metric")
+NUMBERS = ("value", "low", "high", "limit", "until_s")
+COLUMNS = (*IDENTITY, "value", "low", "high", "unit", "limit", "outcome", "reason", "text", "until_s")
+NOT_RUN = "not run"
+"""Outcome of what the time of a study did not suffice for"""
+NOT_COMPARED = "not compared"
+"""Outcome of a number that was measured and tells nothing, for the row's reason"""
+RELATIVE_TO = "relative_to"
+MOST_WHOLE = 1e15
+"""Numbers below are whole without a point"""
+TAG = re.compile(r"[a-z][a-z0-9_]*")
+Row = dict[str, Any]
+
+
+class RowError(ValueError):
+    """Raised for a row that breaks the rules of the relation; the message is one line."""
+
+
+class Followed(NamedTuple):
+    """Rule by which nights follow a metric, and the names of its figures there.
+
+    Names are templates, filled with the columns and tags of a row: ``{bars:g}`` is a tag. Parts of a quantity's name
+    between dots are left out where they are empty.
+    """
+
+    kind: str
+    """Rule of change: bits, error, verdict, count, ratio, memory or value"""
+    quantity: str = "{metric}"
+    setting: str = "{setting}"
+    within: str = ""
+    """Metric of the same quantity: the largest change that rounding may cause"""
+    trajectory: bool = False
+    """Whether the figure follows from the main run's trajectory"""
+    besides: tuple[str, ...] = ()
+    """Engines and quantities that are not followed"""
+
+
+class Rows:
+    """Rows of one study, collected in their order."""
+
+    def __init__(self, study: str, scene: str = "") -> None:
+        """Begin without rows; `scene` is that of all rows that name no other."""
+        self.study, self.scene = study, scene
+        self.found: list[Row] = []
+
+    def add(
+        self,
+        metric: str,
+        value: float | None = None,
+        unit: str = "1",
+        *,
+        scene: str | None = None,
+        engine: str = "",
+        setting: str = "",
+        quantity: str = "",
+        low: float | None = None,
+        high: float | None = None,
+        limit: float | None = None,
+        outcome: str = "",
+        reason: str = "",
+        text: str = "",
+        until_s: float | None = None,
+        **tags: Any,
+    ) -> None:
+        """Add a row; the unit of a row without a number is empty, and `tags` that are empty are left out."""
+        place = self.scene if scene is None else scene
+        numbers = {"value": value, "low": low, "high": high, "limit": limit, "until_s": until_s}
+        self.found.append({
+            "study": self.study, "scene": place, "engine": engine, "setting": setting, "tags": tag_text(tags),
+            "quantity": quantity, "metric": metric, "unit": "" if value is None else unit, "outcome": outcome,
+            "reason": reason, "text": text, **{name: number(found) for name, found in numbers.items()},
+        })  # fmt: skip
+
+    def measured(self, row: Mapping[str, Any], columns: Mapping[str, tuple[str, str, str]], **where: Any) -> None:
+        """Add a row for each number in some columns of a study's table.
+
+        Parameters
+        ----------
+        row : mapping
+            Row of the table. The interval of column ``seconds`` stands in ``seconds_low`` and ``seconds_high``, that of
+            ``orbit_s`` in ``orbit_low`` and ``orbit_high``.
+        columns : mapping
+            Quantity, metric and unit of each column; an empty cell is no row.
+        **where : Any
+            As of :meth:`add`.
+        """
+        for column, (quantity, metric, unit) in columns.items():
+            if known(row.get(column)):
+                low, high = (
+                    row.get(f"{column}_{e}", row.get(f"{column.removesuffix('_s')}_{e}")) for e in ("low", "high")
+                )
+                self.add(metric, row[column], unit, quantity=quantity, low=low, high=high, **where)
+
+    def frame(self) -> pd.DataFrame:
+        """All rows as a table.
+
+        Raises
+        ------
+        RowError
+            If two rows have one identity.
+        """
+        import pandas as pd  # noqa: PLC0415
+
+        found = pd.DataFrame(self.found, columns=list(COLUMNS))
+        found = found.astype({c: "float64" if c in NUMBERS else object for c in COLUMNS})
+        twice = found[found.duplicated(list(IDENTITY))]
+        if len(twice):
+            raise RowError(f"two rows have one identity: {', '.join(map(str, twice[list(IDENTITY)].iloc[0]))}")
+        return found
+
+
+def split_not_run(outcome: str, reason: str) -> tuple[str, str]:
+    """Outcome and reason of a row of a table whose reason begins with :data:`NOT_RUN` where it was not run."""
+    if not reason.startswith(NOT_RUN):
+        return outcome, reason
+    return NOT_RUN, reason.removeprefix(NOT_RUN).lstrip(": ")
+
+
+def known(value: Any) -> TypeGuard[float]:
+    """Whether a cell of a table holds a finite number."""
+    return isinstance(value, (int, float)) and math.isfinite(value)
+
+
+def number(value: Any) -> float:
+    """Number of a cell; NaN of an empty one."""
+    return math.nan if value is None else float(value)
+
+
+def tag_text(tags: Mapping[str, Any]) -> str:
+    """Tags as sorted text.
+
+    Raises
+    ------
+    RowError
+        If a name is no lower-case word, or a text holds ``;``, ``=``, a line break, or a blank at an end.
+    """
+    parts = []
+    for name, value in sorted(tags.items()):
+        text = value_text(value)
+        if not TAG.fullmatch(name):
+            raise RowError(f"tag {name!r} given, allowed: lower-case letters, digits and _")
+        if text != text.strip() or any(sign in str(value) for sign in ';="\n\r'):
+            raise RowError(
+                f'{name}: {text!r} given, allowed: a text without ; = " or line breaks, no blank at its ends'
+            )
+        if text:
+            parts.append(f"{name}={text}")
+    return ";".join(parts)
+
+
+def value_text(value: Any) -> str:
+    """Value of a tag as text; empty of None and NaN.
+
+    A whole number has no point, any other is written by repr; a text that reads as a number stands in quotes.
+    """
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return ""
+    if isinstance(value, float):
+        return repr(int(value)) if value.is_integer() and abs(value) < MOST_WHOLE else repr(float(value))
+    text = str(value)
+    return f'"{text}"' if isinstance(value, str) and as_number(text) is not None else text
+
+
+def parsed_tags(text: str) -> dict[str, str | float]:
+    """Tags of a row by name: numbers as float, all else as text."""
+    pairs = (part.partition("=") for part in text.split(";")) if text else ()
+    return {name: value.strip('"') if (found := as_number(value)) is None else found for name, _, value in pairs}
+
+
+def as_number(text: str) -> float | None:
+    """Number that a text is; None of any other text."""
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def spread(frame: pd.DataFrame) -> pd.DataFrame:
+    """Rows with a column for each tag in place of ``tags``: numbers where all values are numbers, else text.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        Rows, with the column ``tags``.
+
+    Returns
+    -------
+    DataFrame
+        Empty text, or NaN in a column of numbers, where a row lacks the tag. A tag of the name of a column gets the
+        name ``tag_<name>``.
+    """
+    import pandas as pd  # noqa: PLC0415
+
+    each = [parsed_tags(text) for text in frame["tags"]]
+    found = frame.drop(columns="tags")
+    for name in sorted({name for tags in each for name in tags}):
+        column = pd.Series([tags.get(name) for tags in each], index=frame.index, dtype=object)
+        numeric = all(isinstance(value, float) for value in column.dropna())
+        found[f"tag_{name}" if name in frame else name] = (
+            column.astype(float) if numeric else column.fillna("").astype(str)
+        )
+    return found
+
+
+def records(frame: pd.DataFrame) -> Iterable[Row]:
+    """Rows of a table as plain Python values."""
+    return [{str(name): value for name, value in row.items()} for row in frame.to_dict("records")]

@@ -1,0 +1,83 @@
+"""`barchain show`: the rows of a result folder, and what differs between two."""
+
+from __future__ import annotations
+
+import shutil
+from typing import TYPE_CHECKING
+
+import pandas as pd
+import pytest
+
+import barchain
+from barchain.cli.main import run
+from reports.tables.rows import IDENTITY
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+WORDS = "compare basics/two_bars_free --engine reference --engine rebound --workers 1"
+
+
+@pytest.fixture(scope="module")
+def compared(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("compared") / "out"
+    assert run(["-q", *WORDS.split(), "--out", str(folder)]) == 0
+    return folder
+
+
+def test_a_comparison_ends_with_its_rows(compared: Path) -> None:
+    stored, found = pd.read_parquet(compared / "rows/comparison.parquet"), barchain.rows(compared)
+    pd.testing.assert_frame_equal(stored, found, check_dtype=False)
+    assert not found.duplicated(list(IDENTITY)).any()
+    verdicts = found[found.metric == "verdict"]
+    assert dict(zip(verdicts.engine, verdicts.outcome, strict=True)) == {"reference": "pass", "rebound": "pass"}
+
+
+def test_rows_of_an_interrupted_study_are_made_of_its_tables(compared: Path, tmp_path: Path) -> None:
+    half = shutil.copytree(compared, tmp_path / "half")
+    shutil.rmtree(half / "rows")
+    record = half / "record.json"
+    record.write_text(record.read_text().replace('"complete": true', '"complete": false'))
+    pd.testing.assert_frame_equal(barchain.rows(half), barchain.rows(compared))
+
+
+def test_only_the_rows_asked_for_are_shown(compared: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    asked, file = ["--where", "engine=reference,quantity=attitude", "--where", "metric=max"], tmp_path / "rows.csv"
+    assert run(["show", str(compared), *asked]) == 0
+    assert " rad" in capsys.readouterr().out
+    assert run(["show", str(compared), *asked, "--csv", str(file)]) == 0
+    assert len(pd.read_csv(file)) == 1
+
+
+def test_two_folders_side_by_side_show_what_differs(
+    compared: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    other, file = tmp_path / "other", tmp_path / "changes.csv"
+    words = WORDS.replace("rebound", "pymunk") + " --set reference:rtol=1e-10"
+    assert run(["-q", *words.split(), "--out", str(other)]) == 0
+    assert run(["show", str(compared), str(other), "--csv", str(file)]) == 0
+    found = pd.read_csv(file)
+    assert set(found[found.engine == "rebound"].change) == {"gone"}
+    assert set(found[found.engine == "pymunk"].change) == {"new"}
+    capsys.readouterr()
+    assert run(["show", str(compared), str(compared)]) == 0
+    assert capsys.readouterr().out.strip() == "no difference"
+
+
+@pytest.mark.parametrize(
+    ("condition", "said"),
+    [("engin=rebound", "did you mean engine"), ("engine=rebond", "did you mean rebound"), ("value=x", "number")],
+)
+def test_a_wrong_condition_is_one_line_with_what_is_allowed(
+    condition: str, said: str, compared: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["show", str(compared), "--where", condition]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert condition in line
+    assert said in line
+
+
+def test_a_folder_without_results_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["show", str(tmp_path)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "no results there; give a folder with results of: comparison, cost" in line
