@@ -61,7 +61,7 @@ def run_options(command: Callable[..., None]) -> Callable[..., None]:
 @click.option("--baseline", metavar="DIR", type=NamedPath(path_type=Path, file_okay=False),
               help="Tell what changed since the results in this folder; exit with 1 if a figure is worse.")  # fmt: skip
 @click.option("--certify", is_flag=True,
-              help="Judge your own scenes by solutions of heyoka: independent equations, but slower.")  # fmt: skip
+              help="Judge your own scenes by heyoka (extra certified): independent, but slower.")  # fmt: skip
 @run_options
 def compare(
     scenes: tuple[str, ...], names: tuple[str, ...], all_engines: bool, out: Path, baseline: Path | None, **options: Any
@@ -73,10 +73,14 @@ def compare(
     had several scenes to do, was compared on none. `barchain crossval` does the same for a fixed set of scenes and
     engines, and asks for more.
     """
+    from adapters.registry import ENGINES  # noqa: PLC0415
+    from barchain.solutions.certified_judge import CERTIFIER  # noqa: PLC0415
     from scenarios import load_scene  # noqa: PLC0415
 
     if names and all_engines:
         raise click.UsageError("give either --engine or --all-engines")
+    if options["certify"] and (missing := ENGINES[CERTIFIER].missing):
+        raise click.UsageError(f"--certify: {missing}")
     loaded = [load_scene(s) for s in scenes]
     before = None if baseline is None else baseline_of(baseline)
     result = compare_and_render(loaded, names or None, out, need_external=False, quick=not all_engines, **options)

@@ -31,7 +31,7 @@ NARROW = 60  # characters of a cell; --csv has all of it
 @click.option("--csv", "file", metavar="FILE", type=NamedPath(path_type=Path, dir_okay=False),
               help="Write the rows with all columns into this file instead.")  # fmt: skip
 def show(folder: Path, other: Path | None, conditions: tuple[str, ...], file: Path | None) -> None:
-    """Print the rows of DIR: everything that its studies measured or judged.
+    """Print what the studies in DIR measured or judged.
 
     Columns in which all rows agree are left out. With OTHER, print what differs: rows that are new or gone, and those
     with another outcome or value, with the ratio of the values in OTHER to those in DIR.
