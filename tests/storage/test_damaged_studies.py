@@ -118,7 +118,8 @@ def test_a_command_that_goes_on_names_the_damaged_file(
     name: str, damage: str, sound: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = copied(name, sound, tmp_path)
-    for path in stored(name, out)[: None if name in READ_ON else 1]:
+    tables = [path for path in stored(name, out) if "rows" not in path.parts]  # rows are written anew at the end
+    for path in tables[: None if name in READ_ON else 1]:
         whole = path.read_bytes()
         path.write_bytes(DAMAGES[damage](whole))
         check_named(path, ["-q", *SMALL[name].command.split(), "--out", str(out), "--resume"], capsys)
