@@ -73,9 +73,9 @@ def selftest(
 
 def list_faults() -> None:
     """Print all faults of the kill matrix."""
-    from barchain.studies.selftest.faults.catalogue import FAULTS  # noqa: PLC0415  # what no other command needs
+    from barchain.faults.catalogue import FIXED_SCENES  # noqa: PLC0415  # what no other command needs
 
-    show_faults(FAULTS.values())
+    show_faults(FIXED_SCENES.values())
 
 
 def run_matrix(plan: SelftestPlan, out: Path | None, *, resume: bool = False, overwrite: bool = False) -> None:
@@ -101,7 +101,7 @@ def plan_of(
 ) -> SelftestPlan:
     """Plan of a self-test; a note says which scenes the engine does not support."""
     from barchain.cli.common.names import need_engine  # noqa: PLC0415
-    from barchain.studies.selftest.faults.catalogue import UnknownFaultError  # noqa: PLC0415
+    from barchain.faults.catalogue import UnknownFaultError  # noqa: PLC0415
     from barchain.studies.selftest.study import SelftestOptions, SelftestStudy  # noqa: PLC0415
 
     need_engine(engine)

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from barchain.execution.executors import Executor
+    from barchain.faults.fault import Fault
     from barchain.studies.selftest.campaign.study import CampaignOptions, CampaignPlan, CampaignStudy
-    from barchain.studies.selftest.faults.fault import Fault
 
 
 @dataclass(frozen=True)
@@ -76,13 +76,13 @@ def run_random(
     """Run a campaign, print its findings, and exit by them; or list its faults."""
     from barchain.cli.campaign_summary import show_campaign  # noqa: PLC0415
     from barchain.cli.common.progress import counted  # noqa: PLC0415
+    from barchain.faults.catalogue import RANDOM_SCENES  # noqa: PLC0415
     from barchain.record.folder_lock import kept_or_temporary  # noqa: PLC0415
-    from barchain.studies.selftest.campaign.faults.catalogue import FAULTS  # noqa: PLC0415
     from barchain.studies.selftest.campaign.study import CampaignStudy  # noqa: PLC0415  # what no other command needs
     from barchain.studies.study import Reporter  # noqa: PLC0415
 
     if listed:
-        show_faults(FAULTS.values())
+        show_faults(RANDOM_SCENES.values())
         return
     study, reporter = CampaignStudy(), Reporter(counted=counted)
     plan = plan_of(study, options_of(asked, engines, faults, executor))
@@ -112,7 +112,7 @@ def options_of(
 
 def plan_of(study: CampaignStudy, options: CampaignOptions) -> CampaignPlan:
     """Plan of a campaign; an unknown fault ends the command."""
-    from barchain.studies.selftest.faults.catalogue import UnknownFaultError  # noqa: PLC0415
+    from barchain.faults.catalogue import UnknownFaultError  # noqa: PLC0415
 
     try:
         return study.plan(options)

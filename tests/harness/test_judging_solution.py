@@ -19,6 +19,7 @@ from barchain.crossval.plan import ComparisonPlan
 from barchain.crossval.record import new_record
 from barchain.crossval.run import run_comparison
 from barchain.crossval.suite import Suite
+from barchain.faults.equations import no_tide
 from barchain.judge.compare import judge
 from barchain.judge.evidence import Evidence
 from barchain.metrics.quantities import differences
@@ -41,7 +42,6 @@ from barchain.solutions.sampling import closely_sampled
 from barchain.solutions.shipped import read_solution, rounded_up, shipped_files, shipped_path, shipped_solution
 from barchain.solutions.shipped import write_solution as write
 from barchain.studies.selftest.campaign.runs import in_this_process
-from barchain.studies.selftest.faults.equations import no_tide
 from reports.tables.crossval import FILES
 from reports.tables.outcome import Outcome
 from scenarios import change_scene, load_scene, make_scene, scene_names

@@ -14,19 +14,20 @@ import pytest
 
 from adapters.common.equal_steps import finer_setting
 from adapters.engine import AccuracyParameter, Setting
+from adapters.exudyn.adapter import Exudyn
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import find_engine
 from adapters.trajectory import ENDED
 from barchain.cli.main import run as command
+from barchain.faults import declarations, equations, events, forces, garbage, misprints, output, readings
+from barchain.faults.catalogue import CATALOGUE, CONTROLS, FIXED_SCENES, UNMODIFIED, find
+from barchain.faults.fault import Fault, FaultGroup, Size
 from barchain.judge.verdict import JUDGED_METRICS
 from barchain.run.job import Role
 from barchain.run.worker import run_quietly
 from barchain.solutions.reference import FINE_RTOL, densely_sampled, establish, with_perturbed_start
-from barchain.studies.selftest import matrix as matrix_module
 from barchain.studies.selftest.check_results import CHECKS, cell, nothing, reading
 from barchain.studies.selftest.detection_limit import OCTAVES, Bracket, brackets, settled
-from barchain.studies.selftest.faults.catalogue import CONTROLS, FAULTS, UNMODIFIED, find
-from barchain.studies.selftest.faults.fault import Fault, FaultGroup, Size
 from barchain.studies.selftest.matrix import Matrix, matrix, with_control
 from barchain.studies.selftest.scenes import FALL, STAGES, find_scene
 from barchain.studies.selftest.trial import FaultTrial, SelftestCase, judged, replayed
@@ -114,9 +115,9 @@ def homes(fault: str) -> Iterator[SelftestCase]:
     return map(case, own or CHEAP)
 
 
-@pytest.mark.parametrize("name", slow_but(FAULTS, list(FAULTS)[::12]))
+@pytest.mark.parametrize("name", slow_but(FIXED_SCENES, list(FIXED_SCENES)[::12]))
 def test_every_fault_is_caught_in_some_scene_or_proven_invisible(name: str) -> None:
-    fault, survived = FAULTS[name], []
+    fault, survived = FIXED_SCENES[name], []
     for where in homes(name):
         if nothing(where, fault):
             continue
@@ -139,7 +140,7 @@ def test_the_sound_engine_is_refused_by_nothing(name: str) -> None:
 
 def test_a_check_that_rejects_a_control_is_a_false_alarm_and_fails() -> None:
     where = case("basics/two_bars_free")
-    wrong = dataclasses.replace(FAULTS["sign-reaction"], group=FaultGroup.CONTROL)
+    wrong = dataclasses.replace(FIXED_SCENES["sign-reaction"], group=FaultGroup.CONTROL)
     found = cell(tried(where, wrong))
     assert found.fate is FaultOutcome.FALSE_ALARM
     assert not Matrix((found,)).passed
@@ -147,13 +148,13 @@ def test_a_check_that_rejects_a_control_is_a_false_alarm_and_fails() -> None:
 
 def test_a_fault_that_nothing_kills_fails() -> None:
     where = case("basics/two_bars_free")
-    found = cell(tried(where, FAULTS["scale-reaction"], 1e-15))
+    found = cell(tried(where, FIXED_SCENES["scale-reaction"], 1e-15))
     assert found.fate is FaultOutcome.SURVIVES
     assert "of what is allowed" in found.reason
     lost = Matrix((found,))
     assert [f.name for f in lost.unkilled] == ["scale-reaction"]
     assert not lost.passed
-    elsewhere = cell(tried(case("paper/fig15"), FAULTS["scale-reaction"]))
+    elsewhere = cell(tried(case("paper/fig15"), FIXED_SCENES["scale-reaction"]))
     assert Matrix((found, elsewhere)).passed
 
 
@@ -162,7 +163,7 @@ def test_an_engine_that_fails_by_mistake_is_no_kill() -> None:
         raise TypeError("not as it is meant")
 
     where = case("basics/two_bars_free")
-    broken = dataclasses.replace(FAULTS["mu"], code=lambda _: stumble(None, None, 0.0))
+    broken = dataclasses.replace(FIXED_SCENES["inertia"], code=lambda _: stumble(None, None, 0.0))
     trial = FaultTrial(where, broken, 1.0)
     from barchain.run.job import failure
 
@@ -174,9 +175,9 @@ def test_an_engine_that_fails_by_mistake_is_no_kill() -> None:
 
 def test_a_claim_to_be_invisible_is_measured() -> None:
     where = case("paper/fig15")
-    beta = FAULTS["misprint-beta-denominator"]
+    beta = FIXED_SCENES["misprint-beta-denominator"]
     assert "measured" in cell(tried(where, beta)).reason
-    seen = FAULTS["misprint-w-third-row"]
+    seen = FIXED_SCENES["misprint-w-third-row"]
     claimed = dataclasses.replace(seen, invisible="it is small")
     from barchain.studies.selftest.invisible import moved_beyond_rounding
 
@@ -184,18 +185,18 @@ def test_a_claim_to_be_invisible_is_measured() -> None:
     assert moved_beyond_rounding(FaultTrial(where, claimed, 1.0)) > 1e3
 
 
-@pytest.mark.parametrize("name", one_in(5, [n for n, f in FAULTS.items() if f.code]))
+@pytest.mark.parametrize("name", one_in(5, [n for n, f in FIXED_SCENES.items() if f.code]))
 def test_the_references_code_is_right_again_afterwards(name: str) -> None:
     parts = [vars(relative), vars(relative.ReactionSolution), vars(SlenderBarEffect), vars(Reference)]
     before = [dict(p) for p in parts]
-    with FAULTS[name].within(FAULTS[name].natural):
+    with FIXED_SCENES[name].within(FIXED_SCENES[name].natural):
         pass
     assert [dict(p) for p in parts] == before
 
 
 def test_an_engine_that_runs_past_the_truths_end_is_judged() -> None:
     """Its samples beyond have nothing to be compared with."""
-    found = cell(tried(case(FALL), FAULTS["surface-missed"]))
+    found = cell(tried(case(FALL), FIXED_SCENES["surface-missed"]))
     assert found.fate is FaultOutcome.KILLED
     assert found.worst is not None
     assert "ended" in found.worst.reason
@@ -203,7 +204,7 @@ def test_an_engine_that_runs_past_the_truths_end_is_judged() -> None:
 
 def test_the_instant_of_landing_is_judged_by_the_errors_of_track_and_attitude() -> None:
     """At 900 m/s a track good to a millimetre or so is met to some microseconds; samples are 2.5 s apart."""
-    where, late = case(FALL), FAULTS["landing-late"]
+    where, late = case(FALL), FIXED_SCENES["landing-late"]
     for size, fate in ((1.0, FaultOutcome.KILLED), (1e-3, FaultOutcome.KILLED), (1e-8, FaultOutcome.SURVIVES)):
         assert cell(tried(where, late, size)).fate is fate, size
     found = tried(where, late)
@@ -225,15 +226,17 @@ def forgetful(run: RunResult) -> Trajectory:
 
 
 def test_the_initial_rate_of_a_bar_that_follows_a_law_is_no_place_for_a_fault() -> None:
-    where, fault = case("paper/fig17"), FAULTS["start-rate"]
+    where, fault = case("paper/fig17"), FIXED_SCENES["start-rate"]
     assert fault.staged(where.scene, 1e-6).chain.rate_factor == (1.0, 1.0, 1.0, 1.0 + 1e-6, 1.0)
     assert cell(tried(where, fault)).fate is FaultOutcome.KILLED
 
 
 def test_names_are_unique_and_words_are_there() -> None:
-    assert len(FAULTS) > 100
-    assert not set(FAULTS) & set(CONTROLS)
-    for fault in FAULTS.values():
+    modules = (declarations, equations, events, forces, garbage, misprints, output, readings)
+    assert len(CATALOGUE) == sum(len(module.FAULTS) for module in modules)
+    assert len(FIXED_SCENES) > 100
+    assert not set(FIXED_SCENES) & set(CONTROLS)
+    for fault in FIXED_SCENES.values():
         assert fault.words
         assert fault.stands_for
         assert fault.scene or fault.setting or fault.code or fault.output
@@ -248,7 +251,7 @@ def fake(most: float | None = None) -> Bracket:
 
 @pytest.mark.parametrize("edge", [-OCTAVES, -30, -7, 0])
 def test_bisection_finds_the_edge(edge: int) -> None:
-    worst, pair, tries = cell(tried(case("basics/two_bars_free"), FAULTS["sign-reaction"])).worst, fake(), 0
+    worst, pair, tries = cell(tried(case("basics/two_bars_free"), FIXED_SCENES["sign-reaction"])).worst, fake(), 0
     while (power := pair.next) is not None:
         pair, tries = pair.told(power, worst if power >= edge else None), tries + 1
     assert pair.caught == edge
@@ -266,8 +269,8 @@ def test_a_natural_size_that_is_missed_is_tried_larger_where_that_makes_sense() 
 
 def test_the_smallest_size_that_is_caught_lies_just_above_one_that_is_not() -> None:
     where = case("basics/two_bars_free")
-    cells = [cell(tried(where, FAULTS[name])) for name in ("scale-reaction", "twice")]
-    left_out = nothing(where, FAULTS["j2"])
+    cells = [cell(tried(where, FIXED_SCENES[name])) for name in ("scale-reaction", "twice")]
+    left_out = nothing(where, FIXED_SCENES["j2"])
     assert left_out is not None
     (found,) = settled(brackets([*cells, left_out], [where]))
     row = found.row()
@@ -278,10 +281,9 @@ def test_the_smallest_size_that_is_caught_lies_just_above_one_that_is_not() -> N
 
 
 def test_faults_of_the_scene_and_of_what_is_read_serve_any_engine() -> None:
-    found = matrix_module.not_applicable(FAULTS["mu"], "exudyn")
-    assert found
-    assert not matrix_module.not_applicable(FAULTS["j2"], "exudyn")
-    assert not matrix_module.not_applicable(FAULTS["mu"], HOST)
+    assert FIXED_SCENES["inertia"].foreign_to(Exudyn) == "inserted into the reference's code"
+    assert not any(FIXED_SCENES[name].foreign_to(Exudyn) for name in ("j2", "mass", "mu", "sign-reaction"))
+    assert not FIXED_SCENES["inertia"].foreign_to(Reference)
 
 
 @pytest.fixture(scope="module")
@@ -326,8 +328,8 @@ def test_the_page_is_rendered_from_the_tables_alone(folder: Path) -> None:
 def test_a_fault_killed_by_nothing_ends_with_exit_code_1(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    small = dataclasses.replace(FAULTS["scale-rate"], size=Size(1e-15))
-    monkeypatch.setitem(FAULTS, "scale-rate", small)
+    small = dataclasses.replace(FIXED_SCENES["scale-rate"], size=Size(1e-15))
+    monkeypatch.setitem(FIXED_SCENES, "scale-rate", small)
     monkeypatch.setattr(
         "barchain.studies.selftest.study.selftest_cases", lambda scenes, *_, **__: [case(s.name) for s in scenes]
     )
@@ -339,13 +341,13 @@ def test_a_fault_killed_by_nothing_ends_with_exit_code_1(
 def test_faults_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     assert command(["selftest", "--list"]) == 0
     said = capsys.readouterr().out
-    assert all(name in said for name in FAULTS)
+    assert all(name in said for name in FIXED_SCENES)
 
 
 def test_every_default_scene_is_short() -> None:
     assert all(stage.scene().run.samples <= 61 for stage in STAGES.values())
     assert find(UNMODIFIED).group is FaultGroup.CONTROL
-    assert np.isfinite([f.natural for f in FAULTS.values()]).all()
+    assert np.isfinite([f.natural for f in FIXED_SCENES.values()]).all()
 
 
 @pytest.mark.exhaustive
@@ -353,10 +355,10 @@ def test_the_full_matrix_has_no_survivor() -> None:
     from barchain.studies.selftest.trial import selftest_cases
 
     found = selftest_cases([stage.scene() for stage in STAGES.values()], HOST)
-    whole, _ = matrix(FAULTS.values(), found, HOST)
+    whole, _ = matrix(FIXED_SCENES.values(), found)
     assert whole.passed, ([f.name for f in whole.unkilled], whole.wrong)
     tried_somewhere = {c.fault.name for c in whole.cells if c.fate is not FaultOutcome.NOTHING}
-    assert tried_somewhere == set(FAULTS) | set(CONTROLS)
+    assert tried_somewhere == set(FIXED_SCENES) | set(CONTROLS)
 
 
 def test_every_metric_that_can_reject_a_run_is_a_check_with_a_sign_and_words() -> None:

@@ -235,9 +235,9 @@ def campaign_arguments(part: CampaignTable, turn: int) -> tuple[tuple[str, ...],
 @arguments_of.register
 def selftest_arguments(part: SelftestTable, turn: int) -> tuple[tuple[str, ...], int]:
     """`barchain selftest` of this night's faults."""
-    from barchain.studies.selftest.faults.catalogue import FAULTS  # noqa: PLC0415
+    from barchain.faults.catalogue import FIXED_SCENES  # noqa: PLC0415
 
-    faults = tonights_faults(part, FAULTS, turn)
+    faults = tonights_faults(part, FIXED_SCENES, turn)
     return ("selftest", *each("--fault", faults), *part.scenes), len(faults)
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from barchain.faults.catalogue import CONTROLS
 from barchain.nightly.run_facts import AlarmTest
-from barchain.studies.selftest.faults.catalogue import CONTROLS
 from reports.tables.faults.selftest import FILES, FaultOutcome, read_selftest
 
 if TYPE_CHECKING:

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.studies.selftest.faults.fault import FaultGroup
+from barchain.faults.fault import FaultGroup
 from barchain.studies.selftest.invisible import moved_beyond_rounding
 from reports.tables.faults.selftest import FaultOutcome
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
+    from barchain.faults.fault import Fault
     from barchain.judge.verdict import Row, Verdict
-    from barchain.studies.selftest.faults.fault import Fault
     from barchain.studies.selftest.trial import FaultTrial, SelftestCase, TrialResult
 
 CHECKS = {
@@ -87,9 +87,9 @@ def reading(row: Row) -> Reading | None:
     return Reading(row["quantity"], CHECKS[row["metric"]], ratio, killed, row["reason"])
 
 
-def nothing(case: SelftestCase, fault: Fault, foreign: str = "") -> FaultCell | None:
-    """Cell of a fault that changes nothing in a scene, or is `foreign` to the host; None if it can be inserted."""
-    reason = foreign or fault.nothing(case.solution)
+def nothing(case: SelftestCase, fault: Fault) -> FaultCell | None:
+    """Cell of a fault that changes nothing in a scene, or is foreign to the host; None if it can be inserted."""
+    reason = fault.foreign_to(case.engine) or fault.nothing(case.solution)
     return FaultCell(fault, case.scene.name, FaultOutcome.NOTHING, reason) if reason else None
 
 

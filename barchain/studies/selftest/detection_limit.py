@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from barchain.execution.executors import Executor
+    from barchain.faults.fault import Fault, Size
     from barchain.studies.selftest.check_results import FaultCell, Reading
-    from barchain.studies.selftest.faults.fault import Fault, Size
     from barchain.studies.selftest.trial import SelftestCase
 
 OCTAVES = 44  # below the natural size: 6e-14 of it, with the natural 1 % less than a rounding of the faulty value

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.common.initial_state import chain_model
+from barchain.faults.catalogue import CONTROLS, UNMODIFIED
 from barchain.judge.scales import MACHINE_EPSILON, ROUNDINGS
-from barchain.studies.selftest.faults.catalogue import CONTROLS, UNMODIFIED
 from reference_impl.model import relative
 from reference_impl.model.kinematics import consistent_state
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array
-    from barchain.studies.selftest.faults.fault import Fault
+    from barchain.faults.fault import Fault
     from barchain.studies.selftest.trial import FaultTrial, SelftestCase
 
 COMPARED = ("com_m_s2", "angle_rad_s2", "reaction_N", "torque_N_m")

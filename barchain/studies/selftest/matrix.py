@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from barchain.execution.executors import ALL_CORES
+from barchain.faults.catalogue import CONTROLS, FIXED_SCENES, UNMODIFIED
 from barchain.run.job import Role
 from barchain.studies.selftest.check_results import FaultCell, cell, nothing
-from barchain.studies.selftest.faults.catalogue import CONTROLS, FAULTS, UNMODIFIED
 from barchain.studies.selftest.trial import FaultTrial, SelftestError, run_trials
 from reports.tables.faults.selftest import FaultOutcome
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
     from barchain.execution.executors import Executor
-    from barchain.studies.selftest.faults.fault import Fault
+    from barchain.faults.fault import Fault
     from barchain.studies.selftest.trial import SelftestCase, TrialResult
 
     Done = Callable[[int], None]
@@ -49,7 +49,7 @@ class Matrix:
     @property
     def unkilled(self) -> tuple[Fault, ...]:
         """Faults inserted somewhere, detected nowhere, and not proven invisible."""
-        faults = {c.fault.name: c.fault for c in self.cells if c.fault.name in FAULTS}
+        faults = {c.fault.name: c.fault for c in self.cells if c.fault.name in FIXED_SCENES}
         return tuple(f for name, f in faults.items() if survives({c.fate for c in self.of(name)}))
 
     @property
@@ -68,19 +68,14 @@ def survives(fates: set[FaultOutcome]) -> bool:
     return FaultOutcome.SURVIVES in fates and FaultOutcome.KILLED not in fates
 
 
-def not_applicable(fault: Fault, host: str) -> str:
-    """Why a fault can't be inserted into a host; empty if it can."""
-    return "inserted into the reference's code" if fault.code and host != HOST else ""
-
-
 def insert_faults(
-    faults: Iterable[Fault], found: list[SelftestCase], host: str, *, executor: Executor = ALL_CORES, done: Done = quiet
+    faults: Iterable[Fault], found: list[SelftestCase], *, executor: Executor = ALL_CORES, done: Done = quiet
 ) -> Iterator[tuple[FaultCell, TrialResult | None]]:
     """Insert faults into scenes: a cell for each pair, with its result where something was run."""
     trials = []
     for fault in faults:
         for case in found:
-            left_out = nothing(case, fault, not_applicable(fault, host))
+            left_out = nothing(case, fault)
             if left_out:
                 yield left_out, None
                 done(1)
@@ -92,11 +87,11 @@ def insert_faults(
 
 
 def with_controls(
-    found: list[SelftestCase], host: str, *, executor: Executor = ALL_CORES, done: Done = quiet, seen: Seen = unseen
+    found: list[SelftestCase], *, executor: Executor = ALL_CORES, done: Done = quiet, seen: Seen = unseen
 ) -> tuple[list[SelftestCase], list[FaultCell]]:
     """Cases with the controls' runs, and the controls' cells."""
     kept, cells = {g.scene.name: g for g in found}, []
-    for one, result in insert_faults(CONTROLS.values(), found, host, executor=executor, done=done):
+    for one, result in insert_faults(CONTROLS.values(), found, executor=executor, done=done):
         cells.append(one)
         seen(one)
         if result is not None:
@@ -126,7 +121,6 @@ def with_control(case: SelftestCase, result: TrialResult) -> SelftestCase:
 def matrix(
     faults: Iterable[Fault],
     found: list[SelftestCase],
-    host: str = HOST,
     *,
     executor: Executor = ALL_CORES,
     done: Done = quiet,
@@ -136,10 +130,10 @@ def matrix(
 
     `seen` is called with each cell as soon as it is there.
     """
-    ready, cells = with_controls(found, host, executor=executor, done=done, seen=seen)
-    for one, _ in insert_faults(faults, ready, host, executor=executor, done=done):
+    ready, cells = with_controls(found, executor=executor, done=done, seen=seen)
+    for one, _ in insert_faults(faults, ready, executor=executor, done=done):
         cells.append(one)
         seen(one)
-    place = {name: k for k, name in enumerate([*CONTROLS, *FAULTS])}
+    place = {name: k for k, name in enumerate([*CONTROLS, *FIXED_SCENES])}
     scenes = {g.scene.name: k for k, g in enumerate(found)}
     return Matrix(tuple(sorted(cells, key=lambda c: (place[c.fault.name], scenes[c.scene])))), ready

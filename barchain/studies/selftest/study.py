@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from adapters.registry import find_own_engine
 from barchain.boundary.declared import engine_class
 from barchain.execution.executors import ALL_CORES
+from barchain.faults.catalogue import CONTROLS, FIXED_SCENES, find
 from barchain.run.job import SOLUTION_ROLES, Role
 from barchain.studies.selftest.detection_limit import brackets, most_trials, settled
-from barchain.studies.selftest.faults.catalogue import CONTROLS, FAULTS, find
 from barchain.studies.selftest.matrix import HOST, Matrix, matrix
 from barchain.studies.selftest.scenes import STAGES, find_scene
 from barchain.studies.selftest.trial import selftest_cases
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
     from barchain.execution.executors import Executor
+    from barchain.faults.fault import Fault
     from barchain.record.study_store import StudyStore
     from barchain.studies.selftest.check_results import FaultCell
-    from barchain.studies.selftest.faults.fault import Fault
     from barchain.studies.selftest.trial import SelftestCase
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
@@ -76,7 +76,7 @@ class SelftestStudy:
             For a Dask cluster that can't be used.
         """
         engine = engine_class(find_own_engine(options.host))
-        faults = [f for f in map(find, dict.fromkeys(options.faults or FAULTS)) if f.name not in CONTROLS]
+        faults = [find(n, FIXED_SCENES) for n in dict.fromkeys(options.faults or FIXED_SCENES) if n not in CONTROLS]
         scenes = list(map(find_scene, dict.fromkeys(options.scenes or STAGES)))
         reasons = {s.name: engine.unsupported(s) for s in scenes}
         able = tuple(s for s in scenes if not reasons[s.name])
@@ -108,7 +108,7 @@ class SelftestStudy:
             reporter.counted("faults", len(plan.scenes) * (len(plan.faults) + len(CONTROLS))) as done,
             kept_if_interrupted(store) as seen,
         ):
-            tried, ready = matrix(plan.faults, found, plan.host, executor=plan.executor, done=done, seen=seen)
+            tried, ready = matrix(plan.faults, found, executor=plan.executor, done=done, seen=seen)
         store.write("selftest", (row for cell in tried.cells for row in cell.rows()))
         store.record.update(passed=tried.passed, unkilled=[f.name for f in tried.unkilled])
         if plan.smallest:

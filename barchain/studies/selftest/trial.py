@@ -10,6 +10,7 @@ from adapters.engine import EngineError
 from adapters.registry import find_own_engine
 from barchain.boundary.declared import engine_class
 from barchain.execution.executors import ALL_CORES
+from barchain.faults.insertion import engine_with_fault, fault_registration
 from barchain.judge.compare import judge
 from barchain.judge.evidence import Evidence
 from barchain.run.job import Job, Role, RunResult
@@ -17,7 +18,6 @@ from barchain.run.pool import run_jobs, run_together
 from barchain.run.time_limits import TimeLimit
 from barchain.run.worker import run_phases
 from barchain.solutions.reference_runs import NUMPY, solution_jobs, solution_of
-from barchain.studies.selftest.faults.faulty_engine import engine_with_fault, fault_registration
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from adapters.engine import Engine, Setting
     from adapters.trajectory import Trajectory
     from barchain.execution.executors import Executor
+    from barchain.faults.fault import Fault
     from barchain.judge.verdict import Verdict
     from barchain.solutions.reference import ReferenceSolution
-    from barchain.studies.selftest.faults.fault import Fault
     from scenarios import Scene
 
 TIME_LIMIT_S = 120.0  # a hundred times what the longest unmodified run takes
@@ -76,7 +76,7 @@ class FaultTrial(NamedTuple):
 
     def jobs(self) -> list[Job]:
         """Jobs at the main and the finer setting."""
-        made = fault_registration(self.case.host, self.fault, self.size)
+        made = fault_registration(self.case.host, self.fault.name, self.size)
         return [Job(self.case.scene, self.fault.name, made, s, role) for role, s in self.case.settings.items()]
 
 

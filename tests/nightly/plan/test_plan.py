@@ -11,11 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from barchain.cli.main import cli, run
+from barchain.faults.catalogue import FIXED_SCENES
 from barchain.nightly.plan.items import tonights, tonights_faults, tonights_seed
 from barchain.nightly.plan.jobs import night_jobs
 from barchain.nightly.plan.loading import PlanError, load_plan
 from barchain.nightly.plan.tables import CampaignTable, SelftestTable
-from barchain.studies.selftest.faults.catalogue import FAULTS
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -102,11 +102,11 @@ def test_every_scene_is_done_once_in_as_many_nights_as_the_plan_says(
 @given(st.integers(1, 150), st.integers(0, 50), st.integers(0, 1000))
 def test_faults_rotate_until_all_were_planted(count: int, turn: int, seed: int) -> None:
     part = SelftestTable(name="alarm", faults=count, seed=seed)
-    each = min(count, len(FAULTS))
-    nights = -(-len(FAULTS) // each)
-    drawn = [tonights_faults(part, FAULTS, k) for k in range(turn, turn + nights)]
+    each = min(count, len(FIXED_SCENES))
+    nights = -(-len(FIXED_SCENES) // each)
+    drawn = [tonights_faults(part, FIXED_SCENES, k) for k in range(turn, turn + nights)]
     assert all(len(set(faults)) == each for faults in drawn)
-    assert {fault for faults in drawn for fault in faults} == set(FAULTS)
+    assert {fault for faults in drawn for fault in faults} == set(FIXED_SCENES)
 
 
 @given(st.integers(1, 20), st.integers(0, 10**6), st.integers(0, 1000))

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
+from barchain.faults.catalogue import RANDOM_SCENES
 from barchain.studies.selftest.campaign.cells import CampaignCell
-from barchain.studies.selftest.campaign.faults.catalogue import FAULTS
 
 if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
@@ -30,7 +30,7 @@ def seen(scene: Scene, setting: Setting = MAIN) -> Trajectory:
 
 def with_fault(name: str, run: Trajectory, scene: Scene, setting: Setting = MAIN) -> Trajectory:
     """What a run shows with a fault in it."""
-    fault = FAULTS[name]
+    fault = RANDOM_SCENES[name]
     return fault.output_of(run, scene, setting, fault.natural)
 
 

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from barchain.faults.catalogue import RANDOM_SCENES
 from barchain.judge.verdict import no_verdict
 from barchain.studies.selftest.campaign import rating
-from barchain.studies.selftest.campaign.faults.catalogue import FAULTS
 from barchain.studies.selftest.campaign.judging import judge_serially
 from barchain.studies.selftest.campaign.runs import RunCache, in_this_process
 from barchain.studies.selftest.campaign.scenes.draw import draw
@@ -38,7 +38,7 @@ def runners() -> dict[int, tuple[TrialRunner, Scene]]:
 @pytest.mark.parametrize(("seed", "host"), [(SEED, "reference"), (FREE, "pymunk")])
 def test_gross_faults_are_caught(runners, seed: int, host: str) -> None:  # type: ignore[no-untyped-def]
     runner, sampled = runners[seed]
-    gross = [name for name in FAULTS if name.startswith("garbage")]
+    gross = [name for name in RANDOM_SCENES if name.startswith("garbage")]
     names = (*gross, "noise-reactions-large", "sign-reaction", "damped-rate", "interpolated-2000", "mass-stuck")
     left_out, trials = runner.fault_trials(sampled, host, names, 10)
     assert not left_out
@@ -56,7 +56,7 @@ def test_a_judge_that_sees_nothing_misses_what_it_says_it_would_see(runners, mon
 
     monkeypatch.setattr(rating, "verdict_of", blind)
     left_out, trials = runner.fault_trials(
-        sampled, "reference", ("sign-reaction", "attitude-creeps", "thrust-late-second"), 10
+        sampled, "reference", ("sign-reaction", "attitude-creeps", "thrust-late"), 10
     )
     found = {c.fault: c for c in (*left_out, *runner.judge_trials(trials))}
     missed = found["sign-reaction"]
@@ -65,7 +65,7 @@ def test_a_judge_that_sees_nothing_misses_what_it_says_it_would_see(runners, mon
     assert missed.size > 0.1
     assert missed.limit is not None
     assert missed.limit < 1e-6
-    assert found["thrust-late-second"].kind is CellClass.NOTHING
+    assert found["thrust-late"].kind is CellClass.NOTHING
     small = found["attitude-creeps"]
     assert small.size is not None
     assert small.limit is not None
@@ -79,8 +79,10 @@ def test_a_fault_in_an_engine_that_is_refused_as_it_is_is_not_tried(runners) -> 
 
 def test_runs_of_their_own_are_chosen_by_the_scene() -> None:
     def own(seed: int) -> tuple[str, ...]:
-        trials = thinned([CampaignTrial(draw(seed), "reference", name) for name in FAULTS], 3)
-        assert {t.fault for t in trials if t.replays} == {name for name, fault in FAULTS.items() if fault.replays}
+        trials = thinned([CampaignTrial(draw(seed), "reference", name) for name in RANDOM_SCENES], 3)
+        assert {t.fault for t in trials if t.replays} == {
+            name for name, fault in RANDOM_SCENES.items() if fault.replays
+        }
         return tuple(t.fault for t in trials if not t.replays)
 
     assert len(own(SEED)) == 3

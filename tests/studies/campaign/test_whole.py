@@ -10,11 +10,11 @@ import pytest
 
 from barchain.cli.campaign_summary import finding_words, rate_words, show_campaign
 from barchain.cli.main import run as command
+from barchain.faults.catalogue import RANDOM_SCENES
 from barchain.judge.verdict import no_verdict
 from barchain.record.study_store import StudyStore
 from barchain.studies.selftest.campaign import rating
 from barchain.studies.selftest.campaign.cells import CampaignCell
-from barchain.studies.selftest.campaign.faults.catalogue import FAULTS
 from barchain.studies.selftest.campaign.findings import kept_findings, search
 from barchain.studies.selftest.campaign.judging import judge_serially
 from barchain.studies.selftest.campaign.rates import Rate, rates
@@ -158,4 +158,4 @@ def test_bad_usage(line: str, word: str, capsys: pytest.CaptureFixture[str]) -> 
 def test_its_faults_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     assert command(["selftest", "--random", "1", "--list"]) == 0
     said = capsys.readouterr().out
-    assert all(name in said for name in FAULTS)
+    assert all(name in said for name in RANDOM_SCENES)

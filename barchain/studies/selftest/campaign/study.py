@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from barchain.execution.executors import ALL_CORES
+from barchain.faults.catalogue import RANDOM_SCENES, find
 from barchain.run.selection import chosen_engines
 from barchain.studies.selftest.campaign.cells import CampaignCell
-from barchain.studies.selftest.campaign.faults.catalogue import FAULTS, find
 from barchain.studies.selftest.campaign.findings import kept_findings, kinds
 from barchain.studies.selftest.campaign.judging import VerdictWorkers
 from barchain.studies.selftest.campaign.rates import passed, rates
@@ -66,7 +66,7 @@ class CampaignOptions:
 class CampaignPlan(CampaignOptions):
     """Options with every engine and fault named."""
 
-    faults: tuple[str, ...] = tuple(FAULTS)
+    faults: tuple[str, ...] = tuple(RANDOM_SCENES)
 
     @property
     def unmodified(self) -> tuple[str, ...]:
@@ -114,13 +114,15 @@ class CampaignStudy:
             For a Dask cluster that can't be used.
         """
         installed = tuple(name for name, r in chosen_engines(None).items() if not r.missing)
-        faults = tuple(find(name).name for name in dict.fromkeys(options.faults or FAULTS))
+        faults = tuple(find(name, RANDOM_SCENES).name for name in dict.fromkeys(options.faults or RANDOM_SCENES))
         options.executor.check()
         return CampaignPlan(**(vars(options) | {"engines": options.engines or installed, "faults": faults}))
 
     def record(self, plan: CampaignPlan) -> dict[str, Any]:
         """Scenes, engines and faults."""
-        faults = {name: {"words": FAULTS[name].words, "group": str(FAULTS[name].group)} for name in plan.faults}
+        faults = {
+            name: {"words": RANDOM_SCENES[name].words, "group": str(RANDOM_SCENES[name].group)} for name in plan.faults
+        }
         return {
             "seed": plan.seed,
             "scenes": plan.scenes,

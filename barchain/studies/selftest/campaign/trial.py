@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING
 from adapters.common.equal_steps import finer_setting
 from adapters.registry import find_engine
 from barchain.boundary.declared import engine_class
+from barchain.faults.catalogue import find
+from barchain.faults.insertion import engine_with_fault, fault_registration
 from barchain.judge.compare import judge
 from barchain.judge.evidence import follow_up_jobs, gathered
 from barchain.run.job import Job, Role
 from barchain.run.worker import run_phases
-from barchain.studies.selftest.campaign.faults.catalogue import find
-from barchain.studies.selftest.campaign.runs import campaign_registration
-from barchain.studies.selftest.faults.faulty_engine import engine_with_fault
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -22,10 +21,10 @@ if TYPE_CHECKING:
     from adapters.engine import Engine, Setting
     from adapters.registry import Registration
     from adapters.trajectory import Trajectory
+    from barchain.faults.fault import Fault
     from barchain.judge.verdict import Verdict
     from barchain.run.job import RunResult
     from barchain.solutions.reference import ReferenceSolution
-    from barchain.studies.selftest.faults.fault import Fault
     from scenarios import Scene
 
 FIRST = (Role.MAIN, Role.FINER)
@@ -58,7 +57,7 @@ class CampaignTrial:
     @property
     def registration(self) -> Registration:
         """Engine that is run: the unmodified one where the fault changes only samples or declarations."""
-        return find_engine(self.engine) if self.replays else campaign_registration(self.engine, self.fault)
+        return find_engine(self.engine) if self.replays else fault_registration(self.engine, self.fault)
 
     @property
     def setting(self) -> Setting:
@@ -79,7 +78,7 @@ class CampaignTrial:
         if fault is None:
             return ""
         staged = fault.staged(self.scene, fault.natural) if not fault.nothing(solution) else self.scene
-        return fault.foreign(self.host) or fault.nothing(solution) or self.host.unsupported(staged) or ""
+        return fault.foreign_to(self.host) or fault.nothing(solution) or self.host.unsupported(staged) or ""
 
 
 @dataclass(frozen=True)

@@ -9,16 +9,15 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from adapters.trajectory import Observable
-from barchain.studies.selftest.campaign.faults.garbage import largest
-from barchain.studies.selftest.faults.fault import Fault, FaultGroup, Size
-from barchain.studies.selftest.faults.output import damped, negative
+from barchain.faults.fault import Fault, FaultGroup, Size
+from barchain.faults.garbage import largest
 
 if TYPE_CHECKING:
     from numpy.random import Generator
 
     from adapters.engine import Engine
     from adapters.trajectory import Trajectory
-    from barchain.studies.selftest.faults.fault import OutputChange
+    from barchain.faults.fault import OutputChange
     from scenarios import Scene
 
 DECIMALS_DEG = 6
@@ -153,9 +152,6 @@ FAULTS = (
           "gaps computed from the angles", OUTPUT, output=torn, foreign=no_gaps),
     Fault("joints-parted", "bars' places part by this share of a length, gaps are said to be closed",
           "gaps never measured", OUTPUT, output=parted, foreign=no_gaps, size=Size(OPENED)),
-    Fault("sign-reaction", "reactions of the other sign", "action for reaction", OUTPUT, output=negative("reaction")),
-    Fault("damped-rate", "rates that lose a part over the run", "numerical damping", OUTPUT, output=damped,
-          size=Size(1e-4)),
     Fault("invented-end", "the run is said to end at the surface after this share of it", "an event that is not one",
           OUTPUT, output=landed, size=Size(ENDS_AT)),
 )  # fmt: skip

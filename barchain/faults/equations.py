@@ -1,4 +1,4 @@
-"""Mistakes in the equations of motion, inserted into the reference's code."""
+"""Mistakes in the equations of motion: in the reference's code, or in the chain that an engine is given."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ import numpy as np
 from adapters.common.initial_state import chain_model
 from adapters.reference import numpy_engines as reference_adapter
 from adapters.reference.numpy_engines import Reference
-from barchain.studies.selftest.faults import reasons
-from barchain.studies.selftest.faults.fault import Fault, FaultGroup, Size
+from barchain.faults import reasons
+from barchain.faults.fault import Fault, FaultGroup, Size
 from reference_impl.model import relative
 from reference_impl.model.gravity import point_field
 from reference_impl.model.relative import ReactionSolution, external_accelerations
@@ -22,11 +22,12 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from contextlib import AbstractContextManager
 
+    from barchain.faults.fault import CodeChange
     from barchain.solutions.reference import ReferenceSolution
-    from barchain.studies.selftest.faults.fault import CodeChange
     from reference_impl.model.arrays import Array, ComplexArray
     from reference_impl.model.chain import ChainModel
     from reference_impl.model.state import State
+    from scenarios import Scene
 
 
 def other_model(change: Callable[[ChainModel, float], ChainModel]) -> CodeChange:
@@ -36,6 +37,17 @@ def other_model(change: Callable[[ChainModel, float], ChainModel]) -> CodeChange
         return patch.object(reference_adapter, "chain_model", lambda scene: change(chain_model(scene), size))
 
     return within
+
+
+def of_chain(scene: Scene, **values: Any) -> Scene:
+    """Scene with another chain."""
+    return dataclasses.replace(scene, chain=dataclasses.replace(scene.chain, **values))
+
+
+def heavier(scene: Scene, size: float) -> Scene:
+    """Scene whose last bar is too heavy, its moment of inertia right."""
+    mass = scaled(np.array(scene.chain.mass_kg), -1, 1.0 + size)
+    return of_chain(scene, mass_kg=tuple(map(float, mass)))
 
 
 def scaled(values: Array, bar: int, factor: float) -> Array:
@@ -145,6 +157,8 @@ SINGLE = Fault(
     code=other_model(single_numbers),
     nothing=same_in_single,
 )
+HEAVIER = Fault("mass", "the last bar too heavy, its moment of inertia right", "one entry of a mass matrix",
+                FaultGroup.EQUATIONS, scene=heavier, size=PERCENT, nothing=reasons.joints)  # fmt: skip
 FAULTS = (
     Fault("centrifugal-missing", "the ends' accelerations without (a part of) theta'² l/2",
           "a term forgotten in eq. (19)", FaultGroup.EQUATIONS, code=less_centrifugal, size=PART,
@@ -160,9 +174,9 @@ FAULTS = (
     Fault("inertia", "moments of inertia too large", "m l²/12 with another length or mass", FaultGroup.EQUATIONS,
           code=other_model(lambda m, s: dataclasses.replace(m, inertia_kg_m2=m.inertia_kg_m2 * (1.0 + s))),
           size=PERCENT, nothing=reasons.inertia),
-    Fault("mass", "the last bar too heavy, its moment of inertia right", "one entry of a mass matrix",
-          FaultGroup.EQUATIONS, size=PERCENT, nothing=reasons.joints,
-          code=other_model(lambda m, s: dataclasses.replace(m, mass_kg=scaled(m.mass_kg, -1, 1.0 + s)))),
+    HEAVIER,
+    dataclasses.replace(HEAVIER, name="mass-stuck", stands_for="a cached result", stuck=True,
+                        words="the last bar too heavy, and one setting whatever is asked for"),
     Fault("length", "the first bar too long", "a joint in the wrong place", FaultGroup.EQUATIONS,
           code=other_model(lambda m, s: dataclasses.replace(m, length_m=scaled(m.length_m, 0, 1.0 + s))),
           size=PERCENT, nothing=reasons.joints),

@@ -1,4 +1,4 @@
-"""A fault: where it is inserted, its size, and where it changes nothing."""
+"""The form of a planted mistake: where it is inserted, its size, and where it changes nothing."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from enum import StrEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from adapters.reference.numpy_engines import Reference
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -110,7 +112,7 @@ class Fault:
     nothing: NotApplicable = everywhere
     """Reason why it changes nothing in the scene of a reference solution; empty if it changes something"""
     foreign: Foreign = in_any_engine
-    """Why it can't be inserted into an engine; empty if it can"""
+    """Why it can't be inserted into an engine, besides changes of the reference's code; empty if it can"""
     like: str = "unmodified"
     """Control that it is without its fault"""
     expected_failure: bool = False
@@ -127,6 +129,12 @@ class Fault:
     def replays(self) -> bool:
         """Whether only samples change: then a run of the unmodified engine serves."""
         return not (self.scene or self.setting or self.code or self.stuck)
+
+    def foreign_to(self, engine: type[Engine]) -> str:
+        """Why it can't be inserted into an engine; empty if it can."""
+        if self.code and engine is not Reference:
+            return "inserted into the reference's code"
+        return self.foreign(engine)
 
     def acts_in(self, role: Role) -> bool:
         """Whether runs of a role get the fault."""

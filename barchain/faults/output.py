@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.studies.selftest.faults import reasons
-from barchain.studies.selftest.faults.fault import Fault, FaultGroup, Size
+from barchain.faults import reasons
+from barchain.faults.fault import Fault, FaultGroup, Size
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from adapters.trajectory import Array, Trajectory
+    from barchain.faults.fault import NotApplicable, OutputChange
     from barchain.solutions.reference import ReferenceSolution
-    from barchain.studies.selftest.faults.fault import NotApplicable, OutputChange
     from scenarios import Scene
 
 CHANNELS = {

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from adapters.engine import Engine
 from adapters.registry import Registration, find_own_engine
-from barchain.studies.selftest.faults.catalogue import find
+from barchain.faults.catalogue import find
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from adapters.engine import Setting
     from adapters.trajectory import Array, Trajectory
-    from barchain.studies.selftest.faults.fault import Fault
+    from barchain.faults.fault import Fault
     from scenarios import Scene
 
 DECLARED = (
@@ -99,7 +99,8 @@ class FaultRegistration(Registration):
         return engine_with_fault(find(self.fault), self.size, find_own_engine(self.host).load())
 
 
-def fault_registration(host: str, fault: Fault, size: float) -> FaultRegistration:
-    """Registration of a host with a fault."""
-    name, compiles = f"fault:{fault.name}={size!r}:{host}", find_own_engine(host).compiles
-    return FaultRegistration(name, compiles=compiles, host=host, fault=fault.name, size=size)
+def fault_registration(host: str, fault: str, size: float | None = None) -> FaultRegistration:
+    """Registration of a host with a fault, by their names; at its natural size by default."""
+    used = find(fault).natural if size is None else size
+    name, compiles = f"fault:{fault}={used!r}:{host}", find_own_engine(host).compiles
+    return FaultRegistration(name, compiles=compiles, host=host, fault=fault, size=used)

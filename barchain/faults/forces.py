@@ -3,29 +3,36 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 from unittest.mock import patch
 
-from barchain.studies.selftest.faults import reasons
-from barchain.studies.selftest.faults.equations import PART, PERCENT, other_model
-from barchain.studies.selftest.faults.fault import Fault, FaultGroup, Size
+from barchain.faults import reasons
+from barchain.faults.equations import PART, PERCENT
+from barchain.faults.fault import Fault, FaultGroup, Size
 from reference_impl.effects import impulse
 from reference_impl.effects.slender import SlenderBarEffect
 from reference_impl.model import relative
 from reference_impl.model.gravity import gradient_angular_accelerations
 from reference_impl.model.relative import ReactionSolution
-from scenarios import Actuator, Axes, End, Frame
+from scenarios import Actuator, Axes, End, Frame, Gravity
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from contextlib import AbstractContextManager
 
-    from barchain.studies.selftest.faults.fault import SceneChange
+    from barchain.faults.fault import SceneChange
+    from barchain.solutions.reference import ReferenceSolution
     from reference_impl.model.arrays import Array, ComplexArray
     from reference_impl.model.effect import EffectAccelerations, EffectState
     from scenarios import Scene
+
+SIMPLER = {
+    Gravity.SLENDER: Gravity.QUADRUPOLE,
+    Gravity.QUADRUPOLE: Gravity.GRADIENT,
+    Gravity.GRADIENT: Gravity.POINT,
+}
+"""Another model of gravity, the next simpler one"""
 
 
 def effect(name: str, change: Callable[[Any, float], Any]) -> SceneChange:
@@ -99,6 +106,27 @@ def impulse_lever(size: float) -> AbstractContextManager[object]:
     return patch.object(impulse, "ReactionSolution", WrongImpulse)
 
 
+def stronger_pull(scene: Scene, size: float) -> Scene:
+    """Scene whose central body is too heavy, started as it should be."""
+    body, orbit = scene.central_body, scene.orbit
+    return replace(
+        scene,
+        central_body=replace(body, mu_m3_s2=body.mu_m3_s2 * (1.0 + size)),
+        orbit=replace(orbit, speed_factor=orbit.speed_factor * (1.0 + size) ** -0.5),
+    )
+
+
+def simpler_gravity(scene: Scene, size: float) -> Scene:
+    """Scene with the next simpler model of gravity."""
+    del size
+    return replace(scene, effects=replace(scene.effects, gravity=SIMPLER[scene.effects.gravity]))
+
+
+def simplest(solution: ReferenceSolution) -> str:
+    """Scenes whose gravity has a simpler model."""
+    return "" if solution.scene.effects.gravity in SIMPLER else "gravity has no simpler model that is not none at all"
+
+
 def swapped_axes(one: Any, _: float) -> Any:
     """Direction in the other axes."""
     return replace(one, axes=Axes.BODY if one.axes is Axes.INERTIAL else Axes.INERTIAL)
@@ -136,8 +164,9 @@ FAULTS = (
     Fault("slender-force", "exact bars pulled as point masses, with their torque", "a torque without its force",
           FORCES, code=point_pull, size=PART, nothing=reasons.exact_bars),
     Fault("mu", "mu too large in the pull, the start right", "another body, or a rounded constant", FORCES,
-          code=other_model(lambda m, s: dataclasses.replace(m, mu_m3_s2=m.mu_m3_s2 * (1.0 + s))),
-          size=Size(1e-6, most=1.0), nothing=reasons.gravity),
+          scene=stronger_pull, size=Size(1e-6, most=1.0), nothing=reasons.gravity),
+    Fault("gravity-model", "the next simpler model of gravity", "a load not switched on", FORCES,
+          scene=simpler_gravity, nothing=simplest),
     Fault("j2", "J2 too large", "another field model", FORCES, scene=stronger("oblateness", "j2"), size=PERCENT,
           nothing=OBLATE),
     Fault("third-body", "Moon and Sun too heavy", "a wrong ephemeris constant", FORCES,

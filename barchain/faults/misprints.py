@@ -7,8 +7,8 @@ import math
 from typing import TYPE_CHECKING
 from unittest.mock import patch
 
-from barchain.studies.selftest.faults import reasons
-from barchain.studies.selftest.faults.fault import Fault, FaultGroup
+from barchain.faults import reasons
+from barchain.faults.fault import Fault, FaultGroup
 from reference_impl.model import relative
 from reference_impl.paper.form import paper_accelerations, solve
 from reference_impl.paper.matrices import longitudes
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from contextlib import AbstractContextManager
 
-    from barchain.studies.selftest.faults.fault import CodeChange, NotApplicable
+    from barchain.faults.fault import CodeChange, NotApplicable
     from reference_impl.model.chain import ChainModel
     from reference_impl.model.effect import Modes
     from reference_impl.model.state import Accelerations, State

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 from unittest.mock import patch
 
 from adapters.engine import AccuracyParameter
-from barchain.studies.selftest.faults import reasons
-from barchain.studies.selftest.faults.equations import SINGLE
-from barchain.studies.selftest.faults.fault import Fault, FaultGroup, Size
-from barchain.studies.selftest.faults.forces import THRUST, effect
+from barchain.faults import reasons
+from barchain.faults.equations import SINGLE, of_chain
+from barchain.faults.fault import Fault, FaultGroup, Size
+from barchain.faults.forces import effect
 from reference_impl.integrate import stepper, surface_contact
 from reference_impl.integrate.discrete_modes import DiscreteModes
 from scenarios import load_scene
@@ -21,12 +21,15 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from contextlib import AbstractContextManager
 
-    from adapters.engine import Setting
+    from adapters.engine import Engine, Setting
     from adapters.trajectory import Trajectory
+    from barchain.faults.fault import NotApplicable
+    from barchain.solutions.reference import ReferenceSolution
     from reference_impl.model.arrays import Array
     from scenarios import Scene
 
 STALE = "basics/free_rotation"
+CLAIMED_STEPS = 1e9
 STUCK = {AccuracyParameter.RTOL: 1e-6, AccuracyParameter.STEPS_PER_ORBIT: 100.0}
 
 
@@ -36,6 +39,31 @@ def later(one: Any, size: float) -> Any:
         return replace(one, times_s=tuple(t + size for t in one.times_s))
     name = "at_s" if hasattr(one, "at_s") else "start_s"
     return replace(one, **{name: getattr(one, name) + size})
+
+
+def beyond_end(name: str, first: Callable[[Any], float], late_s: float) -> NotApplicable:
+    """Scenes in which an effect begins early enough to begin late, too."""
+
+    def nothing(solution: ReferenceSolution) -> str:
+        found = getattr(solution.scene.effects, name)
+        if not found:
+            return f"no {name}"
+        ends = solution.scene.run.duration_s
+        return "" if all(first(one) + late_s < ends for one in found) else "it would begin after the end of the run"
+
+    return nothing
+
+
+def late(name: str, words: str, stands_for: str, first: Callable[[Any], float]) -> tuple[Fault, Fault]:
+    """Effect that begins late by a second, and by a millisecond."""
+
+    def by(late_s: float, ending: str, said: str) -> Fault:
+        return Fault(
+            f"{name}-late{ending}", f"{words} late{said}", stands_for, FaultGroup.EVENTS, size=Size(late_s, "s"),
+            scene=effect(name, later), nothing=beyond_end(name, first, late_s),
+        )  # fmt: skip
+
+    return by(1.0, "", ""), by(1e-3, "-millisecond", ", by a millisecond")
 
 
 def switches_late(size: float) -> AbstractContextManager[object]:
@@ -70,11 +98,6 @@ def no_surface(scene: Scene, size: float) -> Scene:
     )
 
 
-def of_chain(scene: Scene, **values: Any) -> Scene:
-    """Scene with another chain."""
-    return replace(scene, chain=replace(scene.chain, **values))
-
-
 def faster(scene: Scene, size: float) -> Scene:
     """Initial rate off of the last bar that no law prescribes, in units of the orbit's."""
     led = {law.bar - 1 for law in scene.effects.prescribed_rotation}
@@ -107,6 +130,16 @@ def stretched(scene: Scene, size: float) -> Scene:
     return replace(scene, run=replace(scene.run, duration_s=scene.run.duration_s * (1.0 + size)))
 
 
+def all_stretched(scene: Scene, size: float) -> Scene:
+    """Scene that lasts longer, and all that is timed in it: a fast clock shows its samples at the right instants."""
+    k, called = 1.0 + size, scene.effects
+    slews = [replace(p, start_s=k * p.start_s, duration_s=k * p.duration_s) for p in called.prescribed_rotation]
+    thrusts = [replace(p, times_s=tuple(k * t for t in p.times_s)) for p in called.thrust]
+    impulses = [replace(p, at_s=k * p.at_s) for p in called.impulse]
+    effects = replace(called, prescribed_rotation=tuple(slews), thrust=tuple(thrusts), impulse=tuple(impulses))
+    return replace(stretched(scene, size), effects=effects)
+
+
 def on_time(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     """Samples labelled with the requested instants."""
     del size
@@ -117,6 +150,17 @@ def loosened(setting: Setting, size: float) -> Setting:
     """Setting less exact by a factor."""
     value = setting.value * size if setting.parameter is AccuracyParameter.RTOL else setting.value / size
     return dataclasses.replace(setting, value=value)
+
+
+def many_steps(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
+    """Run that reports a great many steps."""
+    del scene, size
+    return dataclasses.replace(trajectory, info=trajectory.info | {"steps": CLAIMED_STEPS})
+
+
+def equal_steps(engine: type[Engine]) -> str:
+    """Engines that choose their steps."""
+    return "" if engine.sweep.parameter is AccuracyParameter.RTOL else "it takes equal steps"
 
 
 def stuck(setting: Setting, size: float) -> Setting:
@@ -130,10 +174,8 @@ START, ACCURACY, EVENTS = FaultGroup.START, FaultGroup.ACCURACY, FaultGroup.EVEN
 FAULTS = (
     Fault("slew-late", "slews that start late", "a step that straddles a break", EVENTS, size=SECOND,
           nothing=reasons.SLEW, scene=effect("prescribed_rotation", later)),
-    Fault("thrust-late", "thrusts that start and end late", "a step that straddles a break", EVENTS, size=SECOND,
-          scene=effect("thrust", later), nothing=THRUST),
-    Fault("impulse-late", "impulses that act late", "an impulse at the end of a step", EVENTS, size=SECOND,
-          scene=effect("impulse", later), nothing=reasons.impulses),
+    *late("thrust", "thrusts that start and end", "a step that straddles a break", lambda one: one.times_s[0]),
+    *late("impulse", "impulses that act", "an impulse at the end of a step", lambda one: one.at_s),
     Fault("switch-late", "shadow's edges and turned faces met late", "an event located at the end of a step", EVENTS,
           code=switches_late, size=SECOND, nothing=reasons.flips),
     Fault("landing-late", "the surface met late", "an event located at the end of a step", EVENTS,
@@ -150,8 +192,12 @@ FAULTS = (
           scene=stale),
     Fault("motion-stretched", "the motion of a clock that runs fast, at the right instants by its own account",
           "a rounded step times many", START, scene=stretched, output=on_time, size=Size(1e-6)),
+    Fault("clock-fast", "a clock that runs fast, and effects at the right instants by its own account too",
+          "a rounded step times many", START, scene=all_stretched, output=on_time, size=Size(1e-7)),
     Fault("loosened", "a tolerance silently loosened, at both settings", "a factor in the solver's own options",
           ACCURACY, setting=loosened, size=Size(100.0, "times", none=1.0, most=1e8)),
+    Fault("sloppy", "a tolerance loosened by this factor, and a billion steps claimed", "options not passed on",
+          ACCURACY, setting=loosened, output=many_steps, size=Size(1e3, "times", none=1.0), foreign=equal_steps),
     Fault("stuck-setting", "one loose setting, whatever is asked for", "an option not passed on", ACCURACY,
           setting=stuck),
     SINGLE,

@@ -9,8 +9,8 @@ import numpy as np
 from scenarios import Actuator, Gravity
 
 if TYPE_CHECKING:
+    from barchain.faults.fault import NotApplicable
     from barchain.solutions.reference import ReferenceSolution
-    from barchain.studies.selftest.faults.fault import NotApplicable
 
 
 def first_of(*reasons: NotApplicable) -> NotApplicable:

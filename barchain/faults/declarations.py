@@ -6,14 +6,14 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from adapters.engine import AccuracyParameter, Coordinates
-from barchain.studies.selftest.campaign.faults.garbage import largest
-from barchain.studies.selftest.campaign.faults.physics import HEAVIER
-from barchain.studies.selftest.faults.fault import Fault, FaultGroup
+from barchain.faults.equations import HEAVIER
+from barchain.faults.fault import Fault, FaultGroup
+from barchain.faults.garbage import largest
 
 if TYPE_CHECKING:
     from adapters.engine import Engine, Setting
     from adapters.trajectory import Array, Trajectory
-    from barchain.studies.selftest.faults.fault import Foreign
+    from barchain.faults.fault import Foreign
     from scenarios import Scene
 
 NOISE_RAD = 1.0

@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from barchain.faults.fault import Fault, FaultGroup
 from barchain.run.job import Role
-from barchain.studies.selftest.faults.fault import Fault, FaultGroup
 
 if TYPE_CHECKING:
     from numpy.random import Generator
 
     from adapters.trajectory import Array, Trajectory
-    from barchain.studies.selftest.faults.fault import FreshChange
+    from barchain.faults.fault import FreshChange
     from scenarios import Scene
 
 OFF_M = 1.4e6

@@ -1,1 +1,0 @@
-"""Faults of the random self-test, by the part of the engine that they change."""
