@@ -41,7 +41,7 @@ from barchain.solutions.reference_runs import judging_engine, solution_jobs, sol
 from barchain.solutions.sampling import closely_sampled
 from barchain.solutions.shipped import read_solution, rounded_up, shipped_files, shipped_path, shipped_solution
 from barchain.solutions.shipped import write_solution as write
-from barchain.studies.selftest.campaign.runs import in_this_process
+from barchain.studies.selftest.runs import in_this_process
 from reports.tables.crossval import FILES
 from reports.tables.outcome import Outcome
 from scenarios import change_scene, load_scene, make_scene, scene_names

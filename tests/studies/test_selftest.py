@@ -5,32 +5,28 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-import os
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
-from adapters.common.equal_steps import finer_setting
-from adapters.engine import AccuracyParameter, Setting
 from adapters.exudyn.adapter import Exudyn
 from adapters.reference.numpy_engines import Reference
-from adapters.registry import find_engine
 from adapters.trajectory import ENDED
 from barchain.cli.main import run as command
 from barchain.faults import declarations, equations, events, forces, garbage, misprints, output, readings
 from barchain.faults.catalogue import CATALOGUE, CONTROLS, FIXED_SCENES, UNMODIFIED, find
 from barchain.faults.fault import Fault, FaultGroup, Size
 from barchain.judge.verdict import JUDGED_METRICS
-from barchain.run.job import Role
-from barchain.run.worker import run_quietly
-from barchain.solutions.reference import FINE_RTOL, densely_sampled, establish, with_perturbed_start
-from barchain.studies.selftest.check_results import CHECKS, cell, nothing, reading
+from barchain.solutions.reference_runs import NUMPY
+from barchain.studies.selftest.check_results import CHECKS, cell, reading
 from barchain.studies.selftest.detection_limit import OCTAVES, Bracket, brackets, settled
-from barchain.studies.selftest.matrix import Matrix, matrix, with_control
+from barchain.studies.selftest.invisible import moved_beyond_rounding
+from barchain.studies.selftest.matrix import Matrix, inserted, matrix
+from barchain.studies.selftest.runs import RunCache, in_this_process, in_workers
 from barchain.studies.selftest.scenes import FALL, STAGES, find_scene
-from barchain.studies.selftest.trial import FaultTrial, SelftestCase, judged, replayed
+from barchain.studies.selftest.trial import Trial, TrialCase
+from barchain.studies.selftest.trial_runner import TrialRunner
 from reference_impl.effects.slender import SlenderBarEffect
 from reference_impl.model import relative
 from reports.chapters.selftest.rows import CHECK_WORDS
@@ -44,11 +40,12 @@ from tests.support.page_policy import check_policy
 from tests.support.slow import one_in, slow_but
 
 if TYPE_CHECKING:
+    import contextlib
     from collections.abc import Iterator
+    from pathlib import Path
 
     from adapters.trajectory import Trajectory
     from barchain.run.job import RunResult
-    from barchain.studies.selftest.trial import TrialResult
     from scenarios import Scene
 
 CHEAP = ("basics/libration", "basics/two_bars_free", "paper/fig15", "effects/impulse", FALL, "paper/fig17")
@@ -65,6 +62,7 @@ HOMES = {
 SHARE = 0.15  # of each that is run
 DUSK_DEG = 155.0  # 20 degrees before the shadow of effects/solar_shadow
 HOST = "reference"
+RUNNER = TrialRunner(RunCache(in_this_process))
 
 
 def brief(name: str) -> Scene:
@@ -80,109 +78,92 @@ def brief(name: str) -> Scene:
 
 
 @functools.cache
-def case(name: str) -> SelftestCase:
-    """Reference solution and controls of a scene, all run in this process."""
-    scene, engine = brief(name), find_engine(HOST).load()
-
-    def seen(of: Scene, rtol: float):  # type: ignore[no-untyped-def]
-        return Reference().run(of, Setting(AccuracyParameter.RTOL, rtol))
-
-    runs = (
-        seen(scene, 1e-13),
-        seen(scene, 1e-12),
-        seen(with_perturbed_start(scene), 1e-13),
-        seen(densely_sampled(scene), FINE_RTOL),
-    )
-    setting = engine.sweep.setting()
-    finer = finer_setting(scene, engine.sweep, setting)
-    found = SelftestCase(establish(scene, *runs), HOST, engine, {Role.MAIN: setting, Role.FINER: finer})
-    for control in CONTROLS.values():
-        if nothing(found, control) is None:
-            found = with_control(found, tried(found, control))
-    return found
+def stage(name: str) -> Scene:
+    """A scene with its reference solution, run in this process."""
+    scene = brief(name)
+    RUNNER.solve([scene], NUMPY)
+    return scene
 
 
-def tried(where: SelftestCase, fault: Fault, size: float | None = None):  # type: ignore[no-untyped-def]
-    """Result of a fault at its natural size, run in this process."""
-    trial = FaultTrial(where, fault, fault.natural if size is None else size)
-    here = (replayed(trial, job) if trial.replays else run_quietly(job, Path(os.devnull)) for job in trial.jobs())
-    return judged(trial, *here)
+def tried(where: Scene, fault: str, size: float | None = None) -> TrialCase:
+    """A fault with its runs, made in this process; by default at its natural size."""
+    (trial,) = RUNNER.ready([Trial(where, HOST, fault, size)])
+    return RUNNER.case(trial)
 
 
-def homes(fault: str) -> Iterator[SelftestCase]:
-    """Grounds in which a fault may show, cheap ones first."""
+def nothing(where: Scene, fault: str) -> str:
+    """Why a fault changes nothing in a scene."""
+    return Trial(where, HOST, fault).left_out(RUNNER.solutions[where.name])
+
+
+def homes(fault: str) -> Iterator[Scene]:
+    """Scenes in which a fault may show, cheap ones first."""
     own = [scene for scene, faults in HOMES.items() if fault in faults]
-    return map(case, own or CHEAP)
+    return map(stage, own or CHEAP)
 
 
 @pytest.mark.parametrize("name", slow_but(FIXED_SCENES, list(FIXED_SCENES)[::12]))
 def test_every_fault_is_caught_in_some_scene_or_proven_invisible(name: str) -> None:
     fault, survived = FIXED_SCENES[name], []
     for where in homes(name):
-        if nothing(where, fault):
+        if nothing(where, name):
             continue
-        found = cell(tried(where, fault))
+        found = cell(tried(where, fault.name))
         assert found.fate is not FaultOutcome.BROKEN, found.reason
         if found.fate is (FaultOutcome.INVISIBLE if fault.invisible else FaultOutcome.KILLED):
             return
-        survived.append((where.scene.name, found.reason))
+        survived.append((where.name, found.reason))
     pytest.fail(f"{name} survives: {survived}" if survived else f"{name} has nothing to change anywhere")
 
 
 @pytest.mark.parametrize("name", one_in(4, [*CHEAP, *HOMES]))
 def test_the_sound_engine_is_refused_by_nothing(name: str) -> None:
-    where = case(name)
-    for control in CONTROLS.values():
-        if nothing(where, control) is None:
+    where = stage(name)
+    for control in CONTROLS:
+        if not nothing(where, control):
             found = cell(tried(where, control))
-            assert found.fate is FaultOutcome.CLEAN, (control.name, found.worst)
+            assert found.fate is FaultOutcome.CLEAN, (control, found.worst)
 
 
-def test_a_check_that_rejects_a_control_is_a_false_alarm_and_fails() -> None:
-    where = case("basics/two_bars_free")
+def test_a_check_that_rejects_a_control_is_a_false_alarm_and_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    where = stage("basics/two_bars_free")
     wrong = dataclasses.replace(FIXED_SCENES["sign-reaction"], group=FaultGroup.CONTROL)
-    found = cell(tried(where, wrong))
+    monkeypatch.setitem(CATALOGUE, wrong.name, wrong)
+    found = cell(tried(where, wrong.name))
     assert found.fate is FaultOutcome.FALSE_ALARM
     assert not Matrix((found,)).passed
 
 
 def test_a_fault_that_nothing_kills_fails() -> None:
-    where = case("basics/two_bars_free")
-    found = cell(tried(where, FIXED_SCENES["scale-reaction"], 1e-15))
+    where = stage("basics/two_bars_free")
+    found = cell(tried(where, "scale-reaction", 1e-15))
     assert found.fate is FaultOutcome.SURVIVES
     assert "of what is allowed" in found.reason
     lost = Matrix((found,))
     assert [f.name for f in lost.unkilled] == ["scale-reaction"]
     assert not lost.passed
-    elsewhere = cell(tried(case("paper/fig15"), FIXED_SCENES["scale-reaction"]))
+    elsewhere = cell(tried(stage("paper/fig15"), "scale-reaction"))
     assert Matrix((found, elsewhere)).passed
 
 
-def test_an_engine_that_fails_by_mistake_is_no_kill() -> None:
-    def stumble(seen, scene, size):  # type: ignore[no-untyped-def]
+def test_an_engine_that_fails_by_mistake_is_no_kill(monkeypatch: pytest.MonkeyPatch) -> None:
+    def stumble(size: float) -> contextlib.AbstractContextManager[object]:
         raise TypeError("not as it is meant")
 
-    where = case("basics/two_bars_free")
-    broken = dataclasses.replace(FIXED_SCENES["inertia"], code=lambda _: stumble(None, None, 0.0))
-    trial = FaultTrial(where, broken, 1.0)
-    from barchain.run.job import failure
-
-    fell = failure(Outcome.FAILED, "TypeError: not as it is meant")
-    found = cell(judged(trial, fell, fell))
+    broken = dataclasses.replace(FIXED_SCENES["inertia"], name="broken", code=stumble)
+    monkeypatch.setitem(CATALOGUE, broken.name, broken)
+    found = cell(tried(stage("basics/two_bars_free"), broken.name))
     assert found.fate is FaultOutcome.BROKEN
+    assert "not as it is meant" in found.reason
     assert not Matrix((found,)).passed
 
 
 def test_a_claim_to_be_invisible_is_measured() -> None:
-    where = case("paper/fig15")
-    beta = FIXED_SCENES["misprint-beta-denominator"]
+    where = stage("paper/fig15")
+    solution, beta, other = RUNNER.solutions[where.name], "misprint-beta-denominator", "misprint-w-third-row"
     assert "measured" in cell(tried(where, beta)).reason
-    seen = FIXED_SCENES["misprint-w-third-row"]
-    claimed = dataclasses.replace(seen, invisible="it is small")
-    from barchain.studies.selftest.invisible import moved_beyond_rounding
-
-    assert moved_beyond_rounding(FaultTrial(where, beta, 1.0)) <= 1.0
-    assert moved_beyond_rounding(FaultTrial(where, claimed, 1.0)) > 1e3
+    assert moved_beyond_rounding(solution, FIXED_SCENES[beta], 1.0) <= 1.0
+    assert moved_beyond_rounding(solution, FIXED_SCENES[other], 1.0) > 1e3
 
 
 @pytest.mark.parametrize("name", one_in(5, [n for n, f in FIXED_SCENES.items() if f.code]))
@@ -196,7 +177,7 @@ def test_the_references_code_is_right_again_afterwards(name: str) -> None:
 
 def test_an_engine_that_runs_past_the_truths_end_is_judged() -> None:
     """Its samples beyond have nothing to be compared with."""
-    found = cell(tried(case(FALL), FIXED_SCENES["surface-missed"]))
+    found = cell(tried(stage(FALL), "surface-missed"))
     assert found.fate is FaultOutcome.KILLED
     assert found.worst is not None
     assert "ended" in found.worst.reason
@@ -204,18 +185,16 @@ def test_an_engine_that_runs_past_the_truths_end_is_judged() -> None:
 
 def test_the_instant_of_landing_is_judged_by_the_errors_of_track_and_attitude() -> None:
     """At 900 m/s a track good to a millimetre or so is met to some microseconds; samples are 2.5 s apart."""
-    where, late = case(FALL), FIXED_SCENES["landing-late"]
+    where, late = stage(FALL), "landing-late"
     for size, fate in ((1.0, FaultOutcome.KILLED), (1e-3, FaultOutcome.KILLED), (1e-8, FaultOutcome.SURVIVES)):
         assert cell(tried(where, late, size)).fate is fate, size
     found = tried(where, late)
-    assert {r["reason"].split()[0] for r in found.verdict.rows if not Outcome(r["outcome"]).ok} == {"ended"}
-    unlocated = {role: dataclasses.replace(run, trajectory=forgetful(run)) for role, run in both(found).items()}
-    assert cell(judged(found.trial, unlocated[Role.MAIN], unlocated[Role.FINER])).fate is FaultOutcome.SURVIVES
-
-
-def both(result: TrialResult) -> dict[Role, RunResult]:
-    """Runs of a trial."""
-    return {Role.MAIN: result.main, Role.FINER: result.finer}
+    rows = found.verdict(found.results).rows
+    assert {r["reason"].split()[0] for r in rows if not Outcome(r["outcome"]).ok} == {"ended"}
+    unlocated = {
+        role: (job, dataclasses.replace(run, trajectory=forgetful(run))) for role, (job, run) in found.made.items()
+    }
+    assert cell(dataclasses.replace(found, made=unlocated)).fate is FaultOutcome.SURVIVES
 
 
 def forgetful(run: RunResult) -> Trajectory:
@@ -226,9 +205,9 @@ def forgetful(run: RunResult) -> Trajectory:
 
 
 def test_the_initial_rate_of_a_bar_that_follows_a_law_is_no_place_for_a_fault() -> None:
-    where, fault = case("paper/fig17"), FIXED_SCENES["start-rate"]
-    assert fault.staged(where.scene, 1e-6).chain.rate_factor == (1.0, 1.0, 1.0, 1.0 + 1e-6, 1.0)
-    assert cell(tried(where, fault)).fate is FaultOutcome.KILLED
+    where, fault = stage("paper/fig17"), FIXED_SCENES["start-rate"]
+    assert fault.staged(where, 1e-6).chain.rate_factor == (1.0, 1.0, 1.0, 1.0 + 1e-6, 1.0)
+    assert cell(tried(where, fault.name)).fate is FaultOutcome.KILLED
 
 
 def test_names_are_unique_and_words_are_there() -> None:
@@ -246,12 +225,12 @@ def test_names_are_unique_and_words_are_there() -> None:
 def fake(most: float | None = None) -> Bracket:
     """Bracket of a fault with a natural size of 1."""
     fault = Fault("x", "x", "x", FaultGroup.OUTPUT, size=Size(1.0, most=most))
-    return Bracket(case("basics/two_bars_free"), fault)
+    return Bracket(stage("basics/two_bars_free"), HOST, fault)
 
 
 @pytest.mark.parametrize("edge", [-OCTAVES, -30, -7, 0])
 def test_bisection_finds_the_edge(edge: int) -> None:
-    worst, pair, tries = cell(tried(case("basics/two_bars_free"), FIXED_SCENES["sign-reaction"])).worst, fake(), 0
+    worst, pair, tries = cell(tried(stage("basics/two_bars_free"), "sign-reaction")).worst, fake(), 0
     while (power := pair.next) is not None:
         pair, tries = pair.told(power, worst if power >= edge else None), tries + 1
     assert pair.caught == edge
@@ -268,16 +247,15 @@ def test_a_natural_size_that_is_missed_is_tried_larger_where_that_makes_sense() 
 
 
 def test_the_smallest_size_that_is_caught_lies_just_above_one_that_is_not() -> None:
-    where = case("basics/two_bars_free")
-    cells = [cell(tried(where, FIXED_SCENES[name])) for name in ("scale-reaction", "twice")]
-    left_out = nothing(where, FIXED_SCENES["j2"])
-    assert left_out is not None
-    (found,) = settled(brackets([*cells, left_out], [where]))
+    where = stage("basics/two_bars_free")
+    cells = [cell(tried(where, name)) for name in ("scale-reaction", "twice")]
+    (left_out,) = inserted(["j2"], [where], RUNNER, HOST)
+    (found,) = settled(brackets([*cells, left_out], [where], HOST), RUNNER)
     row = found.row()
     assert row["missed"] == row["caught"] / 2.0
     assert 1e-12 < row["caught"] < 1e-7  # what is explained is some ten requests of 1e-10 and their response
-    assert cell(tried(where, found.fault, row["caught"])).fate is FaultOutcome.KILLED
-    assert cell(tried(where, found.fault, row["missed"])).fate is FaultOutcome.SURVIVES
+    assert cell(tried(where, found.fault.name, row["caught"])).fate is FaultOutcome.KILLED
+    assert cell(tried(where, found.fault.name, row["missed"])).fate is FaultOutcome.SURVIVES
 
 
 def test_faults_of_the_scene_and_of_what_is_read_serve_any_engine() -> None:
@@ -329,10 +307,9 @@ def test_a_fault_killed_by_nothing_ends_with_exit_code_1(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     small = dataclasses.replace(FIXED_SCENES["scale-rate"], size=Size(1e-15))
-    monkeypatch.setitem(FIXED_SCENES, "scale-rate", small)
-    monkeypatch.setattr(
-        "barchain.studies.selftest.study.selftest_cases", lambda scenes, *_, **__: [case(s.name) for s in scenes]
-    )
+    for known in (CATALOGUE, FIXED_SCENES):
+        monkeypatch.setitem(known, "scale-rate", small)
+    monkeypatch.setattr("barchain.studies.selftest.study.in_workers", lambda _: in_this_process)
     assert command(["selftest", "basics/libration", "--fault", "scale-rate"]) == 1
     said = capsys.readouterr().out
     assert "undetected: scale-rate" in said
@@ -352,10 +329,9 @@ def test_every_default_scene_is_short() -> None:
 
 @pytest.mark.exhaustive
 def test_the_full_matrix_has_no_survivor() -> None:
-    from barchain.studies.selftest.trial import selftest_cases
-
-    found = selftest_cases([stage.scene() for stage in STAGES.values()], HOST)
-    whole, _ = matrix(FIXED_SCENES.values(), found)
+    scenes, runner = tuple(stage.scene() for stage in STAGES.values()), TrialRunner(RunCache(in_workers()))
+    runner.solve(scenes, NUMPY)
+    whole = matrix(FIXED_SCENES.values(), scenes, runner)
     assert whole.passed, ([f.name for f in whole.unkilled], whole.wrong)
     tried_somewhere = {c.fault.name for c in whole.cells if c.fate is not FaultOutcome.NOTHING}
     assert tried_somewhere == set(FIXED_SCENES) | set(CONTROLS)

@@ -7,15 +7,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from barchain.faults.catalogue import find
 from barchain.faults.fault import FaultGroup
 from barchain.studies.selftest.invisible import moved_beyond_rounding
 from reports.tables.faults.selftest import FaultOutcome
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
     from barchain.faults.fault import Fault
     from barchain.judge.verdict import Row, Verdict
-    from barchain.studies.selftest.trial import FaultTrial, SelftestCase, TrialResult
+    from barchain.studies.selftest.trial import Trial, TrialCase
+    from barchain.studies.selftest.trial_runner import TrialRunner
 
 CHECKS = {
     "normalised_error": "normalised_error",
@@ -87,42 +91,44 @@ def reading(row: Row) -> Reading | None:
     return Reading(row["quantity"], CHECKS[row["metric"]], ratio, killed, row["reason"])
 
 
-def nothing(case: SelftestCase, fault: Fault) -> FaultCell | None:
-    """Cell of a fault that changes nothing in a scene, or is foreign to the host; None if it can be inserted."""
-    reason = fault.foreign_to(case.engine) or fault.nothing(case.solution)
-    return FaultCell(fault, case.scene.name, FaultOutcome.NOTHING, reason) if reason else None
+def tried(trials: Iterable[Trial], runner: TrialRunner) -> Iterator[FaultCell]:
+    """Results of trials, each as soon as its runs are there."""
+    for trial in runner.ready(trials):
+        yield cell(runner.case(trial))
+        runner.forget(trial)
 
 
-def cell(result: TrialResult) -> FaultCell:
+def cell(case: TrialCase) -> FaultCell:
     """Result of a trial."""
-    found = readings(result.verdict)
-    fate, reason = fate_of(result, found)
-    return FaultCell(result.trial.fault, result.trial.case.scene.name, fate, reason, found)
+    verdict = case.verdict(case.results)
+    found = readings(verdict)
+    fate, reason = fate_of(case, verdict, found)
+    return FaultCell(find(case.trial.fault), case.trial.scene.name, fate, reason, found)
 
 
-def fate_of(result: TrialResult, found: tuple[Reading, ...]) -> tuple[FaultOutcome, str]:
+def fate_of(case: TrialCase, verdict: Verdict, found: tuple[Reading, ...]) -> tuple[FaultOutcome, str]:
     """Outcome of a trial, with the reason where no check detects the fault."""
-    trial, outcome = result.trial, result.verdict.outcome
+    fault = find(case.trial.fault)
     killed = any(r.killed for r in found)
-    if outcome is Outcome.FAILED and not trial.fault.expected_failure:
+    if verdict.outcome is Outcome.FAILED and not fault.expected_failure:
         return FaultOutcome.BROKEN, next(r.reason for r in found)
-    if trial.fault.group is FaultGroup.CONTROL:
+    if fault.group is FaultGroup.CONTROL:
         return (FaultOutcome.FALSE_ALARM if killed else FaultOutcome.CLEAN), ""
     if killed:
         return FaultOutcome.KILLED, ""
-    return unseen(trial, found)
+    return unseen(case, fault, found)
 
 
-def unseen(trial: FaultTrial, found: tuple[Reading, ...]) -> tuple[FaultOutcome, str]:
+def unseen(case: TrialCase, fault: Fault, found: tuple[Reading, ...]) -> tuple[FaultOutcome, str]:
     """Outcome of a fault that no check detects: whether it changes anything."""
     near = max(found, key=lambda r: r.ratio)
     said = f"uses at most {near.ratio:.2g} of what is allowed ({near.quantity.replace('_', ' ')}, {near.check})"
-    if not trial.fault.invisible:
+    if not fault.invisible:
         return FaultOutcome.SURVIVES, said
-    moved = moved_beyond_rounding(trial)
+    moved = moved_beyond_rounding(case.solution, fault, case.trial.inserted_size)
     if moved > 1.0:
         return FaultOutcome.SURVIVES, f"{said}; not invisible: changes the equations by {moved:.2g} of their rounding"
     return (
         FaultOutcome.INVISIBLE,
-        f"{trial.fault.invisible}; measured: at most {moved:.2g} of the equations' own rounding",
+        f"{fault.invisible}; measured: at most {moved:.2g} of the equations' own rounding",
     )

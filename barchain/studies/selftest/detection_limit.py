@@ -6,18 +6,18 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from barchain.execution.executors import ALL_CORES
-from barchain.studies.selftest.check_results import cell
-from barchain.studies.selftest.trial import FaultTrial, run_trials
+from barchain.studies.selftest.check_results import tried
+from barchain.studies.selftest.trial import Trial
+from barchain.studies.selftest.trial_runner import untold
 from reports.tables.faults.selftest import FaultOutcome
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from barchain.execution.executors import Executor
     from barchain.faults.fault import Fault, Size
     from barchain.studies.selftest.check_results import FaultCell, Reading
-    from barchain.studies.selftest.trial import SelftestCase
+    from barchain.studies.selftest.trial_runner import TrialRunner
+    from scenarios import Scene
 
 OCTAVES = 44  # below the natural size: 6e-14 of it, with the natural 1 % less than a rounding of the faulty value
 
@@ -26,7 +26,8 @@ OCTAVES = 44  # below the natural size: 6e-14 of it, with the natural 1 % less t
 class Bracket:
     """Bracket of one fault's detection limit in one scene; sizes are powers of two of the natural one."""
 
-    case: SelftestCase
+    scene: Scene
+    host: str
     fault: Fault
     caught: int | None = None
     """Smallest known to be caught"""
@@ -61,6 +62,10 @@ class Bracket:
         """Size of a power."""
         return self.size.none + (self.size.natural - self.size.none) * 2.0**power
 
+    def trial(self, power: int) -> Trial:
+        """Trial at the size of a power."""
+        return Trial(self.scene, self.host, self.fault.name, self.at(power))
+
     def told(self, power: int, by: Reading | None) -> Bracket:
         """Bracket narrowed by the outcome at a power."""
         return replace(self, missed=power) if by is None else replace(self, caught=power, by=by)
@@ -69,7 +74,7 @@ class Bracket:
         """Row of the table."""
         return {
             "fault": self.fault.name,
-            "scene": self.case.scene.name,
+            "scene": self.scene.name,
             "caught": None if self.caught is None else self.at(self.caught),
             "missed": None if self.missed is None else self.at(self.missed),
             "quantity": self.by.quantity if self.by else "",
@@ -77,12 +82,12 @@ class Bracket:
         }
 
 
-def brackets(cells: Iterable[FaultCell], found: list[SelftestCase]) -> list[Bracket]:
+def brackets(cells: Iterable[FaultCell], scenes: Iterable[Scene], host: str) -> list[Bracket]:
     """Pairs of a continuous fault and a scene in which it was inserted, with the outcome at its natural size."""
-    selftest_cases = {g.scene.name: g for g in found}
+    named = {scene.name: scene for scene in scenes}
     tried = [c for c in cells if c.fault.size and c.readings]
     return [
-        Bracket(selftest_cases[c.scene], c.fault).told(0, c.worst if c.fate is FaultOutcome.KILLED else None)
+        Bracket(named[c.scene], host, c.fault).told(0, c.worst if c.fate is FaultOutcome.KILLED else None)
         for c in tried
     ]
 
@@ -92,18 +97,15 @@ def most_trials(pairs: list[Bracket]) -> int:
     return sum(math.ceil(math.log2(OCTAVES + 1 + max(1, p.highest))) for p in pairs)
 
 
-def settled(
-    pairs: list[Bracket], *, executor: Executor = ALL_CORES, done: Callable[[int], None] = lambda _: None
-) -> list[Bracket]:
+def settled(pairs: list[Bracket], runner: TrialRunner, done: Callable[[int], None] = untold) -> list[Bracket]:
     """Brackets narrowed to a factor of two, in rounds of one trial each."""
-    open_pairs = {(p.fault.name, p.case.scene.name): p for p in pairs}
+    open_pairs = {(p.fault.name, p.scene.name): p for p in pairs}
     while True:
         asked = {name: k for name, p in open_pairs.items() if (k := p.next) is not None}
         if not asked:
             return list(open_pairs.values())
-        trials = [FaultTrial(p.case, p.fault, p.at(asked[n])) for n, p in open_pairs.items() if n in asked]
-        for result in run_trials(trials, executor=executor):
-            one = cell(result)
+        trials = [open_pairs[name].trial(power) for name, power in asked.items()]
+        for one in tried(trials, runner):
             name = one.fault.name, one.scene
             by = one.worst if one.fate is FaultOutcome.KILLED else None
             open_pairs[name] = open_pairs[name].told(asked[name], by)

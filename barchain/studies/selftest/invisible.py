@@ -20,20 +20,19 @@ from reference_impl.model.kinematics import consistent_state
 if TYPE_CHECKING:
     from adapters.trajectory import Array
     from barchain.faults.fault import Fault
-    from barchain.studies.selftest.trial import FaultTrial, SelftestCase
+    from barchain.solutions.reference import ReferenceSolution
 
 COMPARED = ("com_m_s2", "angle_rad_s2", "reaction_N", "torque_N_m")
 
 
-def moved_beyond_rounding(trial: FaultTrial) -> float:
+def moved_beyond_rounding(solution: ReferenceSolution, fault: Fault, size: float) -> float:
     """Largest change of the equations' results by a fault, over their round-off.
 
     The control's own rounding is what it differs by from the relative formulation, beside a few units in the last
     place of the largest value: sums such as phi'' + omega'' round the parts, which are larger than the sum.
     """
-    case, fault = trial.case, trial.fault
-    faulty, control = evaluated(case, fault, trial.size), evaluated(case, CONTROLS[fault.like], 0.0)
-    unmodified = evaluated(case, CONTROLS[UNMODIFIED], 0.0)
+    faulty, control = evaluated(solution, fault, size), evaluated(solution, CONTROLS[fault.like], 0.0)
+    unmodified = evaluated(solution, CONTROLS[UNMODIFIED], 0.0)
     shares = [0.0]
     for name, right in control.items():
         allowed = ROUNDINGS * MACHINE_EPSILON * largest(right) + largest(right - unmodified[name])
@@ -42,9 +41,9 @@ def moved_beyond_rounding(trial: FaultTrial) -> float:
     return max(shares)
 
 
-def evaluated(case: SelftestCase, fault: Fault, size: float) -> dict[str, Array]:
+def evaluated(solution: ReferenceSolution, fault: Fault, size: float) -> dict[str, Array]:
     """Results of the equations with a fault in the code, at the reference solution's samples."""
-    model, seen = chain_model(case.scene), case.solution.trajectory
+    model, seen = chain_model(solution.scene), solution.trajectory
     assert seen.angle_rad is not None
     assert seen.rate_rad_s is not None
     moving = zip(seen.t_s, seen.com_m, seen.com_velocity_m_s, seen.angle_rad, seen.rate_rad_s, strict=True)

@@ -2,33 +2,27 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from barchain.execution.executors import ALL_CORES
-from barchain.faults.catalogue import CONTROLS, FIXED_SCENES, UNMODIFIED
-from barchain.run.job import Role
-from barchain.studies.selftest.check_results import FaultCell, cell, nothing
-from barchain.studies.selftest.trial import FaultTrial, SelftestError, run_trials
+from adapters.engine import EngineError
+from barchain.faults.catalogue import CONTROLS, FIXED_SCENES, UNMODIFIED, find
+from barchain.studies.selftest.check_results import FaultCell, tried
+from barchain.studies.selftest.trial import Trial
+from barchain.studies.selftest.trial_runner import untold
 from reports.tables.faults.selftest import FaultOutcome
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-    from barchain.execution.executors import Executor
     from barchain.faults.fault import Fault
-    from barchain.studies.selftest.trial import SelftestCase, TrialResult
+    from barchain.studies.selftest.trial_runner import TrialRunner
+    from scenarios import Scene
 
     Done = Callable[[int], None]
     Seen = Callable[[FaultCell], None]
 
 HOST = "reference"
-
-
-def quiet(done: int) -> None:
-    """Report nothing."""
-    del done
 
 
 def unseen(one: FaultCell) -> None:
@@ -68,72 +62,72 @@ def survives(fates: set[FaultOutcome]) -> bool:
     return FaultOutcome.SURVIVES in fates and FaultOutcome.KILLED not in fates
 
 
-def insert_faults(
-    faults: Iterable[Fault], found: list[SelftestCase], *, executor: Executor = ALL_CORES, done: Done = quiet
-) -> Iterator[tuple[FaultCell, TrialResult | None]]:
-    """Insert faults into scenes: a cell for each pair, with its result where something was run."""
-    trials = []
-    for fault in faults:
-        for case in found:
-            left_out = nothing(case, fault)
-            if left_out:
-                yield left_out, None
-                done(1)
-            else:
-                trials.append(FaultTrial(case, fault, fault.natural))
-    for result in run_trials(trials, executor=executor):
-        yield cell(result), result
-        done(1)
+class SelftestError(EngineError):
+    """Raised where a run fails that the self-test can't go on without."""
 
 
-def with_controls(
-    found: list[SelftestCase], *, executor: Executor = ALL_CORES, done: Done = quiet, seen: Seen = unseen
-) -> tuple[list[SelftestCase], list[FaultCell]]:
-    """Cases with the controls' runs, and the controls' cells."""
-    kept, cells = {g.scene.name: g for g in found}, []
-    for one, result in insert_faults(CONTROLS.values(), found, executor=executor, done=done):
-        cells.append(one)
-        seen(one)
-        if result is not None:
-            name = one.scene
-            kept[name] = with_control(kept[name], result)
-    return list(kept.values()), cells
-
-
-def with_control(case: SelftestCase, result: TrialResult) -> SelftestCase:
-    """Case that keeps the results of a control.
+def need_unmodified(scenes: Iterable[Scene], runner: TrialRunner, host: str) -> None:
+    """Stop where the unmodified engine does not run: its runs serve all faults in samples.
 
     Raises
     ------
     SelftestError
-        If the control does not run.
+        If a run of it failed.
     """
-    main, finer = result.main.trajectory, result.finer.trajectory
-    if main is None or finer is None:
-        raise SelftestError(f"{result.trial.fault.name} can't be run on {case.scene.name}: {result.main.reason}")
-    controls = case.controls | {result.trial.fault.name: main}
-    if result.trial.fault.name != UNMODIFIED:
-        return dataclasses.replace(case, controls=controls)
-    unmodified = {case.settings[Role.MAIN]: main, case.settings[Role.FINER]: finer}
-    return dataclasses.replace(case, controls=controls, unmodified_runs=unmodified)
+    for job in (job for scene in scenes for job in Trial(scene, host, UNMODIFIED).jobs()):
+        result = runner.runs[job]
+        if result.trajectory is None:
+            raise SelftestError(f"{host} can't be run on {job.scene.name}: {result.reason}")
+
+
+def inserted(faults: Iterable[str], scenes: Iterable[Scene], runner: TrialRunner, host: str) -> Iterator[FaultCell]:
+    """Insert faults into scenes, and judge them: first those that change nothing, then others as they come."""
+    trials = []
+    for trial in (Trial(scene, host, fault) for fault in faults for scene in scenes):
+        reason = trial.left_out(runner.solutions[trial.scene.name])
+        if reason:
+            yield FaultCell(find(trial.fault), trial.scene.name, FaultOutcome.NOTHING, reason)
+        else:
+            trials.append(trial)
+    yield from tried(trials, runner)
 
 
 def matrix(
     faults: Iterable[Fault],
-    found: list[SelftestCase],
+    scenes: tuple[Scene, ...],
+    runner: TrialRunner,
+    host: str = HOST,
     *,
-    executor: Executor = ALL_CORES,
-    done: Done = quiet,
+    done: Done = untold,
     seen: Seen = unseen,
-) -> tuple[Matrix, list[SelftestCase]]:
-    """Controls and faults in all scenes, in the order of the catalogue; and the cases with the controls' runs.
+) -> Matrix:
+    """Controls and faults in all scenes, in the order of the catalogue.
 
-    `seen` is called with each cell as soon as it is there.
+    Parameters
+    ----------
+    faults : iterable of Fault
+    scenes : tuple of Scene
+        Whose reference solutions the runner has.
+    runner : TrialRunner
+    host : str
+        Engine that the faults are inserted into.
+    done : callable
+        Given 1 for each cell.
+    seen : callable
+        Given each cell as soon as it is there.
+
+    Raises
+    ------
+    SelftestError
+        If the unmodified engine can't be run.
     """
-    ready, cells = with_controls(found, executor=executor, done=done, seen=seen)
-    for one, _ in insert_faults(faults, ready, executor=executor, done=done):
-        cells.append(one)
-        seen(one)
+    cells = []
+    for names in (tuple(CONTROLS), tuple(f.name for f in faults)):
+        for one in inserted(names, scenes, runner, host):
+            cells.append(one)
+            seen(one)
+            done(1)
+        need_unmodified(scenes, runner, host)
     place = {name: k for k, name in enumerate([*CONTROLS, *FIXED_SCENES])}
-    scenes = {g.scene.name: k for k, g in enumerate(found)}
-    return Matrix(tuple(sorted(cells, key=lambda c: (place[c.fault.name], scenes[c.scene])))), ready
+    order = {scene.name: k for k, scene in enumerate(scenes)}
+    return Matrix(tuple(sorted(cells, key=lambda c: (place[c.fault.name], order[c.scene]))))

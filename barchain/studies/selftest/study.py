@@ -11,10 +11,12 @@ from barchain.boundary.declared import engine_class
 from barchain.execution.executors import ALL_CORES
 from barchain.faults.catalogue import CONTROLS, FIXED_SCENES, find
 from barchain.run.job import SOLUTION_ROLES, Role
+from barchain.solutions.reference_runs import NUMPY
 from barchain.studies.selftest.detection_limit import brackets, most_trials, settled
-from barchain.studies.selftest.matrix import HOST, Matrix, matrix
+from barchain.studies.selftest.matrix import HOST, Matrix, SelftestError, matrix
+from barchain.studies.selftest.runs import RunCache, in_workers
 from barchain.studies.selftest.scenes import STAGES, find_scene
-from barchain.studies.selftest.trial import selftest_cases
+from barchain.studies.selftest.trial_runner import TrialRunner
 from reports.tables.faults.selftest import FILES
 
 if TYPE_CHECKING:
@@ -24,7 +26,7 @@ if TYPE_CHECKING:
     from barchain.faults.fault import Fault
     from barchain.record.study_store import StudyStore
     from barchain.studies.selftest.check_results import FaultCell
-    from barchain.studies.selftest.trial import SelftestCase
+    from barchain.studies.selftest.runs import Runner
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
     from scenarios import Scene
@@ -63,6 +65,8 @@ class SelftestPlan:
 class SelftestStudy:
     """The self-test."""
 
+    runner: Runner | None = None
+    """Makes runs, see :mod:`barchain.studies.selftest.runs`; by default the plan's executor"""
     files: ClassVar[StudyFiles] = FILES
 
     def plan(self, options: SelftestOptions) -> SelftestPlan:
@@ -102,17 +106,20 @@ class SelftestStudy:
             If a reference solution or a control can't be run.
         """
         store.remove("smallest")
+        runner = TrialRunner(RunCache(self.runner or in_workers(plan.executor)))
         with reporter.counted("reference solutions", len(plan.scenes) * len(SOLUTION_ROLES)) as done:
-            found = selftest_cases(plan.scenes, plan.host, executor=plan.executor, done=done)
+            runner.solve(plan.scenes, NUMPY, done)
+        for scene, reason in runner.failed.items():
+            raise SelftestError(f"{scene}: {reason}")
         with (
             reporter.counted("faults", len(plan.scenes) * (len(plan.faults) + len(CONTROLS))) as done,
             kept_if_interrupted(store) as seen,
         ):
-            tried, ready = matrix(plan.faults, found, executor=plan.executor, done=done, seen=seen)
+            tried = matrix(plan.faults, plan.scenes, runner, plan.host, done=done, seen=seen)
         store.write("selftest", (row for cell in tried.cells for row in cell.rows()))
         store.record.update(passed=tried.passed, unkilled=[f.name for f in tried.unkilled])
         if plan.smallest:
-            look_for_smallest(plan, tried, ready, store, reporter)
+            look_for_smallest(plan, tried, runner, store, reporter)
         return tried
 
 
@@ -129,13 +136,13 @@ def kept_if_interrupted(store: StudyStore) -> Iterator[Callable[[FaultCell], Non
 
 
 def look_for_smallest(
-    plan: SelftestPlan, tried: Matrix, ready: list[SelftestCase], store: StudyStore, reporter: Reporter
+    plan: SelftestPlan, tried: Matrix, runner: TrialRunner, store: StudyStore, reporter: Reporter
 ) -> None:
     """Bisect the size of each continuous fault, after the matrix is on disk."""
     store.write_record()
-    pairs = brackets(tried.cells, ready)
+    pairs = brackets(tried.cells, plan.scenes, plan.host)
     with reporter.counted("sizes", most_trials(pairs)) as done:
-        store.write("smallest", (pair.row() for pair in settled(pairs, executor=plan.executor, done=done)))
+        store.write("smallest", (pair.row() for pair in settled(pairs, runner, done)))
 
 
 def scene_words(scene: Scene) -> dict[str, Any]:

@@ -1,152 +1,143 @@
-"""Trials: faulty engines run, and judged as in a comparison."""
+"""One engine on one scene, as it is or with a fault in it, and the runs that its verdict takes."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from adapters.common.equal_steps import finer_setting
-from adapters.engine import EngineError
-from adapters.registry import find_own_engine
+from adapters.registry import find_engine
 from barchain.boundary.declared import engine_class
-from barchain.execution.executors import ALL_CORES
+from barchain.faults.catalogue import find
 from barchain.faults.insertion import engine_with_fault, fault_registration
 from barchain.judge.compare import judge
-from barchain.judge.evidence import Evidence
-from barchain.run.job import Job, Role, RunResult
-from barchain.run.pool import run_jobs, run_together
-from barchain.run.time_limits import TimeLimit
+from barchain.judge.evidence import follow_up_jobs, gathered
+from barchain.run.job import Job, Role
 from barchain.run.worker import run_phases
-from barchain.solutions.reference_runs import NUMPY, solution_jobs, solution_of
-from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Iterable
 
     from adapters.engine import Engine, Setting
+    from adapters.registry import Registration
     from adapters.trajectory import Trajectory
-    from barchain.execution.executors import Executor
     from barchain.faults.fault import Fault
     from barchain.judge.verdict import Verdict
+    from barchain.run.job import RunResult
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 
-TIME_LIMIT_S = 120.0  # a hundred times what the longest unmodified run takes
-
-
-class SelftestError(EngineError):
-    """Raised where a run fails that the self-test can't go on without."""
+FIRST = (Role.MAIN, Role.FINER)
 
 
 @dataclass(frozen=True)
-class SelftestCase:
-    """One scene's reference solution, and the engine that faults are inserted into there."""
+class Trial:
+    """One engine on one scene; of the fault only the name, so that worker processes can take it."""
 
-    solution: ReferenceSolution
-    host: str
-    engine: type[Engine]
-    settings: dict[Role, Setting]
-    unmodified_runs: dict[Setting, Trajectory] = field(default_factory=dict)
-    """Runs of the host as it is"""
-    controls: dict[str, Trajectory] = field(default_factory=dict)
-    """Main runs of all controls"""
+    scene: Scene
+    engine: str
+    fault: str = ""
+    """Empty: the engine as it is"""
+    size: float | None = None
+    """Of the fault; None: its natural size"""
 
     @property
-    def scene(self) -> Scene:
-        """The scene."""
-        return self.solution.scene
-
-
-class FaultTrial(NamedTuple):
-    """One fault at one size in one scene."""
-
-    case: SelftestCase
-    fault: Fault
-    size: float
+    def host(self) -> type[Engine]:
+        """The engine as it is."""
+        return engine_class(find_engine(self.engine))
 
     @property
-    def key(self) -> tuple[str, str, float]:
-        """Scene, fault, size."""
-        return self.case.scene.name, self.fault.name, self.size
+    def inserted_fault(self) -> Fault | None:
+        """The fault; None of an unmodified engine."""
+        return find(self.fault) if self.fault else None
 
     @property
     def replays(self) -> bool:
-        """Whether recorded runs of the unmodified engine serve."""
-        return self.fault.replays and bool(self.case.unmodified_runs)
+        """Whether the runs of the unmodified engine suffice."""
+        return self.inserted_fault is None or self.inserted_fault.replays
 
-    def jobs(self) -> list[Job]:
-        """Jobs at the main and the finer setting."""
-        made = fault_registration(self.case.host, self.fault.name, self.size)
-        return [Job(self.case.scene, self.fault.name, made, s, role) for role, s in self.case.settings.items()]
+    @property
+    def registration(self) -> Registration:
+        """Engine that is run: the unmodified one where the fault changes only samples or declarations."""
+        return find_engine(self.engine) if self.replays else fault_registration(self.engine, self.fault, self.size)
+
+    @property
+    def setting(self) -> Setting:
+        """Setting at which it is judged."""
+        return self.host.sweep.setting()
+
+    def jobs(self, roles: Iterable[Role] = FIRST) -> list[Job]:
+        """Runs of some roles."""
+        wanted, host, setting = tuple(roles), self.host, self.setting
+        first = {Role.MAIN: setting, Role.FINER: finer_setting(self.scene, host.sweep, setting)}
+        jobs = [Job(self.scene, self.engine, self.registration, first[r], r) for r in wanted if r in first]
+        further = [r for r in wanted if r not in first]
+        return jobs + follow_up_jobs(self.scene, self.engine, self.registration, host, setting, further)
+
+    def left_out(self, solution: ReferenceSolution) -> str:
+        """Why the fault can't be inserted; empty if it can."""
+        fault = self.inserted_fault
+        if fault is None:
+            return ""
+        reason = fault.foreign_to(self.host) or fault.nothing(solution)
+        return reason or self.host.unsupported(fault.staged(self.scene, self.inserted_size)) or ""
+
+    @property
+    def inserted_size(self) -> float:
+        """Size of the fault."""
+        fault = self.inserted_fault
+        return self.size if self.size is not None else fault.natural if fault else 0.0
+
+    def engine_with_fault(self, runs: dict[Setting, Trajectory], main: Trajectory | None = None) -> type[Engine]:
+        """Class of the engine with the fault in it, which replays runs; `main` shows it what to declare wrongly."""
+        fault = self.inserted_fault
+        return engine_with_fault(fault, self.inserted_size, self.host, runs, main) if fault else self.host
 
 
 @dataclass(frozen=True)
-class TrialResult:
-    """Result of a trial."""
+class DetectionLimit:
+    """Smallest error that a verdict states it would detect."""
 
-    trial: FaultTrial
-    main: RunResult
-    finer: RunResult
-    verdict: Verdict
-
-
-def selftest_cases(
-    scenes: Iterable[Scene], host: str, *, executor: Executor = ALL_CORES, done: Callable[[int], None] = lambda _: None
-) -> list[SelftestCase]:
-    """Reference solutions of scenes that a host supports, established as in a comparison.
-
-    Raises
-    ------
-    SelftestError
-        If a reference solution can't be run.
-    """
-    engine = engine_class(find_own_engine(host))
-    wanted = {s.name: s for s in scenes}
-    runs: dict[str, dict[Role, RunResult]] = {name: {} for name in wanted}
-    jobs = [(name, job) for name, s in wanted.items() for job in solution_jobs(s, NUMPY)]
-    for job, result in run_jobs([job for _, job in jobs], time_limit_s=TIME_LIMIT_S, executor=executor):
-        if result.outcome is not Outcome.PASS:
-            raise SelftestError(f"{job.scene.name}: the reference solution could not be run ({result.reason})")
-        runs[job.scene.name][job.role] = result
-        done(1)
-    setting = engine.sweep.setting()
-    cases = []
-    for name, scene in wanted.items():
-        solution = solution_of(scene, runs[name], NUMPY)
-        assert solution is not None  # all of its runs have come, and none failed
-        settings = {Role.MAIN: setting, Role.FINER: finer_setting(scene, engine.sweep, setting)}
-        cases.append(SelftestCase(solution, host, engine, settings))
-    return cases
+    share: float
+    """Of the quantity's scale"""
+    until_s: float
+    """End of the comparison with the reference solution, s"""
 
 
-def run_trials(trials: Iterable[FaultTrial], *, executor: Executor = ALL_CORES) -> Iterator[TrialResult]:
-    """Run each trial at its main and its finer setting, and judge it; results as they come."""
-    waiting = {t.key: t for t in trials}
-    for trial in [t for t in waiting.values() if t.replays]:
-        yield judged(trial, *(replayed(trial, job) for job in trial.jobs()))
-    runs: dict[tuple[str, str, float], dict[Role, RunResult]] = {}
-    by_job = {job.key: t for t in waiting.values() if not t.replays for job in t.jobs()}
-    jobs = [job for t in waiting.values() if not t.replays for job in t.jobs()]
-    if not jobs:
-        return
-    for job, result in run_together(jobs, TimeLimit(TIME_LIMIT_S), executor):
-        trial = by_job[job.key]
-        by_role = runs.setdefault(trial.key, {})
-        by_role[job.role] = result
-        if len(by_role) == len(trial.case.settings):
-            del runs[trial.key]
-            yield judged(trial, by_role[Role.MAIN], by_role[Role.FINER])
+@dataclass(frozen=True)
+class TrialCase:
+    """A trial with its runs: all that a verdict takes."""
 
+    trial: Trial
+    solution: ReferenceSolution
+    made: dict[Role, tuple[Job, RunResult]]
+    """Runs by role, with their settings: of the unmodified engine where the trial replays them"""
+    unmodified_runs: dict[Role, RunResult] = field(default_factory=dict)
+    """Runs of the unmodified engine, where the rating needs them"""
+    limits: dict[str, DetectionLimit] = field(default_factory=dict)
+    """Detection limits from the unmodified engine's verdict"""
+    passes: bool = False
+    """Whether the unmodified engine passes; a fault that is then limited by round-off is detected"""
 
-def replayed(trial: FaultTrial, job: Job) -> RunResult:
-    """Result of a recorded run with the fault in it."""
-    case = trial.case
-    return run_phases(job, engine_with_fault(trial.fault, trial.size, case.engine, case.unmodified_runs))
+    @property
+    def results(self) -> dict[Role, RunResult]:
+        """Runs by role, with the fault in them."""
+        return {role: self.with_fault(job, result) for role, (job, result) in self.made.items()}
 
+    def with_fault(self, job: Job, result: RunResult) -> RunResult:
+        """Result of a run with the fault in it."""
+        fault = self.trial.inserted_fault
+        if fault is None or not fault.replays or not fault.acts_in(job.role) or result.trajectory is None:
+            return result
+        return run_phases(job, self.trial.engine_with_fault({job.setting: result.trajectory}))
 
-def judged(trial: FaultTrial, main: RunResult, finer: RunResult) -> TrialResult:
-    """Trial with its verdict."""
-    case = trial.case
-    setting = case.settings[Role.MAIN]
-    verdict = judge(trial.fault.name, case.engine, setting, Evidence(main, finer), case.solution)
-    return TrialResult(trial, main, finer, verdict)
+    def unmodified_trajectory(self, role: Role) -> Trajectory | None:
+        """Trajectory of the unmodified engine."""
+        return self.unmodified_runs[role].trajectory if role in self.unmodified_runs else None
+
+    def verdict(self, results: dict[Role, RunResult]) -> Verdict:
+        """Verdict of the production comparison on results of its runs."""
+        evidence = gathered(results)
+        assert evidence is not None  # the two first runs are always made
+        judged_as = self.trial.engine_with_fault({}, self.unmodified_trajectory(Role.MAIN))
+        return judge(self.trial.engine, judged_as, self.trial.setting, evidence, self.solution)

@@ -8,12 +8,11 @@ import pytest
 
 from barchain.faults.catalogue import RANDOM_SCENES
 from barchain.judge.verdict import no_verdict
-from barchain.studies.selftest.campaign import rating
 from barchain.studies.selftest.campaign.judging import judge_serially
-from barchain.studies.selftest.campaign.runs import RunCache, in_this_process
 from barchain.studies.selftest.campaign.scenes.draw import draw
-from barchain.studies.selftest.campaign.trial import CampaignTrial
-from barchain.studies.selftest.campaign.trial_runner import TrialRunner, thinned
+from barchain.studies.selftest.campaign.trial_runner import CampaignRunner, thinned
+from barchain.studies.selftest.runs import RunCache, in_this_process
+from barchain.studies.selftest.trial import Trial, TrialCase
 from reports.tables.faults.campaign import CellClass
 from reports.tables.outcome import Outcome
 from tests.studies.campaign.drawn import FREE, SEED
@@ -23,11 +22,11 @@ if TYPE_CHECKING:
 
 
 @pytest.fixture(scope="module")
-def runners() -> dict[int, tuple[TrialRunner, Scene]]:
+def runners() -> dict[int, tuple[CampaignRunner, Scene]]:
     """Scenes with their unmodified engines judged."""
     found = {}
     for seed in (SEED, FREE):
-        runner = TrialRunner(RunCache(in_this_process), judge_serially)
+        runner = CampaignRunner(RunCache(in_this_process), judge_serially)
         (sampled,) = runner.establish([draw(seed)])
         _, trials = runner.unmodified_trials(sampled, ("reference", "pymunk"))
         assert {cell.kind for cell in runner.judge_trials(trials)} == {CellClass.PASS}
@@ -54,7 +53,7 @@ def test_a_judge_that_sees_nothing_misses_what_it_says_it_would_see(runners, mon
     def blind(case, results):  # type: ignore[no-untyped-def]
         return no_verdict(sampled.name, case.trial.engine, case.trial.setting, Outcome.PASS, "")
 
-    monkeypatch.setattr(rating, "verdict_of", blind)
+    monkeypatch.setattr(TrialCase, "verdict", blind)
     left_out, trials = runner.fault_trials(
         sampled, "reference", ("sign-reaction", "attitude-creeps", "thrust-late"), 10
     )
@@ -79,7 +78,7 @@ def test_a_fault_in_an_engine_that_is_refused_as_it_is_is_not_tried(runners) -> 
 
 def test_runs_of_their_own_are_chosen_by_the_scene() -> None:
     def own(seed: int) -> tuple[str, ...]:
-        trials = thinned([CampaignTrial(draw(seed), "reference", name) for name in RANDOM_SCENES], 3)
+        trials = thinned([Trial(draw(seed), "reference", name) for name in RANDOM_SCENES], 3)
         assert {t.fault for t in trials if t.replays} == {
             name for name, fault in RANDOM_SCENES.items() if fault.replays
         }

@@ -13,15 +13,15 @@ from barchain.cli.main import run as command
 from barchain.faults.catalogue import RANDOM_SCENES
 from barchain.judge.verdict import no_verdict
 from barchain.record.study_store import StudyStore
-from barchain.studies.selftest.campaign import rating
 from barchain.studies.selftest.campaign.cells import CampaignCell
 from barchain.studies.selftest.campaign.findings import kept_findings, search
 from barchain.studies.selftest.campaign.judging import judge_serially
 from barchain.studies.selftest.campaign.rates import Rate, rates
-from barchain.studies.selftest.campaign.runs import in_this_process
 from barchain.studies.selftest.campaign.scenes.draw import draw
 from barchain.studies.selftest.campaign.store import CampaignStore
 from barchain.studies.selftest.campaign.study import Campaign, CampaignPlan, CampaignStudy
+from barchain.studies.selftest.runs import in_this_process
+from barchain.studies.selftest.trial import TrialCase
 from barchain.studies.study import run_study
 from reports.chapters.campaign.view import size_rows
 from reports.chapters.registry import CHAPTERS
@@ -122,7 +122,7 @@ def test_a_findings_scene_is_written_simpler_and_simpler(tmp_path: Path, monkeyp
         verdict = no_verdict(case.trial.scene.name, case.trial.engine, case.trial.setting, Outcome.PASS, "")
         return dataclasses.replace(verdict, rows=[*verdict.rows, verdict.rows[0] | limit])
 
-    monkeypatch.setattr(rating, "verdict_of", blind)
+    monkeypatch.setattr(TrialCase, "verdict", blind)
     cell = CampaignCell(f"random/{SEED}", "reference", "sign-reaction", CellClass.MISSED, "pass", "reaction")
     tables = CampaignStore(StudyStore(FILES, tmp_path))
     (kept,) = kept_findings([[cell, cell]], tables, 0.0, lambda _: None)

@@ -17,12 +17,12 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from barchain.execution.executors import Executor
-    from barchain.studies.selftest.campaign.trial import CampaignCase
+    from barchain.studies.selftest.trial import TrialCase
 
-    JudgeCases = Callable[[list[CampaignCase]], list[Judged]]
+    JudgeCases = Callable[[list[TrialCase]], list[Judged]]
 
 
-def judge_serially(cases: list[CampaignCase]) -> list[Judged]:
+def judge_serially(cases: list[TrialCase]) -> list[Judged]:
     """Judge in this process."""
     return [judged(case) for case in cases]
 
@@ -33,7 +33,7 @@ class VerdictWorkers:
     def __init__(self, executor: Executor = ALL_CORES) -> None:
         self.judges: Judges[int, Judged] = Judges(JUDGED, executor)
 
-    def __call__(self, cases: list[CampaignCase]) -> list[Judged]:
+    def __call__(self, cases: list[TrialCase]) -> list[Judged]:
         """Judge; a verdict that does not come is a mistake in the campaign, and costs one cell."""
         for number, case in enumerate(cases):
             self.judges.submit(number, judged, case)
@@ -41,7 +41,7 @@ class VerdictWorkers:
         return [self.cell(case, found[number]) for number, case in enumerate(cases)]
 
     @staticmethod
-    def cell(case: CampaignCase, found: Judged | BaseException) -> Judged:
+    def cell(case: TrialCase, found: Judged | BaseException) -> Judged:
         """Verdict, or why there is none."""
         if isinstance(found, Judged):
             return found

@@ -10,7 +10,7 @@ from barchain.run.job import Role
 from barchain.run.verdict_workers import VerdictCodec
 from barchain.studies.selftest.campaign.cells import CampaignCell
 from barchain.studies.selftest.campaign.rating import Judged
-from barchain.studies.selftest.campaign.trial import DetectionLimit
+from barchain.studies.selftest.trial import DetectionLimit
 from reports.tables.faults.campaign import CellClass
 
 MOST_TEXT = 2000

@@ -10,7 +10,7 @@ import numpy as np
 from barchain.judge.scales import scales
 from barchain.studies.selftest.campaign.cells import CampaignCell
 from barchain.studies.selftest.campaign.sizes import larger, sizes
-from barchain.studies.selftest.campaign.trial import FIRST, CampaignCase, DetectionLimit, verdict_of
+from barchain.studies.selftest.trial import FIRST, DetectionLimit, TrialCase
 from reports.tables.faults.campaign import CellClass
 from reports.tables.outcome import Outcome
 
@@ -36,14 +36,14 @@ class Judged(NamedTuple):
     """Further runs that would settle it"""
 
 
-def judged(case: CampaignCase) -> Judged:
+def judged(case: TrialCase) -> Judged:
     """Cell of a trial."""
     results = case.results
     if case.trial.fault:
         nothing = unjudged(case, results)
         if nothing:
             return Judged(nothing, {}, ())
-    verdict = verdict_of(case, results)
+    verdict = case.verdict(results)
     cell = fault_cell(case, results, verdict) if case.trial.fault else unmodified_cell(case, verdict)
     return Judged(cell, limits_of(verdict), verdict.further_runs)
 
@@ -59,7 +59,7 @@ def limits_of(verdict: Verdict) -> dict[str, DetectionLimit]:
     }
 
 
-def unjudged(case: CampaignCase, results: dict[Role, RunResult]) -> CampaignCell | None:
+def unjudged(case: TrialCase, results: dict[Role, RunResult]) -> CampaignCell | None:
     """Cell of a fault that changes nothing, or whose runs fail; None where there is something to judge."""
     failed = next((results[role] for role in FIRST if results[role].outcome in UNRUN), None)
     if failed:
@@ -82,7 +82,7 @@ def same(a: Trajectory | None, b: Trajectory | None) -> bool:
     )  # fmt: skip
 
 
-def unmodified_cell(case: CampaignCase, verdict: Verdict) -> CampaignCell:
+def unmodified_cell(case: TrialCase, verdict: Verdict) -> CampaignCell:
     """Cell of an unmodified engine."""
     outcome = verdict.outcome
     if outcome is Outcome.TIMED_OUT:
@@ -95,7 +95,7 @@ def unmodified_cell(case: CampaignCase, verdict: Verdict) -> CampaignCell:
     return new_cell(case, kind, outcome=str(outcome), reason="" if kind is CellClass.PASS else said)
 
 
-def fault_cell(case: CampaignCase, results: dict[Role, RunResult], verdict: Verdict) -> CampaignCell:
+def fault_cell(case: TrialCase, results: dict[Role, RunResult], verdict: Verdict) -> CampaignCell:
     """Cell of a fault: detected, or smaller or larger than the stated detection limit."""
     whole, compared = (fault_sizes(case, results, to_limit=inside) for inside in (False, True))
     limited = verdict.outcome is Outcome.ROUNDOFF_LIMITED and case.passes
@@ -109,7 +109,7 @@ def fault_cell(case: CampaignCase, results: dict[Role, RunResult], verdict: Verd
     return compared_cell(case, verdict, CellClass.BEYOND if excess > 1.0 else CellClass.BELOW, quantity, whole)
 
 
-def fault_sizes(case: CampaignCase, results: dict[Role, RunResult], *, to_limit: bool) -> dict[str, float]:
+def fault_sizes(case: TrialCase, results: dict[Role, RunResult], *, to_limit: bool) -> dict[str, float]:
     """Largest change in the main or the finer run; up to the end of the unmodified verdict's comparison, or overall."""
     until = {name: limit.until_s for name, limit in case.limits.items()} if to_limit else None
     scale, found = scales(case.solution), dict[str, float]()
@@ -142,9 +142,7 @@ def worst(limits: dict[str, DetectionLimit], found: dict[str, float]) -> tuple[s
     return quantity, ratios.get(quantity, 0.0)
 
 
-def rejected(
-    case: CampaignCase, verdict: Verdict, kind: CellClass, found: dict[str, float] | None = None
-) -> CampaignCell:
+def rejected(case: TrialCase, verdict: Verdict, kind: CellClass, found: dict[str, float] | None = None) -> CampaignCell:
     """Cell of a run that the judge rejects, with its first reason."""
     row = next(r for r in verdict.rows if r["outcome"] == verdict.outcome)
     reason = row["reason"] or row["metric"]
@@ -152,7 +150,7 @@ def rejected(
 
 
 def compared_cell(
-    case: CampaignCase, verdict: Verdict, kind: CellClass, quantity: str, found: dict[str, float], *, reason: str = ""
+    case: TrialCase, verdict: Verdict, kind: CellClass, quantity: str, found: dict[str, float], *, reason: str = ""
 ) -> CampaignCell:
     """Cell of a fault with its size in one quantity, and the limits of that."""
     limit, own = (
@@ -164,7 +162,7 @@ def compared_cell(
     )  # fmt: skip
 
 
-def new_cell(case: CampaignCase, kind: CellClass, **known: Any) -> CampaignCell:
+def new_cell(case: TrialCase, kind: CellClass, **known: Any) -> CampaignCell:
     """Cell of a trial, with the time that its own runs took."""
     trial = case.trial
     own = case.made.values() if not trial.fault or not trial.replays else ()

@@ -14,10 +14,10 @@ from barchain.studies.selftest.campaign.cells import CampaignCell
 from barchain.studies.selftest.campaign.findings import kept_findings, kinds
 from barchain.studies.selftest.campaign.judging import VerdictWorkers
 from barchain.studies.selftest.campaign.rates import passed, rates
-from barchain.studies.selftest.campaign.runs import RunCache, in_workers
 from barchain.studies.selftest.campaign.scenes.draw import draw
 from barchain.studies.selftest.campaign.store import CampaignStore
-from barchain.studies.selftest.campaign.trial_runner import TrialRunner
+from barchain.studies.selftest.campaign.trial_runner import CampaignRunner
+from barchain.studies.selftest.runs import RunCache, in_workers
 from reports.tables.faults.campaign import FILES
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from barchain.studies.selftest.campaign.findings import KeptFinding
     from barchain.studies.selftest.campaign.judging import JudgeCases
     from barchain.studies.selftest.campaign.rates import Rate
-    from barchain.studies.selftest.campaign.runs import Runner
+    from barchain.studies.selftest.runs import Runner
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
     from scenarios import Scene
@@ -98,7 +98,7 @@ class CampaignStudy:
     """The random campaign."""
 
     runner: Runner | None = None
-    """Makes runs, see :mod:`barchain.studies.selftest.campaign.runs`; by default the plan's executor"""
+    """Makes runs, see :mod:`barchain.studies.selftest.runs`; by default the plan's executor"""
     judge_cases: JudgeCases | None = None
     """Gives verdicts, see :mod:`barchain.studies.selftest.campaign.judging`; by default the plan's executor"""
     files: ClassVar[StudyFiles] = FILES
@@ -163,7 +163,7 @@ class CampaignStudy:
 
 def tried(plan: CampaignPlan, drawn: list[Scene], run: Runner, judge_cases: JudgeCases) -> list[CampaignCell]:
     """Cells of some scenes."""
-    runner = TrialRunner(RunCache(run), judge_cases)
+    runner = CampaignRunner(RunCache(run), judge_cases)
     scenes = runner.establish(drawn)
     cells, trials = [], []
     for scene in scenes:

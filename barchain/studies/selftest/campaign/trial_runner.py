@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from adapters.registry import find_engine
 from barchain.boundary.declared import engine_class
-from barchain.solutions.reference_runs import SolutionFailedError, solution_jobs, solution_of
 from barchain.solutions.sampling import closely_sampled
 from barchain.studies.selftest.campaign.cells import CampaignCell
-from barchain.studies.selftest.campaign.trial import FIRST, CampaignCase, CampaignTrial
+from barchain.studies.selftest.trial import Trial, TrialCase
+from barchain.studies.selftest.trial_runner import TrialRunner
 from reports.tables.crossval import JUDGING_SOLUTION
 from reports.tables.faults.campaign import CellClass
 from reports.tables.outcome import Outcome
@@ -20,38 +21,27 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from barchain.run.job import Role
-    from barchain.solutions.reference import ReferenceSolution
     from barchain.studies.selftest.campaign.judging import JudgeCases
     from barchain.studies.selftest.campaign.rating import Judged
-    from barchain.studies.selftest.campaign.runs import RunCache
+    from barchain.studies.selftest.runs import RunCache
     from scenarios import Scene
 
 
-class TrialRunner:
-    """Scenes whose engines are tried, with their runs."""
+class CampaignRunner(TrialRunner):
+    """Random scenes on which engines are tried as they are, then with faults."""
 
     def __init__(self, runs: RunCache, judge_cases: JudgeCases) -> None:
-        self.runs, self.judge_cases = runs, judge_cases
-        self.solutions: dict[str, ReferenceSolution] = {}
-        self.failed: dict[str, str] = {}
+        super().__init__(runs)
+        self.judge_cases = judge_cases
         self.unmodified: dict[tuple[str, str], Judged] = {}
 
     def establish(self, drawn: Iterable[Scene]) -> list[Scene]:
         """Scenes as a comparison samples them, their reference solutions found."""
         scenes = list(map(closely_sampled, drawn))
-        jobs = {scene.name: solution_jobs(scene) for scene in scenes}
-        self.runs.make(job for each in jobs.values() for job in each)
-        for scene in scenes:
-            try:
-                solution = solution_of(scene, {job.role: self.runs[job] for job in jobs[scene.name]})
-            except SolutionFailedError as error:
-                self.failed[scene.name] = f"the reference solution could not be run ({error})"
-                continue
-            assert solution is not None  # all of its runs are there
-            self.solutions[scene.name] = solution
+        self.solve(scenes)
         return scenes
 
-    def unmodified_trials(self, scene: Scene, engines: Iterable[str]) -> tuple[list[CampaignCell], list[CampaignTrial]]:
+    def unmodified_trials(self, scene: Scene, engines: Iterable[str]) -> tuple[list[CampaignCell], list[Trial]]:
         """Cells of engines that are not run on a scene, and trials of those that are."""
         if scene.name in self.failed:
             why, failed = self.failed[scene.name], str(Outcome.FAILED)
@@ -66,12 +56,12 @@ class TrialRunner:
                     CampaignCell(scene.name, name, "", CellClass.UNSUPPORTED, str(Outcome.UNSUPPORTED), reason=reason)
                 )
             else:
-                trials.append(CampaignTrial(scene, name))
+                trials.append(Trial(scene, name))
         return cells, trials
 
     def fault_trials(
         self, scene: Scene, host: str, faults: Iterable[str], most_reruns: int
-    ) -> tuple[list[CampaignCell], list[CampaignTrial]]:
+    ) -> tuple[list[CampaignCell], list[Trial]]:
         """Cells of faults that can't be inserted into a host, and trials of those that can.
 
         Parameters
@@ -87,7 +77,7 @@ class TrialRunner:
             return [], []
         cells, trials = [], []
         for fault in faults:
-            trial = CampaignTrial(scene, host, fault)
+            trial = Trial(scene, host, fault)
             left_out = trial.left_out(self.solutions[scene.name])
             if left_out:
                 cells.append(CampaignCell(scene.name, host, fault, CellClass.NOTHING, reason=left_out))
@@ -95,7 +85,7 @@ class TrialRunner:
                 trials.append(trial)
         return cells, thinned(trials, most_reruns)
 
-    def judge_trials(self, trials: list[CampaignTrial]) -> list[CampaignCell]:
+    def judge_trials(self, trials: list[Trial]) -> list[CampaignCell]:
         """Cells of trials; where the first runs do not decide a verdict, after those that it asks for besides."""
         self.runs.make(job for trial in trials for job in trial.jobs())
         found = self.judge_cases([self.case(trial) for trial in trials])
@@ -109,18 +99,18 @@ class TrialRunner:
                 self.unmodified[trial.scene.name, trial.engine] = one
         return [one.cell for one in found]
 
-    def case(self, trial: CampaignTrial, asked: tuple[Role, ...] = ()) -> CampaignCase:
-        """A trial with its runs."""
-        made = {job.role: (job, self.runs[job]) for job in trial.jobs((*FIRST, *asked))}
+    def case(self, trial: Trial, further_runs: tuple[Role, ...] = ()) -> TrialCase:
+        """A trial with its runs; of a fault, with what is known of the unmodified engine."""
+        case = super().case(trial, further_runs)
         if not trial.fault:
-            return CampaignCase(trial, self.solutions[trial.scene.name], made)
-        unmodified = {job.role: self.runs[job] for job in CampaignTrial(trial.scene, trial.engine).jobs()}
+            return case
+        unmodified = {job.role: self.runs[job] for job in Trial(trial.scene, trial.engine).jobs()}
         before = self.unmodified[trial.scene.name, trial.engine]
         passes = before.cell.kind is CellClass.PASS
-        return CampaignCase(trial, self.solutions[trial.scene.name], made, unmodified, before.limits, passes)
+        return replace(case, unmodified_runs=unmodified, limits=before.limits, passes=passes)
 
 
-def thinned(trials: list[CampaignTrial], most_reruns: int) -> list[CampaignTrial]:
+def thinned(trials: list[Trial], most_reruns: int) -> list[Trial]:
     """Trials of which no more than some need runs of their own, in the same order."""
     own = [k for k, trial in enumerate(trials) if not trial.replays]
     if len(own) <= most_reruns:

@@ -7,9 +7,9 @@ import time
 from typing import TYPE_CHECKING, Any
 
 from barchain.studies.selftest.campaign.judging import judge_serially
-from barchain.studies.selftest.campaign.runs import RunCache, in_this_process
 from barchain.studies.selftest.campaign.scenes.simpler import EXACT, Form, effects_of, simplified, whole
-from barchain.studies.selftest.campaign.trial_runner import TrialRunner
+from barchain.studies.selftest.campaign.trial_runner import CampaignRunner
+from barchain.studies.selftest.runs import RunCache, in_this_process
 from reports.tables.crossval import JUDGING_SOLUTION
 
 if TYPE_CHECKING:
@@ -96,7 +96,7 @@ def simplest(
 
 def cell_of(scene: Scene, engine: str, fault: str) -> CampaignCell | None:
     """Cell of an engine, or of a fault in it, on a scene, all in this process; None where it can't be tried."""
-    runner = TrialRunner(RunCache(in_this_process), judge_serially)
+    runner = CampaignRunner(RunCache(in_this_process), judge_serially)
     (sampled,) = runner.establish([scene])
     cells, trials = runner.unmodified_trials(sampled, [] if engine == JUDGING_SOLUTION else [engine])
     cells += runner.judge_trials(trials)

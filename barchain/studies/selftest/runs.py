@@ -1,4 +1,4 @@
-"""Runs of a campaign: each is made once, in worker processes or in this one."""
+"""Runs of the self-test: each is made once, in worker processes or in this one."""
 
 from __future__ import annotations
 
@@ -51,11 +51,27 @@ class RunCache:
         self.run = run
         self.results: dict[str, RunResult] = {}
 
-    def make(self, jobs: Iterable[Job]) -> None:
-        """Make those runs that were not made yet."""
+    def made(self, jobs: Iterable[Job]) -> Iterator[Job]:
+        """Make those runs that were not made yet; each as soon as it is there."""
         missing = {job.key: job for job in jobs if job.key not in self.results}
         if missing:
-            self.results |= {job.key: result for job, result in self.run(list(missing.values()))}
+            for job, result in self.run(list(missing.values())):
+                self.results[job.key] = result
+                yield job
+
+    def make(self, jobs: Iterable[Job]) -> None:
+        """Make those runs that were not made yet."""
+        for _ in self.made(jobs):
+            pass
+
+    def forget(self, jobs: Iterable[Job]) -> None:
+        """Drop the results of runs."""
+        for job in jobs:
+            self.results.pop(job.key, None)
+
+    def __contains__(self, job: Job) -> bool:
+        """Whether a run was made."""
+        return job.key in self.results
 
     def __getitem__(self, job: Job) -> RunResult:
         """Result of a run."""
