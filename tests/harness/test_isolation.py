@@ -150,7 +150,7 @@ def unsolved(tmp_path_factory):
     }
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(ENGINES, "faulty", registered(["LosesItsGrip"])["LosesItsGrip"])
-        patch.setattr("barchain.solutions.reference_runs.solution_engine", lambda: "faulty")
+        patch.setattr("barchain.solutions.reference_runs.judging_engine", lambda _: "faulty")
         both = {name: Registration(target) for name, target in names.items()}
         result = run_comparison([SCENE, unshipped(UNSOLVABLE)], out=folder, registered=both, need_external=True)
     return folder, result
@@ -241,7 +241,7 @@ def test_a_scene_that_no_external_engine_passes_is_a_failure():
 
 @pytest.mark.slow
 def test_a_verdict_that_takes_too_long_is_no_failure_of_the_engine(monkeypatch):
-    monkeypatch.setattr(Judges.__init__, "__defaults__", (ALL_CORES, 0.3))
+    monkeypatch.setattr(Judges.__init__, "__defaults__", (ALL_CORES, 0.01))
     result = run_comparison(["paper/fig05"], ["rebound"])
     assert result.outcomes["paper/fig05", "rebound"] is Outcome.NOTHING_COMPARED
     assert not result.passed
