@@ -42,14 +42,17 @@ def later(one: Any, size: float) -> Any:
 
 
 def beyond_end(name: str, first: Callable[[Any], float], late_s: float) -> NotApplicable:
-    """Scenes in which an effect begins early enough to begin late, too."""
+    """Scenes in which an effect that acts begins early enough to begin late, too."""
 
     def nothing(solution: ReferenceSolution) -> str:
         found = getattr(solution.scene.effects, name)
         if not found:
             return f"no {name}"
         ends = solution.scene.run.duration_s
-        return "" if all(first(one) + late_s < ends for one in found) else "it would begin after the end of the run"
+        begins = [first(one) for one in found if first(one) < ends]
+        if not begins:
+            return f"no {name} before the end of the run"
+        return "" if max(begins) + late_s < ends else "it would begin after the end of the run"
 
     return nothing
 

@@ -144,11 +144,10 @@ def test_an_engine_that_fails_costs_its_own_points_only(study):
     told = tables.reach.groupby("engine").reason.agg(set).to_dict()
     assert told["Segfault"] - {""} == {"failed"}
     assert told["IgnoresJoints"] - {""} == {"joints ignored"}
-    page, ratios, _ = render_study("cost", study)
+    page = render_study("cost", study).page.read_text()
     count = tables.points.engine.value_counts()
     failed = f"× failed: Segfault ({count['Segfault']}), IgnoresJoints ({count['IgnoresJoints']})"
-    assert failed in page.read_text()
-    assert "reference" in ratios.read_text()
+    assert failed in page
 
 
 def test_every_good_point_is_timed_as_often_as_the_others_and_build_and_read_out_apart(study):
