@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from barchain.api import scenes as scenes
     from barchain.api import simulate as simulate
     from barchain.crossval.run import ComparisonResult as ComparisonResult
-    from barchain.run.arguments import ArgumentError as ArgumentError
-    from barchain.run.settings import SettingError as SettingError
+    from barchain.runs.arguments import ArgumentError as ArgumentError
+    from barchain.runs.settings import SettingError as SettingError
     from reports.tables.schema import SchemaVersionError as SchemaVersionError
     from scenarios.load import SceneError as SceneError
     from scenarios.load import change_scene as change_scene
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     __version__: str
 
 MODULES = {
-    "ArgumentError": "barchain.run.arguments",
+    "ArgumentError": "barchain.runs.arguments",
     "Engine": "adapters.engine",
     "EngineError": "adapters.engine",
     "Setting": "adapters.engine",
@@ -46,7 +46,7 @@ MODULES = {
     "scenes": "barchain.api",
     "simulate": "barchain.api",
     "ComparisonResult": "barchain.crossval.run",
-    "SettingError": "barchain.run.settings",
+    "SettingError": "barchain.runs.settings",
     "SchemaVersionError": "reports.tables.schema",
     "SceneError": "scenarios.load",
     "change_scene": "scenarios.load",

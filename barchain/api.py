@@ -8,11 +8,8 @@ from typing import TYPE_CHECKING
 from adapters.engine import EngineError
 from adapters.registry import engines as registered_engines
 from adapters.registry import find_engine
-from barchain.boundary.declared import engine_class
-from barchain.execution.executors import LocalProcesses, chosen_executor
-from barchain.execution.limits import WORKERS_S
 from barchain.record.folder_lock import locked_if_there
-from barchain.run.arguments import (
+from barchain.runs.arguments import (
     ArgumentError,
     check_callable,
     check_count,
@@ -24,12 +21,15 @@ from barchain.run.arguments import (
     engine_list,
     scene_list,
 )
-from barchain.run.job import Job, Role
-from barchain.run.pool import run_jobs
-from barchain.run.selection import chosen_engines
-from barchain.run.settings import SettingError, choose_setting
-from barchain.run.time_limits import TIME_LIMIT_S
-from barchain.run.timing.estimate import need_runnable
+from barchain.runs.cluster.limits import WORKERS_S
+from barchain.runs.declared import engine_class
+from barchain.runs.executors import LocalProcesses, chosen_executor
+from barchain.runs.job import Job, Role
+from barchain.runs.pool import run_jobs
+from barchain.runs.selection import chosen_engines
+from barchain.runs.settings import SettingError, choose_setting
+from barchain.runs.time_limits import TIME_LIMIT_S
+from barchain.runs.timing.estimate import need_runnable
 from reports.tables.outcome import Outcome
 from scenarios import Scene, check_scene, load_scene, scene_names
 

@@ -21,13 +21,13 @@ from typing import TYPE_CHECKING
 
 import psutil
 
-from barchain.execution.call import Call
-from barchain.execution.executors import DaskCluster, LocalProcesses
+from barchain.runs.call import Call
+from barchain.runs.executors import DaskCluster, LocalProcesses
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from barchain.execution.executors import Executor
+    from barchain.runs.executors import Executor
 
 CALLS = 5_000
 WAITS, WAIT_S = 200, 0.1

@@ -17,10 +17,10 @@ import numpy as np
 import pandas as pd
 
 from barchain.record.environment import now, processor
-from barchain.run.timing.bench import pin, quietest_core
-from barchain.run.timing.divided_chain import SCENE, divided
-from barchain.run.timing.evaluation import evaluation_times, loop_of
-from barchain.run.timing.statistics import cost_at, locate
+from barchain.runs.timing.bench import pin, quietest_core
+from barchain.runs.timing.divided_chain import SCENE, divided
+from barchain.runs.timing.evaluation import evaluation_times, loop_of
+from barchain.runs.timing.statistics import cost_at, locate
 from barchain.studies.cost.reach import curve_of
 from barchain.studies.cost.study import CostOptions, CostStudy
 from barchain.studies.ensemble.execution import ensemble

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from rich.table import Table
 
-    from barchain.execution.executors import Executor
+    from barchain.runs.executors import Executor
     from reports.chapters.effects.view import BudgetTable, EffectsView
 
 SCREEN, WORDS, NUMBERS = 120, 20, 28  # columns of the screen, and at most of a cell of words or of numbers
@@ -64,7 +64,7 @@ def effects(
     """
     from barchain.cli.common.names import need_loaded  # noqa: PLC0415
     from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
-    from barchain.record.folder_lock import kept_or_temporary  # noqa: PLC0415
+    from barchain.runs.environment import kept_or_temporary  # noqa: PLC0415
     from barchain.studies.effects.study import EffectsOptions, EffectsStudy  # noqa: PLC0415  # statistics no other needs
     from barchain.studies.study import Reporter  # noqa: PLC0415
     from reports.chapters.effects.view import EffectsView  # noqa: PLC0415

@@ -15,7 +15,7 @@ from barchain.cli.common.terminal import say
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from barchain.execution.executors import Executor
+    from barchain.runs.executors import Executor
 
 PARTS = ("evaluation", "trajectories", "engines", "times")
 

@@ -22,7 +22,7 @@ from barchain.cli.selftest_random import RandomOptions, random_options, run_rand
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from barchain.execution.executors import Executor
+    from barchain.runs.executors import Executor
     from barchain.studies.selftest.study import SelftestPlan
     from reports.chapters.selftest.view import SelftestView
 
@@ -81,7 +81,7 @@ def list_faults() -> None:
 def run_matrix(plan: SelftestPlan, out: Path | None, *, resume: bool = False, overwrite: bool = False) -> None:
     """Run the kill matrix, print it, and end with exit code 1 if a fault is missed."""
     from barchain.cli.common.progress import counted  # noqa: PLC0415
-    from barchain.record.folder_lock import kept_or_temporary  # noqa: PLC0415
+    from barchain.runs.environment import kept_or_temporary  # noqa: PLC0415
     from barchain.studies.selftest.study import SelftestStudy  # noqa: PLC0415
     from barchain.studies.study import Reporter  # noqa: PLC0415
     from reports.chapters.selftest.view import SelftestView  # noqa: PLC0415

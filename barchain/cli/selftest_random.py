@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
     from pathlib import Path
 
-    from barchain.execution.executors import Executor
     from barchain.faults.fault import Fault
+    from barchain.runs.executors import Executor
     from barchain.studies.selftest.campaign.study import CampaignOptions, CampaignPlan, CampaignStudy
 
 
@@ -77,7 +77,7 @@ def run_random(
     from barchain.cli.campaign_summary import show_campaign  # noqa: PLC0415
     from barchain.cli.common.progress import counted  # noqa: PLC0415
     from barchain.faults.catalogue import RANDOM_SCENES  # noqa: PLC0415
-    from barchain.record.folder_lock import kept_or_temporary  # noqa: PLC0415
+    from barchain.runs.environment import kept_or_temporary  # noqa: PLC0415
     from barchain.studies.selftest.campaign.study import CampaignStudy  # noqa: PLC0415  # what no other command needs
     from barchain.studies.study import Reporter  # noqa: PLC0415
 

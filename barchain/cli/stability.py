@@ -25,7 +25,7 @@ from barchain.cli.common.terminal import say
 from barchain.studies.stability.limits import TIME_LIMIT_S
 
 if TYPE_CHECKING:
-    from barchain.execution.executors import Executor
+    from barchain.runs.executors import Executor
     from barchain.studies.stability.plan import StabilityPlan
     from barchain.studies.stability.run import StabilityResult
 

@@ -20,7 +20,7 @@ from barchain.judge.diagnosis.words import SINGLE_PRECISION, looks_single
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.scales import NORM_SLACK
 from barchain.metrics.quantities import differences
-from barchain.run.job import Role
+from barchain.runs.job import Role
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from adapters.trajectory import Array
     from barchain.conform.target import Examined
-    from barchain.run.job import RunResult
+    from barchain.runs.job import RunResult
     from scenarios import Scene
 
 PAGE = "docs/howto/conform.md#accuracy"

@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.boundary.limits import OutsideLimits
-from barchain.boundary.process import GRACE_S, ask
 from barchain.conform.checks import Check, CheckState, Group
 from barchain.conform.physics import reason_against, unsupported_check
 from barchain.conform.runs import START_S, TIME_LIMITS
 from barchain.conform.scenes import PARTICLE, REPEATED, scene_of
+from barchain.runs.asking import ask
+from barchain.runs.limits import OutsideLimits
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from adapters.engine import Setting
-    from barchain.boundary.process import Reply
     from barchain.conform.target import Examined
+    from barchain.runs.asking import Reply
     from scenarios import Scene
 
 PAGE = "docs/howto/conform.md#behaviour"
@@ -38,6 +38,7 @@ STATE = {
     "handlers": "changes signal handlers",
     "float_errors": "changes NumPy's treatment of floating-point errors",
 }
+LATE_S = 5.0  # for a worker to end a process after its limit
 
 
 def behaviour(engine: Examined) -> Iterator[Check]:
@@ -127,7 +128,7 @@ def end_check(engine: Examined, scene: Scene, setting: Setting, limit_s: float) 
     if reply.kind != "timed_out":
         state = CheckState.WARNING if reply.problem else CheckState.PASSED
         said = f"the run ended by itself ({reply.problem or 'complete'})"
-    elif late_s > GRACE_S:
+    elif late_s > LATE_S:
         state, said = CheckState.FAILED, f"ended {late_s:.1f} s late"
     elif not reply.problem.endswith(INTEGRATING):
         state, said = CheckState.WARNING, f"not tried while it integrates: {reply.problem}"

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from adapters.trajectory import Array, Trajectory
     from barchain.conform.target import Examined
-    from barchain.run.job import RunResult
+    from barchain.runs.job import RunResult
 
 PAGE = "docs/explanation/engine_conventions.md"
 FIELDS = {

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from adapters.trajectory import Trajectory
     from barchain.conform.checks import Check
-    from barchain.run.job import RunResult
+    from barchain.runs.job import RunResult
 
 PAGE = "docs/howto/conform.md#physics"
 DEPENDENT = (

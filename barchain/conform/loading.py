@@ -5,17 +5,17 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from adapters.registry import engines
-from barchain.boundary.limits import OutsideLimits
-from barchain.boundary.process import ask
 from barchain.conform.checks import Check, CheckState, Group
+from barchain.runs.asking import ask
+from barchain.runs.limits import OutsideLimits
 from scenarios import nearest
 from scenarios.effect_types import all_effect_names
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from barchain.boundary.process import Reply
     from barchain.conform.target import Examined
+    from barchain.runs.asking import Reply
 
 SLOW_IMPORT_S = 1.0
 """Import of an adapter from which on users wait at every command that lists engines"""

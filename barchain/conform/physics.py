@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from adapters.common.equal_steps import finer_setting
 from adapters.engine import EngineError
-from barchain.boundary.declared import OutsideEngine
 from barchain.conform.checks import Check, CheckState, Group
 from barchain.conform.dependence import dependent_check
 from barchain.conform.runs import TIME_LIMITS, results
@@ -22,7 +21,8 @@ from barchain.judge.diagnosis.words import QUANTITY_WORDS, SINGLE_PRECISION, loo
 from barchain.judge.evidence import Evidence, follow_up_jobs, gathered
 from barchain.judge.roundoff import declared_noise
 from barchain.judge.scales import scales
-from barchain.run.job import Role
+from barchain.runs.declared import OutsideEngine
+from barchain.runs.job import Role
 from reports.tables.crossval import QUANTITY_UNITS
 from reports.tables.outcome import Outcome
 from scenarios.plural import plural
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from barchain.conform.target import Examined
     from barchain.judge.diagnosis.diagnose import Diagnosis
     from barchain.judge.verdict import Verdict
-    from barchain.run.job import Job, RunResult
+    from barchain.runs.job import Job, RunResult
 
 PAGE = "docs/explanation/engine_conventions.md"
 ENOUGH = 0.5

@@ -8,9 +8,6 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from barchain.boundary.message import plain_text
-from barchain.boundary.raised import line
-from barchain.boundary.threads import NoProcessError
 from barchain.conform.accuracy import accuracy
 from barchain.conform.behaviour import behaviour
 from barchain.conform.checks import Check, CheckState, ConformanceReport, Group
@@ -19,6 +16,9 @@ from barchain.conform.extent import WHOLE, Extent
 from barchain.conform.loading import loading
 from barchain.conform.physics import physics
 from barchain.conform.target import RUN_S, examined
+from barchain.runs.environment import NoProcessError
+from barchain.runs.message import plain_text
+from barchain.runs.raised import line
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -8,11 +8,11 @@ import time
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from barchain.boundary.declarations import DeclarationError
-from barchain.boundary.declared import OutsideEngine
-from barchain.boundary.limits import OutsideLimits
-from barchain.boundary.process import Reply, ask, failed_reply
-from barchain.run.outside_runs import one_run, result_of
+from barchain.runs.asking import Reply, ask, failed_reply
+from barchain.runs.declarations import DeclarationError
+from barchain.runs.declared import OutsideEngine
+from barchain.runs.limits import OutsideLimits
+from barchain.runs.outside_runs import one_run, result_of
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from adapters.trajectory import Array, Trajectory
     from barchain.conform.target import Examined
-    from barchain.run.job import Job, RunResult
+    from barchain.runs.job import Job, RunResult
     from scenarios import Scene
 
 TIME_LIMITS = "docs/howto/conform.md#time-limits"

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from adapters.engine import Engine, Setting
-    from barchain.run.job import Job, Role
+    from barchain.runs.job import Job, Role
     from scenarios import Scene
 
 RUN_S = 10.0
@@ -41,13 +41,13 @@ class Examined:
 
     def job(self, scene: Scene, setting: Setting, role: Role) -> Job:
         """A run of the engine."""
-        from barchain.run.job import Job  # noqa: PLC0415
+        from barchain.runs.job import Job  # noqa: PLC0415
 
         return Job(scene, self.name, self.registration, setting, role)
 
     def load(self) -> type[Engine]:
-        """Class with the engine's declarations. Errors as :func:`barchain.boundary.declared.engine_class`."""
-        from barchain.boundary.declared import engine_class  # noqa: PLC0415
+        """Class with the engine's declarations. Errors as :func:`barchain.runs.declared.engine_class`."""
+        from barchain.runs.declared import engine_class  # noqa: PLC0415
 
         return engine_class(self.registration)
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from adapters.common.step_alignment import misalignment, off_step_events_s
 from adapters.registry import engines
-from barchain.boundary.declared import AdapterLoadError, engine_class, engine_fault
 from barchain.crossval.suggested_run import aligned, fitting_run, run_advice, with_run
+from barchain.runs.declared import AdapterLoadError, engine_class, engine_fault
 from barchain.solutions.certified import committed_tables
 from barchain.solutions.certified_table import physics_digest, read_head
 from barchain.solutions.judging import WORDS

@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING
 
 from adapters.registry import ENGINES
 from barchain.crossval.default_settings import comparison_setting
-from barchain.execution.executors import ALL_CORES
+from barchain.runs.executors import ALL_CORES
 from barchain.solutions.reference import SolutionSource
 
 if TYPE_CHECKING:
     from adapters.engine import Engine, Setting
     from adapters.registry import Registration
-    from barchain.execution.executors import Executor
     from barchain.judge.verdict import Verdict
-    from barchain.run.job import Role, RunResult
+    from barchain.runs.executors import Executor
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 
@@ -52,10 +51,8 @@ class SceneProgress:
     """Results of one scene as they come."""
 
     scene: Scene
-    solution_runs: dict[Role, RunResult] = field(default_factory=dict)
-    runs: dict[str, dict[Role, RunResult]] = field(default_factory=dict)
     verdicts: dict[str, Verdict] = field(default_factory=dict)
     source: SolutionSource = SolutionSource.REFERENCE
     """Origin of the solution that judges the scene"""
-    solution: ReferenceSolution | None = None
     solution_failed: str = ""
+    """Why no solution judges the scene; empty if one does"""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from barchain.crossval.external_coverage import external_coverage
 from barchain.crossval.methodology import limitations, misprints, tolerance_rows
 from barchain.record.environment import provenance
-from barchain.record.facts import engine_facts, scene_facts
+from barchain.runs.facts import engine_facts, scene_facts
 
 if TYPE_CHECKING:
     from barchain.crossval.plan import ComparisonPlan

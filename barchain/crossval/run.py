@@ -15,15 +15,15 @@ from barchain.crossval.plan import ComparisonPlan
 from barchain.crossval.record import new_record
 from barchain.crossval.required import ANY_INDEPENDENT
 from barchain.crossval.suite import Suite
-from barchain.execution.executors import ALL_CORES
 from barchain.record.claim import claimed
-from barchain.record.folder_lock import kept_or_temporary
 from barchain.record.study_store import StudyStore
-from barchain.run.selection import chosen_engines, unique_names
-from barchain.run.settings import choose_setting
-from barchain.run.store import RunStore
-from barchain.run.time_limits import TIME_LIMIT_S
-from barchain.run.timing.estimate import TOLD_S, estimated_run_s, need_runnable, work_words
+from barchain.runs.environment import kept_or_temporary
+from barchain.runs.executors import ALL_CORES
+from barchain.runs.selection import chosen_engines, unique_names
+from barchain.runs.settings import choose_setting
+from barchain.runs.store import RunStore
+from barchain.runs.time_limits import TIME_LIMIT_S
+from barchain.runs.timing.estimate import TOLD_S, estimated_run_s, need_runnable, work_words
 from reference_impl.kernel.build import why_missing
 from reports.tables.crossval import ALL_SCENES, FILES, JUDGING_SOLUTION, is_engine
 from reports.tables.outcome import Outcome
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
     from adapters.registry import Registration
-    from barchain.execution.executors import Executor
+    from barchain.runs.executors import Executor
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from adapters.engine import Engine, Setting
     from adapters.trajectory import Trajectory
-    from barchain.run.job import Role
+    from barchain.runs.job import Role
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 

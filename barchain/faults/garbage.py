@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from barchain.faults.fault import Fault, FaultGroup
-from barchain.run.job import Role
+from barchain.runs.job import Role
 
 if TYPE_CHECKING:
     from numpy.random import Generator

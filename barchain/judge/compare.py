@@ -18,7 +18,7 @@ from barchain.judge.roundoff import too_noisy
 from barchain.judge.scales import NORM_SLACK
 from barchain.judge.verdict import JUDGED_METRICS, MIN_JUDGED_SHARE, CheckFinding, Verdict, no_verdict
 from barchain.metrics.quantities import drifts
-from barchain.run.job import ROUNDOFF_ROLES, Role
+from barchain.runs.job import ROUNDOFF_ROLES, Role
 from barchain.solutions.reference import TRACK
 from reports.tables.outcome import Outcome
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from adapters.common.equal_steps import finer_setting
-from barchain.run.job import ROUNDOFF_ROLES, Job, Role, RunResult
+from barchain.runs.job import ROUNDOFF_ROLES, Job, Role, RunResult
 from reports.tables.outcome import Outcome
 from scenarios import Axes, Impulse, Thrust
 
@@ -51,10 +51,8 @@ class Evidence:
     """Runs at the main setting with other rounding, turned back; empty unless requested"""
 
 
-def gathered(runs: dict[Role, RunResult]) -> Evidence | None:
-    """Evidence of results by role, perturbed runs turned back; None without the main and the finer run."""
-    if Role.MAIN not in runs or Role.FINER not in runs:
-        return None
+def gathered(runs: dict[Role, RunResult]) -> Evidence:
+    """Evidence of results by role, the main and the finer run among them; perturbed runs turned back."""
     turned = [(runs[role], angle) for role, angle in zip(ROUNDOFF_ROLES, TURNED_RAD, strict=True) if role in runs]
     complete = [(r.trajectory, angle) for r, angle in turned if r.outcome is Outcome.PASS and r.trajectory is not None]
     back = tuple(turned_back(trajectory, angle) for trajectory, angle in complete)

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from barchain.boundary.message import MessageError, message_bytes, plain_text, read_message
-from barchain.run.job import Role
-from barchain.run.verdict_workers import VerdictCodec
+from barchain.runs.job import Role
+from barchain.runs.message import MessageError, message_bytes, plain_text, read_message
+from barchain.runs.verdict_task import VerdictCodec
 from reports.tables.crossval import METRIC_COLUMNS, QUANTITY_UNITS
 from reports.tables.outcome import Outcome, gravest
 

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import contextlib
-import tempfile
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from filelock import FileLock, Timeout
 
-from barchain.boundary.threads import one_thread_each, temporary_root
-
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from contextlib import AbstractContextManager
+    from pathlib import Path
 
 LOCK = ".barchain.lock"
 """Empty file in a result folder; the operating system's lock on it counts, and its presence does not"""
@@ -26,16 +23,6 @@ class FolderInUseError(ValueError):
 def locked_if_there(folder: Path) -> AbstractContextManager[None]:
     """Lock of a result folder that exists; nothing of one that does not."""
     return locked(folder) if folder.is_dir() else contextlib.nullcontext()
-
-
-@contextlib.contextmanager
-def kept_or_temporary(out: Path | None) -> Iterator[Path]:
-    """Result folder `out`; without one a temporary folder, which is removed also after a kill."""
-    if out is not None:
-        yield out
-        return
-    with one_thread_each(), tempfile.TemporaryDirectory(dir=temporary_root(), ignore_cleanup_errors=True) as scratch:
-        yield Path(scratch)
 
 
 @contextlib.contextmanager

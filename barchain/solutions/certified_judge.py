@@ -18,7 +18,7 @@ from adapters.registry import ENGINES
 from barchain.metrics.model_difference import track_response
 from barchain.metrics.quantities import differences
 from barchain.metrics.rates import own_rate
-from barchain.run.job import Job, Role
+from barchain.runs.job import Job, Role
 from barchain.solutions.certified_run import CERTIFIED_CHECK_RTOL, CERTIFIED_RTOL, PRECISION, error_bar
 from barchain.solutions.certified_table import moved
 from barchain.solutions.reference import (

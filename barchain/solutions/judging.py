@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from adapters.registry import ENGINES
-from barchain.run.job import CERTIFIED_ROLES, Role, RunResult
+from barchain.runs.job import CERTIFIED_ROLES, Role, RunResult
 from barchain.solutions.certified_judge import (
     CERTIFIER,
     MOST_BARS,
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from adapters.registry import Registration
-    from barchain.run.job import Job
+    from barchain.runs.job import Job
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 
@@ -51,18 +51,17 @@ def judging_jobs(scene: Scene, source: SolutionSource) -> list[Job]:
     return certified_jobs(scene) if source is SolutionSource.HEYOKA else solution_jobs(scene)
 
 
-def judging_solution(scene: Scene, source: SolutionSource, runs: Mapping[Role, RunResult]) -> ReferenceSolution | None:
-    """Solution of this kind, or None before all its runs have returned.
+def judging_solution(scene: Scene, source: SolutionSource, runs: Mapping[Role, RunResult]) -> ReferenceSolution:
+    """Solution of this kind from its runs.
 
     Raises
     ------
     SolutionFailedError
-        If all runs have returned and one failed.
+        If one failed.
     """
     if source is SolutionSource.REFERENCE:
         return solution_of(scene, runs)
-    seen = completed(runs, CERTIFIED_ROLES)
-    return None if seen is None else establish_certified(scene, *seen)
+    return establish_certified(scene, *completed(runs, CERTIFIED_ROLES))
 
 
 def engine_of(source: SolutionSource, reference: str) -> str:

@@ -27,6 +27,8 @@ from reports.tables.crossval import PARTED_RAD
 from scenarios import Gravity
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
 
@@ -153,48 +155,77 @@ def establish(
         precision.
     close_rad : float
     """
-    parted = differences(solution, perturbed)
+    parted, looser = differences(solution, perturbed), differences(solution, check)
     n = min(len(x.t_s) for x in (solution, check, perturbed, close) if x is not None)
-    wide = np.zeros(n, bool) if close is None else solution.t_s[:n] <= float(solution.info[WIDE_UNTIL])
-    rtol = np.where(wide, WIDE_RTOL, SOLUTION_RTOL)
     attitude = np.maximum.accumulate(parted["attitude"])[:n]
     amplification = attitude / attitude[0]
     if close is not None:
         amplification = amplification_of(solution, perturbed, close, close_rad)[:n]
-    looser = differences(solution, check)
     # errors of the track exceed its response to an attitude perturbed by 1e-10 rad: integrate it
     response = sensitivity(parted | track_response(scene, solution, perturbed), n, 0.0)
     for name, other in sensitivity({k: d for k, d in looser.items() if k not in TRACK}, n, PERTURBATION_RAD).items():
-        response[name] = np.maximum(
-            response[name], other
-        )  # a perturbation in another direction, once it exceeds round-off
-    # runs with step control may agree at a sample by chance: the tolerance of one step is added
+        # a perturbation in another direction, once it exceeds round-off
+        response[name] = np.maximum(response[name], other)
+    wide = np.zeros(n, bool)
+    setting = f"rtol={SOLUTION_RTOL:g}"
+    if close is not None:
+        wide = solution.t_s[:n] <= float(solution.info[WIDE_UNTIL])
+        until = "" if wide.all() else f" until {solution.info[WIDE_UNTIL]:.6g} s, then {setting}"
+        setting = f"rtol={WIDE_RTOL:g} in extended precision{until}"
+    error = truncation(scene, looser, response, np.where(wide, WIDE_RTOL, SOLUTION_RTOL))
+    if close is not None:
+        error = {name: ROUNDED_ALIKE * d for name, d in error.items()}
+    for name, d in common_rounding(scene, solution, amplification, response, wide).items():
+        error[name] = error[name] + d
+    return ReferenceSolution(
+        scene, solution, fine or solution, error, amplification, response, divergence_instant_s(solution, check),
+        setting=setting,
+    )  # fmt: skip
+
+
+def truncation(scene: Scene, looser: dict[str, Array], response: dict[str, Array], rtol: Array) -> dict[str, Array]:
+    """Error of the method for each quantity, (n,): the difference of two tolerances, and the tolerance of one step.
+
+    Parameters
+    ----------
+    scene : Scene
+    looser : dict of ndarray
+        Differences from the run at a looser tolerance; with step control both may agree at a sample by chance.
+    response : dict of ndarray, (n,)
+        Change of each quantity per change of attitude.
+    rtol : ndarray, shape (n,)
+        Tolerance of the steps so far.
+    """
+    n = len(rtol)
     error = {name: np.maximum.accumulate(d)[:n] + rtol * response[name] for name, d in looser.items()}
     if scene.effects.gravity is not Gravity.NONE:  # a straight track has no error but round-off
         error["com"] += rtol * scene.radius0_m
         error["com_velocity"] += rtol * scene.speed0_m_s
     error["rate"] += rtol * scene.fastest_rate_rad_s
-    if close is not None:
-        error = {name: ROUNDED_ALIKE * d for name, d in error.items()}
-    # both runs share the rounding of equal evaluations, as at an equilibrium, and of samples and events to double
+    return error
+
+
+def common_rounding(
+    scene: Scene, solution: Trajectory, amplification: Array, response: dict[str, Array], wide: NDArray[np.bool_]
+) -> dict[str, Array]:
+    """Error for each quantity, (n,), that runs at two tolerances share, so that their difference does not show it.
+
+    Equal evaluations, as at an equilibrium, are rounded alike; samples and events are rounded to double precision.
+    `wide` tells where the steps so far were in extended precision.
+    """
+    n = len(amplification)
     rounded, sizes = ROUNDED * UNIT_ROUNDOFF, {name: size[:n] for name, size in largest(solution).items()}
     struck = joint_condition(scene) if scene.effects.impulse else 1.0
     shared_rad = np.where(wide & (not has_events(scene)), WIDE_RTOL, struck * rounded) * amplification
-    for name in error:
-        solved = 1.0 if name in TRACK else struck
-        error[name] = error[name] + solved * rounded * sizes[name] + shared_rad * response[name]
+    error = {
+        name: (1.0 if name in TRACK else struck) * rounded * sizes[name] + shared_rad * response[name]
+        for name in response
+    }
     if scene.effects.impulse:  # a rounded step of the velocity drifts along the orbit, by 3 t in Hill's equations
         turned_rad = 3.0 * scene.orbital_rate_rad_s * solution.t_s[:n]
         error["com"] += 3.0 * rounded * sizes["com_velocity"] * solution.t_s[:n]
         error["com_velocity"] += rounded * sizes["com_velocity"] * turned_rad
-    setting = f"rtol={SOLUTION_RTOL:g}"
-    if close is not None:
-        until = "" if wide.all() else f" until {solution.info[WIDE_UNTIL]:.6g} s, then {setting}"
-        setting = f"rtol={WIDE_RTOL:g} in extended precision{until}"
-    return ReferenceSolution(
-        scene, solution, fine or solution, error, amplification, response, divergence_instant_s(solution, check),
-        setting=setting,
-    )  # fmt: skip
+    return error
 
 
 def joint_condition(scene: Scene) -> float:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.compiled_engine import CLOSE_START_RAD, ReferenceWide
 from adapters.registry import COMPILED, ENGINES, WIDE
-from barchain.run.job import SOLUTION_ROLES, Job, Role, RunResult
-from barchain.run.timing.estimate import estimated_run_s
+from barchain.runs.job import SOLUTION_ROLES, Job, Role, RunResult
+from barchain.runs.timing.estimate import estimated_run_s
 from barchain.solutions.reference import (
     FINE_RTOL,
     SOLUTION_CHECK_RTOL,
@@ -80,29 +80,27 @@ def solution_jobs(scene: Scene, engine: str | None = None) -> list[Job]:
     ]
 
 
-def solution_of(scene: Scene, runs: Mapping[Role, RunResult], engine: str | None = None) -> ReferenceSolution | None:
-    """Reference solution of a scene from the runs of :func:`solution_jobs`, or None before all have returned.
+def solution_of(scene: Scene, runs: Mapping[Role, RunResult], engine: str | None = None) -> ReferenceSolution:
+    """Reference solution of a scene from the runs of :func:`solution_jobs`.
 
     Raises
     ------
     SolutionFailedError
-        If all runs have returned and one failed.
+        If one failed.
     """
     wide = (engine or judging_engine(scene)) == WIDE
     seen = completed(runs, (*SOLUTION_ROLES, Role.CLOSE_START) if wide else SOLUTION_ROLES)
-    return None if seen is None else establish(scene, *seen, close_rad=CLOSE_START_RAD)
+    return establish(scene, *seen, close_rad=CLOSE_START_RAD)
 
 
-def completed(runs: Mapping[Role, RunResult], roles: Sequence[Role]) -> list[Trajectory] | None:
-    """Trajectories of all roles in their order; None before all have returned.
+def completed(runs: Mapping[Role, RunResult], roles: Sequence[Role]) -> list[Trajectory]:
+    """Trajectories of all roles in their order.
 
     Raises
     ------
     SolutionFailedError
-        If all runs have returned and one failed.
+        If one of the runs failed.
     """
-    if any(role not in runs for role in roles):
-        return None
     failed = [runs[role].reason for role in roles if runs[role].outcome is not Outcome.PASS]
     if failed:  # usually for the same reason, which is then given once
         raise SolutionFailedError("; ".join(dict.fromkeys(failed)))

@@ -12,10 +12,10 @@ import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
-from barchain.execution.executors import KeptAnswers
 from barchain.record.claim import claimed
 from barchain.record.environment import provenance
 from barchain.record.study_store import ASKED, PARTS, StudyStore, asked_for
+from barchain.runs.executors import KeptAnswers
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

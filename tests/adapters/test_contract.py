@@ -10,7 +10,7 @@ from adapters.common.initial_state import initial_state
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES
 from adapters.trajectory import Observable, Trajectory, from_frame, to_frame
-from barchain.run.trajectory_checks import fault
+from barchain.runs.trajectory_checks import fault
 from scenarios import load_scene
 from tests.support.scene_lists import ALL, TAME
 

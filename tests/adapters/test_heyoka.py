@@ -16,7 +16,7 @@ from adapters.heyoka.structure import structure_of
 from adapters.heyoka.units import units_of
 from adapters.reference.numpy_engines import Reference
 from barchain.metrics.quantities import differences
-from barchain.run.settings import SettingError, choose_setting
+from barchain.runs.settings import SettingError, choose_setting
 from reference_impl.model import relative
 from reference_impl.model.state import Accelerations
 from scenarios import load_scene

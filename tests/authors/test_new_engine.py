@@ -22,7 +22,7 @@ from barchain.cli.main import run
 from barchain.crossval.run import run_comparison
 from barchain.engine import AccuracyParameter, Engine, Setting
 from barchain.engine.new_package import package_names
-from barchain.run.trajectory_checks import fault
+from barchain.runs.trajectory_checks import fault
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
 from tests.structure.product import ROOT

@@ -3,21 +3,19 @@
 import contextlib
 import ctypes
 import dataclasses
-import io
 import os
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import threading
 import time
-import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
-import psutil
 
 from adapters.engine import AccuracyParameter, AccuracySweep, Engine, EngineError
 from adapters.reference.numpy_engines import Reference
@@ -74,13 +72,13 @@ def hold_by_thread() -> None:
     threading.Thread(target=time.sleep, args=(600,)).start()
 
 
-def stop_server() -> None:
-    """Stop the process that forks supervisors."""
-    os.kill(psutil.Process(os.getppid()).ppid(), signal.SIGSTOP)
+def stop_worker() -> None:
+    """Stop the process that would end this one."""
+    os.kill(os.getppid(), signal.SIGSTOP)
     time.sleep(600)
 
 
-def kill_supervisor() -> None:
+def kill_worker() -> None:
     """Leave a child in a session of its own, and kill the process that would end it."""
     subprocess.Popen(["sleep", "600"], start_new_session=True)
     os.kill(os.getppid(), signal.SIGKILL)
@@ -88,12 +86,10 @@ def kill_supervisor() -> None:
 
 
 def claim_memory() -> None:
-    """Write an answer whose header claims 700 TB."""
-    head = io.BytesIO()
-    np.lib.format.write_array_header_1_0(head, {"descr": "<f8", "fortran_order": False, "shape": (10**14,)})
-    with zipfile.ZipFile("../half", "w") as file:
-        file.writestr("header.npy", head.getvalue())
-    Path("../half").rename("../answer.npz")
+    """Write to every pipe that an answer of 700 TB comes."""
+    for number in range(3, 1024):
+        with contextlib.suppress(OSError):
+            os.write(number, struct.pack("<Q", 7 * 10**14))
     os._exit(0)
 
 
@@ -119,8 +115,8 @@ ACTS: dict[str, Callable[[], Any]] = {
     "floods": flood,
     "hoards": hoard,
     "hangs": lambda: time.sleep(600),
-    "stops_server": stop_server,
-    "kills_supervisor": kill_supervisor,
+    "stops_worker": stop_worker,
+    "kills_worker": kill_worker,
     "claims_memory": claim_memory,
     "removes_folder": lambda: (shutil.rmtree(Path.cwd().parent), os._exit(0)),
     "hangs_deaf": lambda: (signal.pthread_sigmask(signal.SIG_BLOCK, range(1, 64)), time.sleep(600)),

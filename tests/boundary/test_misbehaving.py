@@ -12,9 +12,9 @@ import psutil
 import pytest
 
 from adapters.registry import Registration
-from barchain.boundary import limits
-from barchain.boundary.threads import FOLDER
 from barchain.crossval.run import run_comparison
+from barchain.runs import limits
+from barchain.runs.environment import FOLDER
 from reports.render import render
 from reports.tables.outcome import Outcome
 from tests.boundary.misbehaving import ENGINES, FINE, TRACE
@@ -34,7 +34,7 @@ IMPORTS = {
     "dies": "SIGSEGV",
     "empty": "Engine",
 }
-QUICK = ("simulate_exits_0", "info_code", "gives_complex", "unsupported_raises", "read_kills_supervisor")
+QUICK = ("simulate_exits_0", "info_code", "gives_complex", "unsupported_raises", "read_kills_worker")
 """Misbehaviours that every test run tries"""
 SLOW = (
     "simulate_leaves_0", "read_exits_bye", "build_interrupts", "info_set", "gives_list_for_array", "lacks_title",
@@ -88,17 +88,17 @@ def test_an_engine_that_exits_dies_or_lies_costs_its_own_row(tmp_path: Path, nam
 
 
 @pytest.mark.slow
-def test_a_server_that_an_engine_has_stopped_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("barchain.boundary.process.START_S", 12.0)
-    result = compared(targets(["simulate_stops_server", "plain"]), tmp_path, 8.0)
-    assert not result.outcomes[SCENE, "simulate_stops_server"].ok
+def test_a_worker_that_an_engine_has_stopped_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("barchain.runs.workers.START_S", 12.0)
+    result = compared(targets(["simulate_stops_worker", "plain"]), tmp_path, 8.0)
+    assert not result.outcomes[SCENE, "simulate_stops_worker"].ok
     assert result.outcomes[SCENE, "plain"] is Outcome.PASS
 
 
 @pytest.mark.slow
-def test_a_child_goes_where_the_engine_has_killed_its_supervisor(tmp_path: Path) -> None:
+def test_a_child_goes_where_the_engine_has_killed_its_worker(tmp_path: Path) -> None:
     before = ours()
-    compared(targets(["read_kills_supervisor"]), tmp_path, 8.0)
+    compared(targets(["read_kills_worker"]), tmp_path, 8.0)
     time.sleep(0.5)
     assert ours() <= before
 
@@ -109,8 +109,8 @@ def test_every_misbehaviour_costs_its_own_row_and_leaves_no_process(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert len(ENGINES) >= 100
-    monkeypatch.setattr("barchain.boundary.declared.QUESTION_LIMITS", limits.OutsideLimits(4.0))
-    monkeypatch.setattr("barchain.boundary.process.START_S", 12.0)
+    monkeypatch.setattr("barchain.runs.declared.QUESTION_LIMITS", limits.OutsideLimits(4.0))
+    monkeypatch.setattr("barchain.runs.workers.START_S", 12.0)
     before = ours()
     result = compared(targets(ENGINES), tmp_path, 8.0)
     check(result, tmp_path, ENGINES)
@@ -132,7 +132,7 @@ def test_harmless_engines_pass_whatever_they_start(tmp_path: Path) -> None:
 def test_a_package_that_misbehaves_at_import_costs_its_own_row(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(tmp_path)
     (tmp_path / "bad_syntax.py").write_text("def")
-    monkeypatch.setattr("barchain.boundary.declared.QUESTION_LIMITS", limits.OutsideLimits(2.0))
+    monkeypatch.setattr("barchain.runs.declared.QUESTION_LIMITS", limits.OutsideLimits(2.0))
     names = {name: f"tests.boundary.bad_imports.{name}:Engine" for name in IMPORTS}
     names |= {"syntax": "bad_syntax:Engine", "nowhere": "there_is_no_such_package:Engine"}
     result = compared(names | targets(["plain"]), tmp_path / "out")

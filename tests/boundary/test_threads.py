@@ -9,12 +9,12 @@ import pytest
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES, Registration
-from barchain.boundary.threads import THREADS, one_thread_each
-from barchain.execution.executors import LocalProcesses
-from barchain.run import pool
-from barchain.run.job import Job, Role
-from barchain.run.pool import PoolGroup, pool_group, run_jobs
-from barchain.run.timing.bench import TimingBench
+from barchain.runs import pool
+from barchain.runs.environment import THREADS, one_thread_each
+from barchain.runs.executors import LocalProcesses
+from barchain.runs.job import Job, Role
+from barchain.runs.pool import PoolGroup, pool_group, run_jobs
+from barchain.runs.timing.bench import TimingBench
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
 from tests.support.slow import one_in

@@ -12,7 +12,7 @@ import pytest
 from adapters.registry import ENGINES, Registration
 from barchain.cli.common.exit_codes import ExitCode, end_study
 from barchain.cli.main import run
-from barchain.run.timing.left_out import failures
+from barchain.runs.timing.left_out import failures
 from barchain.studies.ensemble.execution import EnsembleSummary
 from barchain.studies.ensemble.rows import RunTally
 from barchain.studies.roundoff.run import RoundoffResult

@@ -10,7 +10,6 @@ from xml.etree import ElementTree
 import pytest
 
 from adapters.registry import engines
-from barchain.boundary.process import Reply, ask
 from barchain.cli.main import run
 from barchain.conform import Extent, assert_conforms, conform, target
 from barchain.conform.accuracy import accuracy
@@ -19,12 +18,13 @@ from barchain.conform.checks import Check, CheckState, ConformanceReport, Group
 from barchain.conform.extent import extent_of
 from barchain.conform.junit import write_junit
 from barchain.conform.runs import START_S
+from barchain.runs.asking import Reply, ask
 from tests.support.kernel import needs_kernel
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from barchain.boundary.limits import OutsideLimits
+    from barchain.runs.limits import OutsideLimits
 
 
 pytestmark = needs_kernel

@@ -19,7 +19,7 @@ from barchain.judge.diagnosis.channels import channels_of
 from barchain.judge.diagnosis.mistake import ReadingMistake, SceneMistake, TimingMistake
 from barchain.judge.diagnosis.readings.timing import delayed
 from barchain.judge.evidence import Evidence
-from barchain.run.job import RunResult
+from barchain.runs.job import RunResult
 from barchain.solutions.reference import densely_sampled, establish, with_perturbed_start
 from barchain.solutions.reference_runs import solution_engine
 from reports.tables.outcome import Outcome

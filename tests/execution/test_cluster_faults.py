@@ -15,7 +15,7 @@ pytest.importorskip("distributed")
 import psutil
 
 from barchain.cli.main import run as barchain
-from barchain.execution.limits import ANSWER_S
+from barchain.runs.cluster.limits import ANSWER_S
 from reports.tables.ensemble import FILES
 from tests.support import local_cluster
 from tests.support.kernel import needs_kernel
@@ -95,7 +95,7 @@ def test_an_address_without_a_listener_ends_at_once_and_makes_no_folder(tmp_path
 
 @pytest.mark.parametrize("answer", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n", bytes(range(256)) * 40])
 def test_an_address_that_is_no_scheduler_ends_in_its_time(tmp_path, capfd, monkeypatch, answer):
-    monkeypatch.setattr("barchain.execution.connection.ANSWER_S", 2.0)
+    monkeypatch.setattr("barchain.runs.cluster.connection.ANSWER_S", 2.0)
     with listener(answer) as address:
         Ended(capfd, tmp_path / "out", address).check(2, "no Dask scheduler answers there", 2.0)
     assert not (tmp_path / "out").exists()
@@ -147,7 +147,7 @@ def test_a_lost_scheduler_keeps_the_parts_that_were_done_and_resume_goes_on(tmp_
 @pytest.mark.exhaustive
 def test_a_scheduler_that_stops_answering_is_given_up(tmp_path, capfd, monkeypatch, cluster):
     cluster.worker(local_cluster.SLOW, "--no-nanny")
-    monkeypatch.setattr("barchain.execution.connection.SILENT_S", 12.0)
+    monkeypatch.setattr("barchain.runs.cluster.connection.SILENT_S", 12.0)
     interrupting(monkeypatch, lambda: psutil.Process(cluster.scheduler.pid).suspend())
     Ended(capfd, tmp_path / "out", cluster.address).check(1, "no answer within 12 s", 60.0)
     assert stored_parts(tmp_path / "out") == 1

@@ -11,17 +11,17 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from barchain.execution.call import Call, CallEnd
-from barchain.execution.connection import ClusterLostError
-from barchain.execution.executors import DaskCluster, LocalProcesses
+from barchain.runs.call import Call, CallEnd
+from barchain.runs.cluster.connection import ClusterLostError
+from barchain.runs.executors import DaskCluster, LocalProcesses
 from tests.execution import calls
 from tests.support.local_cluster import LocalCluster, kill
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from barchain.execution.call import Answer
-    from barchain.execution.executors import Executor
+    from barchain.runs.call import Answer
+    from barchain.runs.executors import Executor
 
 PATIENT_S = 120.0  # a busy machine starts processes slowly
 
@@ -57,7 +57,10 @@ def test_a_call_that_raises_dies_or_hangs_costs_its_own_answer(executor: Executo
     first, raised, died, late, last = answers(executor, echo, *bad, echo)
     assert (first.content, last.content) == (b"here", b"here")
     assert (raised.end, raised.reason) == (CallEnd.RAISED, "ZeroDivisionError: inside the call")
-    assert (died.end, died.reason) == (CallEnd.DIED, "its process died (signal 9, SIGKILL); last output: so long")
+    assert (died.end, died.reason) == (
+        CallEnd.DIED,
+        "its process died (signal 9, SIGKILL) and gave no result; last output: so long",
+    )
     assert (late.end, late.reason) == (CallEnd.TIMED_OUT, "no result within 2 s")
 
 

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from barchain.execution import kept_answers
-from barchain.execution.call import Call, CallEnd
-from barchain.execution.executors import KeptAnswers, LocalProcesses
+from barchain.runs import kept_answers
+from barchain.runs.call import Call, CallEnd
+from barchain.runs.executors import KeptAnswers, LocalProcesses
 from tests.execution import calls
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from barchain.execution.call import Answer
+    from barchain.runs.call import Answer
 
 PATIENT_S = 120.0
 

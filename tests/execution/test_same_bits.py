@@ -13,8 +13,8 @@ pytest.importorskip("distributed")
 from adapters.registry import Registration
 from barchain.cli.main import run as barchain
 from barchain.crossval.run import run_comparison
-from barchain.execution.connection import ClusterLostError
-from barchain.execution.executors import DaskCluster, LocalProcesses
+from barchain.runs.cluster.connection import ClusterLostError
+from barchain.runs.executors import DaskCluster, LocalProcesses
 from reports.tables.outcome import Outcome
 from tests.support.local_cluster import LocalCluster, kill
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
 
-    from barchain.execution.executors import Executor
+    from barchain.runs.executors import Executor
 
 PATIENT_S = 120.0
 ENGINES = ("rebound", "pymunk")

@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from barchain.boundary.message import MessageError
-from barchain.execution.call import Answer, CallEnd
-from barchain.execution.wire import joined, packed_answers, parted, unpacked_answers
-from barchain.run.job import Job, Role
-from barchain.run.messages import shared_result, shared_run, version_of
+from barchain.runs.call import Answer, CallEnd, packed_answers, unpacked_answers
+from barchain.runs.frames import joined, parted
+from barchain.runs.job import Job, Role
+from barchain.runs.message import MessageError
+from barchain.runs.messages import shared_result, shared_run, version_of
 from barchain.solutions.reference_runs import solution_jobs
 from reports.tables.outcome import Outcome
 from scenarios import load_scene

@@ -18,9 +18,9 @@ from barchain.crossval.default_settings import (
     two_digits,
 )
 from barchain.crossval.plan import ComparisonPlan
-from barchain.run.job import Job, Role
-from barchain.run.order import longest_first
-from barchain.run.selection import chosen_engines, one_of_each
+from barchain.runs.job import Job, Role
+from barchain.runs.order import longest_first
+from barchain.runs.selection import chosen_engines, one_of_each
 from barchain.solutions.sampling import closely_sampled
 from barchain.solutions.shipped import shipped_solution
 from scenarios import load_scene

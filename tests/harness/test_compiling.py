@@ -13,10 +13,10 @@ from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
 from barchain.api import compare
 from barchain.crossval.suite import beforehand
-from barchain.execution.executors import LocalProcesses
-from barchain.run.job import Job, Role, RunResult, failure
-from barchain.run.pool import run_jobs
-from barchain.run.time_limits import COMPILE_S, TimeLimit
+from barchain.runs.executors import LocalProcesses
+from barchain.runs.job import Job, Role, RunResult, failure
+from barchain.runs.pool import run_jobs
+from barchain.runs.time_limits import COMPILE_S, TimeLimit
 from barchain.solutions.reference_runs import judging_engine, solution_jobs
 from reports.render import render
 from reports.tables.outcome import Outcome

@@ -12,12 +12,12 @@ from barchain.crossval.plan import ComparisonPlan
 from barchain.crossval.record import new_record
 from barchain.crossval.run import run_comparison
 from barchain.crossval.suite import Suite
-from barchain.execution.executors import ALL_CORES, LocalProcesses
 from barchain.record.study_store import StudyStore
-from barchain.run.job import SOLUTION_ROLES, Job, Role, failure
-from barchain.run.pool import PoolGroup, pool_group
-from barchain.run.store import RunStore
-from barchain.run.verdict_workers import Judges
+from barchain.runs.cases import Known
+from barchain.runs.executors import LocalProcesses
+from barchain.runs.job import Job, Role, failure
+from barchain.runs.pool import PoolGroup, pool_group
+from barchain.runs.store import RunStore
 from barchain.solutions.reference_runs import solution_jobs
 from reports.chapters.crossval.summary import summarise
 from reports.chapters.crossval.verdict import summary_verdict
@@ -133,10 +133,10 @@ def test_why_a_reference_solution_failed_is_said_once(tmp_path):
     store = RunStore(StudyStore(FILES, tmp_path, new_record(plan, "test")), [])
     suite = Suite(plan, store, lambda *_: None)
     progress = suite.progress[SCENE]
-    progress.solution_runs = {
-        role: failure(Outcome.FAILED, "no steps left") for role in (*SOLUTION_ROLES, Role.CLOSE_START)
-    }
-    suite.found_solution(progress)
+    case = suite.solution(progress)
+    asked = next(case)
+    with pytest.raises(StopIteration):
+        case.send([failure(Outcome.FAILED, "no steps left") for _ in asked])
     assert progress.solution_failed == "the judging solution could not be run (no steps left)"
 
 
@@ -216,7 +216,8 @@ def test_results_so_far_are_kept_and_resumed(tmp_path, monkeypatch):
     record = json.loads((tmp_path / "record.json").read_text())
     assert record["finished"]
     made = []
-    monkeypatch.setattr("barchain.crossval.suite.run_jobs", lambda jobs, **_: made.extend(jobs) or iter(()))
+    gone = Known(failure(Outcome.FAILED, "not made"))
+    monkeypatch.setattr("barchain.crossval.suite.run_task", lambda job, *_: made.append(job) or gone)
     second = run_comparison([SCENE], out=tmp_path, resume=True, registered=registered(["Unmodified", "GivesUp"]))
     assert [job.engine for job in made] == ["GivesUp", "GivesUp"]  # only what failed is tried again
     kept = first.metrics.query("engine == 'Unmodified'")
@@ -241,7 +242,7 @@ def test_a_scene_that_no_external_engine_passes_is_a_failure():
 
 @pytest.mark.slow
 def test_a_verdict_that_takes_too_long_is_no_failure_of_the_engine(monkeypatch):
-    monkeypatch.setattr(Judges.__init__, "__defaults__", (ALL_CORES, 0.01))
+    monkeypatch.setattr("barchain.runs.verdict_task.JUDGING_S", 0.01)
     result = run_comparison(["paper/fig05"], ["rebound"])
     assert result.outcomes["paper/fig05", "rebound"] is Outcome.NOTHING_COMPARED
     assert not result.passed

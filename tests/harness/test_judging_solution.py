@@ -24,8 +24,8 @@ from barchain.judge.compare import judge
 from barchain.judge.evidence import Evidence
 from barchain.metrics.quantities import differences
 from barchain.record.study_store import StudyStore
-from barchain.run.job import CERTIFIED_ROLES, Role, RunResult, failure
-from barchain.run.store import RunStore
+from barchain.runs.job import CERTIFIED_ROLES, Role, RunResult, failure
+from barchain.runs.store import RunStore
 from barchain.solutions.certified import committed
 from barchain.solutions.certified_judge import CERTIFIER, affordable, certified_jobs
 from barchain.solutions.certified_table import DamagedTableError, physics_digest
@@ -177,10 +177,12 @@ def test_the_reference_judges_where_heyoka_fails(tmp_path: Path) -> None:
     notes: list[str] = []
     suite = Suite(plan, store, lambda *_: None, notes.append)
     progress = suite.progress[scene.name]
-    assert [job.role for job in suite.jobs_of_solution(progress)] == list(CERTIFIED_ROLES)
-    progress.solution_runs = {role: failure(Outcome.FAILED, "no steps left") for role in CERTIFIED_ROLES}
-    suite.found_solution(progress)
-    assert judging_engine(scene) in {job.engine for job in suite.fall_back()}
+    assert suite.shipped(progress) is None
+    assert [job.role for job in suite.judging] == list(CERTIFIED_ROLES)
+    case = suite.solution(progress)
+    next(case)
+    asked = case.send([failure(Outcome.FAILED, "no steps left") for _ in CERTIFIED_ROLES])
+    assert judging_engine(scene) in {task.call.given[0].engine for task in asked}
     assert (progress.source, progress.solution_failed) == (SolutionSource.REFERENCE, "")
     assert notes == [f"{scene.name}: no certified solution (no steps left); the reference judges"]
 

@@ -12,14 +12,14 @@ from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES, Registration
 from barchain.crossval.run import run_comparison
 from barchain.record.sources import digest_of, source_digest
-from barchain.run.job import Job, Role
+from barchain.runs.cases import Known
+from barchain.runs.job import Job, Role, failure
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from barchain.run.job import RunResult
 
 SCENE = "basics/two_bars_free"
 PLUG_IN = """
@@ -50,15 +50,15 @@ def test_a_changed_byte_of_a_plug_in_makes_a_comparison_run_it_anew(
 ) -> None:
     made: list[str] = []
 
-    def noted(jobs: list[Job], **_: object) -> list[tuple[Job, RunResult]]:
-        made.extend(job.engine for job in jobs)
-        return []
+    def noted(job: Job, *_: object) -> Known:
+        made.append(job.engine)
+        return Known(failure(Outcome.FAILED, "not made"))
 
     registered = {"plugged": Registration("plugged_in:Plugged")}
     out = tmp_path / "out"
     assert run_comparison([SCENE], out=out, registered=registered).outcomes[SCENE, "plugged"] is Outcome.PASS
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("barchain.crossval.suite.run_jobs", noted)
+        patch.setattr("barchain.crossval.suite.run_task", noted)
         assert run_comparison([SCENE], out=out, registered=registered, resume=True).passed
     assert not made
     plug_in.write_text(PLUG_IN.replace("+seen", "-seen"))

@@ -13,7 +13,7 @@ from barchain.judge.evidence import Evidence
 from barchain.judge.residuals import worst
 from barchain.metrics.model_difference import com_displacement
 from barchain.metrics.quantities import conserved, differences, drifts
-from barchain.run.job import RunResult
+from barchain.runs.job import RunResult
 from barchain.solutions.reference import PERTURBATION_RAD, divergence_instant_s, establish, with_perturbed_start
 from reports.tables.crossval import PARTED_RAD
 from reports.tables.outcome import Outcome

@@ -14,7 +14,7 @@ from adapters.trajectory import Observable, Trajectory
 from barchain.conform.scenes import scene_of, solved
 from barchain.judge.compare import judge
 from barchain.judge.evidence import Evidence
-from barchain.run.job import RunResult
+from barchain.runs.job import RunResult
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from barchain.judge import compare, error_model, residuals
 from barchain.judge.compare import judge
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.evidence import Evidence
-from barchain.run.job import RunResult
+from barchain.runs.job import RunResult
 from barchain.solutions.reference import ReferenceSolution, establish, with_perturbed_start
 from reports.tables.outcome import Outcome
 from scenarios import load_scene

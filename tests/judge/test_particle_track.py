@@ -12,7 +12,7 @@ from adapters.rebound.adapter import Rebound
 from barchain.judge.compare import judge
 from barchain.judge.evidence import Evidence
 from barchain.metrics.model_difference import com_displacement
-from barchain.run.job import RunResult
+from barchain.runs.job import RunResult
 from barchain.solutions.sampling import closely_sampled
 from barchain.solutions.shipped import shipped_solution
 from reports.tables.outcome import Outcome

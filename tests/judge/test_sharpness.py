@@ -17,7 +17,7 @@ from adapters.reference.numpy_engines import Reference, ReferenceAbsolute
 from barchain.judge.compare import judge
 from barchain.judge.evidence import Evidence
 from barchain.metrics.quantities import differences, drifts
-from barchain.run.job import RunResult
+from barchain.runs.job import RunResult
 from barchain.solutions.reference import FINE_RTOL, densely_sampled, establish, with_perturbed_start
 from reports.tables.outcome import Outcome
 from scenarios import load_scene

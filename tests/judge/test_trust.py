@@ -12,7 +12,7 @@ from adapters.trajectory import Observable
 from barchain.judge.checks.beyond_limit import fault_between_segments
 from barchain.judge.checks.restart import declared_noise_rad, restart_segments
 from barchain.judge.error_model import ErrorModel
-from barchain.run.job import Role, RunResult
+from barchain.runs.job import Role, RunResult
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
 from tests.judge.trust_cases import (

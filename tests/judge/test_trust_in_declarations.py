@@ -12,8 +12,8 @@ from adapters.trajectory import Observable
 from barchain.judge.local_errors import step_constant
 from barchain.judge.roundoff import believed_noise, believed_steps
 from barchain.judge.scales import scales
-from barchain.run.job import RunResult
-from barchain.run.trajectory_checks import fault
+from barchain.runs.job import RunResult
+from barchain.runs.trajectory_checks import fault
 from reports.tables.outcome import Outcome
 from tests.judge.trust_cases import SETTING, JustBelieved, NoisyReference, garbage, judged, run, three_settings
 

@@ -11,7 +11,7 @@ from barchain.judge.checks.whole_run import rounded_values
 from barchain.judge.evidence import TURNED_RAD, perturbed, turned, turned_back
 from barchain.judge.scales import scales
 from barchain.metrics.quantities import differences
-from barchain.run.job import ROUNDOFF_ROLES, RunResult
+from barchain.runs.job import ROUNDOFF_ROLES, RunResult
 from barchain.solutions.sampling import MOST_TURNED_RAD, closely_sampled
 from reports.tables.outcome import Outcome
 from scenarios import load_scene

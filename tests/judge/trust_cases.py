@@ -10,7 +10,7 @@ from adapters.engine import AccuracyParameter, Coordinates, Setting
 from adapters.reference.numpy_engines import Reference
 from barchain.judge.compare import judge
 from barchain.judge.evidence import Evidence
-from barchain.run.job import RunResult
+from barchain.runs.job import RunResult
 from barchain.solutions.reference import establish, with_perturbed_start
 from reports.tables.outcome import Outcome
 from scenarios import load_scene

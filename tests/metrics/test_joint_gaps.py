@@ -17,7 +17,7 @@ from adapters.reference.numpy_engines import Reference, ReferenceAbsolute
 from adapters.trajectory import Trajectory, from_frame, to_frame
 from barchain.metrics.joint_gaps import centre_of_mass_residual, disagreement, gaps, measured
 from barchain.metrics.quantities import drifts
-from barchain.run.trajectory_checks import fault
+from barchain.runs.trajectory_checks import fault
 from reference_impl.integrate.simulate import Simulation
 from reports.tables.outcome import Outcome
 from scenarios import Scene, load_scene

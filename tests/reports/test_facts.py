@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from barchain.record.facts import scene_facts
+from barchain.runs.facts import scene_facts
 from reports.chapters.crossval.facts import facts
 from reports.text.record import SceneRecord
 from scenarios import load_scene

@@ -19,6 +19,7 @@ from reports.tables.schema import KEY, SCHEMA_VERSION, SchemaVersionError
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from barchain.runs.cases import Case
     from reports.tables.files import StudyFiles
 
 SCENE = "basics/kepler_circular"
@@ -151,7 +152,10 @@ def test_the_record_says_finished_only_after_the_report(tmp_path: Path) -> None:
 
 
 def test_a_pair_without_a_verdict_is_a_failure(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("barchain.crossval.suite.Suite.judge_if_ready", lambda *_: None)
+    def nothing(*_: object) -> Case[None]:
+        yield []
+
+    monkeypatch.setattr("barchain.crossval.suite.Suite.pair", nothing)
     result = run_comparison([SCENE], ["rebound"], tmp_path)
     assert not result.passed
     assert set(result.metrics.reason) == {"no verdict was given: a fault of barchain"}

@@ -14,7 +14,7 @@ import pytest
 from barchain.cli.main import cli, main, run
 from barchain.record.folder_lock import FolderInUseError, locked
 from barchain.record.study_store import StudyStore
-from barchain.run.store import RunStore
+from barchain.runs.store import RunStore
 from reports.tables import crossval
 from reports.tables.files import StudyFiles
 from reports.tables.reading import DamagedResultsError

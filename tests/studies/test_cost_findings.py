@@ -9,8 +9,8 @@ import pandas as pd
 import pytest
 
 from adapters.registry import ENGINES
-from barchain.run.timing.orders import SCATTERED, fit_order
-from barchain.run.timing.statistics import interval, locate, lower_envelope, median_time, on_front
+from barchain.runs.timing.orders import SCATTERED, fit_order
+from barchain.runs.timing.statistics import interval, locate, lower_envelope, median_time, on_front
 from barchain.studies.cost.findings import front_of, order_row, price_table, reach_table
 from barchain.studies.cost.plan import distinct, shortened, sweeps
 from barchain.studies.cost.points import errors_of, under_floor

@@ -11,8 +11,8 @@ import pytest
 from adapters.engine import AccuracyParameter, AccuracySweep, Setting
 from adapters.registry import ENGINES, Registration
 from barchain.record.study_store import StudyStore
-from barchain.run.job import RunResult
-from barchain.run.timing.orders import fit_order
+from barchain.runs.job import RunResult
+from barchain.runs.timing.orders import fit_order
 from barchain.solutions.certified import certified
 from barchain.studies.cost.findings import orders_table
 from barchain.studies.cost.fixed_steps import errors_at_equal_steps

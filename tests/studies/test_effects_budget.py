@@ -12,7 +12,7 @@ import pytest
 
 from adapters.common.initial_state import initial_state
 from adapters.reference.numpy_engines import Reference
-from barchain.execution.executors import LocalProcesses
+from barchain.runs.executors import LocalProcesses
 from barchain.studies.effects.altitude_range import Heights, expected, seen
 from barchain.studies.effects.atmosphere import LAYERS, caveat, density_kg_m3, layer_at
 from barchain.studies.effects.cost_ratio import (

@@ -10,9 +10,9 @@ import pytest
 from adapters.engine import Setting
 from adapters.reference.compiled_engine import ReferenceFast
 from barchain.cli.main import run as barchain
-from barchain.execution.call import Answer, CallFailedError
-from barchain.execution.connection import ClusterError
-from barchain.execution.executors import DaskCluster, LocalProcesses
+from barchain.runs.call import Answer, CallFailedError
+from barchain.runs.cluster.connection import ClusterError
+from barchain.runs.executors import DaskCluster, LocalProcesses
 from barchain.studies.ensemble.execution import ensemble
 from barchain.studies.ensemble.population import populate
 from barchain.studies.ensemble.task_results import packed

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from barchain.execution.executors import LocalProcesses
+from barchain.runs.executors import LocalProcesses
 from barchain.studies.roundoff.formulations.states import EvaluationCase, StateKind
 from barchain.studies.roundoff.laws import fits as laws
 from barchain.studies.roundoff.laws.fits import best_laws, best_table, evaluation_laws, growth_laws

@@ -12,11 +12,11 @@ import pytest
 
 from adapters.common.initial_state import initial_state
 from adapters.registry import ENGINES, Registration
-from barchain.boundary.memory import Peak, mark
 from barchain.record.study_store import StudyStore
-from barchain.run.job import Job, Role
-from barchain.run.timing.divided_chain import divided
-from barchain.run.timing.evaluation import DIRECT, calibrated, evaluation_times, loop_of
+from barchain.runs.job import Job, Role
+from barchain.runs.memory import Peak, mark
+from barchain.runs.timing.divided_chain import divided
+from barchain.runs.timing.evaluation import DIRECT, calibrated, evaluation_times, loop_of
 from barchain.studies.scaling.fit import FAST, LEAST_MEMORY_B, exponent, fits_table, targets
 from barchain.studies.scaling.plan import SHARES, ScalingPlan, affordable, predicted
 from barchain.studies.scaling.point import ScalingTask, measure_point
@@ -255,11 +255,11 @@ def test_the_peak_sees_what_was_held_and_let_go() -> None:
     assert 60 * MEGABYTE < peak.beyond() < 80 * MEGABYTE
 
 
-def test_an_engine_that_fails_where_it_is_warmed_up_says_so(tmp_path: Path) -> None:
+def test_an_engine_that_fails_where_it_is_warmed_up_says_so() -> None:
     scene = divided(load_scene(SCENE), 2, SHARES[-1])
     registration = Registration("tests.support.faulty_engines:GivesUp")
     job = Job(scene, "GivesUp", registration, registration.load().sweep.setting(), Role.MAIN)
-    found = measure_point(ScalingTask(job, job, 1.0, 1, 1.0), tmp_path / "log")
+    found = measure_point(ScalingTask(job, job, 1.0, 1, 1.0))
     assert found.outcome is Outcome.FAILED
     assert found.reason == "step size became zero (on three bars, to warm up)"
 

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from adapters.trajectory import Trajectory
-    from barchain.run.job import RunResult
+    from barchain.runs.job import RunResult
     from scenarios import Scene
 
 CHEAP = ("basics/libration", "basics/two_bars_free", "paper/fig15", "effects/impulse", FALL, "paper/fig17")

@@ -11,9 +11,9 @@ import pytest
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import COMPILED, ENGINES
 from barchain.cli.main import run as command
-from barchain.execution.executors import LocalProcesses
-from barchain.run.job import JUDGING_ROLES, Job, Role
-from barchain.run.pool import RunQueue
+from barchain.runs.executors import LocalProcesses
+from barchain.runs.job import JUDGING_ROLES, Job, Role
+from barchain.runs.pool import RunQueue
 from barchain.studies.stability import expected
 from barchain.studies.stability.expected import SLOW
 from barchain.studies.stability.plan import (
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
-    from barchain.run.time_limits import TimeLimit
+    from barchain.runs.time_limits import TimeLimit
     from tests.support.faulty_engines import Faulty
 
 

@@ -12,8 +12,8 @@ import pytest
 from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
 from barchain.metrics.model_difference import com_displacement, track_response
-from barchain.run.job import Job, Role, RunResult, failure
-from barchain.run.worker import run_quietly
+from barchain.runs.job import Job, Role, RunResult, failure
+from barchain.runs.run import run_quietly
 from barchain.solutions.reference import FINE_RTOL, densely_sampled, establish, with_perturbed_start
 from barchain.studies.stability.engine_runs import EngineRuns
 from barchain.studies.stability.evidence import evidence

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from barchain.cli.main import run as barchain
-from barchain.execution.executors import LocalProcesses
+from barchain.runs.executors import LocalProcesses
 from barchain.studies.ensemble import kept_parts, plan
 from barchain.studies.ensemble import tasks as tasks_module
 from barchain.studies.ensemble.bins import BELOW, BINS, DIGITS, PILOT_RUNS

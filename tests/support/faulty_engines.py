@@ -11,7 +11,7 @@ import numpy as np
 from adapters.engine import Engine, EngineError
 from adapters.reference.numpy_engines import Reference
 from adapters.trajectory import Observable
-from barchain.boundary.threads import THREADS
+from barchain.runs.environment import THREADS
 
 TRACE = "BARCHAIN_TEST_TRACE"
 UNSOLVABLE = "basics/libration"

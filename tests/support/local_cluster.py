@@ -18,34 +18,33 @@ if TYPE_CHECKING:
 
 START_S = 60.0
 ONCE = """
-import barchain.execution.beside_worker as beside_worker
+import barchain.runs.cluster.beside_worker as beside_worker
 if not hasattr(beside_worker, 'real'):  # Dask imports a preload twice
-    beside_worker.real = beside_worker.replied
+    beside_worker.real = beside_worker.answer_call
 """
 SLOW = f"""
 import time
 {ONCE}
-def slowly(request):
+def slowly(*given):
     time.sleep(0.5)
-    return beside_worker.real(request)
-beside_worker.replied = slowly
+    return beside_worker.real(*given)
+beside_worker.answer_call = slowly
 """
 DIES = f"""
 import os
-from barchain.execution.wire import parted
 {ONCE}
-beside_worker.replied = lambda request: os._exit(3) if len(parted(request)) > 1 else beside_worker.real(request)
+beside_worker.answer_call = lambda *given: os._exit(3)
 """
 LACKS_BARCHAIN = "import sys; sys.modules['barchain'] = None"
 OTHER_HOST = """
-from barchain.execution import code_versions, host
-code_versions.digest_of = lambda *names: 'other'
-host.main()
+from barchain.runs import versions, worker
+versions.digest_of = lambda *names: 'other'
+worker.main()
 """
 OTHER_SOURCES = f"""
 import sys
-import barchain.execution.beside_worker as beside_worker
-beside_worker.COMMAND = [sys.executable, "-c", {OTHER_HOST!r}]
+import barchain.runs.workers as workers
+workers.COMMAND = [sys.executable, "-c", {OTHER_HOST!r}]
 """
 OTHER_DASK = """
 import distributed.versions as versions

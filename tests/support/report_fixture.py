@@ -12,7 +12,7 @@ import pandas as pd
 
 from adapters.engine import Setting
 from adapters.reference.numpy_engines import Reference
-from barchain.record.facts import scene_facts
+from barchain.runs.facts import scene_facts
 from reports.tables.crossval import METRIC_COLUMNS, QUANTITY_UNITS
 from reports.tables.schema import KEY, SCHEMA_VERSION
 from scenarios import Scene, load_scene

@@ -81,12 +81,12 @@ def domain_failure(error: Exception) -> tuple[str, ExitCode] | None:
     # ruff: noqa: PLC0415  # an error's class is looked up only after an error
     from adapters.engine import EngineError
     from adapters.registry import UnknownEngineError
-    from barchain.execution.connection import ClusterError, ClusterLostError
     from barchain.nightly.history.faults import HistoryError
     from barchain.record.claim import ResultsInPlaceError
     from barchain.record.folder_lock import FolderInUseError
     from barchain.record.study_store import OtherPlanError
-    from barchain.run.settings import SettingError
+    from barchain.runs.cluster.connection import ClusterError, ClusterLostError
+    from barchain.runs.settings import SettingError
     from barchain.solutions.certified_table import DamagedTableError
     from reports.tables.reading import DamagedResultsError
     from reports.tables.schema import SchemaVersionError

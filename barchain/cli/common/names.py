@@ -114,7 +114,7 @@ def need_loaded(name: str) -> None:
         If its adapter does not load.
     """
     from adapters.registry import find_engine  # noqa: PLC0415
-    from barchain.boundary.declared import engine_class  # noqa: PLC0415
+    from barchain.runs.declared import engine_class  # noqa: PLC0415
 
     need_engine(name)
     engine_class(find_engine(name))

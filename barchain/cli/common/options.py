@@ -11,8 +11,8 @@ import click
 from barchain.cli.common.names import ENGINE, SCENE, scenes_of
 from barchain.cli.common.numbers import MINUTES, MOST_REPEATS, MOST_WORKERS, POSITIVE_SECONDS, WORDS, NamedPath
 from barchain.cli.common.settings import FORM, SETTING
-from barchain.execution.executors import chosen_executor
-from barchain.execution.limits import WORKERS_S
+from barchain.runs.cluster.limits import WORKERS_S
+from barchain.runs.executors import chosen_executor
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -64,7 +64,7 @@ def settings_by_engine(given: Iterable[GivenSetting], chosen: Iterable[str]) -> 
     SettingError
         If its engine has another accuracy parameter, or the value is out of range.
     """
-    from barchain.run.settings import choose_setting  # noqa: PLC0415
+    from barchain.runs.settings import choose_setting  # noqa: PLC0415
 
     names = list(chosen)
     found: dict[str, dict[str, float]] = {}
@@ -91,7 +91,7 @@ def engines_of(setting: GivenSetting, names: list[str]) -> list[str]:
 def keys(names: Iterable[str]) -> dict[str, str]:
     """Accuracy parameter of each engine that is installed."""
     from adapters.registry import find_engine  # noqa: PLC0415
-    from barchain.boundary.declared import engine_class  # noqa: PLC0415
+    from barchain.runs.declared import engine_class  # noqa: PLC0415
 
     found = {name: find_engine(name) for name in names}
     return {name: str(engine_class(r).sweep.parameter) for name, r in found.items() if not r.missing}

@@ -8,7 +8,7 @@ import os
 import sys
 from typing import TextIO
 
-from barchain.boundary.threads import fill_standard_streams
+from barchain.runs.environment import fill_standard_streams
 
 
 class LossyFile(io.FileIO):

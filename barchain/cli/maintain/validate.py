@@ -36,7 +36,7 @@ def valid(file: str) -> bool:
     """Print whether a file holds a scene, and if not, its faults to standard error."""
     from adapters.registry import engines  # noqa: PLC0415
     from barchain.crossval.external_coverage import instants_advice  # noqa: PLC0415
-    from barchain.run.timing.estimate import TOLD_S, estimated_run_s, need_runnable, work_words  # noqa: PLC0415
+    from barchain.runs.timing.estimate import TOLD_S, estimated_run_s, need_runnable, work_words  # noqa: PLC0415
     from scenarios import SceneError, load_scene  # noqa: PLC0415
 
     try:

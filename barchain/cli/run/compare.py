@@ -23,7 +23,7 @@ from barchain.cli.common.options import (
 )
 from barchain.cli.common.terminal import say
 from barchain.record.command import typed
-from barchain.run.time_limits import SOLUTION_PATIENCE, TIME_LIMIT_S
+from barchain.runs.time_limits import SOLUTION_PATIENCE, TIME_LIMIT_S
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from adapters.registry import Registration
     from barchain.cli.common.settings import GivenSetting
     from barchain.crossval.run import ComparisonResult
-    from barchain.execution.executors import Executor
     from barchain.nightly.history.model.figures import Night
+    from barchain.runs.executors import Executor
     from scenarios import Scene
 
 LOOK = "comparison"
@@ -120,7 +120,7 @@ def compare_and_render(
     from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
     from barchain.cli.common.settings import settings_by_engine  # noqa: PLC0415
     from barchain.crossval.run import run_comparison  # noqa: PLC0415
-    from barchain.run.selection import chosen_engines, one_of_each  # noqa: PLC0415
+    from barchain.runs.selection import chosen_engines, one_of_each  # noqa: PLC0415
     from reports.render import check_others, render  # noqa: PLC0415
 
     engines = chosen_engines(names)

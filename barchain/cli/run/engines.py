@@ -45,7 +45,7 @@ def facts(registered: Mapping[str, Registration]) -> Iterable[dict[str, Any]]:
 
 def of_class(registration: Registration) -> dict[str, Any]:
     """Declarations of an engine's class."""
-    from barchain.boundary.declared import engine_class, engine_fault  # noqa: PLC0415
+    from barchain.runs.declared import engine_class, engine_fault  # noqa: PLC0415
 
     try:
         loaded = engine_class(registration)

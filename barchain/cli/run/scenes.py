@@ -180,7 +180,7 @@ def of_engine(registration: Registration, scene: Scene, solution: ReferenceSolut
 
     Some engines support a scene as long as no bar turns its other face to the wind or the Sun: only a solution tells.
     """
-    from barchain.boundary.declared import engine_class, engine_fault  # noqa: PLC0415
+    from barchain.runs.declared import engine_class, engine_fault  # noqa: PLC0415
 
     try:
         engine = engine_class(registration)
@@ -194,8 +194,8 @@ def of_engine(registration: Registration, scene: Scene, solution: ReferenceSolut
 
 def depends_on_motion(engine: type[Engine], scene: Scene) -> bool:
     """Whether an engine supports a scene only if no bar turns its other face to the wind or the Sun."""
-    from barchain.boundary.declared import OutsideEngine  # noqa: PLC0415
-    from barchain.boundary.questions import overrides  # noqa: PLC0415
+    from barchain.runs.declared import OutsideEngine  # noqa: PLC0415
+    from barchain.runs.questions import overrides  # noqa: PLC0415
 
     if scene.effects.drag is None and scene.effects.solar_pressure is None:
         return False

@@ -12,7 +12,7 @@ from barchain.cli.common.numbers import NamedPath
 from barchain.cli.common.options import overwrite_option, scene_argument, set_option, time_limit_option
 from barchain.cli.common.result_folder import need_writable
 from barchain.cli.common.terminal import say
-from barchain.run.time_limits import TIME_LIMIT_S
+from barchain.runs.time_limits import TIME_LIMIT_S
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -54,7 +54,7 @@ def run(
     """Trajectory of a run; a scene that the engine does not support is bad usage."""
     from barchain import api  # noqa: PLC0415
     from barchain.cli.common.settings import settings_by_engine  # noqa: PLC0415
-    from barchain.run.settings import SettingError  # noqa: PLC0415
+    from barchain.runs.settings import SettingError  # noqa: PLC0415
     from scenarios import SceneError  # noqa: PLC0415
 
     chosen = settings_by_engine(settings, [engine]).get(engine, {})

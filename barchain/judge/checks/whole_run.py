@@ -10,7 +10,7 @@ from adapters.trajectory import ENDED
 from barchain.judge.residuals import other_end
 from barchain.judge.scales import FIELDS
 from barchain.judge.verdict import CheckFinding
-from barchain.run.trajectory_checks import TIME_SLACK
+from barchain.runs.trajectory_checks import TIME_SLACK
 from reports.tables.crossval import PARTED_RAD
 from reports.tables.outcome import Outcome
 

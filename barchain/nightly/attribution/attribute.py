@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from barchain.boundary.threads import one_thread_each, temporary_root
 from barchain.nightly.attribution.cells import REPEATS, CellPlace, CellRunner, command_of, middle, shows
 from barchain.nightly.attribution.search import AttributionVerdict, find_causes
 from barchain.nightly.attribution.swaps import NightTrees, pins_of, swaps_of
@@ -17,6 +16,7 @@ from barchain.nightly.history.changes.suspects import suspicion
 from barchain.nightly.history.faults import HistoryError
 from barchain.nightly.history.kept.attributed import Attribution, keep_attribution
 from barchain.nightly.history.model.figures import STEPPED, FigureKind
+from barchain.runs.environment import one_thread_each, temporary_root
 from barchain.studies.study import ignore
 
 if TYPE_CHECKING:

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 from packaging.version import Version
 
-from barchain.boundary.threads import one_thread_each, temporary_root
 from barchain.nightly.attribution.cells import REPEATS, CellPlace, CellRunner, command_of, middle, shows
 from barchain.nightly.attribution.search import EndsError, bisect
 from barchain.nightly.attribution.swaps import NightTrees, pins_of, swaps_of
@@ -21,6 +20,7 @@ from barchain.nightly.history.faults import HistoryError
 from barchain.nightly.history.model.environment import capture
 from barchain.nightly.history.model.figures import STEPPED
 from barchain.nightly.releases.index import releases_of
+from barchain.runs.environment import one_thread_each, temporary_root
 from barchain.studies.study import ignore
 from scenarios.nearest import nearest
 

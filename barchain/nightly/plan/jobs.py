@@ -21,7 +21,7 @@ from barchain.nightly.plan.tables import (
     SelftestTable,
     StabilityTable,
 )
-from barchain.run.settings import SettingError, choose_setting
+from barchain.runs.settings import SettingError, choose_setting
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Mapping, Sequence

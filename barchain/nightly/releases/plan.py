@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from adapters.registry import engines, find_engine
-from barchain.boundary.declared import engine_class
 from barchain.nightly.environments.faults import PinnedEnvironmentError
 from barchain.nightly.releases.index import releases_of
+from barchain.runs.declared import engine_class
 from scenarios import load_scene
 from scenarios.nearest import nearest
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from barchain.boundary.threads import temporary_root
 from barchain.nightly.environments.sources import installed_tree
 from barchain.nightly.releases.measuring import measure
 from barchain.nightly.releases.plan import ReleasesPlan, make_plan
-from barchain.record.facts import scene_words
+from barchain.runs.environment import temporary_root
+from barchain.runs.facts import scene_words
 from reports.tables.nights.releases import FILES
 from scenarios import load_scene
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import psutil
 
-from barchain.boundary.threads import one_thread_each
+from barchain.runs.environment import one_thread_each
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence

@@ -9,9 +9,9 @@ import numpy as np
 import pandas as pd
 
 from adapters.engine import AccuracyParameter
-from barchain.boundary.declared import engine_class
-from barchain.run.timing.orders import SCATTERED, STRAIGHT, OrderFit, fit_order, price_of_a_digit
-from barchain.run.timing.statistics import Interval, on_front
+from barchain.runs.declared import engine_class
+from barchain.runs.timing.orders import SCATTERED, STRAIGHT, OrderFit, fit_order, price_of_a_digit
+from barchain.runs.timing.statistics import Interval, on_front
 from barchain.studies.cost.points import TELLS
 from barchain.studies.cost.reach import MEASURES, QUANTITIES, curves_of, least_error, reach_rows
 from reports.tables.cost import OWN_EQUATIONS

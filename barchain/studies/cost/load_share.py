@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.boundary.declared import engine_class
-from barchain.run.timing.statistics import interval
+from barchain.runs.declared import engine_class
+from barchain.runs.timing.statistics import interval
 from barchain.studies.cost.plan import kind_of
 from reports.tables.outcome import Outcome
 
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from adapters.trajectory import Array
-    from barchain.run.job import Job
-    from barchain.run.timing.bench import TimingBench
+    from barchain.runs.job import Job
+    from barchain.runs.timing.bench import TimingBench
 
 OPTION = "repeated_load"
 TURNS = 7

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from adapters.trajectory import Array
     from barchain.record.study_store import StudyStore
-    from barchain.run.job import Job
+    from barchain.runs.job import Job
 
 Pair = tuple[str, str, str]
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 from adapters.common.equal_steps import step_s
 from adapters.engine import AccuracyParameter
-from barchain.boundary.declared import engine_class
-from barchain.run.job import Job, Role
-from barchain.run.timing.left_out import LeftOut, cannot
+from barchain.runs.declared import engine_class
+from barchain.runs.job import Job, Role
+from barchain.runs.timing.left_out import LeftOut, cannot
 from barchain.studies.cost.limits import MINUTES, REPEATS, TIME_LIMIT_S
 from reports.tables.cost import INDEPENDENT, OWN_EQUATIONS
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.run.timing.statistics import (
+from barchain.runs.timing.statistics import (
     CurvePosition,
     Interval,
     WorkPrecisionCurve,

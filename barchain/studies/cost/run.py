@@ -12,10 +12,10 @@ import numpy as np
 
 from adapters.common.equal_steps import step_s
 from adapters.engine import AccuracyParameter
-from barchain.run.timing.bench import LONG_S, TimingBench
-from barchain.run.timing.left_out import failures
-from barchain.run.timing.load import OtherLoad
-from barchain.run.timing.statistics import median_time
+from barchain.runs.timing.bench import LONG_S, TimingBench
+from barchain.runs.timing.left_out import failures
+from barchain.runs.timing.load import OtherLoad
+from barchain.runs.timing.statistics import median_time
 from barchain.studies.cost.findings import equal_steps_row, front_of, orders_table, price_table, reach_table
 from barchain.studies.cost.fixed_steps import ORDER, errors_at_equal_steps
 from barchain.studies.cost.load_share import load_jobs, load_times
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from barchain.record.study_store import StudyStore
-    from barchain.run.job import Job, RunResult
-    from barchain.run.timing.left_out import LeftOut
+    from barchain.runs.job import Job, RunResult
+    from barchain.runs.timing.left_out import LeftOut
     from barchain.studies.cost.plan import CostPlan
     from barchain.studies.cost.points import BoundedSolution
     from barchain.studies.study import Reporter
@@ -54,7 +54,7 @@ class CostResult:
     idle: dict[str, str]
     """Engines that ran on none of the scenes, with the reason"""
     failures: tuple[str, ...] = ()
-    """One line each; see :func:`barchain.run.timing.left_out.failures`"""
+    """One line each; see :func:`barchain.runs.timing.left_out.failures`"""
 
     @property
     def passed(self) -> bool:

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from adapters.registry import engines
-from barchain.record.facts import engine_facts, external_versions, scene_words
-from barchain.run.selection import chosen_engines, unique_names
-from barchain.run.timing.estimate import need_runnable
+from barchain.runs.facts import engine_facts, external_versions, scene_words
+from barchain.runs.selection import chosen_engines, unique_names
+from barchain.runs.timing.estimate import need_runnable
 from barchain.studies.cost.limits import MINUTES, REPEATS, TIME_LIMIT_S
 from barchain.studies.cost.plan import CostPlan, kind_of, shortened
 from barchain.studies.cost.run import CostResult, CostRun

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.run.pool import run_jobs
+from barchain.runs.pool import run_jobs
 from barchain.studies.effects.altitude_range import seen
 from barchain.studies.effects.cost_ratio import (
     LEAST_ROUNDS,
@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from barchain.record.study_store import StudyStore
-    from barchain.run.job import Job, RunResult
-    from barchain.run.timing.statistics import Interval
+    from barchain.runs.job import Job, RunResult
+    from barchain.runs.timing.statistics import Interval
     from barchain.studies.effects.effect_toggles import Switch
     from barchain.studies.effects.plan import EffectsPlan
     from barchain.studies.study import Reporter

@@ -18,15 +18,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.run.timing.bench import TimingBench
-from barchain.run.timing.evaluation import DIRECT, batch_s, calibrated, loop_of
-from barchain.run.timing.statistics import Interval, median_time
+from barchain.runs.timing.bench import TimingBench
+from barchain.runs.timing.evaluation import DIRECT, batch_s, calibrated, loop_of
+from barchain.runs.timing.statistics import Interval, median_time
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-    from barchain.run.job import Job
+    from barchain.runs.job import Job
     from scenarios import Scene
 
 LEAST_S = 0.02  # of simulate in one turn

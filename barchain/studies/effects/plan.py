@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
-from barchain.boundary.declared import engine_class
-from barchain.execution.executors import ALL_CORES
-from barchain.run.job import Job, Role
+from barchain.runs.declared import engine_class
+from barchain.runs.executors import ALL_CORES
+from barchain.runs.job import Job, Role
 from barchain.studies.effects.default_options import FAST, MATTERS, REPEATS, RTOL, SECONDS, SLOW
 from barchain.studies.effects.effect_toggles import Switch, switches
 from barchain.studies.effects.sensitivity import LOOSER
@@ -18,7 +18,7 @@ from barchain.studies.effects.sensitivity import LOOSER
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from barchain.execution.executors import Executor
+    from barchain.runs.executors import Executor
     from barchain.studies.effects.altitude_range import Heights
     from scenarios import Scene
 

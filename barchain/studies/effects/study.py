@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from barchain.execution.executors import ALL_CORES
-from barchain.record.facts import scene_words
-from barchain.run.timing.estimate import need_runnable
+from barchain.runs.executors import ALL_CORES
+from barchain.runs.facts import scene_words
+from barchain.runs.timing.estimate import need_runnable
 from barchain.studies.effects.budget import EffectsBudget, EffectsResult
 from barchain.studies.effects.default_options import MATTERS, REPEATS, RTOL, SECONDS
 from barchain.studies.effects.effect_toggles import switches
@@ -17,8 +17,8 @@ from reports.tables.crossval import PARTED_RAD
 from reports.tables.effects import FILES
 
 if TYPE_CHECKING:
-    from barchain.execution.executors import Executor
     from barchain.record.study_store import StudyStore
+    from barchain.runs.executors import Executor
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
     from scenarios import Scene

@@ -6,8 +6,8 @@ import dataclasses
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from barchain.execution.executors import ALL_CORES
-from barchain.run.timing.estimate import need_runnable
+from barchain.runs.executors import ALL_CORES
+from barchain.runs.timing.estimate import need_runnable
 from barchain.studies.ensemble.bins import BINS, PILOT_RUNS
 from barchain.studies.ensemble.population import check_effects, populations
 from barchain.studies.ensemble.variation import VariationError, parse
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
-    from barchain.execution.executors import Executor
+    from barchain.runs.executors import Executor
     from barchain.studies.ensemble.variation import Variation
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from barchain.execution.executors import DaskCluster
-from barchain.record.facts import scene_facts
+from barchain.runs.executors import DaskCluster
+from barchain.runs.facts import scene_facts
 from barchain.studies.ensemble.bins import DIGITS, PILOT_RUNS
 from barchain.studies.ensemble.execution import EnsembleSummary, run_ensemble
 from barchain.studies.ensemble.kept_parts import KEY, StoredParts, plan_key

@@ -12,8 +12,8 @@ import numpy as np
 
 from adapters.engine import EngineError, Setting
 from adapters.reference.compiled_engine import ReferenceFast
-from barchain.execution.call import Call, CallFailedError
-from barchain.execution.executors import LocalProcesses
+from barchain.runs.call import Call, CallFailedError
+from barchain.runs.executors import LocalProcesses
 from barchain.studies.ensemble.population import Population, batch, populations
 from barchain.studies.ensemble.task_results import EnsembleTaskResult, packed, unpacked
 from reference_impl.integrate.stepper import smooth_segments
@@ -23,9 +23,9 @@ from reference_impl.kernel.layout import ARRIVED
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator
 
-    from barchain.execution.call import Answer
-    from barchain.execution.executors import Executor
-    from barchain.execution.session import Session
+    from barchain.runs.call import Answer
+    from barchain.runs.executors import Executor
+    from barchain.runs.session import Session
     from barchain.studies.ensemble.plan import EnsemblePlan
     from reference_impl.kernel.batch import BatchResult
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.boundary.message import MessageError, message_bytes, plain_text, read_message
+from barchain.runs.message import MessageError, message_bytes, plain_text, read_message
 from barchain.studies.roundoff.parts.trajectories import HighPrecisionSolution, solution_of
 from reference_impl.precision.coordinates import ChainObservables
 

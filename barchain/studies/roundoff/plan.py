@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from adapters.registry import ENGINES
-from barchain.execution.executors import ALL_CORES
+from barchain.runs.executors import ALL_CORES
 from barchain.studies.roundoff.formulations.states import EvaluationCase, StateKind
 from barchain.studies.roundoff.formulations.third_parties import present
 from barchain.studies.roundoff.parts.trajectories import ScaledScene
@@ -17,7 +17,7 @@ from scenarios import load_scene
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from barchain.execution.executors import Executor
+    from barchain.runs.executors import Executor
 
 PARTS = ("evaluation", "trajectories", "engines", "times")
 SCENE = "paper/fig15"  # the 80° chain turning with its orbit, which stays regular: what grows is round-off alone

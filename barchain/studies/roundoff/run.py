@@ -5,17 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, cast
 
-from barchain.boundary.message import MessageError
-from barchain.execution.call import Call, CallFailedError
+from barchain.runs.call import Call, CallFailedError
+from barchain.runs.message import MessageError
 from barchain.studies.roundoff.messages import rows_from, solution_bytes, solution_from, task_bytes
 from barchain.studies.roundoff.parts.times import time_rows
 from barchain.studies.roundoff.rows import RoundoffRows
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
-    from barchain.execution.call import Answer
-    from barchain.execution.session import Session
     from barchain.record.study_store import StudyStore
+    from barchain.runs.call import Answer
+    from barchain.runs.session import Session
     from barchain.studies.roundoff.parts.trajectories import HighPrecisionSolution, ScaledScene
     from barchain.studies.roundoff.plan import RoundoffPlan, RoundoffTask
     from barchain.studies.study import Reporter

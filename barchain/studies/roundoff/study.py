@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from barchain.execution.executors import ALL_CORES
 from barchain.record.environment import package_version
+from barchain.runs.executors import ALL_CORES
 from barchain.studies.roundoff.formulations.states import MEMBERS
 from barchain.studies.roundoff.objects import objects
 from barchain.studies.roundoff.plan import PARTS, SCENE, RoundoffPlan, make_plan
@@ -15,8 +15,8 @@ from reference_impl.precision.arithmetic import ARITHMETICS, EXACT_DIGITS, long_
 from reports.tables.roundoff import FILES
 
 if TYPE_CHECKING:
-    from barchain.execution.executors import Executor
     from barchain.record.study_store import StudyStore
+    from barchain.runs.executors import Executor
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from barchain.run.timing.orders import FEWEST, slope
-from barchain.run.timing.statistics import Interval
+from barchain.runs.timing.orders import FEWEST, slope
+from barchain.runs.timing.statistics import Interval
 from reports.tables.scaling import FIT_COLUMNS
 
 if TYPE_CHECKING:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.boundary.declared import engine_class
-from barchain.run.job import Job, Role
-from barchain.run.timing.divided_chain import divided
+from barchain.runs.declared import engine_class
+from barchain.runs.job import Job, Role
+from barchain.runs.timing.divided_chain import divided
 from barchain.studies.scaling.limits import BARS, MINUTES, REPEATS, TIME_LIMIT_S
 
 if TYPE_CHECKING:

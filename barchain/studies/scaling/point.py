@@ -7,19 +7,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.boundary.limits import QUESTION_S
-from barchain.boundary.memory import Peak
-from barchain.run.job import Job, RunResult
-from barchain.run.outside_runs import one_first_run, one_run, one_turn
-from barchain.run.timing.bench import LEAST_S, LONG_S, MOST_RUNS, turn, warmed
-from barchain.run.timing.evaluation import DIRECT, evaluation_times, loop_of
-from barchain.run.timing.statistics import median_time
-from barchain.run.worker import run_quietly
+from barchain.runs.call import Answer, CallEnd
+from barchain.runs.job import Job, RunResult
+from barchain.runs.limits import QUESTION_S
+from barchain.runs.memory import Peak
+from barchain.runs.message import message_bytes, read_message
+from barchain.runs.messages import failed_run
+from barchain.runs.outside_runs import one_first_run, one_run, one_turn
+from barchain.runs.run import run_job
+from barchain.runs.timing.bench import LEAST_S, LONG_S, MOST_RUNS, pin, turn, warmed
+from barchain.runs.timing.evaluation import DIRECT, evaluation_times, loop_of
+from barchain.runs.timing.statistics import median_time
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
-    from pathlib import Path
 
     from adapters.trajectory import Trajectory
 
@@ -65,13 +67,29 @@ class Measured(RunResult):
     """Of points.csv"""
 
 
-def measure_point(task: ScalingTask, log: Path) -> Measured:
+def measured_message(task: ScalingTask, core: int | None) -> bytes:
+    """Message with :func:`measure_point`, run on one core."""
+    pin(core)
+    found = measure_point(task)
+    return message_bytes({"outcome": str(found.outcome), "reason": found.reason, "columns": found.columns}, {})
+
+
+def measured_from(answer: Answer) -> Measured:
+    """Measured point from the answer to :func:`measured_message`, or why there is none."""
+    if answer.end is not CallEnd.ANSWERED:
+        lost = failed_run(answer)
+        return Measured(lost.outcome, lost.reason)
+    header, _ = read_message(answer.content)
+    return Measured(Outcome(header["outcome"]), header["reason"], columns=header["columns"])
+
+
+def measure_point(task: ScalingTask) -> Measured:
     """Warm up, take the memory of one whole run, then times."""
-    warm = run_quietly(task.warm, log)
+    warm = run_job(task.warm)
     if warm.outcome is not Outcome.PASS:
         return Measured(warm.outcome, f"{warm.reason} (on three bars, to warm up)")
     peak = Peak()
-    first = run_quietly(task.job, log) if task.share else RunResult(Outcome.PASS)
+    first = run_job(task.job) if task.share else RunResult(Outcome.PASS)
     if first.outcome is not Outcome.PASS:
         return Measured(first.outcome, first.reason)
     columns: dict[str, float | str] = {"memory_B": peak.beyond()} if task.share else {}
@@ -79,7 +97,7 @@ def measure_point(task: ScalingTask, log: Path) -> Measured:
         columns |= spread("evaluation", evaluation_times(loop_of(task.job.engine, task.job.scene), task.repeats))
         columns["per"] = "right-hand side"
     if task.share:
-        own = TimedRuns(lambda: run_quietly(task.job, log), lambda: turn(task.job, log, LEAST_S))
+        own = TimedRuns(lambda: run_job(task.job), lambda: turn(task.job, LEAST_S))
         warmed.add(task.job.scene.digest)  # the first run was the one that is not timed
         columns = run_columns(task, first, own) | columns
     return Measured(Outcome.PASS, columns=columns)

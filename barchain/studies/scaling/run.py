@@ -8,26 +8,21 @@ those that get expensive wait, so that a budget that runs out has been spent on 
 from __future__ import annotations
 
 import math
-import tempfile
 import time
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pebble import ProcessPool
-
 from adapters.trajectory import Observable
-from barchain.boundary.contexts import SPAWN
-from barchain.boundary.declared import engine_class
-from barchain.boundary.memory import installed
-from barchain.boundary.threads import one_thread_each, temporary_root
-from barchain.run.messages import collect
-from barchain.run.pool import PoolGroup, pool_group
-from barchain.run.timing.bench import STARTUP_S, pin, quietest_core
-from barchain.run.timing.divided_chain import divided
-from barchain.run.timing.evaluation import DIRECT
-from barchain.run.timing.left_out import LeftOut, cannot, failures
-from barchain.run.timing.load import OtherLoad
+from barchain.runs.call import Call, pickled
+from barchain.runs.declared import engine_class
+from barchain.runs.memory import installed
+from barchain.runs.pool import PoolGroup, pool_group
+from barchain.runs.timing.bench import STARTUP_S, quietest_core
+from barchain.runs.timing.divided_chain import divided
+from barchain.runs.timing.evaluation import DIRECT
+from barchain.runs.timing.left_out import LeftOut, cannot, failures
+from barchain.runs.timing.load import OtherLoad
+from barchain.runs.workers import Slot
 from barchain.studies.scaling.measured_points import ScalingPoints
 from barchain.studies.scaling.plan import MEMORY_SHARE, SHARES, affordable, predicted
 from barchain.studies.scaling.point import (
@@ -36,14 +31,15 @@ from barchain.studies.scaling.point import (
     Measured,
     ScalingTask,
     measure_outside_point,
-    measure_point,
+    measured_from,
+    measured_message,
 )
 from reports.tables.outcome import Outcome
 from reports.tables.rows import NOT_RUN
 
 if TYPE_CHECKING:
     from barchain.record.study_store import StudyStore
-    from barchain.run.job import RunResult
+    from barchain.runs.job import RunResult
     from barchain.studies.scaling.plan import ScalingPlan
     from barchain.studies.study import Reporter
 
@@ -66,7 +62,7 @@ class ScalingResult:
     idle: dict[str, str]
     """Engines that could not be run at all, with the reason"""
     failures: tuple[str, ...] = ()
-    """One line each; see :func:`barchain.run.timing.left_out.failures`"""
+    """One line each; see :func:`barchain.runs.timing.left_out.failures`"""
 
     @property
     def passed(self) -> bool:
@@ -176,14 +172,11 @@ class ScalingRun:
         if pool_group(job) is PoolGroup.THIRD_PARTY:
             return measure_outside_point(task)
         allowed = STARTUP_S + (LONG_TURNS + BUILDS) * self.plan.time_limit_s
-        with one_thread_each(), tempfile.TemporaryDirectory(dir=temporary_root()) as folder:
-            log = Path(folder) / "log"
-            pool = ProcessPool(1, max_tasks=1, initializer=pin, initargs=(quietest_core(),), context=SPAWN)
-            try:
-                return collect(pool.schedule(measure_point, (task, log), timeout=allowed), log, allowed)
-            finally:
-                pool.stop()
-                pool.join()
+        slot = Slot()
+        try:
+            return measured_from(slot.run(pickled(Call(measured_message, (task, quietest_core()), allowed, pool=""))))
+        finally:
+            slot.close()
 
     def hopeless(self, engine: str, outcome: Outcome) -> bool:
         """Whether more bars are not worth a try."""

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from adapters.registry import engines
-from barchain.record.facts import engine_facts, external_versions, scene_words
-from barchain.run.selection import chosen_engines
-from barchain.run.timing.divided_chain import SCENE
+from barchain.runs.facts import engine_facts, external_versions, scene_words
+from barchain.runs.selection import chosen_engines
+from barchain.runs.timing.divided_chain import SCENE
 from barchain.studies.scaling.limits import BARS, MINUTES, REPEATS, TIME_LIMIT_S
 from barchain.studies.scaling.plan import ScalingPlan
 from barchain.studies.scaling.run import ScalingResult, ScalingRun

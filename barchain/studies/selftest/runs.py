@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from barchain.execution.executors import ALL_CORES
 from barchain.faults.insertion import FaultRegistration
-from barchain.run.pool import run_jobs, run_together
-from barchain.run.time_limits import TimeLimit
-from barchain.run.worker import run_quietly
+from barchain.runs.executors import ALL_CORES
+from barchain.runs.pool import run_jobs, run_together
+from barchain.runs.run import run_job
+from barchain.runs.time_limits import TimeLimit
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-    from barchain.execution.executors import Executor
-    from barchain.run.job import Job, RunResult
+    from barchain.runs.executors import Executor
+    from barchain.runs.job import Job, RunResult
 
     Runner = Callable[[list[Job]], Iterable[tuple[Job, RunResult]]]
 
@@ -38,9 +36,8 @@ def in_workers(executor: Executor = ALL_CORES, time_limit_s: float = TIME_LIMIT_
 
 def in_this_process(jobs: list[Job]) -> Iterator[tuple[Job, RunResult]]:
     """One after the other, without a limit of time."""
-    with tempfile.TemporaryDirectory() as folder:
-        for job in jobs:
-            yield job, run_quietly(job, Path(folder) / "log")
+    for job in jobs:
+        yield job, run_job(job)
 
 
 class RunCache:

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from adapters.registry import find_own_engine
-from barchain.boundary.declared import engine_class
-from barchain.execution.executors import ALL_CORES
 from barchain.faults.catalogue import CONTROLS, FIXED_SCENES, find
-from barchain.run.job import SOLUTION_ROLES, Role
+from barchain.runs.declared import engine_class
+from barchain.runs.executors import ALL_CORES
+from barchain.runs.job import SOLUTION_ROLES, Role
 from barchain.solutions.reference_runs import NUMPY
 from barchain.studies.selftest.detection_limit import brackets, most_trials, settled
 from barchain.studies.selftest.matrix import HOST, Matrix, SelftestError, matrix
@@ -22,9 +22,9 @@ from reports.tables.faults.selftest import FILES
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-    from barchain.execution.executors import Executor
     from barchain.faults.fault import Fault
     from barchain.record.study_store import StudyStore
+    from barchain.runs.executors import Executor
     from barchain.studies.selftest.check_results import FaultCell
     from barchain.studies.selftest.runs import Runner
     from barchain.studies.study import Reporter

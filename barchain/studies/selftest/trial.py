@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 from adapters.common.equal_steps import finer_setting
 from adapters.registry import find_engine
-from barchain.boundary.declared import engine_class
 from barchain.faults.catalogue import find
 from barchain.faults.insertion import engine_with_fault, fault_registration
 from barchain.judge.compare import judge
 from barchain.judge.evidence import follow_up_jobs, gathered
-from barchain.run.job import Job, Role
-from barchain.run.worker import run_phases
+from barchain.runs.declared import engine_class
+from barchain.runs.job import Job, Role
+from barchain.runs.run import run_phases
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
     from barchain.faults.fault import Fault
     from barchain.judge.verdict import Verdict
-    from barchain.run.job import RunResult
+    from barchain.runs.job import RunResult
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 

@@ -10,7 +10,7 @@ from barchain.studies.selftest.trial import FIRST, TrialCase
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
-    from barchain.run.job import Role
+    from barchain.runs.job import Role
     from barchain.solutions.reference import ReferenceSolution
     from barchain.studies.selftest.runs import RunCache
     from barchain.studies.selftest.trial import Trial

@@ -10,7 +10,7 @@ from adapters.common.equal_steps import step_s
 from adapters.engine import AccuracyParameter
 from barchain.judge.compare import judge
 from barchain.judge.evidence import Evidence
-from barchain.run.job import Role
+from barchain.runs.job import Role
 from barchain.studies.stability.plan import LEVELS
 from reports.tables.outcome import Outcome
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from adapters.engine import Engine, Setting
     from adapters.trajectory import Trajectory
     from barchain.judge.verdict import Row, Verdict
-    from barchain.run.job import RunResult
+    from barchain.runs.job import RunResult
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 

@@ -10,7 +10,7 @@ import pandas as pd
 from adapters.common.initial_state import chain_model
 from barchain.judge.checks.beyond_limit import kinetic_ratio
 from barchain.metrics.quantities import drifts
-from barchain.run.job import Role
+from barchain.runs.job import Role
 from barchain.studies.stability.engine_runs import LEVEL_WORDS, OTHER
 from barchain.studies.stability.growth import attitude_error, growth_excess
 from barchain.studies.stability.law import law

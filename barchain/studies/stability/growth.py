@@ -8,7 +8,7 @@ import numpy as np
 
 from barchain.judge.scales import NORM_SLACK
 from barchain.metrics.quantities import differences
-from barchain.run.timing.orders import slope
+from barchain.runs.timing.orders import slope
 from barchain.solutions.reference import PERTURBATION_RAD
 from reports.tables.crossval import PARTED_RAD
 

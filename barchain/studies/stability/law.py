@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.run.timing.orders import slope
+from barchain.runs.timing.orders import slope
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array

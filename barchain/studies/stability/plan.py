@@ -10,10 +10,10 @@ from adapters.common.equal_steps import finer_setting, steps_between_samples
 from adapters.engine import AccuracyParameter, Setting
 from adapters.ode_solvers.scipy_engines import ScipyEngine
 from adapters.registry import COMPILED, ENGINES, engines, find_engine
-from barchain.boundary.declared import engine_class
-from barchain.execution.executors import ALL_CORES
-from barchain.run.job import Job, Role
-from barchain.run.timing.left_out import cannot
+from barchain.runs.declared import engine_class
+from barchain.runs.executors import ALL_CORES
+from barchain.runs.job import Job, Role
+from barchain.runs.timing.left_out import cannot
 from barchain.solutions.reference_runs import solution_jobs
 from barchain.studies.stability.limits import TIME_LIMIT_S
 from scenarios import load_scene, scene_names
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from adapters.engine import Engine
     from adapters.registry import Registration
-    from barchain.execution.executors import Executor
+    from barchain.runs.executors import Executor
     from scenarios import Scene
 
 HARD = "hard/"

@@ -9,7 +9,7 @@ from barchain.judge.checks.beyond_limit import MAX_KINETIC_RATIO, kinetic_ratio
 from barchain.judge.scales import NORM_SLACK
 from barchain.judge.verdict import MIN_JUDGED_SHARE, TWO_SETTING_METRICS
 from barchain.metrics.quantities import drifts
-from barchain.run.job import Role
+from barchain.runs.job import Role
 from barchain.solutions.reference import RICHARDSON, divergence_instant_s
 from barchain.studies.stability.engine_runs import JUDGED, LEVEL_WORDS, WITH_TRAJECTORY
 from barchain.studies.stability.growth import attitude_error, grows_too_fast, growth_excess

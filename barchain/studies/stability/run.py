@@ -6,12 +6,12 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from adapters.engine import EngineError
-from barchain.boundary.declared import engine_class
-from barchain.run.job import JUDGING_ROLES, Job, Role, RunResult, failure
-from barchain.run.order import longest_first
-from barchain.run.pool import RunQueue
-from barchain.run.time_limits import TimeLimit
-from barchain.run.timing.left_out import cannot
+from barchain.runs.declared import engine_class
+from barchain.runs.job import JUDGING_ROLES, Job, Role, RunResult, failure
+from barchain.runs.order import longest_first
+from barchain.runs.pool import RunQueue
+from barchain.runs.time_limits import TimeLimit
+from barchain.runs.timing.left_out import cannot
 from barchain.solutions.reference import SOLUTION_RTOL, ReferenceSolution
 from barchain.solutions.reference_runs import SolutionFailedError, judging_engine, solution_jobs, solution_of
 from barchain.studies.stability import expected

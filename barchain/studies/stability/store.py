@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from barchain.run.job import Job, RunResult
-from barchain.run.store import RunStore
+from barchain.runs.job import Job, RunResult
+from barchain.runs.store import RunStore
 from barchain.studies.stability.evidence import evidence, plain_row
 from reports.tables.outcome import Outcome
 from reports.tables.run_rows import recorded_runs

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from barchain.execution.executors import ALL_CORES
-from barchain.record.facts import engine_facts
-from barchain.run.selection import unique_names
-from barchain.run.timing.estimate import need_runnable
+from barchain.runs.executors import ALL_CORES
+from barchain.runs.facts import engine_facts
+from barchain.runs.selection import unique_names
+from barchain.runs.timing.estimate import need_runnable
 from barchain.studies.stability.left_out import left_to_a_full_study
 from barchain.studies.stability.limits import TIME_LIMIT_S
 from barchain.studies.stability.plan import StabilityPlan, chosen_engines, hard_scenes
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from barchain.execution.executors import Executor
     from barchain.record.study_store import StudyStore
+    from barchain.runs.executors import Executor
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
     from scenarios import Scene

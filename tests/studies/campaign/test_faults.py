@@ -16,7 +16,7 @@ from adapters.registry import find_engine
 from barchain.faults.catalogue import RANDOM_SCENES, UnknownFaultError, find
 from barchain.faults.garbage import LEAST, SHARES
 from barchain.faults.insertion import engine_with_fault, fault_registration
-from barchain.run.job import Role
+from barchain.runs.job import Role
 from barchain.studies.selftest.campaign.scenes.draw import draw
 from scenarios import Gravity
 from tests.studies.campaign.drawn import EVENTS, FINER, MAIN, seen, with_fault

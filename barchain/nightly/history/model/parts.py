@@ -25,10 +25,8 @@ if TYPE_CHECKING:
 PYTHON, BLAS, HARNESS, REFERENCE, JUDGE, SHARED = "python", "blas", "harness", "reference", "judge", "adapter:shared"
 SOURCES = {
     HARNESS: (
-        "barchain.boundary",
-        "barchain.execution",
         "barchain.record",
-        "barchain.run",
+        "barchain.runs",
         "barchain.nightly.history.folders",
         "reports.tables",
         "scenarios",

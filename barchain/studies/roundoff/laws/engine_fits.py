@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from barchain.run.timing.orders import FEWEST, LEAST_SLOPE, SCATTERED, STRAIGHT
+from barchain.runs.timing.orders import FEWEST, LEAST_SLOPE, SCATTERED, STRAIGHT
 from barchain.studies.roundoff.laws.fits import grouped, line
 from barchain.studies.roundoff.parts.engines import INERTIAL
 from reports.tables.roundoff import ENGINE_COLUMNS, ENGINE_LAW_COLUMNS
@@ -148,7 +148,7 @@ def curve(own: pd.DataFrame, column: str) -> tuple[Array, Array]:
 def straight_run(x: Array, y: Array, agree: tuple[float, float], wanted: Callable[[float], bool]) -> slice:
     """Longest run of points on one line in both logarithms whose slope is wanted; of equally long ones the last.
 
-    As in :func:`barchain.run.timing.orders.asymptotic`, local slopes must agree with their own median: to this, and
+    As in :func:`barchain.runs.timing.orders.asymptotic`, local slopes must agree with their own median: to this, and
     this part of it.
     """
     slopes, best = np.diff(np.log(y)) / np.diff(np.log(x)), slice(0, 0)

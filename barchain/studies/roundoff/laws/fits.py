@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from barchain.run.timing.orders import FEWEST, slope
+from barchain.runs.timing.orders import FEWEST, slope
 from barchain.studies.roundoff.formulations.definitions import LONGEST_STEP
 from barchain.studies.roundoff.formulations.states import StateKind
 from barchain.studies.roundoff.formulations.third_parties import FALLS, THIRD_PARTIES

@@ -16,9 +16,9 @@ from adapters.common.equal_steps import steps_between_samples
 from adapters.engine import AccuracyParameter, Coordinates, EngineError, Setting
 from adapters.registry import find_engine
 from adapters.trajectory import Observable
-from barchain.boundary.declared import engine_class
-from barchain.boundary.raised import exception_words
-from barchain.run.trajectory_checks import fault
+from barchain.runs.declared import engine_class
+from barchain.runs.raised import exception_words
+from barchain.runs.trajectory_checks import fault
 from barchain.studies.roundoff.formulations.states import EQUATOR_M
 from barchain.studies.roundoff.parts.evaluation import SHARES, quantiles
 from barchain.studies.roundoff.parts.trajectories import MARGIN, judged

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.run.timing.divided_chain import SCENE, divided
-from barchain.run.timing.evaluation import batch_s, calibrated, numpy_loop
-from barchain.run.timing.statistics import interval
+from barchain.runs.timing.divided_chain import SCENE, divided
+from barchain.runs.timing.evaluation import batch_s, calibrated, numpy_loop
+from barchain.runs.timing.statistics import interval
 from barchain.studies.roundoff.formulations.states import EvaluationCase, StateKind, exact_case
 from reference_impl.precision.arithmetic import ARITHMETICS, exact_numbers
 from reference_impl.precision.formulations import absolute, relative

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import importlib.util
-from concurrent.futures import TimeoutError as FutureTimeoutError
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from pebble import ProcessExpired, ProcessPool
-
-from barchain.boundary.contexts import SPAWN
+from barchain.runs.call import Call, pickled
+from barchain.runs.workers import Slot
 from barchain.studies.selftest.campaign.scenes.draw import draw
 from barchain.studies.selftest.campaign.scenes.shrink import alike, cell_of, simplest
 from reports.tables.writing import write_atomically
@@ -77,18 +75,14 @@ def write_scene(scene: Scene, cell: CampaignCell, path: Path) -> None:
 
 def shrink(scene: Scene, cell: CampaignCell, path: Path, seconds: float) -> None:
     """Look for a simpler scene in a process of its own: an engine that dies or hangs there ends the search alone."""
-    pool = ProcessPool(1, context=SPAWN)
-    try:
-        task = pool.schedule(search, (scene, cell, path, seconds), timeout=PATIENCE * seconds + START_S)
-        task.result()
-    except (FutureTimeoutError, ProcessExpired):
-        pass  # the simplest scene so far is written already
+    slot = Slot()
+    try:  # where it gives no answer, the simplest scene so far is written already
+        slot.run(pickled(Call(search, (scene, cell, path, seconds), PATIENCE * seconds + START_S)))
     finally:
-        pool.stop()
-        pool.join()
+        slot.close()
 
 
-def search(scene: Scene, cell: CampaignCell, path: Path, seconds: float) -> None:
+def search(scene: Scene, cell: CampaignCell, path: Path, seconds: float) -> bytes:
     """Write ever simpler scenes."""
     simplest(
         scene,
@@ -96,3 +90,4 @@ def search(scene: Scene, cell: CampaignCell, path: Path, seconds: float) -> None
         seconds,
         lambda one: write_scene(one, cell, path),
     )
+    return b""

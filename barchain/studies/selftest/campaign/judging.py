@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from barchain.execution.call import CallLateError
-from barchain.execution.executors import ALL_CORES
-from barchain.run.verdict_workers import Judges
+from barchain.runs.call import CallLateError
+from barchain.runs.cases import run_tasks
 from barchain.studies.selftest.campaign.cells import CampaignCell
 from barchain.studies.selftest.campaign.messages import JUDGED
 from barchain.studies.selftest.campaign.rating import Judged, judged
@@ -16,7 +15,7 @@ from reports.tables.outcome import Outcome
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from barchain.execution.executors import Executor
+    from barchain.runs.executors import Executor
     from barchain.studies.selftest.trial import TrialCase
 
     JudgeCases = Callable[[list[TrialCase]], list[Judged]]
@@ -27,31 +26,21 @@ def judge_serially(cases: list[TrialCase]) -> list[Judged]:
     return [judged(case) for case in cases]
 
 
-class VerdictWorkers:
-    """Worker processes that judge."""
+def judge_in_workers(executor: Executor) -> JudgeCases:
+    """Judge in worker processes; a verdict that does not come is a mistake in the campaign, and costs one cell."""
 
-    def __init__(self, executor: Executor = ALL_CORES) -> None:
-        self.judges: Judges[int, Judged] = Judges(JUDGED, executor)
+    def judge(cases: list[TrialCase]) -> list[Judged]:
+        found = run_tasks([JUDGED.task(judged, case) for case in cases], executor)
+        return [verdict_or_reason(case, one) for case, one in zip(cases, found, strict=True)]
 
-    def __call__(self, cases: list[TrialCase]) -> list[Judged]:
-        """Judge; a verdict that does not come is a mistake in the campaign, and costs one cell."""
-        for number, case in enumerate(cases):
-            self.judges.submit(number, judged, case)
-        found = dict(self.judges.collected(wait=True))
-        return [self.cell(case, found[number]) for number, case in enumerate(cases)]
+    return judge
 
-    @staticmethod
-    def cell(case: TrialCase, found: Judged | BaseException) -> Judged:
-        """Verdict, or why there is none."""
-        if isinstance(found, Judged):
-            return found
-        trial, said = case.trial, f"no verdict: {found}"
-        kind = CellClass.BROKEN if trial.fault else CellClass.FALSE_ALARM
-        outcome = Outcome.NOTHING_COMPARED if isinstance(found, CallLateError) else Outcome.FAILED
-        return Judged(
-            CampaignCell(trial.scene.name, trial.engine, trial.fault, kind, str(outcome), reason=said), {}, ()
-        )
 
-    def close(self) -> None:
-        """End the processes."""
-        self.judges.close()
+def verdict_or_reason(case: TrialCase, found: Judged | BaseException) -> Judged:
+    """Verdict, or why there is none."""
+    if isinstance(found, Judged):
+        return found
+    trial, said = case.trial, f"no verdict: {found}"
+    kind = CellClass.BROKEN if trial.fault else CellClass.FALSE_ALARM
+    outcome = Outcome.NOTHING_COMPARED if isinstance(found, CallLateError) else Outcome.FAILED
+    return Judged(CampaignCell(trial.scene.name, trial.engine, trial.fault, kind, str(outcome), reason=said), {}, ())

@@ -5,9 +5,9 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-from barchain.boundary.message import MessageError, message_bytes, plain_text, read_message
-from barchain.run.job import Role
-from barchain.run.verdict_workers import VerdictCodec
+from barchain.runs.job import Role
+from barchain.runs.message import MessageError, message_bytes, plain_text, read_message
+from barchain.runs.verdict_task import VerdictCodec
 from barchain.studies.selftest.campaign.cells import CampaignCell
 from barchain.studies.selftest.campaign.rating import Judged
 from barchain.studies.selftest.trial import DetectionLimit

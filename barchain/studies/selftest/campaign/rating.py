@@ -17,7 +17,7 @@ from reports.tables.outcome import Outcome
 if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
     from barchain.judge.verdict import Verdict
-    from barchain.run.job import Role, RunResult
+    from barchain.runs.job import Role, RunResult
 
 DETECTION_LIMIT = "detection_limit"
 UNRUN = (Outcome.FAILED, Outcome.TIMED_OUT, Outcome.MISSING)

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import contextlib
 import itertools
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from barchain.execution.executors import ALL_CORES
 from barchain.faults.catalogue import RANDOM_SCENES, find
-from barchain.run.selection import chosen_engines
+from barchain.runs.executors import ALL_CORES
+from barchain.runs.selection import chosen_engines
 from barchain.studies.selftest.campaign.cells import CampaignCell
 from barchain.studies.selftest.campaign.findings import kept_findings, kinds
-from barchain.studies.selftest.campaign.judging import VerdictWorkers
+from barchain.studies.selftest.campaign.judging import judge_in_workers
 from barchain.studies.selftest.campaign.rates import passed, rates
 from barchain.studies.selftest.campaign.scenes.draw import draw
 from barchain.studies.selftest.campaign.store import CampaignStore
@@ -23,8 +22,8 @@ from reports.tables.faults.campaign import FILES
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from barchain.execution.executors import Executor
     from barchain.record.study_store import StudyStore
+    from barchain.runs.executors import Executor
     from barchain.studies.selftest.campaign.findings import KeptFinding
     from barchain.studies.selftest.campaign.judging import JudgeCases
     from barchain.studies.selftest.campaign.rates import Rate
@@ -135,8 +134,8 @@ class CampaignStudy:
     def run(self, plan: CampaignPlan, store: StudyStore, reporter: Reporter) -> Campaign:
         """Try engines and faults on random scenes, and write tables as cells come."""
         tables, cells = CampaignStore(store), list[CampaignCell]()
-        run = self.runner or in_workers(plan.executor)
-        with self.judging(plan.executor) as judge_cases, reporter.counted("scenes", plan.scenes) as done:
+        run, judge_cases = self.runner or in_workers(plan.executor), self.judge_cases or judge_in_workers(plan.executor)
+        with reporter.counted("scenes", plan.scenes) as done:
             drawn = plan.drawn()
             while scenes := list(itertools.islice(drawn, CHUNK)):
                 found = tried(plan, scenes, run, judge_cases)
@@ -150,15 +149,6 @@ class CampaignStudy:
         result = Campaign(plan, cells, rates(cells), kept)
         store.record["passed"] = result.passed
         return result
-
-    @contextlib.contextmanager
-    def judging(self, executor: Executor) -> Iterator[JudgeCases]:
-        """Judge of trials; worker processes end with the context."""
-        if self.judge_cases is not None:
-            yield self.judge_cases
-            return
-        with contextlib.closing(VerdictWorkers(executor)) as workers:
-            yield workers
 
 
 def tried(plan: CampaignPlan, drawn: list[Scene], run: Runner, judge_cases: JudgeCases) -> list[CampaignCell]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.registry import find_engine
-from barchain.boundary.declared import engine_class
+from barchain.runs.declared import engine_class
 from barchain.solutions.sampling import closely_sampled
 from barchain.studies.selftest.campaign.cells import CampaignCell
 from barchain.studies.selftest.trial import Trial, TrialCase
@@ -20,7 +20,7 @@ from reports.tables.outcome import Outcome
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from barchain.run.job import Role
+    from barchain.runs.job import Role
     from barchain.studies.selftest.campaign.judging import JudgeCases
     from barchain.studies.selftest.campaign.rating import Judged
     from barchain.studies.selftest.runs import RunCache

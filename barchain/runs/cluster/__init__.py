@@ -1,0 +1,1 @@
+"""Calls beside the workers of a Dask cluster."""

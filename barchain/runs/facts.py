@@ -1,0 +1,90 @@
+"""Entries of engines and scenes in a record."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from barchain.record.scene_description import effect_words, invariant_words
+from barchain.runs.declared import engine_class, engine_fault
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from adapters.registry import Registration
+    from scenarios import Scene
+
+
+def engine_facts(registration: Registration) -> dict[str, Any]:
+    """Entry of an engine in record.json."""
+    facts: dict[str, Any] = {
+        "external": registration.external,
+        "version": registration.version,
+        "missing": registration.missing,
+    }
+    try:
+        loaded = engine_class(registration)
+    except Exception as error:
+        return facts | {"missing": facts["missing"] or engine_fault(error)}
+    return facts | {
+        "title": loaded.title,
+        "coordinates": str(loaded.coordinates),
+        "parameter": str(loaded.sweep.parameter),
+        "default": loaded.sweep.default,
+        "order": loaded.order,
+    }
+
+
+def scene_facts(scene: Scene) -> dict[str, Any]:
+    """Entry of a scene in record.json; lengths in m, times in s."""
+    return {
+        "title": scene.title,
+        "source": scene.source,
+        "description": scene.description,
+        "tags": list(scene.tags),
+        "digest": scene.digest,
+        "bars": scene.bars,
+        "length_m": list(scene.chain.length_m),
+        "mass_kg": list(scene.chain.mass_kg),
+        "angle_deg": [math.degrees(angle) for angle in scene.chain.angle_rad],
+        "angle_from": scene.chain.angle_from,
+        "rate_factor": list(scene.chain.rate_factor),
+        "period_s": scene.period_s,
+        "duration_s": scene.run.duration_s,
+        "samples": scene.run.samples,
+        "gravity": str(scene.effects.gravity),
+        "effects": effect_words(scene),
+        "conserved": invariant_words(scene),
+        "radius0_m": scene.radius0_m,
+        "speed_factor": scene.orbit.speed_factor,
+        "body_radius_m": scene.central_body.radius_m,
+        "mean_motion_rad_s": scene.mean_motion_rad_s,
+        "prescribed": [
+            {
+                "bar": p.bar,
+                "amplitude_deg": math.degrees(p.amplitude_rad),
+                "start_s": p.start_s,
+                "duration_s": p.duration_s,
+                "frame": str(p.frame),
+                "actuator": str(p.actuator),
+            }
+            for p in scene.effects.prescribed_rotation
+        ],
+    }
+
+
+def external_versions(engines: Mapping[str, Registration]) -> dict[str, str]:
+    """Versions of the distributions that the engines require."""
+    return {name: r.version for r in engines.values() if (name := r.requires or r.distribution)}
+
+
+def scene_words(scene: Scene) -> dict[str, Any]:
+    """Entry of a scene in a study's record."""
+    return {
+        "title": scene.title,
+        "source": scene.source,
+        "orbits": scene.run.duration_s / scene.period_s,
+        "duration_s": scene.run.duration_s,
+        "samples": scene.run.samples,
+        "bars": scene.bars,
+    }

@@ -1,0 +1,201 @@
+"""Questions to an engine, answered in its own process as JSON and float64 arrays."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from adapters.engine import Engine, EngineError
+from adapters.trajectory import Trajectory
+from barchain.runs.declarations import DECLARED, DeclarationError, declared
+from barchain.runs.memory import Peak
+from barchain.runs.message import MessageError, plain_info, plain_number, plain_text
+from barchain.runs.phase import enter
+from barchain.runs.raised import exception_words, place_words
+from barchain.runs.stopwatch import timed
+
+if TYPE_CHECKING:
+    from adapters.engine import Setting
+    from adapters.registry import Registration
+    from adapters.trajectory import Array
+    from scenarios import Scene
+
+Answer = tuple[dict[str, Any], dict[str, "Array"]]
+CLASS_METHODS = ("unsupported", "unsupported_motion", "noise")
+"""Methods of the contract that are asked of the class"""
+WORDS = {"ended", "info", "scene", "engine", "setting", "torque_bars"}
+"""Fields of a trajectory that are no arrays"""
+ARRAYS = tuple(f.name for f in dataclasses.fields(Trajectory) if f.name not in WORDS)
+
+
+def failed(error: BaseException) -> dict[str, Any]:
+    """Answer of an engine whose code raised an exception."""
+    phase = next(iter(getattr(error, "__notes__", ())), "")
+    if isinstance(error, ImportError):
+        return {"failed": "missing", "words": f"does not import ({plain_text(error)})", "phase": "", "rejected": False}
+    if isinstance(error, (EngineError, DeclarationError, MessageError)):
+        words = plain_text(error) or type(error).__name__
+    elif isinstance(error, Exception):
+        words = exception_words(error)
+    else:
+        words = f"it ended its process by {type(error).__name__}({plain_text(error)}){place_words(error)}"
+    rejects = isinstance(error, (EngineError, ValueError)) and not isinstance(error, np.linalg.LinAlgError)
+    return {"failed": "failed", "words": words, "phase": plain_text(phase, 20), "rejected": rejects}
+
+
+def declarations(registration: Registration) -> Answer:
+    """Declarations of an engine's class, checked."""
+    engine = loaded(registration)
+    said = {name: declared(engine, name) for name in DECLARED}
+    sweep, order = said["sweep"], said["order"]
+    return {
+        "title": plain_text(said["title"], 200),
+        "coordinates": str(said["coordinates"]),
+        "order": None if order is None else float(order),
+        "sweep": {
+            "parameter": str(sweep.parameter),
+            "values": tuple(float(v) for v in sweep.values),
+            "default": float(sweep.default),
+            "finer_rtol": float(sweep.finer_rtol),
+        },
+        "effects": sorted(plain_text(e, 60) for e in said["effects"]),
+        "observables": sorted(map(str, said["observables"])),
+        "options": sorted(plain_text(o, 60) for o in said["options"]),
+        "joints_in_place": said["joints_in_place"],
+        "track_by_length": said["track_by_length"],
+        "step_constant": float(said["step_constant"]),
+        "unsupported_reasons": {plain_text(k, 60): plain_text(v) for k, v in said["unsupported_reasons"].items()},
+        "asks": sorted(n for n in CLASS_METHODS if overrides(engine, n)),
+    }, {}
+
+
+def loaded(registration: Registration) -> type[Engine]:
+    """Class of an engine, imported here."""
+    enter("the import")
+    found: object = registration.load()
+    if not (isinstance(found, type) and issubclass(found, Engine)):
+        raise DeclarationError(f"{registration.target} is no subclass of adapters.engine.Engine")
+    if inspect.isabstract(found):
+        lacking = ", ".join(sorted(found.__abstractmethods__))
+        raise DeclarationError(f"{registration.target} does not define {lacking}")
+    for name in CLASS_METHODS:
+        if not hasattr(getattr(found, name), "__func__"):
+            raise DeclarationError(f"{name} is no class method; it needs @classmethod above it")
+    return found
+
+
+def overrides(engine: type[Engine], name: str) -> bool:
+    """Whether an engine replaces a method of the contract."""
+    return getattr(engine, name).__func__ is not getattr(Engine, name).__func__
+
+
+def unsupported(registration: Registration, scenes: list[Scene]) -> Answer:
+    """Reason for each scene that the engine does not support, or None."""
+    engine = loaded(registration)
+    return {"reasons": [reason_text(engine.unsupported(scene)) for scene in scenes]}, {}
+
+
+def unsupported_motion(registration: Registration, scene: Scene, motion: Trajectory) -> Answer:
+    """Reason if the engine does not support a motion, or None."""
+    return {"reasons": [reason_text(loaded(registration).unsupported_motion(scene, motion))]}, {}
+
+
+def reason_text(reason: object) -> str | None:
+    """Reason as one line."""
+    if reason is None:
+        return None
+    if not isinstance(reason, str) or not reason.strip():
+        raise DeclarationError(f"its reason against a scene is a {type(reason).__name__}, expected text or None")
+    return plain_text(reason)
+
+
+def noise(registration: Registration, scene: Scene, setting: Setting, t_s: Array) -> Answer:
+    """Errors that the engine declares, as arrays of shape (n,)."""
+    said = loaded(registration).noise(scene, setting, t_s)
+    if not isinstance(said, dict):
+        raise DeclarationError(f"noise is a {type(said).__name__}, expected a dict")
+    found = {}
+    for name, values in said.items():
+        try:
+            found[plain_text(name, 60)] = np.array(np.broadcast_to(np.asarray(values, float), t_s.shape))
+        except (TypeError, ValueError):
+            raise DeclarationError(
+                f"noise of {plain_text(name, 60)!r} is no number and no array of {t_s.shape}"
+            ) from None
+    return {}, found
+
+
+def run(registration: Registration, options: frozenset[str], scene: Scene, setting: Setting) -> Answer:
+    """Build, simulate and read, each timed."""
+    header, result = finished(registration, options, scene, setting)
+    return header, sendable(result)
+
+
+def finished(
+    registration: Registration, options: frozenset[str], scene: Scene, setting: Setting
+) -> tuple[dict[str, Any], Trajectory]:
+    """Header of an answer, and the engine's own trajectory."""
+    seconds: dict[str, float] = {}
+    engine = loaded(registration)(**dict.fromkeys(options, True))
+    enter("build")
+    timed(seconds, "build", lambda: engine.build(scene, setting))
+    enter("simulate")
+    timed(seconds, "simulate", engine.simulate)
+    enter("read")
+    result = timed(seconds, "read", engine.read)
+    if not isinstance(result, Trajectory):
+        raise MessageError(f"read() returned a {type(result).__name__}, expected a Trajectory")
+    ended = result.ended
+    if not isinstance(ended, str):
+        raise MessageError(f"ended is a {type(ended).__name__}, expected text")
+    info = plain_info(result.info)
+    spent = {phase: plain_number(s) or 0.0 for phase, s in seconds.items()}
+    return {"seconds": spent, "ended": plain_text(ended), "info": info}, result
+
+
+def first_run(
+    registration: Registration, options: frozenset[str], scene: Scene, setting: Setting, warm: Scene
+) -> Answer:
+    """Run a small scene to warm up, then another: ``memory_B`` is the peak memory of the second; None if unknown."""
+    run(registration, options, warm, setting)
+    peak = Peak()
+    header, arrays = run(registration, options, scene, setting)
+    return header | {"memory_B": plain_number(peak.beyond())}, arrays
+
+
+def turn(
+    registration: Registration, options: frozenset[str], scene: Scene, setting: Setting, least_s: float, most: int
+) -> Answer:
+    """Run once untimed, then until `simulate` has taken `least_s`, at most `most` times: the least time of each phase.
+
+    ``runs`` is the number of timed runs, ``cold`` the additional time of the first to build and simulate.
+    """
+    header, arrays = run(registration, options, scene, setting)
+    cold: dict[str, float] = header["seconds"]
+    timings: list[dict[str, float]] = []
+    while len(timings) < most and sum(s["simulate"] for s in timings) < least_s:
+        header, arrays = run(registration, options, scene, setting)
+        timings.append(header["seconds"])
+        if sum(sum(s.values()) for s in timings) >= 5.0 * least_s:
+            break
+    least = {phase: min(s[phase] for s in timings) for phase in cold}
+    more = sum(cold[phase] - least[phase] for phase in ("build", "simulate"))
+    return header | {"seconds": least | {"runs": float(len(timings)), "cold": more}}, arrays
+
+
+def sendable(result: Trajectory, *, keep_order: bool = False) -> dict[str, Array]:
+    """Arrays of a trajectory, all float64; in C's order of memory, or in their own, which sums may depend on."""
+    found = {}
+    for name in ARRAYS:
+        value = getattr(result, name)
+        if value is None and name not in {"t_s", "com_m", "com_velocity_m_s"}:
+            continue
+        if not isinstance(value, np.ndarray):
+            raise MessageError(f"{name} is a {type(value).__name__}, expected an array of float64")
+        if value.dtype != np.float64:
+            raise MessageError(f"{name} holds {plain_text(value.dtype, 40)}, expected float64")
+        found[name] = value if keep_order else np.ascontiguousarray(np.asarray(value))
+    return found

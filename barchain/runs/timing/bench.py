@@ -1,0 +1,158 @@
+"""Timing of `simulate` alone: one process for each engine, one thread, one core, one process at work at a time.
+
+A run's time leaves out the wait for a processor (:mod:`barchain.runs.stopwatch`). What else disturbs a run only
+adds to its time. The time of a turn is therefore the least of its runs, and the time of a point the median over turns
+that lie apart. An engine's process lives through the whole study: imports and compiled code stay warm. A crash or a
+timed-out run costs its own point; the next process runs untimed once before it is timed.
+"""
+
+from __future__ import annotations
+
+import gc
+import os
+from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING
+
+from adapters.registry import ENGINES
+from barchain.runs.call import Call, pickled
+from barchain.runs.job import Job, RunResult
+from barchain.runs.limits import QUESTION_S
+from barchain.runs.messages import message_of, shared_result
+from barchain.runs.outside_runs import one_turn
+from barchain.runs.pool import PoolGroup, pool_group
+from barchain.runs.run import run_job
+from barchain.runs.time_limits import TimeLimit
+from barchain.runs.workers import Slot
+from reports.tables.outcome import Outcome
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+LEAST_S = 0.02  # of simulate in one turn: thousands of clock ticks, and longer than a process switch
+MOST_RUNS = 100  # in one turn
+LONG_S = 0.5  # longer runs are timed from the first pass on, and seldom repeated
+STARTUP_S = 120.0  # in addition to the limit of a process that has yet to import; `TimeLimit` adds time for compiling
+PHASES = ("build", "simulate", "read")
+POOL, MOST_TURNS = "timing", 1_000_000  # a process is kept as long as it lives
+
+warmed: set[str] = set()  # digests of scenes that this process has run: the first run of a scene is never timed
+
+
+def pin(core: int | None) -> None:
+    """Pin this process to one core, if the system can."""
+    if core is not None and hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, {core})
+
+
+def awake() -> bytes:
+    """Return at once: a process that runs this function has imported its modules."""
+    return b""
+
+
+def quietest_core() -> int | None:
+    """Core for timing: the last allowed core, as interrupts and other work prefer the first."""
+    return max(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else None
+
+
+def turn(job: Job, least_s: float, simulate_s: float | None = None) -> RunResult:
+    """Run `job` in this process until `least_s` of `simulate` are measured; `simulate_s` as in `run_job`.
+
+    Returns
+    -------
+    RunResult
+        Result of the last run; its `seconds` are the least of the turn. ``runs`` is the number of runs, ``cold`` the
+        additional time of the first run to build and simulate, for imports and compiling.
+    """
+    cold: list[RunResult] = []
+    if job.scene.digest not in warmed:
+        cold.append(run_job(job, simulate_s))
+        if cold[0].outcome is not Outcome.PASS:
+            return cold[0]
+        warmed.add(job.scene.digest)
+    gc.collect()
+    gc.freeze()  # the next collection skips objects of now, which saves 60 ms
+    gc.disable()
+    try:
+        found = repeated(job, least_s, simulate_s)
+    finally:
+        gc.enable()
+    return summed_up([*cold, *found])
+
+
+def repeated(job: Job, least_s: float, simulate_s: float | None = None) -> list[RunResult]:
+    """Run until `simulate` has taken `least_s`, or all phases five times that; a failure ends the turn."""
+    found: list[RunResult] = []
+    while len(found) < MOST_RUNS:
+        found.append(run_job(job, simulate_s))
+        if found[-1].outcome is not Outcome.PASS:
+            break
+        if sum(r.seconds["simulate"] for r in found) >= least_s:
+            break
+        if sum(sum(r.seconds.values()) for r in found) >= 5.0 * least_s:
+            break
+    return found
+
+
+def summed_up(found: list[RunResult]) -> RunResult:
+    """Result of the last run of a turn, with the least times of the turn."""
+    last = found[-1]
+    if last.outcome is not Outcome.PASS:
+        return last
+    seconds = {phase: min(r.seconds[phase] for r in found) for phase in PHASES}
+    seconds["runs"] = float(len(found))
+    if len(found) > 1:
+        seconds["cold"] = sum(found[0].seconds[p] - seconds[p] for p in ("build", "simulate"))
+    return RunResult(last.outcome, last.reason, last.trajectory, seconds)
+
+
+def timed_turn(job: Job, core: int | None, least_s: float, simulate_s: float | None) -> bytes:
+    """Message with the result of :func:`turn`, run on one core."""
+    pin(core)
+    return message_of(turn(job, least_s, simulate_s))
+
+
+class TimingBench:
+    """One process for each engine; only one of them works at a time."""
+
+    def __init__(self, least_s: float = LEAST_S) -> None:
+        """Prepare; an engine's process starts with :meth:`start` or with its first turn."""
+        self.least_s, self.core = least_s, quietest_core()
+        self.slots: dict[str, Slot] = {}
+        self.started: set[tuple[str, str]] = set()
+
+    def __enter__(self) -> TimingBench:
+        """Nothing is started yet."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End all processes."""
+        for slot in self.slots.values():
+            slot.close()
+
+    def start(self, engines: Iterable[str]) -> None:
+        """Start the processes side by side, before anything is timed: imports are most of a short study."""
+        asked = pickled(Call(awake, (), STARTUP_S, POOL))
+        slots = [self.slot(name) for name in engines if name in ENGINES]
+        with ThreadPoolExecutor(os.cpu_count()) as threads:
+            list(threads.map(lambda slot: slot.run(asked), slots))
+
+    def run(self, job: Job, time_limit_s: float) -> RunResult:
+        """Run one turn; the first turn of a scene or after a crash has more time for imports.
+
+        An engine that compiles may do so for each setting: the limit then holds for each `simulate` alone.
+        """
+        if pool_group(job) is PoolGroup.THIRD_PARTY:
+            return one_turn(job, time_limit_s + QUESTION_S, self.least_s, MOST_RUNS)
+        pair, limit = (job.engine, job.scene.digest), TimeLimit(time_limit_s)
+        allowed = limit.allowed_s(job) + (0.0 if pair in self.started else STARTUP_S)
+        call = Call(timed_turn, (job, self.core, self.least_s, limit.simulate_s(job)), allowed, POOL, MOST_TURNS)
+        result = limit.judged(job, shared_result(job, self.slot(job.engine).run(pickled(call))))
+        if "simulate" in result.seconds:
+            self.started.add(pair)
+        else:  # its process may have died
+            self.started = {p for p in self.started if p[0] != job.engine}
+        return result
+
+    def slot(self, engine: str) -> Slot:
+        """Process of an engine."""
+        return self.slots.setdefault(engine, Slot())

@@ -1,0 +1,88 @@
+"""Time of one evaluation of the right-hand side without a solver, for the forms of the reference."""
+
+from __future__ import annotations
+
+import gc
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from adapters.common.initial_state import chain_model, initial_state
+from barchain.runs.stopwatch import Stopwatch
+from reference_impl.integrate.simulate import Simulation
+from reference_impl.kernel import layout
+from reference_impl.kernel.library import Evaluation
+from reference_impl.kernel.simulate import modes_at, set_modes
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from adapters.trajectory import Array
+    from reference_impl.integrate.coordinate_sets import CoordinateSet
+    from scenarios import Scene
+
+LEAST_S = 0.002  # of one batch: thousands of clock ticks
+BATCHES = 7  # in a turn, whose time is the least of them: disturbances only add
+DIRECT: dict[str, CoordinateSet | None] = {  # None: compiled
+    "reference": "minimal",
+    "reference-fast": None,
+    "reference-absolute": "absolute",
+}
+
+
+def loop_of(engine: str, scene: Scene) -> Callable[[int], None]:
+    """Function that evaluates an engine's right-hand side at the scene's start a number of times."""
+    coordinates = DIRECT[engine]
+    return compiled_loop(scene) if coordinates is None else numpy_loop(scene, coordinates)
+
+
+def numpy_loop(scene: Scene, coordinates: CoordinateSet) -> Callable[[int], None]:
+    """Loop over the right-hand side in NumPy."""
+    start = initial_state(scene)
+    state = (start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
+    simulation = Simulation(chain_model(scene), *state, rtol=1.0, coordinates=coordinates)
+    rhs, y = simulation.coordinates.rhs, simulation.y0
+
+    def loop(times: int) -> None:
+        for _ in range(times):
+            rhs(0.0, y)
+
+    return loop
+
+
+def compiled_loop(scene: Scene) -> Callable[[int], None]:
+    """Loop over the compiled right-hand side, itself compiled: a call from Python takes as long as ten bars."""
+    start, model = initial_state(scene), chain_model(scene)
+    state = (start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s)
+    y, chain = layout.pack(*state), layout.compiled_chain(model)
+    at_start = Simulation(model, *state, rtol=1.0)
+    set_modes(chain, modes_at(at_start.coordinates, 0.0, at_start.y0))
+    return Evaluation(y, np.zeros_like(y), chain, layout.workspace_of(chain)).repeat
+
+
+def evaluation_times(loop: Callable[[int], None], turns: int, least_s: float = LEAST_S) -> Array:
+    """Time of one evaluation in each turn, (turns,) s: the least of its batches."""
+    times = calibrated(loop, least_s)
+    gc.collect()
+    gc.disable()
+    try:
+        found = [min(batch_s(loop, times) for _ in range(BATCHES)) for _ in range(turns)]
+    finally:
+        gc.enable()
+    return np.array(found) / times
+
+
+def calibrated(loop: Callable[[int], None], least_s: float) -> int:
+    """Number of evaluations that fill a batch; the very first evaluation may compile and is not timed."""
+    loop(1)
+    times = 1
+    while batch_s(loop, times) < least_s:
+        times *= 2
+    return times
+
+
+def batch_s(loop: Callable[[int], None], times: int) -> float:
+    """Time of a batch without the wait for a processor, s."""
+    clock = Stopwatch()
+    loop(times)
+    return clock.seconds()
