@@ -59,10 +59,13 @@ class BarLoad(Protocol):
 
 @runtime_checkable
 class FaceDependentLoad(Protocol):
-    """Load whose slope jumps where a bar turns its other face to the source."""
+    """Load that jumps, or whose slope does, where a bar turns its other face to the source."""
 
-    def faces(self, frame: FrameState, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[bool]:
-        """Exposed face of each bar."""
+    held: Sequence[float] | None
+    """Exposed face of each bar, +1 or -1, for an engine that stops where one turns; None: that of each state"""
+
+    def incidence(self, frame: FrameState, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[float]:
+        """Sine of the angle between each bar and the source; its sign is the exposed face."""
 
 
 def bars_of(chain: Chain) -> list[BarProperties]:

@@ -20,6 +20,7 @@ class SunlightLoad:
     def __init__(self, bars: list[BarProperties], light: SolarPressure) -> None:
         """Light of a scene."""
         self.light = light
+        self.held: Sequence[float] | None = None
         areas = zip(bars, light.width_m, strict=True)
         self.weight = [light.pressure_Pa * width * 2.0 * bar.half_length_m / bar.mass_kg for bar, width in areas]
 
@@ -32,18 +33,25 @@ class SunlightLoad:
         """Load of each bar."""
         del rates
         sx, sy = self.sun(frame.t_s)
-        return [self.load(sx, sy, angle, weight) for (_, _, angle), weight in zip(positions, self.weight, strict=True)]
+        faces = self.held or [0.0] * len(self.weight)
+        return [
+            self.load(sx, sy, angle, weight, face)
+            for (_, _, angle), weight, face in zip(positions, self.weight, faces, strict=True)
+        ]
 
-    def load(self, sx: float, sy: float, angle: float, weight: float) -> Load:
-        """Load of one bar; `weight` is the acceleration in m/s² of a black bar normal to the light."""
+    def load(self, sx: float, sy: float, angle: float, weight: float, face: float) -> Load:
+        """Load of one bar.
+
+        `weight` is the acceleration in m/s² of a black bar normal to the light; a `face` of 0 is that of the state.
+        """
         c, s, mirrored = cos(angle), sin(angle), self.light.reflectivity
         facing = c * sy - s * sx
         side = 2.0 * mirrored * facing  # 2 rho k n' = 2 rho (n·s) n
-        k = -weight * copysign(facing, 1.0)
+        k = -weight * facing * (face or copysign(1.0, facing))
         return k * ((1.0 - mirrored) * sx - side * s), k * ((1.0 - mirrored) * sy + side * c), 0.0
 
-    def faces(self, frame: FrameState, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[bool]:
-        """Lit face of each bar."""
+    def incidence(self, frame: FrameState, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[float]:
+        """Sine of the angle between each bar and the direction of the Sun."""
         del rates
         sx, sy = self.sun(frame.t_s)
-        return [cos(a) * sy > sin(a) * sx for _, _, a in positions]
+        return [cos(a) * sy - sin(a) * sx for _, _, a in positions]

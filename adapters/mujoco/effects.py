@@ -84,7 +84,7 @@ class AppliedEffects:
         """Reject a motion in which a bar turns its other face: a slope jumps there, which costs RK4 its order."""
         if not self.effect_loads.faced:
             return
-        faces = [effect.faces(frame, positions, rates) for effect in self.effect_loads.faced]
+        faces = [[x > 0.0 for x in e.incidence(frame, positions, rates)] for e in self.effect_loads.faced]
         if self.faces is not None and faces != self.faces:
             raise UnsupportedMotionError(
                 f"a bar turns its other face to the air or the Sun at t = {frame.t_s:.6g} s, within one of the equal "

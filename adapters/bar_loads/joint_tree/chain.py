@@ -24,10 +24,10 @@ from adapters.common.landing import least_height_m
 from scenarios import Gravity
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from adapters.bar_loads.gravity import Loads
-    from adapters.bar_loads.interface import Load
+    from adapters.bar_loads.interface import BarPosition, BarRate, Load
     from adapters.trajectory import Array
     from scenarios import Impulse, Scene
 
@@ -74,16 +74,37 @@ class JointTree(ABC):
 
     def act(self, t_s: float, origin: list[float], q: list[float], q_t: list[float]) -> None:
         """Apply all loads of the scene; `origin` is the frame's position and velocity (4,), m and m/s."""
-        positions = list(tree_positions(q, self.bars))
-        x, y, vx, vy = origin
         if self.effect_loads is None:
+            positions, (x, y, *_) = list(tree_positions(q, self.bars)), origin
             self.loads.move_to(x, y)
             load = self.loads.load
             loads = [load(px, py, a, bar.half_length_m) for (px, py, a), bar in zip(positions, self.bars, strict=True)]
         else:
-            rates = list(tree_rates(q, q_t, self.bars)) if self.effect_loads.of_rates else []
-            loads = self.effect_loads(FrameState(x, y, vx, vy, t_s, self.inside_s), positions, rates)
+            frame, positions, rates = self.placed(t_s, origin, q, q_t)
+            loads = self.effect_loads(frame, positions, rates)
         self.put([angle for *_, angle in positions], loads)
+
+    def placed(
+        self, t_s: float, origin: list[float], q: list[float], q_t: list[float]
+    ) -> tuple[FrameState, list[BarPosition], list[BarRate]]:
+        """Frame, and places and rates of the bars, as loads take them; no rates where no load depends on them."""
+        assert self.effect_loads is not None
+        x, y, vx, vy = origin
+        rates = list(tree_rates(q, q_t, self.bars)) if self.effect_loads.of_rates else []
+        return FrameState(x, y, vx, vy, t_s, self.inside_s), list(tree_positions(q, self.bars)), rates
+
+    def incidences(self, t_s: float, state: Array) -> list[list[float]]:
+        """Sines of the angles between bars and the wind or the Sun, a list for each effect that depends on faces."""
+        if self.effect_loads is None or not self.effect_loads.faced:
+            return []
+        split = state[:4], state[4 : 4 + self.width], state[4 + self.width :]
+        placed = self.placed(t_s, *(part.tolist() for part in split))
+        return [effect.incidence(*placed) for effect in self.effect_loads.faced]
+
+    def hold_faces(self, faces: Iterable[list[float] | None]) -> None:
+        """Faces, +1 or -1, of each effect that depends on them; None: those of each state."""
+        for effect, held in zip(self.effect_loads.faced if self.effect_loads else [], faces, strict=True):
+            effect.held = held
 
     def reactions(self, state: Array, t_s: float = 0.0) -> Array:
         """Force on each bar from the next, (N-1, 2), N, at the state's accelerations."""

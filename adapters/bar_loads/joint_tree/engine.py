@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from adapters.bar_loads.assemble import SUPPORTED
-from adapters.bar_loads.joint_tree.jumps import Jumps
+from adapters.bar_loads.joint_tree.jumps import HeldFaces, Jumps
 from adapters.common.accuracy_scales import accuracy_scales
 from adapters.common.initial_state import initial_state
 from adapters.common.joint_coordinates import from_joint_coordinates, to_joint_coordinates
@@ -70,6 +70,8 @@ class JointTreeEngine(Engine):
         unit = accuracy_scales(scene)
         self.problem = Problem(self.chain.rate, y0, self.chain.height)
         self.integrator = self.solver(setting.value, np.concatenate([unit.track, unit.joint_coordinates(scene.bars)]))
+        if self.integrator.locates_events and self.chain.incidences(0.0, y0):
+            self.jumps.faces = self.problem.mode_events = HeldFaces(self.chain)
 
     def simulate(self) -> None:
         """Integrate."""
@@ -80,6 +82,8 @@ class JointTreeEngine(Engine):
 
     def read(self) -> Trajectory:
         """Observables at the samples."""
+        if self.jumps.faces:
+            self.jumps.faces.release()
         y, width = self.walk.y, self.chain.width
         bars = from_joint_coordinates(self.chain.length_m, y[:, 4 : 4 + width], y[:, 4 + width :])
         return Trajectory(
