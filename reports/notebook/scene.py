@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from reports.chapters.crossval.facts import facts
-from reports.chapters.crossval.orbit import SHARE, Geometry, draw_chains, finish, joints, square_axes
+from reports.chapters.crossval.orbit import SHARE, Geometry, draw_chains, joints, square_chart
 from reports.notebook.card import card, facts_table, picture
 from reports.plotting.palette import COLOURS
 from reports.text.numerals import typeset
@@ -72,10 +72,10 @@ def drawing(scene: Scene) -> Markup:
     path, start = osculating(scene), polar(scene.radius0_m, scene.orbit.longitude_rad)
     factor = SHARE * 2.0 * math.pi * scene.radius0_m / INSTANTS / scene.size_m
     chain = start + factor * joints(geometry, initial_angles(scene))
-    ax = square_axes(np.concatenate([path, chain[0]]), radius_m)
-    ax.plot(path[:, 0], path[:, 1], color=COLOURS["rule"].stand_in, linewidth=1.0, zorder=1)
-    draw_chains(ax, chain)
-    return finish(ax, f"notebook-{scene.name}", f"{scene.title}: chain at the start, enlarged, on its osculating orbit")
+    drawn = square_chart(np.concatenate([path, chain[0]]), radius_m)
+    drawn.line(path[:, 0], path[:, 1], COLOURS["rule"], 1.0)
+    draw_chains(drawn, chain)
+    return drawn.svg(f"{scene.title}: chain at the start, enlarged, on its osculating orbit")
 
 
 def initial_angles(scene: Scene) -> Array:

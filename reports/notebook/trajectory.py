@@ -6,18 +6,18 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from markupsafe import Markup
 
 from reports.notebook.card import card, facts_table, picture
-from reports.plotting.palette import SERIES
+from reports.plotting.palette import SERIES, Pen
+from reports.plotting.panels import ChartFrame, Line, linear_panel
 from reports.plotting.series import numbered
-from reports.plotting.svg import figure, inline
 from reports.text.numerals import significant
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     import pandas as pd
-    from markupsafe import Markup
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
@@ -25,9 +25,8 @@ if TYPE_CHECKING:
 
 INCHES = (6.4, 2.2)
 """Width, and height of each chart"""
-WIDTH_PX, HEIGHT_PX = 520.0, 150.0
+WIDTH_PX = 400.0
 MOST_LABELS = 8
-MOST_POINTS = 600
 
 
 @dataclass(frozen=True)
@@ -76,11 +75,6 @@ def html(table: pd.DataFrame, ended: str, info: Mapping[str, object], run: tuple
         Scene, engine and setting; empty where they are not known.
     """
     t_s, found = table["t_s"].to_numpy(float), charts(table)
-    made = figure(WIDTH_PX, HEIGHT_PX * len(found))
-    every = max(1, len(t_s) // MOST_POINTS)
-    kept = [TimeChart(c.label, c.values[::every], c.each) for c in found]
-    drawn(made, t_s[::every], kept, [c.light for c in SERIES[2:]])
-    label = f"Over time in s: {'; '.join(c.label for c in found)}"
     facts = [
         ("Samples", f"{len(t_s)}, from {t_s[0]:g} to {t_s[-1]:g} s" if len(t_s) else "none"),
         *([("Ended", ended)] if ended else []),
@@ -90,7 +84,22 @@ def html(table: pd.DataFrame, ended: str, info: Mapping[str, object], run: tuple
     ]
     scene, engine, setting = run
     title = " in ".join(filter(None, [scene, engine])) or "Trajectory"
-    return card(title, setting, [picture(inline(made, "notebook-trajectory", label), WIDTH_PX), facts_table(facts)])
+    return card(title, setting, [drawing(t_s, c) for c in found], facts_table(facts))
+
+
+def drawing(t_s: Array, chart: TimeChart) -> Markup:
+    """Chart of one quantity over time with its legend; empty without samples."""
+    columns = chart.values.T
+    pens = [Pen(SERIES[2 + k % (len(SERIES) - 2)]) for k in range(len(columns))]
+    lines = [Line(t_s, column, pen) for column, pen in zip(columns, pens, strict=True)]
+    ends = (float(t_s[0]), float(t_s[-1])) if len(t_s) > 1 else (0.0, 1.0)
+    panel = linear_panel(ChartFrame(chart.label, "time, s", chart.label, ends, lines))
+    if panel is None:
+        return Markup("")
+    named = list(enumerate(pens, start=1)) if chart.each and len(pens) <= MOST_LABELS else []
+    entry = Markup('<span style="color:{}">\N{EM DASH} {} {}</span> ')
+    legend = Markup("").join(entry.format(pen.colour.light, chart.each, k) for k, pen in named)
+    return Markup("<div>{}{}</div>").format(picture(panel.svg, WIDTH_PX), legend)
 
 
 def charts(table: pd.DataFrame) -> list[TimeChart]:
@@ -117,7 +126,7 @@ def reaction_sizes(table: pd.DataFrame) -> Array | None:
     return sizes
 
 
-def drawn(made: Figure, t_s: Array, found: Sequence[TimeChart], colours: Sequence[str] = ()) -> NDArray[np.object_]:
+def drawn(made: Figure, t_s: Array, found: Sequence[TimeChart]) -> NDArray[np.object_]:
     """Draw quantities below each other with one axis of time, and return the axes."""
     count = len(found)
     room: dict[str, Any] = {"left": 0.13, "right": 0.97, "top": 1.0 - 0.17 / count, "bottom": 0.25 / count}
@@ -125,8 +134,6 @@ def drawn(made: Figure, t_s: Array, found: Sequence[TimeChart], colours: Sequenc
         count, 1, sharex=True, squeeze=False, gridspec_kw=room | {"hspace": 0.45}
     )[:, 0]
     for ax, chart in zip(axes, found, strict=True):
-        if colours:
-            ax.set_prop_cycle(color=list(colours))
         ax.plot(t_s, chart.values, linewidth=1.2)
         ax.set_title(chart.label, loc="left", fontsize="medium")
         if chart.each and chart.values.shape[1] <= MOST_LABELS:

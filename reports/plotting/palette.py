@@ -1,12 +1,13 @@
-"""Colours: named, one value on white and one on near-black, and stand-ins for Matplotlib.
+"""Colours: named, one value on white and one on near-black; pens and markers.
 
-Matplotlib knows no CSS variables, so a chart is drawn in stand-in colours that are exchanged for
-``var(--name)`` afterwards: the same SVG then reads in both themes.
+Charts name their colours as ``var(--name)``: the same SVG reads in both themes.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
+from itertools import pairwise
 
 PAPER = ("#fdfdfb", "#15171b")
 """Background of the page, light and dark."""
@@ -19,7 +20,6 @@ class Colour:
     name: str
     light: str
     dark: str
-    stand_in: str
 
     @property
     def css(self) -> str:
@@ -28,7 +28,7 @@ class Colour:
 
 
 def _colours(*triples: tuple[str, str, str]) -> dict[str, Colour]:
-    return {n: Colour(n, light, dark, f"#0102{k:02x}") for k, (n, light, dark) in enumerate(triples)}
+    return {n: Colour(n, light, dark) for n, light, dark in triples}
 
 
 # Okabe and Ito's hues, darkened on white and lightened on near-black until each has 3:1 against it;
@@ -52,21 +52,46 @@ COLOURS = _colours(
 )
 SERIES = [c for n, c in COLOURS.items() if n[0] == "s" and n[1:].isdigit()]
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "p", "h", "<", ">")
-# Marker shapes for legends set in HTML, as paths about the origin within a square of side 6.
-MARKER_PATHS = {
-    "o": "M3 0A3 3 0 1 1-3 0A3 3 0 1 1 3 0Z",
-    "s": "M-2.7-2.7H2.7V2.7H-2.7Z",
-    "^": "M0-3.4L3.2 2.6H-3.2Z",
-    "D": "M0-3.6L3.6 0L0 3.6L-3.6 0Z",
-    "v": "M0 3.4L3.2-2.6H-3.2Z",
-    "P": "M-1.1-3.3H1.1V-1.1H3.3V1.1H1.1V3.3H-1.1V1.1H-3.3V-1.1H-1.1Z",
-    "X": "M-3.3-2L-2-3.3L0-1.3L2-3.3L3.3-2L1.3 0L3.3 2L2 3.3L0 1.3L-2 3.3L-3.3 2L-1.3 0Z",
-    "p": "M0-3.4L3.3-1L2 2.8H-2L-3.3-1Z",
-    "h": "M0-3.4L3-1.7V1.7L0 3.4L-3 1.7V-1.7Z",
-    "<": "M-3.4 0L2.6-3.2V3.2Z",
-    ">": "M3.4 0L-2.6-3.2V3.2Z",
-}
+SIDE = 6.0
+"""Side of the square about the origin that markers fill"""
+SHAPES: dict[str, tuple[tuple[float, float], ...]] = {
+    "o": (),
+    "s": ((-2.7, -2.7), (2.7, -2.7), (2.7, 2.7), (-2.7, 2.7)),
+    "^": ((0, -3.4), (3.2, 2.6), (-3.2, 2.6)),
+    "D": ((0, -3.6), (3.6, 0), (0, 3.6), (-3.6, 0)),
+    "v": ((0, 3.4), (3.2, -2.6), (-3.2, -2.6)),
+    "P": (
+        (-1.1, -3.3), (1.1, -3.3), (1.1, -1.1), (3.3, -1.1), (3.3, 1.1), (1.1, 1.1),
+        (1.1, 3.3), (-1.1, 3.3), (-1.1, 1.1), (-3.3, 1.1), (-3.3, -1.1), (-1.1, -1.1),
+    ),
+    "X": (
+        (-3.3, -2), (-2, -3.3), (0, -1.3), (2, -3.3), (3.3, -2), (1.3, 0),
+        (3.3, 2), (2, 3.3), (0, 1.3), (-2, 3.3), (-3.3, 2), (-1.3, 0),
+    ),
+    "p": ((0, -3.4), (3.3, -1), (2, 2.8), (-2, 2.8), (-3.3, -1)),
+    "h": ((0, -3.4), (3, -1.7), (3, 1.7), (0, 3.4), (-3, 1.7), (-3, -1.7)),
+    "<": ((-3.4, 0), (2.6, -3.2), (2.6, 3.2)),
+    ">": ((3.4, 0), (-2.6, -3.2), (-2.6, 3.2)),
+}  # fmt: skip
+"""Corners of each marker; the first is a circle"""
 DASHES: tuple[tuple[float, ...], ...] = ((), (6, 2), (2, 1.6), (7, 2, 1.5, 2))
+
+
+@cache
+def marker_path(marker: str, size: float) -> str:
+    """Path of a marker about the current point."""
+    scale = size / SIDE
+    if marker == "o":
+        r = f"{0.5 * SIDE * scale:.3g}"
+        both = f"{SIDE * scale:.3g}"
+        return f"m-{r} 0a{r} {r} 0 1 0 {both} 0a{r} {r} 0 1 0-{both} 0z"
+    if marker == "x":
+        return f"m{-0.5 * size:.3g}{-0.5 * size:.3g}l{size:.3g} {size:.3g}m0{-size:.3g}l{-size:.3g} {size:.3g}"
+    if marker == "|":
+        return f"m0{-0.5 * size:.3g}v{size:.3g}"
+    points = [(scale * px, scale * py) for px, py in SHAPES[marker]]
+    steps = [(b[0] - a[0], b[1] - a[1]) for a, b in pairwise(points)]
+    return f"m{points[0][0]:.3g} {points[0][1]:.3g}l{' '.join(f'{dx:.3g} {dy:.3g}' for dx, dy in steps)}z"
 
 
 @dataclass(frozen=True)
@@ -81,8 +106,8 @@ class Pen:
 
     @property
     def marker_path(self) -> str:
-        """Path of the marker for a legend."""
-        return MARKER_PATHS.get(self.marker, "")
+        """Path of the marker about the origin, for a legend; empty without a marker."""
+        return marker_path(self.marker, SIDE) if self.marker else ""
 
     @property
     def dash_css(self) -> str:

@@ -1,4 +1,4 @@
-"""Panels of curves against time, linear and logarithmic; legends are set by the page."""
+"""Charts of curves against time, linear and logarithmic; the page sets their legends."""
 
 from __future__ import annotations
 
@@ -6,23 +6,22 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullLocator
 
 from reports.plotting.palette import COLOURS, Pen
-from reports.plotting.series import Array, DecadeRange, decade_range, thin
-from reports.plotting.svg import TEXT_SIZE, figure, inline
+from reports.plotting.series import Array, decade_range, thin
+from reports.plotting.svg import Chart, across, upwards
 from reports.text.numerals import power_of_ten
 
 if TYPE_CHECKING:
     from markupsafe import Markup
-    from matplotlib.axes import Axes
 
-WIDTH, HEIGHT = 400.0, 250.0  # about a phone's width, so that letters are not shrunk on it
-LEFT, RIGHT, TOP, BOTTOM = 50.0, 10.0, 24.0, 34.0
-MOST_TICKS = 6
 FAINT = 0.4
 TOLERANCE_POINTS = 120  # tolerances are smooth
-TOLERANCE_DASH = (0.0, (3.0, 2.5))
+TOLERANCE_DASH = (3.0, 2.5)
+MARGIN = 0.06
+"""Share of the range of all values by which a linear axis exceeds it"""
+END_PX = 15.0
+"""Height of the tick at the end of a line that is cut"""
 
 
 @dataclass(frozen=True)
@@ -68,9 +67,8 @@ class Panel:
 
 @dataclass
 class ChartFrame:
-    """Labels, ranges and curves of a panel."""
+    """Labels, range and curves of a chart against time."""
 
-    name: str
     title: str
     x_label: str
     y_label: str
@@ -81,79 +79,31 @@ class ChartFrame:
     mark_label: str = ""
 
 
-def blank_axes(frame: ChartFrame) -> Axes:
-    """Axes in the style of the page: no box, a light grid, the unit above the vertical axis."""
-    made = figure(WIDTH, HEIGHT)
-    ax = made.add_axes(
-        (LEFT / WIDTH, BOTTOM / HEIGHT, (WIDTH - LEFT - RIGHT) / WIDTH, (HEIGHT - TOP - BOTTOM) / HEIGHT)
-    )
-    dress(ax)
-    ax.set_xlim(*frame.x_span)
-    ax.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
-    ax.set_xlabel(frame.x_label, fontsize=TEXT_SIZE, color=COLOURS["muted"].stand_in, labelpad=4)
-    ax.text(
-        -(LEFT - 4) / (WIDTH - LEFT - RIGHT),
-        1.0 + 9.0 / (HEIGHT - TOP - BOTTOM),
-        frame.y_label,
-        transform=ax.transAxes,
-        fontsize=TEXT_SIZE,
-        color=COLOURS["muted"].stand_in,
-        va="bottom",
-    )
-    return ax
-
-
-def dress(ax: Axes) -> None:
-    """Set colours and spines."""
-    ax.patch.set_visible(False)
-    ax.set_axisbelow(True)
-    for side in ("top", "right", "left"):
-        ax.spines[side].set_visible(False)
-    ax.spines["bottom"].set_color(COLOURS["rule"].stand_in)
-    ax.tick_params(axis="x", color=COLOURS["rule"].stand_in, labelcolor=COLOURS["muted"].stand_in, labelsize=TEXT_SIZE)
-    ax.tick_params(axis="y", length=0, labelcolor=COLOURS["muted"].stand_in, labelsize=TEXT_SIZE)
-    ax.grid(axis="y", color=COLOURS["grid"].stand_in, linewidth=0.8)
-
-
 def linear_panel(frame: ChartFrame) -> Panel | None:
     """Panel on a linear axis; None if there is nothing finite to draw."""
-    if not any(np.isfinite(line.y).any() for line in frame.lines):
+    values = np.concatenate([np.empty(0), *(line.y[np.isfinite(line.y)] for line in frame.lines)])
+    if not values.size:
         return None
-    ax = blank_axes(frame)
-    ax.yaxis.set_major_locator(MaxNLocator(MOST_TICKS, steps=[1, 2, 2.5, 5, 10]))
-    ax.margins(y=0.06)
+    chart = Chart(across(*frame.x_span), upwards(*linear_span(values)))
+    chart.axes(frame.x_label, frame.y_label)
     for line in frame.lines:
-        draw(ax, line, *thin(line.x, line.y))
-    widen_flat(ax, frame)
+        draw(chart, line, *thin(line.x, line.y))
     if frame.mark is not None:
-        draw_mark(ax, frame, frame.mark)
-    return Panel(frame.title, finish(ax, frame))
+        chart.up_at(frame.mark, COLOURS["muted"], 0.9)
+        late = frame.mark > 0.5 * sum(frame.x_span)
+        at = (float(chart.x(frame.mark)), chart.y.end - 4.0)
+        chart.text(at, frame.mark_label, "end" if late else "start")
+    return Panel(frame.title, chart.svg(frame.title))
 
 
-def draw_mark(ax: Axes, frame: ChartFrame, at: float) -> None:
-    """Draw a thin vertical line, labelled above the plot on the side with more room."""
-    left, right = frame.x_span
-    late = at > 0.5 * (left + right)
-    ax.axvline(at, color=COLOURS["muted"].stand_in, linewidth=0.9)
-    ax.annotate(
-        frame.mark_label,
-        (at, 1.0),
-        xycoords=("data", "axes fraction"),
-        xytext=(0, 4),
-        textcoords="offset points",
-        ha="right" if late else "left",
-        fontsize=TEXT_SIZE,
-        color=COLOURS["muted"].stand_in,
-    )
-
-
-def widen_flat(ax: Axes, frame: ChartFrame) -> None:
-    """Widen the axis of a curve that is constant up to round-off."""
-    values = np.concatenate([line.y[np.isfinite(line.y)] for line in frame.lines])
-    size, spread = float(np.abs(values).max()), float(np.ptp(values))
-    if spread < 1e-6 * size:
-        middle = float(values.mean())
-        ax.set_ylim(middle - 0.5 * size, middle + 0.5 * size)
+def linear_span(values: Array) -> tuple[float, float]:
+    """Range of a linear axis: that of the values and a margin, more about values that are equal up to round-off."""
+    low, high, size = float(values.min()), float(values.max()), float(np.abs(values).max())
+    if high - low < 1e-6 * size or not size:
+        middle, half = float(values.mean()), 0.5 * (size or 1.0)
+        return middle - half, middle + half
+    margin = MARGIN * (high - low)
+    return low - margin, high + margin
 
 
 def log_panel(frame: ChartFrame) -> Panel | None:
@@ -168,18 +118,26 @@ def log_panel(frame: ChartFrame) -> Panel | None:
     floor = decade_range([curve for line in lines for curve in (line.y, line.tolerance) if curve is not None])
     if floor is None:
         return None
-    ax = blank_axes(frame)
-    log_axis(ax, floor)
-    lifted = sum(draw_log(ax, line, floor) for line in lines)
-    exponent = round(np.log10(floor.low))
+    chart = Chart(across(*frame.x_span), upwards(floor.low, floor.high, log=True))
+    chart.axes(frame.x_label, frame.y_label)
+    lifted = 0
+    for line in lines:
+        y, below = floor.lift(line.y)
+        lifted += below
+        draw(chart, line, *thin(line.x, y))
+        if line.tolerance is not None:
+            x, tolerance = thin(line.x, floor.lift(line.tolerance)[0], TOLERANCE_POINTS)
+            chart.line(x, tolerance, line.pen.colour, 0.9, TOLERANCE_DASH)
     notes = []
     if lifted:
-        below = power_of_ten(exponent)
-        notes.append(f"{lifted} sample{'s'[: lifted > 1]} below {below} lie{'s'[: lifted == 1]} on the lower edge.")
+        below_words = power_of_ten(round(np.log10(floor.low)))
+        notes.append(
+            f"{lifted} sample{'s'[: lifted > 1]} below {below_words} lie{'s'[: lifted == 1]} on the lower edge."
+        )
     if zeros:
         words = "sample that is exactly zero is" if zeros == 1 else "samples that are exactly zero are"
         notes.append(f"{zeros} {words} left out.")
-    return Panel(frame.title, finish(ax, frame), " ".join(notes))
+    return Panel(frame.title, chart.svg(frame.title), " ".join(notes))
 
 
 def without_zeros(line: Line) -> Line:
@@ -189,55 +147,29 @@ def without_zeros(line: Line) -> Line:
     return replace(line, x=line.x[kept], y=line.y[kept], tolerance=tolerance)
 
 
-def log_axis(ax: Axes, floor: DecadeRange) -> None:
-    """Log scale with at most :data:`MOST_TICKS` labelled decades."""
-    ax.set_yscale("log", nonpositive="mask")
-    first, last = round(np.log10(floor.low)), round(np.log10(floor.high))
-    step = max(1, int(np.ceil((last - first) / MOST_TICKS)))
-    ax.yaxis.set_major_locator(FixedLocator([10.0**k for k in range(last, first - 1, -step)]))
-    ax.yaxis.set_major_formatter(FuncFormatter(lambda v, _: power_of_ten(round(np.log10(v)))))
-    ax.yaxis.set_minor_locator(NullLocator())
-    ax.set_ylim(floor.low, floor.high)
-
-
-def draw_log(ax: Axes, line: Line, floor: DecadeRange) -> int:
-    """Draw a line and its tolerance; return the number of samples at the edge."""
-    y, lifted = floor.lift(line.y)
-    draw(ax, line, *thin(line.x, y))
-    if line.tolerance is not None:
-        x, tolerance = thin(line.x, floor.lift(line.tolerance)[0], TOLERANCE_POINTS)
-        ax.plot(x, tolerance, color=line.pen.colour.stand_in, linewidth=0.9, linestyle=TOLERANCE_DASH)
-    return lifted
-
-
-def draw(ax: Axes, line: Line, x: Array, y: Array) -> None:
+def draw(chart: Chart, line: Line, x: Array, y: Array) -> None:
     """Draw one thinned curve with a few markers, and a tick at a cut end."""
-    colour, finite = line.pen.colour.stand_in, np.flatnonzero(np.isfinite(y))
+    colour, finite = line.pen.colour, np.flatnonzero(np.isfinite(y))
     if line.pen.hollow:
-        ax.plot(x, y, line.pen.marker, color=colour, markersize=5.2, markeredgewidth=0.9, fillstyle="none")
+        chart.marks(x, y, line.pen.marker, colour, 5.2, hollow=True)
         return
-    ax.plot(
-        x,
-        y,
-        color=colour,
-        linewidth=line.width,
-        alpha=FAINT if line.faint else None,
-        linestyle=(0.0, line.pen.dash) if line.pen.dash else "-",
-        solid_joinstyle="round",
-    )
+    chart.line(x, y, colour, line.width, line.pen.dash, FAINT if line.faint else 1.0)
     if not finite.size:
         return
     if line.pen.marker:
         shift = sum(map(ord, line.pen.marker + line.pen.colour.name)) % 7 / 7  # so that markers of lines do not pile up
         at = finite[((np.arange(5) + 0.2 + 0.6 * shift) / 5 * len(finite)).astype(int)]
-        ax.plot(x[at], y[at], line.pen.marker, color=colour, markersize=5.6, markeredgewidth=0)
+        chart.marks(x[at], y[at], line.pen.marker, colour)
     if line.cut:
         end = finite[-1]
-        ax.plot(x[end], y[end], "|", color=colour, markersize=15, markeredgewidth=1.8, clip_on=False)
+        chart.marks(x[end], y[end], "|", colour, END_PX, edge=1.8)
 
 
-def finish(ax: Axes, frame: ChartFrame) -> Markup:
-    """Render the axes' figure as SVG."""
-    found = ax.get_figure(root=True)
-    assert found is not None
-    return inline(found, frame.name, f"{frame.title}; horizontal axis: {frame.x_label}; vertical axis: {frame.y_label}")
+def guide(chart: Chart, power: float, words: str) -> None:
+    """Thin line of slope `power` from the lower left corner of a log-log chart, with its label at the far end."""
+    left, low = chart.x.low, chart.y.low
+    end = min(chart.x.high, left * (chart.y.high / low) ** (1.0 / power))
+    x = np.array([left, end])
+    chart.line(x, low * (x / left) ** power, COLOURS["rule"], 0.8, (1.5, 2.5))
+    at = end**0.92 * left**0.08
+    chart.text((float(chart.x(at)), float(chart.y(low * (at / left) ** power)) - 2.0), words, "end")

@@ -14,6 +14,7 @@ from reports.chapters.crossval.reactions import Reactions, nearest, spread
 from reports.plotting.palette import PAPER, SERIES, engine_pen
 from reports.plotting.panels import ChartFrame, Line, log_panel
 from reports.plotting.series import decade_range, thin
+from reports.plotting.svg import FINE, Chart, Scale, even_ticks, path
 from reports.text.numerals import as_given, powers, powers_in, prefixed, significant, typeset, unpadded
 from reports.text.words import breakable
 from tests.support.slow import one_in
@@ -32,7 +33,7 @@ def test_nan_breaks_a_line_and_is_never_drawn_as_zero() -> None:
     assert np.nanmin(thinned) == 1.0
     assert decade_range([np.array([np.nan, 0.0, -1.0])]) is None
     line = Line(x, np.full_like(x, np.nan), engine_pen(0))
-    assert log_panel(ChartFrame("n", "t", "x", "y", (0.0, 1.0), [line])) is None
+    assert log_panel(ChartFrame("t", "x", "y", (0.0, 1.0), [line])) is None
 
 
 def test_thinning_keeps_every_spike() -> None:
@@ -40,15 +41,39 @@ def test_thinning_keeps_every_spike() -> None:
     y = np.ones_like(x)
     y[[777, 13131]] = 5.0, -3.0
     tx, ty = thin(x, y)
-    assert len(tx) <= 400
+    assert len(tx) <= 340
     assert ty.max() == 5.0
     assert ty.min() == -3.0
     assert (np.diff(tx) > 0).all()
 
 
+def test_a_path_leaves_out_points_on_straight_lines_and_no_corner() -> None:
+    x = np.linspace(0.0, 100.0, 201)
+    y = np.where(x == 50.0, 40.0, 0.0)
+    steps = np.array([float(v) for v in re.findall(r"-?\d+", path(x, y))]).reshape(-1, 2)
+    assert len(steps) < 0.2 * len(x)
+    assert np.cumsum(steps, axis=0)[:, 1].max() == 40.0 * FINE
+
+
+def test_nan_breaks_a_path_and_infinity_is_drawn_outside() -> None:
+    x = np.arange(5.0)
+    assert path(x, np.array([1.0, 1.0, np.nan, 1.0, 1.0])).count("M") == 2
+    chart = Chart(Scale(1.0, 10.0, 0.0, 100.0, log=True), Scale(1.0, 10.0, 100.0, 0.0, log=True))
+    assert np.isnan(chart.y(-1.0))
+    assert chart.y(1e30) < -1000.0
+
+
+@pytest.mark.parametrize("ends", [(0.0, 5.0), (-1.2e-7, 3.4e-7), (0.98, 1.02), (-400.0, 500.0), (2e8, 9e8)])
+def test_ticks_are_round_lie_inside_and_have_different_words(ends: tuple[float, float]) -> None:
+    ticks = even_ticks(*ends)
+    assert 3 <= len(ticks) <= 8
+    assert all(ends[0] - 1e-9 * abs(ends[0]) <= v <= ends[1] * (1 + 1e-9) for v, _ in ticks)
+    assert len({words for _, words in ticks}) == len(ticks)
+
+
 def test_a_log_panel_says_what_it_leaves_out() -> None:
     y = np.array([0.0, 1e-3, 0.0, 1e-2, 1e-30, 1.0])
-    panel = log_panel(ChartFrame("n", "t", "x", "y", (0.0, 5.0), [Line(np.arange(6.0), y, engine_pen(0))]))
+    panel = log_panel(ChartFrame("t", "x", "y", (0.0, 5.0), [Line(np.arange(6.0), y, engine_pen(0))]))
     assert panel is not None
     assert "1 sample that is exactly zero is left out" in panel.note
     assert "1 sample below" in panel.note
@@ -74,9 +99,11 @@ def drawing(angle_rad: float, end_s: float, masses_kg: list[float], radius_m: fl
 
 def drawn_points_px(panel: Panel) -> np.ndarray:
     """Points (k, 2) of all straight lines of a drawing."""
-    outside = re.sub(r"<defs>.*?</defs>|<style>.*?</style>|<g class=.moving.*", "", str(panel.svg), flags=re.S)
-    lines = [d for d in re.findall(r' d="([^"]*)"', outside) if "C" not in d]
-    return np.array([float(x) for d in lines for x in re.findall(r"-?[\d.]+", d)]).reshape(-1, 2)
+    found = []
+    for start, steps in re.findall(r"M(-?\d+ -?\d+)l([-\d ]+)", re.sub(r"<g class=.moving.*", "", str(panel.svg))):
+        moves = [float(v) for v in [*start.split(), *re.findall(r"-?\d+", steps)]]
+        found.append(np.cumsum(np.reshape(moves, (-1, 2)), axis=0) / FINE)
+    return np.concatenate(found)
 
 
 @pytest.mark.parametrize("angle_rad", one_in(4, [0.0, 0.4, 1.6, 3.1]))

@@ -6,18 +6,16 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from reports.plotting.families import CROSS_SIZE, MARKER_SIZE, OTHERS, SHARED, Flags, families, family_pens, group_of
 from reports.plotting.palette import COLOURS, Pen, engine_pen
-from reports.plotting.panels import MOST_TICKS, ChartFrame, Legend, Panel, blank_axes, finish, log_axis
+from reports.plotting.panels import Legend, Panel
 from reports.plotting.series import Array, DecadeRange, decade_range
-from reports.text.numerals import power_of_ten
+from reports.plotting.svg import Chart, across, upwards
+from reports.text.words import identifier
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    from matplotlib.axes import Axes
 
 FLOOR_MARGIN = 10.0  # times the certified solution's own error: smaller errors of an engine are unresolved
 SOLID_AND_DASHED = "Solid lines: independent physics. Dashed lines: barchain's equations."
@@ -88,18 +86,18 @@ def overview(data: ChartData, title: str, fronts: Sequence[Front] = ()) -> Panel
     groups = group_of([t.engine for t in data.tracks])
     dashed = {groups[t.engine] for t in data.tracks if not t.independent}
     pens = {word: styled(pen, dashed=word in dashed) for word, pen in family_pens(list(groups)).items()}
-    ax = axes(data, title, "all")
-    if ax is None:
+    chart = axes(data)
+    if chart is None:
         return None
     for front in fronts:
-        draw_front(ax, front)
+        draw_front(chart, front)
     for track in data.tracks:
-        draw(ax, track, pens[groups[track.engine]])
+        draw(chart, track, pens[groups[track.engine]])
     used = {groups[t.engine] for t in data.tracks if t.drawn.any() or t.failed.any()}
     shown = sorted((word for word in pens if word in used), key=lambda word: word in dashed)
     legend = tuple(Legend(word, pens[word]) for word in shown)
     said = f"{note(data)} {SHARED if len(groups) > len(pens) else ''}".strip()
-    return Panel(title, finish(ax, frame(data, title, "all")), said, legend)
+    return Panel(title, chart.svg(title, f"{data.name}-all"), said, legend)
 
 
 def styled(pen: Pen, *, dashed: bool) -> Pen:
@@ -107,14 +105,10 @@ def styled(pen: Pen, *, dashed: bool) -> Pen:
     return replace(pen, dash=DASH) if dashed else pen
 
 
-def draw_front(ax: Axes, front: Front) -> None:
+def draw_front(chart: Chart, front: Front) -> None:
     """Draw the wide line of a work-precision front."""
-    colour = COLOURS["accent" if front.independent else "rule"].stand_in
-    if len(front.error) > 1:
-        ax.plot(
-            front.error, front.cost, color=colour, linewidth=7.0, alpha=0.25 if front.independent else 0.5,
-            solid_capstyle="round", zorder=1,
-        )  # fmt: skip
+    colour = COLOURS["accent" if front.independent else "rule"]
+    chart.line(front.error, front.cost, colour, 7.0, opacity=0.25 if front.independent else 0.5)
 
 
 def by_family(data: ChartData) -> list[Panel]:
@@ -139,65 +133,43 @@ def alone(family: str, track: CostCurve) -> str:
 def family(data: ChartData, name: str, own: list[CostCurve]) -> Panel | None:
     """Chart of one family."""
     title = name[:1].upper() + name[1:]
-    ax = axes(data, title, name)
-    if ax is None:
+    chart = axes(data)
+    if chart is None:
         return None
     for track in data.tracks:
         if track.engine not in {t.engine for t in own}:
-            ax.plot(track.error[track.drawn], track.cost[track.drawn], color=COLOURS["rule"].stand_in, linewidth=0.8)
+            chart.line(track.error[track.drawn], track.cost[track.drawn], COLOURS["rule"], 0.8)
     pens = {t.engine: styled(engine_pen(k + 2), dashed=not t.independent) for k, t in enumerate(own)}
     for track in own:
-        draw(ax, track, pens[track.engine])
-    svg = finish(ax, frame(data, title, name))
+        draw(chart, track, pens[track.engine])
+    svg = chart.svg(title, f"{data.name}-{identifier(name)}")
     return Panel(title, svg, note(replace(data, tracks=tuple(own))), tuple(Legend(e, p) for e, p in pens.items()))
 
 
-def frame(data: ChartData, title: str, name: str) -> ChartFrame:
-    """Axes and labels of a chart."""
-    return ChartFrame(f"{data.name}-{name}", title, data.x_label, data.y_label, (0.0, 1.0))
-
-
-def axes(data: ChartData, title: str, name: str) -> Axes | None:
+def axes(data: ChartData) -> Chart | None:
     """Empty log-log axes with the certified solution's floor; None if there is nothing to draw."""
-    across, up = data.x_span, data.y_span
-    if across is None or up is None:
+    errors, costs = data.x_span, data.y_span
+    if errors is None or costs is None:
         return None
-    ax = blank_axes(frame(data, title, name))
-    ax.set_xscale("log")
-    first, last = round(np.log10(across.low)), round(np.log10(across.high))
-    step = max(1, int(np.ceil((last - first) / MOST_TICKS)))
-    ax.xaxis.set_major_locator(FixedLocator([10.0**k for k in range(last, first - 1, -step)]))
-    ax.xaxis.set_major_formatter(FuncFormatter(lambda v, _: power_of_ten(round(np.log10(v)))))
-    ax.xaxis.set_minor_locator(NullLocator())
-    log_axis(ax, up)
-    ax.set_xlim(across.low, across.high)
+    chart = Chart(across(errors.low, errors.high, log=True), upwards(costs.low, costs.high, log=True))
     if data.floor:
-        edge = max(FLOOR_MARGIN * data.floor, across.low)
-        ax.axvspan(across.low, edge, color=COLOURS["body"].stand_in, linewidth=0, zorder=0)
-    return ax
+        edge = float(chart.x(max(FLOOR_MARGIN * data.floor, errors.low)))
+        chart.area((chart.x.start, edge), (chart.y.start, chart.y.end), COLOURS["body"])
+    chart.axes(data.x_label, data.y_label)
+    return chart
 
 
-def draw(ax: Axes, track: CostCurve, pen: Pen) -> None:
+def draw(chart: Chart, track: CostCurve, pen: Pen) -> None:
     """Draw one engine's curve: filled points, hollow ones below the floor, crosses for failures."""
-    good, colour = track.drawn, pen.colour.stand_in
-    left, right = ax.get_xlim()
-    x = np.clip(track.error, left, right)
-    line = (0.0, pen.dash) if pen.dash else "solid"
-    ax.plot(x[good], track.cost[good], color=colour, linewidth=1.3, linestyle=line, zorder=2)
-    sharp, blurred = good & ~track.blurred, good & track.blurred
-    ax.plot(x[sharp], track.cost[sharp], pen.marker, color=colour, markersize=MARKER_SIZE, markeredgewidth=0, zorder=3)
-    ax.plot(
-        x[blurred], track.cost[blurred], pen.marker, color=colour, markersize=MARKER_SIZE, fillstyle="none",
-        markeredgewidth=0.9, zorder=3,
-    )  # fmt: skip
-    lost = track.failed & np.isfinite(track.cost)
-    at = np.where(np.isfinite(x), x, right)[lost]
-    ax.plot(
-        at, track.cost[lost], "x", color=colour, markersize=CROSS_SIZE, markeredgewidth=1.5, clip_on=False, zorder=4
-    )
-    gone = int((track.failed & ~np.isfinite(track.cost)).sum())
-    top = ax.get_ylim()[1]
-    ax.plot([right] * gone, [top] * gone, "x", color=colour, markersize=CROSS_SIZE, markeredgewidth=1.5, clip_on=False)
+    good, colour = track.drawn, pen.colour
+    right, top = chart.x.high, chart.y.high
+    x = np.clip(track.error, chart.x.low, right)
+    chart.line(x[good], track.cost[good], colour, 1.3, pen.dash)
+    for hollow, part in ((False, good & ~track.blurred), (True, good & track.blurred)):
+        chart.marks(x[part], track.cost[part], pen.marker, colour, MARKER_SIZE, hollow=hollow)
+    lost, gone = track.failed & np.isfinite(track.cost), int((track.failed & ~np.isfinite(track.cost)).sum())
+    at = np.concatenate([np.where(np.isfinite(x), x, right)[lost], np.full(gone, right)])
+    chart.marks(at, np.concatenate([track.cost[lost], np.full(gone, top)]), "x", colour, CROSS_SIZE, edge=1.5)
 
 
 def note(data: ChartData) -> str:

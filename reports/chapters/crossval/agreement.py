@@ -6,18 +6,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from reports.plotting.palette import COLOURS, Pen
 from reports.plotting.panels import Legend, Panel
 from reports.plotting.series import decade_range
-from reports.plotting.svg import TEXT_SIZE, figure, inline
+from reports.plotting.svg import Chart, Scale
 from reports.text.numerals import power_of_ten
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    from matplotlib.axes import Axes
 
     from reports.chapters.crossval.matrix import EngineGroup
     from reports.chapters.crossval.summary import RunCell, Summary
@@ -61,16 +58,26 @@ def agreement_panel(summary: Summary, groups: Sequence[EngineGroup]) -> Panel | 
     span = decade_range([values, np.array([1.0])])
     if not len(values) or span is None:
         return None
-    whole = TOP + height + BOTTOM
-    made = figure(WIDTH, whole)
-    ax = made.add_axes((LEFT / WIDTH, BOTTOM / whole, (WIDTH - LEFT - RIGHT) / WIDTH, height / whole))
-    dress(ax, height, span.low, max(span.high, 10.0))
+    chart = Chart(
+        Scale(span.low, max(span.high, 10.0), LEFT, WIDTH - RIGHT, log=True),
+        Scale(0.0, height, TOP, TOP + height),
+        (WIDTH, TOP + height + BOTTOM),
+    )
+    chart.ticks_across([(v, "1" if v == 1.0 else words) for v, words in ticks(chart.x)], "normalised error")
+    chart.up_at(1.0, COLOURS["muted"], 0.9)
     for heading, at in headings:
-        write(ax, heading, at, weight="bold")
+        chart.text((2.0, TOP + at + 4.0), heading, colour="ink", more="font-weight:bold")
     for mark in marks:
-        draw(ax, mark)
+        draw(chart, mark)
     legend = (Legend("failed", FAILED),) if any(m.failed for m in marks) else ()
-    return Panel(TITLE, inline(made, "agreement", described(marks)), NOTE, legend)
+    return Panel(TITLE, chart.svg(described(marks)), NOTE, legend)
+
+
+def ticks(scale: Scale) -> list[tuple[float, str]]:
+    """Powers of ten, 1 among them."""
+    first, last = round(np.log10(scale.low)), round(np.log10(scale.high))
+    step = max(1, int(np.ceil((last - first) / MOST_TICKS)))
+    return [(10.0**k, power_of_ten(k)) for k in (*range(0, first - 1, -step), *range(step, last + 1, step))]
 
 
 def laid_out(
@@ -104,52 +111,13 @@ def largest(cells: Sequence[RunCell]) -> tuple[float, ...]:
     return tuple(r for r in ratios if r is not None and np.isfinite(r) and r > 0.0)
 
 
-def dress(ax: Axes, height: float, low: float, high: float) -> None:
-    """Scales, the line at 1, and no box."""
-    ax.patch.set_visible(False)
-    for side in ("top", "right", "left"):
-        ax.spines[side].set_visible(False)
-    ax.spines["bottom"].set_color(COLOURS["rule"].stand_in)
-    ax.set_xscale("log")
-    ax.set_xlim(low, high)
-    ax.set_ylim(height, 0.0)
-    first, last = round(np.log10(low)), round(np.log10(high))
-    step = max(1, int(np.ceil((last - first) / MOST_TICKS)))
-    ticks = [10.0**k for k in range(0, first - 1, -step)] + [10.0**k for k in range(step, last + 1, step)]
-    ax.xaxis.set_major_locator(FixedLocator(sorted(ticks)))
-    ax.xaxis.set_major_formatter(FuncFormatter(lambda v, _: "1" if v == 1.0 else power_of_ten(round(np.log10(v)))))
-    ax.xaxis.set_minor_locator(NullLocator())
-    ax.yaxis.set_major_locator(NullLocator())
-    ax.tick_params(axis="x", color=COLOURS["rule"].stand_in, labelcolor=COLOURS["muted"].stand_in, labelsize=TEXT_SIZE)
-    ax.set_xlabel("normalised error", fontsize=TEXT_SIZE, color=COLOURS["muted"].stand_in, labelpad=3)
-    ax.axvline(1.0, color=COLOURS["muted"].stand_in, linewidth=0.9)
-
-
-def write(ax: Axes, text: str, at: float, *, weight: str = "normal", right: bool = False) -> None:
-    """Write a text beside the chart."""
-    ax.annotate(
-        text,
-        (1.0 if right else 0.0, at),
-        xycoords=("axes fraction", "data"),
-        xytext=(RIGHT - 2.0 if right else -LEFT + 2.0, 0.0),
-        textcoords="offset points",
-        ha="right" if right else "left",
-        va="center",
-        fontsize=TEXT_SIZE,
-        fontweight=weight,
-        color=COLOURS["muted" if right else "ink"].stand_in,
-        annotation_clip=False,
-    )
-
-
-def draw(ax: Axes, marks: EngineMarks) -> None:
+def draw(chart: Chart, marks: EngineMarks) -> None:
     """Draw one engine's line, marks, name and count."""
-    ax.axhline(marks.height, color=COLOURS["grid"].stand_in, linewidth=0.8, zorder=0)
+    chart.across_at(marks.height, COLOURS["grid"])
     for values, pen in ((marks.passed, marks.pen), (marks.failed, FAILED)):
-        at = np.full(len(values), marks.height)
-        ax.plot(values, at, pen.marker, color=pen.colour.stand_in, markersize=5.4, fillstyle="none", clip_on=False)
-    write(ax, marks.engine, marks.height)
-    write(ax, marks.count, marks.height, right=True)
+        chart.marks(np.array(values), np.full(len(values), marks.height), pen.marker, pen.colour, 5.4, hollow=True)
+    chart.text((2.0, TOP + marks.height + 4.0), marks.engine, colour="ink")
+    chart.text((WIDTH - 2.0, TOP + marks.height + 4.0), marks.count, "end")
 
 
 def described(marks: Sequence[EngineMarks]) -> str:

@@ -52,7 +52,7 @@ class DifferenceCharts:
             cut = predictability_limit < SHORT_OF_THE_RUN * self.data.end_s
             lines.append(Line(t[compared] / self.data.unit_s, y[compared], self.data.pens[engine], shown, cut))
             engines.append(engine)
-        return log_panel(self.data.frame(quantity, title, QUANTITY_UNITS[quantity], lines)), engines
+        return log_panel(self.data.frame(title, QUANTITY_UNITS[quantity], lines)), engines
 
     def drift_panel(self, quantity: str, title: str) -> tuple[Panel | None, list[str]]:
         """One drift over the whole run, its bound dashed; and the engines shown."""
@@ -65,7 +65,7 @@ class DifferenceCharts:
                 lines.append(Line(t, np.abs(y), self.data.pens[engine], bound))
                 engines.append(engine)
         unit = QUANTITY_UNITS[quantity]
-        return log_panel(self.data.frame(quantity, title, "relative" if unit == "1" else unit, lines)), engines
+        return log_panel(self.data.frame(title, "relative" if unit == "1" else unit, lines)), engines
 
     def difference_group(self) -> ChartGroup | None:
         """Charts of all differences."""
@@ -91,7 +91,7 @@ class DifferenceCharts:
         if table is None or y is None:
             return None
         lines = [Line(table["t_s"].to_numpy(float) / self.data.unit_s, y, Pen(COLOURS["ink"]))]
-        frame = self.data.frame("amplification", "Error amplification", "times the initial perturbation", lines)
+        frame = self.data.frame("Error amplification", "times the initial perturbation", lines)
         return log_panel(frame) if np.nanmax(y) > LITTLE_AMPLIFICATION else linear_panel(frame)
 
     def legend(self, found: list[tuple[Panel | None, list[str]]]) -> tuple[Legend, ...]:

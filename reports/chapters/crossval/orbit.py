@@ -11,18 +11,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from markupsafe import Markup
-from matplotlib.collections import LineCollection
-from matplotlib.patches import Circle
 
 from reports.chapters.crossval.motion import DrawnChain, frame_count, moving_chain
 from reports.plotting.palette import COLOURS
 from reports.plotting.panels import Panel
-from reports.plotting.svg import TEXT_SIZE, figure, inline
+from reports.plotting.svg import FINE, Chart, Scale, relative
 from reports.text.record import LEAST_ORBITS
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from reports.plotting.series import Array
 
 SIZE = 400.0
@@ -133,17 +129,20 @@ def orbit_panel(
     )
     factor = enlargement(geometry, track)
     chain = place[:, None, :] + factor * joints(geometry, along(instants, motion.t_s, motion.angle_rad))
-    ax = square_axes(np.concatenate([swept(geometry, motion, window_s), chain.reshape(-1, 2)]), geometry.body_radius_m)
-    ax.plot(track[:, 0], track[:, 1], color=COLOURS["rule"].stand_in, linewidth=1.0, zorder=1)
-    draw_chains(ax, chain)
-    label_instants(ax, geometry, instants, place, chain)
+    reached = np.concatenate([swept(geometry, motion, window_s), chain.reshape(-1, 2)])
+    drawn = square_chart(reached, geometry.body_radius_m)
+    drawn.line(track[:, 0], track[:, 1], COLOURS["rule"], 1.0)
+    draw_chains(drawn, chain)
+    label_instants(drawn, geometry, instants, place, chain)
     size = f"{float(f'{factor:.2g}'):,.0f}".replace(",", "\N{NARROW NO-BREAK SPACE}")
     note = f"Chain enlarged {size} times; bar 1 in colour.{beyond(geometry, motion, end)}"
-    moving = motion_in(ax, name, geometry, motion, window_s) if moves else Markup("")
-    return Panel(title, overlaid(finish(ax, name, title), moving), note, moving=f"{name}-moves" if moving else "")
+    moving = motion_in(drawn, name, geometry, motion, window_s) if moves else Markup("")
+    return Panel(title, drawn.svg(title, more=moving), note, moving=f"{name}-moves" if moving else "")
 
 
-def motion_in(ax: Axes, name: str, geometry: Geometry, motion: DrawnMotion, window_s: tuple[float, float]) -> Markup:
+def motion_in(
+    drawn: Chart, name: str, geometry: Geometry, motion: DrawnMotion, window_s: tuple[float, float]
+) -> Markup:
     """Animation of a window of time over a drawing, whose chains have the same size; empty for a motion too fast."""
     within = (motion.t_s >= window_s[0]) & (motion.t_s <= window_s[1])
     frames = frame_count(motion.angle_rad[within])
@@ -153,15 +152,9 @@ def motion_in(ax: Axes, name: str, geometry: Geometry, motion: DrawnMotion, wind
     track = along(instants, motion.t_s, motion.com_m)
     angle = along(instants, motion.t_s, motion.angle_rad)
     factor = enlargement(geometry, along(np.linspace(*window_s, TRACK_POINTS), motion.t_s, motion.com_m))
-    left, low, per_m = ax.get_xlim()[0], ax.get_ylim()[0], SIZE / float(np.ptp(ax.get_xlim()))
     end = track + factor * joints(geometry, angle)[:, 0]
-    end_px = np.stack([per_m * (end[:, 0] - left), SIZE - per_m * (end[:, 1] - low)], axis=-1)
+    end_px, per_m = np.stack([drawn.x(end[:, 0]), drawn.y(end[:, 1])], axis=-1), SIZE / (drawn.x.high - drawn.x.low)
     return moving_chain(name, DrawnChain(end_px, -angle, per_m * factor * geometry.length_m))
-
-
-def overlaid(drawing: Markup, elements: Markup) -> Markup:
-    """SVG element with further elements on top."""
-    return Markup(f"{drawing.rpartition('</svg>')[0]}{elements}</svg>")
 
 
 def enlargement(geometry: Geometry, track: Array) -> float:
@@ -212,17 +205,14 @@ def frame_of(points: Array, body_radius_m: float) -> tuple[Array, float]:
     return 0.5 * (low + high), half
 
 
-def square_axes(points: Array, body_radius_m: float = 0.0) -> Axes:
-    """Axes of equal scales that show all `points` (k, 2), and the body's disc."""
+def square_chart(points: Array, body_radius_m: float = 0.0) -> Chart:
+    """Chart of equal scales that shows all `points` (k, 2), and the body's disc."""
     middle, half = frame_of(points, body_radius_m)
-    made = figure(SIZE, SIZE)
-    ax = made.add_axes((0.0, 0.0, 1.0, 1.0))
-    ax.set_axis_off()
+    x, y = (Scale(m - half, m + half, *ends) for m, ends in zip(middle, ((0.0, SIZE), (SIZE, 0.0)), strict=True))
+    drawn = Chart(x, y, (SIZE, SIZE))
     if body_radius_m > 0.0:
-        ax.add_patch(Circle((0, 0), body_radius_m, facecolor=COLOURS["body"].stand_in, edgecolor="none", zorder=0))
-    ax.set_xlim(middle[0] - half, middle[0] + half)
-    ax.set_ylim(middle[1] - half, middle[1] + half)
-    return ax
+        drawn.marks(0.0, 0.0, "o", COLOURS["body"], body_radius_m * SIZE / half)
+    return drawn
 
 
 def centred_panel(name: str, geometry: Geometry, motion: DrawnMotion) -> Panel:
@@ -244,14 +234,11 @@ def centred_panel(name: str, geometry: Geometry, motion: DrawnMotion) -> Panel:
     px_per_m = 0.5 * (CELL - 1.5 * TIME_PX) / half
     column, row = np.arange(len(instants)) % ROWS, np.arange(len(instants)) // ROWS
     centre_px = np.stack([(column + 0.5) * CELL, SIZE - row * CELL - 0.5 * (CELL - TIME_PX)], axis=-1)
-    ax = square_axes(np.array([[0.0, 0.0], [SIZE, SIZE]]))
-    ax.set_xlim(0.0, SIZE)
-    ax.set_ylim(0.0, SIZE)
-    draw_chains(ax, centre_px[:, None, :] + px_per_m * (chain - middle))
+    drawn = Chart(Scale(0.0, SIZE, 0.0, SIZE), Scale(0.0, SIZE, SIZE, 0.0), (SIZE, SIZE))
+    draw_chains(drawn, centre_px[:, None, :] + px_per_m * (chain - middle))
     for k, (at_s, at_px) in enumerate(zip(instants, centre_px, strict=True)):
         text = f"{'t = ' if k == 0 else ''}{at_s:.4g} s"
-        ax.text(at_px[0], at_px[1] - 0.5 * (CELL - TIME_PX), text, ha="center", va="top", fontsize=TEXT_SIZE,
-                color=COLOURS["muted"].stand_in)  # fmt: skip
+        drawn.text((at_px[0], SIZE - at_px[1] + 0.5 * (CELL - TIME_PX) + 10.0), text, "middle")
     title = "Chain about its centre of mass"
     upwards = "; vertical upwards" if geometry.body_radius_m > 0.0 else ""
     note = f"To scale; bar 1 in colour{upwards}.{beyond(geometry, motion, end)}"
@@ -261,19 +248,19 @@ def centred_panel(name: str, geometry: Geometry, motion: DrawnMotion) -> Panel:
         end_px = centre_px[0] + px_per_m * (joints(geometry, angles)[:, 0] - middle)
         end_px[:, 1] = SIZE - end_px[:, 1]
         moving = moving_chain(name, DrawnChain(end_px, -angles, px_per_m * geometry.length_m))
-    return Panel(title, overlaid(finish(ax, name, title), moving), note, moving=f"{name}-moves" if moving else "")
+    return Panel(title, drawn.svg(title, more=moving), note, moving=f"{name}-moves" if moving else "")
 
 
-def draw_chains(ax: Axes, chain: Array) -> None:
+def draw_chains(drawn: Chart, chain: Array) -> None:
     """Chains (k, N+1, 2): bars as lines, joints as dots, the first bar in the accent colour."""
-    ink, accent = COLOURS["ink"].stand_in, COLOURS["accent"].stand_in
-    ax.add_collection(LineCollection(list(chain), colors=ink, linewidths=1.3, zorder=2))
-    ax.add_collection(LineCollection(list(chain[:, :2]), colors=accent, linewidths=2.6, zorder=3))
+    px = np.round(FINE * np.stack([drawn.x(chain[..., 0]), drawn.y(chain[..., 1])], axis=-1))
+    drawn.stroke("".join(map(relative, px)), COLOURS["ink"], 1.3)
+    drawn.stroke("".join(map(relative, px[:, :2])), COLOURS["accent"], 2.6)
     hinges = chain[:, 1:-1].reshape(-1, 2)
-    ax.plot(hinges[:, 0], hinges[:, 1], "o", color=ink, markersize=2.9, markeredgewidth=0, zorder=4)
+    drawn.marks(hinges[:, 0], hinges[:, 1], "o", COLOURS["ink"], 2.9)
 
 
-def label_instants(ax: Axes, geometry: Geometry, instants_s: Array, place: Array, chain: Array) -> None:
+def label_instants(drawn: Chart, geometry: Geometry, instants_s: Array, place: Array, chain: Array) -> None:
     """Write the time beside every fourth instant: towards the body, clear of the chain."""
     for k in range(0, len(instants_s), 4):
         orbits = instants_s[k] / geometry.period_s
@@ -283,17 +270,10 @@ def label_instants(ax: Axes, geometry: Geometry, instants_s: Array, place: Array
             text = f"t = {text}"
         towards = inward(place, k)
         reach = float(((chain[k] - place[k]) @ towards).max())
-        room = (0.04 if geometry.closed else 0.08) * float(np.ptp(ax.get_xlim()))
+        room = (0.04 if geometry.closed else 0.08) * (drawn.x.high - drawn.x.low)
         where = place[k] + towards * (reach + room)
-        ax.text(
-            where[0],
-            where[1],
-            text,
-            ha="left" if towards[0] > ASLANT else "right" if towards[0] < -ASLANT else "center",
-            va="center",
-            fontsize=TEXT_SIZE,
-            color=COLOURS["muted"].stand_in,
-        )
+        anchor = "start" if towards[0] > ASLANT else "end" if towards[0] < -ASLANT else "middle"
+        drawn.text((float(drawn.x(where[0])), float(drawn.y(where[1])) + 4.0), text, anchor)
 
 
 def inward(place: Array, k: int) -> Array:
@@ -304,10 +284,3 @@ def inward(place: Array, k: int) -> Array:
         normal = -normal
     unit: Array = normal / (float(np.linalg.norm(normal)) or 1.0)
     return unit
-
-
-def finish(ax: Axes, name: str, label: str) -> Markup:
-    """Render the axes' figure as SVG."""
-    found = ax.get_figure(root=True)
-    assert found is not None
-    return inline(found, name, label)

@@ -36,7 +36,7 @@ def prescribed_motion(data: SceneData, differences: DifferenceCharts) -> ChartGr
         factor, unit = prefixed(largest, "N m")
         scaled = [Line(li.x, factor * li.y, li.pen, width=li.width) for li in lines]
         name = f"Torque on bar {law.get('bar', '?')}"
-        panels.append(linear_panel(ChartFrame(f"{data.id}-torque-{p}", name, "time, s", unit, (start, end), scaled)))
+        panels.append(linear_panel(ChartFrame(name, "time, s", unit, (start, end), scaled)))
         used += [e for e in engines if e not in used]
     panels.append(differences.difference_panel("torque", "Difference of the torque from the judging solution")[0])
     legend = (*(Legend(e, data.pens[e]) for e in used), Legend("judging solution", SOLUTION_PEN))
@@ -58,7 +58,7 @@ def attitude_panel(data: SceneData) -> Panel | None:
         axes = "the chain's local horizontal"
     t = data.solution["t_s"].to_numpy(float)
     lines = [Line(t / data.unit_s, np.degrees(angle[:, j]), joint_pen(k)) for k, j in enumerate(shown)]
-    panel = linear_panel(data.frame("attitude-angles", f"Attitude from {axes}", "°", lines))
+    panel = linear_panel(data.frame(f"Attitude from {axes}", "°", lines))
     legend = tuple(Legend(f"bar {j + 1}", joint_pen(k)) for k, j in enumerate(shown))
     return panel and replace(panel, note="Judging solution.", legend=legend)
 

@@ -51,8 +51,8 @@ class ReactionCharts:
         if self.solution is None:
             return None
         panels = [
-            self.panel(f"{component}{k}", f"Component along {axis}{when}", component, window)
-            for k, (when, window) in enumerate(self.windows())
+            self.panel(f"Component along {axis}{when}", component, window)
+            for when, window in self.windows()
             for component, axis in AXES.items()
         ]
         legend = tuple(Legend(f"joint {j + 1}", joint_pen(k)) for k, j in enumerate(self.shown))
@@ -70,9 +70,9 @@ class ReactionCharts:
                 found.append((", at the manoeuvre", (start, end)))
         return found
 
-    def panel(self, name: str, title: str, component: str, window_s: tuple[float, float] | None) -> Panel | None:
+    def panel(self, title: str, component: str, window_s: tuple[float, float] | None) -> Panel | None:
         """One component of some joints over the whole run or a window of it."""
-        frame = self.frame(name, title, window_s)
+        frame = self.frame(title, window_s)
         start, end = window_s or (0.0, self.data.end_s)
         if start < self.data.solution_end_s < end:
             frame.mark, frame.mark_label = self.data.solution_end_s / self.unit_s(window_s), "predictability limit"
@@ -109,7 +109,7 @@ class ReactionCharts:
         for k, (engine, run) in enumerate(runs.items()):
             at = nearest(run, spread(t, y, k / len(runs)))
             lines.append(Line(run.t_s[at], run.of[component][at, joint], hollow(self.data.pens[engine])))
-        frame = self.frame("engines", f"Joint {joint + 1} along {AXES[component]}, independent engines", window)
+        frame = self.frame(f"Joint {joint + 1} along {AXES[component]}, independent engines", window)
         frame.x_span = (start / self.unit_s(window), end / self.unit_s(window))
         made = linear_panel(self.scaled(frame, lines, window))
         legend = (Legend("judging solution", SOLUTION_PEN), *(Legend(e, hollow(self.data.pens[e])) for e in runs))
@@ -132,11 +132,11 @@ class ReactionCharts:
         """Unit of a panel's time, s: a manoeuvre is shown in seconds."""
         return self.data.unit_s if window_s is None else 1.0
 
-    def frame(self, name: str, title: str, window_s: tuple[float, float] | None) -> ChartFrame:
+    def frame(self, title: str, window_s: tuple[float, float] | None) -> ChartFrame:
         """Empty frame over the whole run or a window of it."""
         start, end = window_s or (0.0, self.data.end_s)
         label, unit_s = self.data.x_label if window_s is None else "time, s", self.unit_s(window_s)
-        return ChartFrame(f"{self.data.id}-reaction-{name}", title, label, "N", (start / unit_s, end / unit_s))
+        return ChartFrame(title, label, "N", (start / unit_s, end / unit_s))
 
     def scaled(self, frame: ChartFrame, lines: list[Line], window_s: tuple[float, float] | None) -> ChartFrame:
         """Frame with `lines`, converted from s and N into its units."""

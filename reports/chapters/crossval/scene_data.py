@@ -81,6 +81,6 @@ class SceneData:
         start, length = number(law.get("start_s")) or 0.0, number(law.get("duration_s")) or 0.0
         return start, min(start + MANOEUVRES * length, self.end_s) if length > 0.0 else self.end_s
 
-    def frame(self, name: str, title: str, y_label: str, lines: list[Line]) -> ChartFrame:
+    def frame(self, title: str, y_label: str, lines: list[Line]) -> ChartFrame:
         """Chart frame over the whole run."""
-        return ChartFrame(f"{self.id}-{name}", title, self.x_label, y_label, (0.0, self.end_s / self.unit_s), lines)
+        return ChartFrame(title, self.x_label, y_label, (0.0, self.end_s / self.unit_s), lines)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
-
-import pandas as pd
 
 from reports.tables.crossval import ALL_SCENES, JUDGING_SOLUTION, QUANTITY_UNITS, Results, is_engine
 from reports.tables.outcome import Outcome, gravest
+from reports.tables.rows import Row, known, records
 from reports.text.numerals import number
 from reports.text.record import SceneRecord, is_complete, mapping
 
@@ -230,10 +229,10 @@ def summarise(results: Results) -> Summary:
     scenes = sorted((SceneRecord(n, mapping(known.get(n))) for n in names), key=paper_first)
     engines = list(dict.fromkeys([*mapping(record.get("engines")), *sorted(set(metrics["engine"].astype(str)))]))
     durations = {s.name: s.value("duration_s") for s in scenes}
-    cells = {
-        (str(scene), str(engine)): make_cell(str(scene), str(engine), group, durations.get(str(scene)))
-        for (scene, engine), group in metrics.groupby(["scene", "engine"], sort=True)
-    }
+    pairs: dict[tuple[str, str], list[Row]] = defaultdict(list)
+    for row in records(metrics):
+        pairs[str(row["scene"]), str(row["engine"])].append(row)
+    cells = {pair: make_cell(*pair, pairs[pair], durations.get(pair[0])) for pair in sorted(pairs)}
     for scene in scenes:
         show_first_orbit(cells, scene)
     facts = {e: mapping(f) for e, f in mapping(record.get("engines")).items()}
@@ -268,29 +267,30 @@ def paper_first(scene: SceneRecord) -> tuple[bool, str]:
     return "paper" not in scene.tags and not scene.name.startswith("paper/"), scene.name
 
 
-def make_cell(scene: str, engine: str, group: pd.DataFrame, duration_s: float | None) -> RunCell:
+def make_cell(scene: str, engine: str, rows: list[Row], duration_s: float | None) -> RunCell:
     """Cell from all metric rows of one run."""
-    found = [make_row(str(q), g) for q, g in group.groupby("quantity", sort=False)]
+    by_quantity: dict[str, list[Row]] = defaultdict(list)
+    for row in rows:
+        by_quantity[str(row["quantity"])].append(row)
+    found = [make_row(quantity, own) for quantity, own in by_quantity.items()]
     order = list(QUANTITY_UNITS)
     found.sort(key=lambda r: (order.index(r.quantity) if r.quantity in order else len(order), r.quantity))
     worst = gravest(r.outcome for r in found)
     reason = "; ".join(
         r.reason if r.quantity == "run" else f"{r.name}: {r.reason}" for r in found if r.outcome is worst and r.reason
     )
-    shares = pd.to_numeric(group.loc[group["metric"] == "judged_share", "value"], errors="coerce").dropna()
-    share = None if shares.empty else float(shares.iloc[0])
-    return RunCell(scene, engine, str(group["setting"].iloc[0]), worst, reason, tuple(found), duration_s, share)
+    share = next((r["value"] for r in rows if r["metric"] == "judged_share" and known(r["value"])), None)
+    return RunCell(scene, engine, str(rows[0]["setting"]), worst, reason, tuple(found), duration_s, share)
 
 
-def make_row(quantity: str, group: pd.DataFrame) -> QuantityRow:
+def make_row(quantity: str, rows: list[Row]) -> QuantityRow:
     """Row from all metric rows of one quantity of one run."""
-    by_metric = {str(r["metric"]): r for r in group.to_dict("records")}
+    by_metric = {str(r["metric"]): r for r in rows}
     largest = by_metric.get("max", by_metric.get("drift", {}))
-    outcomes = [read_outcome(str(o)) for o in group["outcome"]]
+    outcomes = [read_outcome(str(r["outcome"])) for r in rows]
     worst = gravest(outcomes)
-    reasons = [str(t) for t, o in zip(group["reason"], outcomes, strict=True) if o is worst and str(t)]
-    unit = next((str(u) for u in group["unit"] if str(u)), QUANTITY_UNITS.get(quantity, ""))
-    limits = pd.to_numeric(group["limit_s"], errors="coerce").dropna()
+    reasons = [str(r["reason"]) for r, o in zip(rows, outcomes, strict=True) if o is worst and r["reason"]]
+    unit = next((str(r["unit"]) for r in rows if r["unit"]), QUANTITY_UNITS.get(quantity, ""))
     return QuantityRow(
         quantity=quantity,
         unit=largest.get("unit") or unit,
@@ -301,13 +301,13 @@ def make_row(quantity: str, group: pd.DataFrame) -> QuantityRow:
         ratio=stored(by_metric.get("normalised_error", {}), "value"),
         first_orbit=stored(by_metric.get("first_orbit_max", {}), "value"),
         detection_limit=stored(by_metric.get("detection_limit", {}), "value"),
-        limit_s=None if limits.empty else float(limits.min()),
+        limit_s=min((float(r["limit_s"]) for r in rows if known(r["limit_s"])), default=None),
         outcome=worst,
         reason="; ".join(dict.fromkeys(reasons)),
     )
 
 
-def stored(row: dict[Any, Any], key: str) -> float | None:
+def stored(row: Row, key: str) -> float | None:
     """Return the number of a stored row: NaN if the row is there without one, None if there is no row."""
     if not row or row.get("metric") == "outcome":
         return None

@@ -7,31 +7,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from reports.chapters.effects.labels import LINE, Anchor, placed
 from reports.plotting.palette import COLOURS, Pen, engine_pen
-from reports.plotting.panels import (
-    BOTTOM,
-    HEIGHT,
-    LEFT,
-    RIGHT,
-    TOP,
-    WIDTH,
-    ChartFrame,
-    Legend,
-    Panel,
-    blank_axes,
-    finish,
-    log_axis,
-)
+from reports.plotting.panels import Legend, Panel
 from reports.plotting.series import decade_range
-from reports.plotting.svg import TEXT_SIZE
+from reports.plotting.svg import BOTTOM, FINE, HEIGHT, LEFT, RIGHT, TOP, WIDTH, Chart, across, upwards
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    from matplotlib.axes import Axes
 
     from reports.chapters.effects.rows import BudgetScope, EffectChange, EffectRow
     from reports.plotting.series import DecadeRange
@@ -92,43 +76,33 @@ def chart(name: str, points: list[Point], scope: BudgetScope) -> Panel | None:
     if up is None:
         return None
     title, unit = TITLES[name]
-    frame = ChartFrame(f"effects-{name}", title, X_LABEL, unit, (0.0, 1.0))
-    ax = axes(frame, points, up)
-    ax.axhline(scope.matters, color=COLOURS["muted"].stand_in, linewidth=0.9, linestyle=(0.0, (3.0, 2.5)), zorder=1)
+    chart = axes(points, up, unit)
+    chart.across_at(scope.matters, COLOURS["muted"], 0.9, "30 25")
     for point in points:
-        draw(ax, point, up)
-    name_points(ax, points, up)
-    return Panel(title, finish(ax, frame))
+        draw(chart, point, up)
+    name_points(chart, points, up)
+    return Panel(title, chart.svg(title))
 
 
-def name_points(ax: Axes, points: list[Point], up: DecadeRange) -> None:
+def name_points(chart: Chart, points: list[Point], up: DecadeRange) -> None:
     """Write the name of each effect beside its point, with a line to a name that is farther away."""
-    anchors = [anchor(ax, p, up) for p in points]
+    anchors = [anchor(chart, p, up) for p in points]
     for point, at, box in zip(points, anchors, placed(anchors, *PLOT), strict=True):
         if box is None:  # the legend has it
             continue
-        colour, right = point.pen.colour.stand_in, box.left > at.x
-        near = box.left if right else box.right
+        right = box.left > at.x
+        near = LEFT + (box.left if right else box.right)
+        height = chart.y.start - box.middle
         if abs(box.middle - at.y) > LINE:
-            ends = ((at.x, near), (at.y, box.middle))
-            ax.plot(*(np.array(e) / size for e, size in zip(ends, PLOT, strict=True)), color=colour, linewidth=0.5,
-                    transform=ax.transAxes, zorder=1)  # fmt: skip
-        ax.text(
-            near / PLOT[0], box.middle / PLOT[1], point.row.title, transform=ax.transAxes, color=colour,
-            fontsize=TEXT_SIZE, ha="left" if right else "right", va="center_baseline",
-        )  # fmt: skip
+            chart.straight((LEFT + at.x, chart.y.start - at.y), (near, height), point.pen.colour, 0.5)
+        chart.text((near, height + 4.0), point.row.title, "start" if right else "end", point.pen.colour.name)
 
 
-def anchor(ax: Axes, point: Point, up: DecadeRange) -> Anchor:
+def anchor(chart: Chart, point: Point, up: DecadeRange) -> Anchor:
     """Position of a point in the plot, px."""
-    (left, right), y = ax.get_xlim(), float(up.lift(np.array([point.change.share]))[0][0])
-
-    def across(ratio: float) -> float:
-        return PLOT[0] * math.log(ratio / left) / math.log(right / left)
-
-    height = PLOT[1] * math.log(y / up.low) / math.log(up.high / up.low)
-    low, high = point.reach
-    return Anchor(point.row.title, across(point.ratio), height, (across(low), across(high)))
+    height = chart.y.start - float(chart.y(up.lift(np.array([point.change.share]))[0][0]))
+    low, high, at = (float(chart.x(ratio)) - LEFT for ratio in (*point.reach, point.ratio))
+    return Anchor(point.row.title, at, height, (low, high))
 
 
 def label(row: EffectRow) -> str:
@@ -136,18 +110,13 @@ def label(row: EffectRow) -> str:
     return row.title if row.model else f"{row.title} ({row.state})"
 
 
-def axes(frame: ChartFrame, points: list[Point], up: DecadeRange) -> Axes:
+def axes(points: list[Point], up: DecadeRange, unit: str) -> Chart:
     """Empty log-log axes with a line at a ratio of 1."""
-    ax = blank_axes(frame)
     low, high = min(1.0 / NARROWEST, *(p.reach[0] for p in points)), max(NARROWEST, *(p.reach[1] for p in points))
-    ax.set_xscale("log")
-    ax.set_xlim(low / MARGIN, high * MARGIN)
-    ax.xaxis.set_major_locator(FixedLocator(ticks(low / MARGIN, high * MARGIN)))
-    ax.xaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:.3g}"))
-    ax.xaxis.set_minor_locator(NullLocator())
-    log_axis(ax, up)
-    ax.axvline(1.0, color=COLOURS["rule"].stand_in, linewidth=0.8, zorder=0)
-    return ax
+    chart = Chart(across(low / MARGIN, high * MARGIN, log=True), upwards(up.low, up.high, log=True))
+    chart.axes(X_LABEL, unit, [(v, f"{v:.3g}") for v in ticks(low / MARGIN, high * MARGIN)])
+    chart.up_at(1.0, COLOURS["rule"])
+    return chart
 
 
 def ticks(low: float, high: float) -> list[float]:
@@ -159,17 +128,11 @@ def ticks(low: float, high: float) -> list[float]:
     return fine if len(fine) <= MOST_TICKS else [10.0**k for k in decades]
 
 
-def draw(ax: Axes, point: Point, up: DecadeRange) -> None:
+def draw(chart: Chart, point: Point, up: DecadeRange) -> None:
     """Draw one effect: filled if resolved, else outlined at its bound with an arrow down."""
-    colour, y = point.pen.colour.stand_in, float(up.lift(np.array([point.change.share]))[0][0])
-    ax.plot(point.reach, (y, y), color=colour, linewidth=1.1, zorder=2)
-    known = point.change.resolved
-    ax.plot(
-        [point.ratio], [y], point.pen.marker, color=colour, markersize=MARKER_SIZE, zorder=3, clip_on=False,
-        fillstyle="full" if known else "none", markeredgewidth=0.0 if known else 1.0,
-    )  # fmt: skip
-    if not known:
-        ax.annotate(
-            "", (point.ratio, y), xytext=(0.0, -16.0), textcoords="offset points", annotation_clip=False,
-            arrowprops={"arrowstyle": "<-", "color": colour, "linewidth": 0.9, "shrinkA": 0.0, "shrinkB": 4.0},
-        )  # fmt: skip
+    colour, y = point.pen.colour, float(up.lift(np.array([point.change.share]))[0][0])
+    chart.line(np.array(point.reach), np.array([y, y]), colour, 1.1)
+    chart.marks(point.ratio, y, point.pen.marker, colour, MARKER_SIZE, hollow=not point.change.resolved, edge=1.0)
+    if not point.change.resolved:
+        at, top = FINE * float(chart.x(point.ratio)), FINE * float(chart.y(y))
+        chart.stroke(f"M{at:.0f} {top + 40:.0f}v120m-30-40l30 40l30-40", colour, 0.9)

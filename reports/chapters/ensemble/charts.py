@@ -5,53 +5,54 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.ticker import MaxNLocator
 
 from reports.plotting.palette import COLOURS
-from reports.plotting.panels import MOST_TICKS, ChartFrame, Panel, blank_axes, finish
+from reports.plotting.panels import Panel, linear_span
+from reports.plotting.svg import Chart, across, upwards
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.axes import Axes
+
+    from reports.plotting.series import Array
 
 MOST_PANELS = 6
 BOUND = "s2"
 OPACITY = (0.22, 0.36)  # outer range, inner range: distinct in both themes and in print
 
 
-def fans(part: pd.DataFrame, quantity: str, item: str, label: str, period_s: float) -> tuple[Panel, ...]:
+def fans(part: pd.DataFrame, item: str, label: str, period_s: float) -> tuple[Panel, ...]:
     """One panel for each bar or joint, at most :data:`MOST_PANELS`, spread over the chain.
 
     Parameters
     ----------
     part : DataFrame
         Quantiles of one quantity.
-    quantity, item, label : str
-        Name of the quantity, word of its item, and label of its axis.
+    item, label : str
+        Word of one bar or joint, and label of the vertical axis.
     period_s : float
         Unit of time; 0: seconds.
     """
     items = np.sort(part["item"].unique())
     shown = items[np.unique(np.linspace(0, len(items) - 1, min(len(items), MOST_PANELS)).round().astype(int))]
-    return tuple(fan(part[part["item"] == k], f"{quantity}{k}", f"{item} {k}", label, period_s) for k in shown)
+    return tuple(fan(part[part["item"] == k], f"{item} {k}", label, period_s) for k in shown)
 
 
-def fan(part: pd.DataFrame, name: str, title: str, label: str, period_s: float) -> Panel:
+def fan(part: pd.DataFrame, title: str, label: str, period_s: float) -> Panel:
     """Fan chart of one bar or joint."""
     wide = part.pivot_table(index="t_s", columns="quantile", values="value").sort_index(axis=1)
     x = wide.index.to_numpy(dtype=float) / (period_s or 1.0)
-    frame = ChartFrame(f"fan-{name}", title.capitalize(), "orbits" if period_s else "s", label, (0.0, float(x[-1])))
-    ax = blank_axes(frame)
-    ax.yaxis.set_major_locator(MaxNLocator(MOST_TICKS, steps=[1, 2, 2.5, 5, 10]))
-    quantile_ranges(ax, x, wide)
-    return Panel(frame.title, finish(ax, frame))
+    values = wide.to_numpy(float)
+    chart = Chart(across(0.0, float(x[-1])), upwards(*linear_span(values[np.isfinite(values)])))
+    chart.axes("orbits" if period_s else "s", label)
+    quantile_ranges(chart, x, wide)
+    return Panel(title.capitalize(), chart.svg(title.capitalize()))
 
 
-def quantile_ranges(ax: Axes, x: np.ndarray, wide: pd.DataFrame) -> None:
+def quantile_ranges(chart: Chart, x: Array, wide: pd.DataFrame) -> None:
     """Draw ranges between symmetrical quantiles, outermost first, and the median."""
-    levels, colour = [float(q) for q in wide.columns], COLOURS[BOUND].stand_in
+    levels = [float(q) for q in wide.columns]
     for k in range(len(levels) // 2):
         low, high = wide[levels[k]].to_numpy(), wide[levels[-1 - k]].to_numpy()
-        ax.fill_between(x, low, high, color=colour, alpha=OPACITY[min(k, 1)], linewidth=0)
+        chart.band(x, low, high, COLOURS[BOUND], OPACITY[min(k, 1)])
     if 0.5 in levels:
-        ax.plot(x, wide[0.5].to_numpy(), color=COLOURS["ink"].stand_in, linewidth=1.5)
+        chart.line(x, wide[0.5].to_numpy(), COLOURS["ink"], 1.5)

@@ -54,7 +54,7 @@ def groups(table: pd.DataFrame, scene: SceneRecord) -> list[FanGroup]:
     for quantity, (item, label) in UNITS.items():
         part = table[table["quantity"] == quantity]
         if len(part):
-            panels = fans(part, quantity, item, label, scene.period_s if scene.in_orbits else 0.0)
+            panels = fans(part, item, label, scene.period_s if scene.in_orbits else 0.0)
             found.append(FanGroup(quantity.capitalize(), panels, int(part["item"].nunique()) - len(panels)))
     return found
 

@@ -5,21 +5,18 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.ticker import FixedFormatter, FixedLocator, NullLocator
 
 from reports.plotting.palette import COLOURS, engine_pen
-from reports.plotting.panels import ChartFrame, Legend, Panel, blank_axes, finish, log_axis
+from reports.plotting.panels import Legend, Panel
 from reports.plotting.series import decade_range
-from reports.plotting.svg import TEXT_SIZE
+from reports.plotting.svg import Chart, across, upwards
 from reports.tables.nights.releases import ReleaseState
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     import pandas as pd
-    from matplotlib.axes import Axes
 
-    from reports.plotting.palette import Pen
     from reports.plotting.series import Array
     from reports.tables.nights.releases import ReleasesTables
 
@@ -35,11 +32,11 @@ def release_charts(tables: ReleasesTables) -> tuple[Panel, ...]:
     place = {version: k for k, version in enumerate(versions)}
     failed = [place[str(r["version"])] for r in rows(tables.releases) if r["state"] != ReleaseState.RUNS.value]
     found = [
-        log_chart(f"releases-error-{quantity}", f"Largest error: {quantity}", unit, curves, versions, failed)
+        log_chart(f"Largest error: {quantity}", unit, curves, versions, failed)
         for quantity, unit, curves in error_curves(tables.errors, place)
     ]
     found.append(log_chart(
-        "releases-ratio", "Time at equal error, relative to the anchor", "anchor's time = 1",
+        "Time at equal error, relative to the anchor", "anchor's time = 1",
         ratio_curves(tables.times, place), versions, failed,
     ))  # fmt: skip
     for column, title, unit in (
@@ -48,9 +45,7 @@ def release_charts(tables: ReleasesTables) -> tuple[Panel, ...]:
     ):
         known = tables.releases[tables.releases[column].notna()]
         at = np.array([place[str(v)] for v in known["version"]], float)
-        found.append(
-            log_chart(f"releases-{column}", title, unit, [("", at, known[column].to_numpy(float))], versions, failed)
-        )
+        found.append(log_chart(title, unit, [("", at, known[column].to_numpy(float))], versions, failed))
     return tuple(panel for panel in found if panel is not None)
 
 
@@ -82,39 +77,22 @@ def ratio_curves(times: pd.DataFrame, place: dict[str, int]) -> list[Curve]:
 
 
 def log_chart(
-    name: str, title: str, unit: str, curves: Sequence[Curve], versions: Sequence[str], failed: Sequence[int]
+    title: str, unit: str, curves: Sequence[Curve], versions: Sequence[str], failed: Sequence[int]
 ) -> Panel | None:
     """Chart on a logarithmic axis; None if there is nothing to draw."""
     up = decade_range([y for _, _, y in curves if len(y)])
     if up is None:
         return None
-    frame = ChartFrame(name, title, X_LABEL, unit, (-0.7, len(versions) - 0.3))
-    ax = blank_axes(frame)
-    log_axis(ax, up)
-    version_axis(ax, versions)
+    step = max(1, -(-len(versions) // MOST_LABELS))
+    chart = Chart(across(-0.7, len(versions) - 0.3), upwards(up.low, up.high, log=True))
+    chart.axes(X_LABEL, unit, [(k, versions[k]) for k in range(len(versions) - 1, -1, -step)])
     legend = []
     for k, (label, x, y) in enumerate(curves):
         pen = engine_pen(k + 2)
-        draw(ax, x, y, pen)
+        chart.line(x, y, pen.colour, 1.1)
+        chart.marks(x, y, pen.marker, pen.colour, 4.6)
         if label:
             legend.append(Legend(label, pen))
     if failed:
-        ax.plot(failed, [up.low] * len(failed), "x", color=COLOURS["muted"].stand_in, markersize=5.0, clip_on=False)
-    return Panel(title, finish(ax, frame), "", tuple(legend))
-
-
-def draw(ax: Axes, x: Array, y: Array, pen: Pen) -> None:
-    """Draw one curve with a marker at each release."""
-    colour = pen.colour.stand_in
-    ax.plot(x, y, color=colour, linewidth=1.1)
-    ax.plot(x, y, pen.marker, color=colour, markersize=4.6, markeredgewidth=0)
-
-
-def version_axis(ax: Axes, versions: Sequence[str]) -> None:
-    """Label some releases, the last one among them."""
-    step = max(1, -(-len(versions) // MOST_LABELS))
-    shown = list(range(len(versions) - 1, -1, -step))
-    ax.xaxis.set_major_locator(FixedLocator(shown))
-    ax.xaxis.set_major_formatter(FixedFormatter([versions[k] for k in shown]))
-    ax.xaxis.set_minor_locator(NullLocator())
-    ax.tick_params(axis="x", labelsize=TEXT_SIZE * 0.9)
+        chart.marks(failed, [up.low] * len(failed), "x", COLOURS["muted"], 5.0)
+    return Panel(title, chart.svg(title), "", tuple(legend))

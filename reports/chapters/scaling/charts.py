@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from reports.plotting.families import MARKER_SIZE, OTHERS, SHARED, Flags, families, family_pens, group_of
 from reports.plotting.palette import COLOURS, Pen, engine_pen
-from reports.plotting.panels import ChartFrame, Legend, Panel, blank_axes, finish, log_axis
+from reports.plotting.panels import Legend, Panel, guide
 from reports.plotting.series import Array, decade_range
-from reports.plotting.svg import TEXT_SIZE
+from reports.plotting.svg import Chart, across, upwards
 from reports.text.numerals import power_of_ten
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 BARS_LABEL = "number of bars N"
 MARGIN = 1.3  # of the axis beyond the least and the largest N
@@ -83,73 +78,35 @@ def one_family(chart: ScalingChart, family: str, own: list[ScalingCurve]) -> Pan
 
 def panel(chart: ScalingChart, coloured: list[tuple[ScalingCurve, Pen]], legend: tuple[Legend, ...]) -> Panel | None:
     """Chart with some of the curves in colour; None if there is nothing to draw."""
-    frame = ChartFrame(chart.name, chart.title, BARS_LABEL, chart.y_label, (0.0, 1.0))
-    ax = axes(chart, frame)
-    if ax is None:
+    drawn = axes(chart)
+    if drawn is None:
         return None
     shown = {t.engine for t, _ in coloured}
     for track in chart.tracks:
         if track.engine not in shown:
-            ax.plot(track.bars, track.cost, color=COLOURS["rule"].stand_in, linewidth=0.8, zorder=1)
+            drawn.line(track.bars, track.cost, COLOURS["rule"], 0.8)
     for track, pen in coloured:
-        draw(ax, track, pen)
-    hollow = any(t.hollow.any() for t, _ in coloured)
-    return Panel(chart.title, finish(ax, frame), chart.hollow_words if hollow else "", legend)
+        drawn.line(track.bars, track.cost, pen.colour, 1.3)
+        for hollow, part in ((False, ~track.hollow), (True, track.hollow)):
+            drawn.marks(track.bars[part], track.cost[part], pen.marker, pen.colour, MARKER_SIZE, hollow=hollow)
+    hollow_words = chart.hollow_words if any(t.hollow.any() for t, _ in coloured) else ""
+    return Panel(chart.title, drawn.svg(chart.title), hollow_words, legend)
 
 
-def axes(chart: ScalingChart, frame: ChartFrame) -> Axes | None:
+def axes(chart: ScalingChart) -> Chart | None:
     """Empty log-log axes with guide lines."""
     up = decade_range([t.cost for t in chart.tracks])
     if up is None:
         return None
     bars = np.concatenate([t.bars for t in chart.tracks])
-    ax = blank_axes(frame)
-    ax.set_xscale("log")
-    ax.xaxis.set_major_locator(FixedLocator([10.0**k for k in range(6) if 10.0**k <= MARGIN * bars.max()]))
-    ax.xaxis.set_major_formatter(FuncFormatter(lambda v, _: tick(v)))
-    ax.xaxis.set_minor_locator(NullLocator())
-    log_axis(ax, up)
-    ax.set_xlim(bars.min() / MARGIN, bars.max() * MARGIN)
+    ends = float(bars.min()) / MARGIN, float(bars.max()) * MARGIN
+    drawn = Chart(across(*ends, log=True), upwards(up.low, up.high, log=True))
+    drawn.axes(BARS_LABEL, chart.y_label, [(10.0**k, tick(k)) for k in range(6)])
     for power in chart.guides:
-        guide(ax, power)
-    return ax
+        guide(drawn, power, GUIDE_WORDS[power])
+    return drawn
 
 
-def tick(value: float) -> str:
+def tick(exponent: int) -> str:
     """``1``, ``10``, ``100``, then powers."""
-    return f"{value:.0f}" if value < 1e3 else power_of_ten(round(np.log10(value)))
-
-
-def guide(ax: Axes, power: int) -> None:
-    """Thin line of slope `power` from the lower left corner, with its label at the far end."""
-    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
-    end = min(right, left * (high / low) ** (1.0 / power))
-    top = low * (end / left) ** power
-    ax.plot(
-        [left, end], [low, top], color=COLOURS["rule"].stand_in, linewidth=0.8, linestyle=(0.0, (2.0, 2.0)), zorder=0
-    )
-    at = end**0.93 * left**0.07
-    ax.text(
-        at, low * (at / left) ** power, GUIDE_WORDS[power],
-        fontsize=TEXT_SIZE, color=COLOURS["muted"].stand_in, ha="right", va="bottom",
-    )  # fmt: skip
-
-
-def draw(ax: Axes, track: ScalingCurve, pen: Pen) -> None:
-    """Draw one engine's curve, its hollow points outlined."""
-    colour = pen.colour.stand_in
-    ax.plot(track.bars, track.cost, color=colour, linewidth=1.3, zorder=2)
-    full = ~track.hollow
-    ax.plot(
-        track.bars[full],
-        track.cost[full],
-        pen.marker,
-        color=colour,
-        markersize=MARKER_SIZE,
-        markeredgewidth=0,
-        zorder=3,
-    )
-    ax.plot(
-        track.bars[track.hollow], track.cost[track.hollow], pen.marker, color=colour, markersize=MARKER_SIZE,
-        fillstyle="none", markeredgewidth=0.9, zorder=3,
-    )  # fmt: skip
+    return str(10**exponent) if exponent < 3 else power_of_ten(exponent)

@@ -6,28 +6,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from reports.plotting.palette import COLOURS, Pen
-from reports.plotting.panels import (
-    ChartFrame,
-    Legend,
-    Line,
-    Panel,
-    blank_axes,
-    draw,
-    finish,
-    linear_panel,
-    log_axis,
-    log_panel,
-)
+from reports.plotting.panels import ChartFrame, Legend, Line, Panel, draw, guide, linear_panel, log_panel
 from reports.plotting.series import Array, decade_range, numbered, thin
-from reports.plotting.svg import TEXT_SIZE
-from reports.text.numerals import power_of_ten
+from reports.plotting.svg import Chart, across, upwards
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.axes import Axes
 
 GUIDES = {0.5: "√t", 1.0: "t", 2.0: "t²"}
 LEVEL_DASHES = {"coarse": (2.0, 1.6), "default": (), "finer": (6.0, 2.0)}
@@ -45,45 +31,22 @@ class DriftCurve:
     pen: Pen
 
 
-def long_panel(name: str, title: str, x_label: str, y_label: str, tracks: list[DriftCurve]) -> Panel | None:
+def long_panel(title: str, x_label: str, y_label: str, tracks: list[DriftCurve]) -> Panel | None:
     """Log-log chart of drifts against time with guide lines of known powers; None if there is nothing to draw."""
     shown = [t for t in tracks if (t.size > 0.0).any()]
     up = decade_range([t.size for t in shown])
     if up is None:
         return None
-    frame = ChartFrame(name, title, x_label, y_label, (0.0, 1.0))
-    ax = blank_axes(frame)
-    log_axis(ax, up)
-    log_time(ax, min(float(t.t[t.t > 0.0].min()) for t in shown), max(float(t.t.max()) for t in shown))
+    ends = min(float(t.t[t.t > 0.0].min()) for t in shown), max(float(t.t.max()) for t in shown)
+    chart = Chart(across(*ends, log=True), upwards(up.low, up.high, log=True))
+    chart.axes(x_label, y_label)
     for power, word in GUIDES.items():
-        guide(ax, power, word)
+        guide(chart, power, word)
     for track in shown:
         good = (track.size > 0.0) & (track.t > 0.0)
-        draw(ax, Line(track.t[good], track.size[good], track.pen), *thin(track.t[good], track.size[good]))
+        draw(chart, Line(track.t[good], track.size[good], track.pen), *thin(track.t[good], track.size[good]))
     legend = tuple(Legend(t.label, t.pen) for t in shown)
-    return Panel(title, finish(ax, frame), "Dotted: powers of t. Curves are running maxima.", legend)
-
-
-def log_time(ax: Axes, first: float, last: float) -> None:
-    """Log scale of time with one label per decade."""
-    ax.set_xscale("log")
-    decades = range(int(np.floor(np.log10(first))), int(np.ceil(np.log10(last))) + 1)
-    ax.xaxis.set_major_locator(FixedLocator([10.0**k for k in decades]))
-    ax.xaxis.set_major_formatter(FuncFormatter(lambda v, _: power_of_ten(round(np.log10(v)))))
-    ax.xaxis.set_minor_locator(NullLocator())
-    ax.set_xlim(first, last)
-
-
-def guide(ax: Axes, power: float, word: str) -> None:
-    """Thin line of one power from the lower left corner, with its label at the far end."""
-    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
-    end = min(right, left * (high / low) ** (1.0 / power))
-    top = low * (end / left) ** power
-    dotted = (0.0, (1.5, 2.5))
-    ax.plot([left, end], [low, top], color=COLOURS["rule"].stand_in, linewidth=0.8, linestyle=dotted, zorder=0)
-    at = end**0.9 * left**0.1
-    place = low * (at / left) ** power
-    ax.text(at, place, word, fontsize=TEXT_SIZE, color=COLOURS["muted"].stand_in, ha="right", va="bottom")
+    return Panel(title, chart.svg(title), "Dotted: powers of t. Curves are running maxima.", legend)
 
 
 def worst_panels(
@@ -100,9 +63,9 @@ def worst_panels(
     bar = worst_bar(angles, right)
     lines = [Line(t, right[:, bar], SOLUTION_PEN)]
     lines += [Line(times[k], near(a[:, bar], right[:, bar]), level_pen(k)) for k, a in angles.items()]
-    followed = linear_panel(ChartFrame("worst-angle", f"Angle of bar {bar + 1}", x_label, "rad", span, lines))
+    followed = linear_panel(ChartFrame(f"Angle of bar {bar + 1}", x_label, "rad", span, lines))
     off = [Line(times[k][: len(e)], e, level_pen(k)) for k, a in angles.items() if len(e := error(a, right))]
-    lost = log_panel(ChartFrame("worst-error", "Largest error of all angles", x_label, "rad", span, off))
+    lost = log_panel(ChartFrame("Largest error of all angles", x_label, "rad", span, off))
     legend = tuple(Legend(f"{engine}, {k} setting", level_pen(k)) for k in angles)
     found = [(followed, (Legend("reference solution", SOLUTION_PEN), *legend)), (lost, legend)]
     return [Panel(p.title, p.svg, p.note, words) for p, words in found if p is not None]

@@ -64,7 +64,7 @@ def long_chart(
         label = f"{engine}, {label_of(str(level))}" if level in PENS else str(engine)
         tracks.append(DriftCurve(label, rows.t_s.to_numpy(float) / period_s, rows.value.to_numpy(float), pen))
     title, y_label = QUANTITIES[quantity]
-    found = long_panel(f"long-{scene}-{quantity}", title, "orbits", y_label, tracks)
+    found = long_panel(title, "orbits", y_label, tracks)
     return found and replace(found, title=f"{title}, {scene}")
 
 
