@@ -63,9 +63,9 @@ SHOTS = (
     Shot(
         "reading-opening",
         INDEX,
-        "header.opening",
-        1000,
-        ("#verdict", ".lede", ".shown figure >> nth=0", ".shown figure >> nth=1", ".terms", "header nav"),
+        "main",
+        740,
+        ("#verdict", ".judge", ".scale", ".folds input >> nth=0", ".matrix thead a >> nth=0", "details >> nth=0"),
     ),
     Shot(
         "reading-matrix",
@@ -73,7 +73,6 @@ SHOTS = (
         ".folds",
         760,
         (
-            ".folds input >> nth=0",
             ".matrix tbody tr >> nth=0 >> th .h",
             ".matrix tbody tr >> nth=3 >> td.pass >> nth=0",
             ".matrix tbody td:has-text('CM') >> nth=3",

@@ -50,6 +50,11 @@ COLOURS = _colours(
     ("s7", "#5a49ae", "#a396f2"),
     ("s8", "#8c2231", "#ea7380"),
 )
+DIGITS = (
+    ("#f0f5f9", "#1b232c"), ("#d9e7f2", "#1d2f41"), ("#c0d8ea", "#1f3b55"), ("#a4c8e2", "#20476a"),
+    ("#88b7da", "#21537f"), ("#6ba6d2", "#225f93"), ("#4d95c9", "#2469a4"),
+)  # fmt: skip
+"""Shades of the digits of accuracy from few to many, light and dark: of one hue, each under the ink of its theme"""
 SERIES = [c for n, c in COLOURS.items() if n[0] == "s" and n[1:].isdigit()]
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "p", "h", "<", ">")
 SIDE = 6.0
@@ -133,4 +138,5 @@ def joint_pen(k: int) -> Pen:
 def variables(theme: int) -> str:
     """CSS declarations of all colours; `theme` 0 is light, 1 dark."""
     shown = [f"--{c.name}:{(c.light, c.dark)[theme]}" for c in COLOURS.values()]
+    shown += [f"--d{k}:{shade[theme]}" for k, shade in enumerate(DIGITS)]
     return ";".join([f"--paper:{PAPER[theme]}", *shown])

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 Array = NDArray[np.float64]
-MOST_POINTS = 340  # the pixels that a panel is wide
+MOST_POINTS = 300  # least and largest value of every two pixels or so
 MOST_DECADES = 18  # of a log axis: more than double precision resolves
 
 

@@ -28,7 +28,7 @@ LEFT, RIGHT, TOP, BOTTOM = 50.0, 10.0, 24.0, 34.0
 MOST_TICKS = 6
 FINE = 10
 """Units of a path in a pixel"""
-STRAIGHT = 2.0
+STRAIGHT = 3.0
 """Tenths of a pixel by which a point may leave the line of its neighbours and yet be left out"""
 PASSES = 4
 STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
@@ -156,7 +156,7 @@ class Chart:
         placed = "" if anchor == "start" else f' text-anchor="{anchor}"'
         tinted = "" if colour == "muted" else f"fill:{COLOURS[colour].css};"
         styled = f' style="{tinted}{more}"' if tinted or more else ""
-        self.texts.append(f'<text x="{at[0]:.1f}" y="{at[1]:.1f}"{placed}{styled}>{escape(words)}</text>')
+        self.texts.append(f'<text x="{at[0]:.4g}" y="{at[1]:.4g}"{placed}{styled}>{escape(words)}</text>')
 
     def ticks_across(self, ticks: Iterable[tuple[float, str]], label: str) -> None:
         """Draw the horizontal axis with ticks, and its label."""

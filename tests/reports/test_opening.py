@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import re
 from typing import TYPE_CHECKING
 
@@ -11,13 +12,13 @@ import pytest
 
 from reports import render as reports
 from reports.chapters.crossval.agreement import laid_out
-from reports.chapters.crossval.matrix import FEW_COLUMNS, engine_groups
+from reports.chapters.crossval.matrix import FEW_COLUMNS, digits, engine_groups, shade
 from reports.chapters.crossval.motion import MOST_BYTES, MOST_FRAMES, DrawnChain, frame_count, moving_chain
 from reports.chapters.crossval.report import METRIC_HEADS
 from reports.chapters.crossval.summary import RunCell, Summary, show_first_orbit, summarise
 from reports.tables.crossval import read_results
 from reports.tables.outcome import Outcome
-from reports.text.words import anchor, engine_anchor, run_anchor
+from reports.text.words import engine_anchor, run_anchor
 from tests.support.browser import chromium, in_browser
 from tests.support.page_policy import check_policy
 from tests.support.report_fixture import ENGINES, build
@@ -48,12 +49,34 @@ def summary(folder: Path) -> Summary:
     return summarise(read_results(folder))
 
 
-def test_the_report_opens_with_the_chain_and_the_errors_of_all_runs(page: str, folder: Path) -> None:
+def test_the_report_opens_with_the_verdict_the_judge_and_the_matrix(page: str, folder: Path) -> None:
     check_policy(folder / "index.html")
-    top = page[: page.index("</header>")]
-    assert top.count("<svg role") == 2
-    assert f'<a href="#{anchor(SCENES[0])}">' in top
-    assert "Normalised error of every comparison" in top
+    top = page[: page.index('<div class="scroll matrix runs"')]
+    assert 'id="verdict">2 of 16 comparisons failed.' in top
+    assert "Judged by: reference, rtol=1e-13." in top
+    assert "<dfn>" not in top
+    assert "<svg" not in top
+    assert "Normalised error of every comparison" in page
+
+
+def test_a_cell_is_shaded_by_its_digits_and_one_that_failed_is_not(summary: Summary) -> None:
+    scene = next(s for s in summary.scenes if s.name == SCENES[0])
+    for cell in summary.of_scene(scene.name):
+        found, row = digits(cell, scene), next(iter(cell.shown), None)
+        if row is None or not cell.outcome.ok:
+            assert found is None
+        else:
+            size = scene.value("radius0_m") if row.quantity == "com" else 1.0
+            assert found == pytest.approx(max(0.0, math.log10((size or math.nan) / (row.largest or math.nan))))
+    assert [shade(d) for d in (0.0, 1.9, 2.0, 11.9, 12.0, 16.0)] == [0, 0, 1, 5, 6, 6]
+
+
+def test_an_exact_cell_has_all_digits_and_a_wrong_one_none(summary: Summary) -> None:
+    scene = summary.scenes[0]
+    cell = next(c for c in summary.of_scene(scene.name) if c.outcome.ok and c.row("attitude"))
+    for error, expected in ((0.0, 16.0), (3.0, 0.0), (1e-9, 9.0)):
+        rows = tuple(dataclasses.replace(r, largest=error, first_orbit=error) for r in cell.rows)
+        assert digits(dataclasses.replace(cell, rows=rows), scene) == pytest.approx(expected)
 
 
 def test_every_cell_leads_to_its_run_and_every_column_to_its_engine(page: str, summary: Summary) -> None:
@@ -158,7 +181,7 @@ def test_a_chain_of_too_many_bars_stands_still() -> None:
 
 
 def test_a_moving_picture_waits_for_its_control(page: str) -> None:
-    assert page.count('class="play" type="checkbox"') == page.count('<g class="moving">') == 1 + len(SCENES)
+    assert page.count('class="play" type="checkbox"') == page.count('<g class="moving">') == len(SCENES)
     style = page[page.index("<style>") : page.index("</style>")]
     assert "animation-play-state:paused" in style
     [rule] = re.findall(r"([^{}]*)\{[^{}]*animation-play-state:running", style)
@@ -171,7 +194,7 @@ def test_the_moving_chain_has_the_colours_that_its_caption_tells(page: str) -> N
     assert rules == {".moving path": "ink", ".moving>g>g>path": "accent"}
 
 
-MOVING = """() => [...document.querySelectorAll('.scene .moving, .shown .moving')].map(
+MOVING = """() => [...document.querySelectorAll('.scene .moving')].map(
     g => [getComputedStyle(g).visibility, getComputedStyle(g.firstElementChild).animationPlayState])"""
 
 
@@ -187,7 +210,7 @@ def tab(folder: Path) -> Iterator[Tab]:
 @pytest.mark.slow
 @in_browser
 def test_nothing_moves_until_the_control_is_operated_from_the_keyboard(tab: Tab) -> None:
-    assert tab.evaluate(MOVING) == [["hidden", "paused"]] * (1 + len(SCENES))
+    assert tab.evaluate(MOVING) == [["hidden", "paused"]] * len(SCENES)
     tab.locator(".play").nth(1).focus()
     tab.keyboard.press("Space")
     assert tab.evaluate(MOVING).count(["visible", "running"]) == 1
@@ -195,7 +218,7 @@ def test_nothing_moves_until_the_control_is_operated_from_the_keyboard(tab: Tab)
     before = tab.evaluate(place)
     tab.wait_for_function(f"before => ({place})() !== before", arg=before, timeout=5000)
     tab.keyboard.press("Space")
-    assert tab.evaluate(MOVING) == [["hidden", "paused"]] * (1 + len(SCENES))
+    assert tab.evaluate(MOVING) == [["hidden", "paused"]] * len(SCENES)
 
 
 @pytest.mark.slow
@@ -243,6 +266,17 @@ def test_a_cells_link_shows_the_run_below_the_heads_with_its_outcome(tab: Tab, w
 
 @pytest.mark.slow
 @in_browser
+@pytest.mark.parametrize(("width", "height"), [(1280, 800), (390, 844)])
+def test_the_first_screen_shows_the_matrix(tab: Tab, width: int, height: int) -> None:
+    tab.set_viewport_size({"width": width, "height": height})
+    rows = tab.eval_on_selector_all(".runs tbody tr", "rows => rows.map(r => r.getBoundingClientRect())")
+    assert rows[0]["top"] < 0.45 * height
+    least = min(row["height"] for row in rows)
+    assert rows[0]["top"] + 15 * least < height, "the core suite's fifteen scenes have room"
+
+
+@pytest.mark.slow
+@in_browser
 def test_a_phone_shows_every_cell_without_scrolling_sideways(tab: Tab) -> None:
     tab.set_viewport_size({"width": 390, "height": 800})
     edges = tab.eval_on_selector_all(".runs tbody td", "cells => cells.map(c => c.getBoundingClientRect().right)")
@@ -257,7 +291,7 @@ def test_a_phone_shows_every_number_of_a_run_with_its_name(tab: Tab) -> None:
     tab.evaluate("for (const d of document.querySelectorAll('details')) d.open = true")
     cells = "cells => cells.filter(c => c.textContent.trim()).map(c => [c.getBoundingClientRect().right, "
     cells += "getComputedStyle(c, '::before').content])"
-    found = tab.eval_on_selector_all(".metrics td.n", cells)
+    found = tab.eval_on_selector_all(".metrics td + td", cells)
     assert found
     assert max(right for right, _ in found) <= 390
     assert {name.strip('"').rstrip(": ") for _, name in found} <= set(METRIC_HEADS)

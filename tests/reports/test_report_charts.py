@@ -11,7 +11,7 @@ import pytest
 
 from reports.chapters.crossval.orbit import SIZE, DrawnMotion, Geometry, joints, orbit_panels
 from reports.chapters.crossval.reactions import Reactions, nearest, spread
-from reports.plotting.palette import PAPER, SERIES, engine_pen
+from reports.plotting.palette import COLOURS, DIGITS, PAPER, SERIES, engine_pen
 from reports.plotting.panels import ChartFrame, Line, log_panel
 from reports.plotting.series import decade_range, thin
 from reports.plotting.svg import FINE, Chart, Scale, even_ticks, path
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from reports.plotting.panels import Panel
 
 LEAST_CONTRAST = 3.0  # WCAG 2 for graphical objects
+LEAST_TEXT_CONTRAST = 4.5
 
 
 def test_nan_breaks_a_line_and_is_never_drawn_as_zero() -> None:
@@ -162,6 +163,16 @@ def test_lines_stand_out_from_the_page_in_both_themes(theme: int) -> None:
         shown = luminance((colour.light, colour.dark)[theme])
         low, high = sorted((paper, shown))
         assert (high + 0.05) / (low + 0.05) >= LEAST_CONTRAST, colour.name
+
+
+@pytest.mark.parametrize("theme", [0, 1])
+def test_text_stands_out_from_every_shade_of_digits_and_each_shade_is_deeper_than_the_one_before(theme: int) -> None:
+    ink = luminance((COLOURS["ink"].light, COLOURS["ink"].dark)[theme])
+    shades = [luminance(shade[theme]) for shade in DIGITS]
+    for shade in shades:
+        low, high = sorted((ink, shade))
+        assert (high + 0.05) / (low + 0.05) >= LEAST_TEXT_CONTRAST
+    assert shades == sorted(shades, reverse=theme == 0)
 
 
 def test_engines_are_told_apart_without_colour() -> None:

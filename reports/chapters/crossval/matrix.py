@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,13 @@ from reports.text.numerals import significant
 
 if TYPE_CHECKING:
     from reports.chapters.crossval.summary import RunCell, Summary
+    from reports.text.record import SceneRecord
 
+DIGITS_A_SHADE = 2
+DIGIT_WORDS = ("0–2", "2–4", "4–6", "6–8", "8–10", "10–12", "12+")
+"""Digits of each shade"""
+MOST_DIGITS = 16.0
+"""Of double precision"""
 FEW_COLUMNS = 12
 """Columns up to which a laptop's window shows all kinds of engines side by side"""
 
@@ -31,9 +38,9 @@ class EngineGroup:
 
     @property
     def words(self) -> str:
-        """``8 engines, 101 of 101 comparisons passed``."""
+        """``8 engines, 101 of 101 passed``."""
         plural = "" if len(self.engines) == 1 else "s"
-        compared = f"{self.passed} of {self.compared} comparisons passed" if self.compared else "nothing compared"
+        compared = f"{self.passed} of {self.compared} passed" if self.compared else "nothing compared"
         return f"{len(self.engines)} engine{plural}, {compared}"
 
 
@@ -53,6 +60,21 @@ def engine_group(summary: Summary, key: str, heading: str, engines: tuple[str, .
     judged = [c for c in summary.all if c.engine in engines and c.outcome.judged]
     failed = sum(not c.outcome.ok for c in judged)
     return EngineGroup(key, heading, engines, len(judged) - failed, len(judged), bool(failed) or not foldable)
+
+
+def digits(cell: RunCell, scene: SceneRecord) -> float | None:
+    """Digits of accuracy of a comparison that may stand: of the attitude in rad, of a track relative to its radius."""
+    row = next(iter(cell.shown), None)
+    size = {"attitude": 1.0, "com": scene.value("radius0_m")}.get(row.quantity) if row else None
+    error = None if row is None else cell.shown_value(row)
+    if not cell.outcome.ok or not size or error is None or not math.isfinite(error):
+        return None
+    return min(max(0.0, -math.log10(error / size)), MOST_DIGITS) if error > 0.0 else MOST_DIGITS
+
+
+def shade(count: float) -> int:
+    """Index of the shade of a number of digits."""
+    return min(int(count / DIGITS_A_SHADE), len(DIGIT_WORDS) - 1)
 
 
 def cell_text(cell: RunCell | None, predictability_limit: str = "") -> str:

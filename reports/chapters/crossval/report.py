@@ -6,10 +6,10 @@ from collections import Counter, defaultdict
 from typing import TYPE_CHECKING, Any
 
 from reports.chapter import fitting
+from reports.chapters.crossval.agreement import agreement_panel
 from reports.chapters.crossval.external_coverage import coverage_words
-from reports.chapters.crossval.facts import facts
-from reports.chapters.crossval.matrix import cell_text, engine_groups
-from reports.chapters.crossval.opening import opening
+from reports.chapters.crossval.facts import facts, judged_by
+from reports.chapters.crossval.matrix import DIGIT_WORDS, cell_text, digits, engine_groups, shade
 from reports.chapters.crossval.scene_view import view_scene
 from reports.chapters.crossval.summary import SHORT_OF_THE_RUN, WORDS, QuantityRow, RunCell, Summary, summarise
 from reports.chapters.crossval.verdict import failure_words, summary_verdict
@@ -96,7 +96,7 @@ def rendered(results: Results, chapters: Mapping[Chapter, ChapterView]) -> tuple
     pictures = {
         "views": [view_scene(results, summary, s) for s in summary.scenes],
         "groups": groups,
-        "opening": opening(results, summary, groups),
+        "agreement": agreement_panel(summary, groups),
     }
     environment = report_templates()
     html, markdown = (environment.get_template(f"crossval/{name}.j2") for name in ("report.html", "summary.md"))
@@ -106,7 +106,7 @@ def rendered(results: Results, chapters: Mapping[Chapter, ChapterView]) -> tuple
 def report_templates() -> Environment:
     """Jinja environment with the filters of the cross-validation's chapter."""
     made = templates()
-    made.filters |= {"cell_text": cell_text, "facts": facts, "why": failure_words}
+    made.filters |= {"cell_text": cell_text, "digits": digits, "facts": facts, "shade": shade, "why": failure_words}
     return made
 
 
@@ -116,6 +116,8 @@ def context(results: Results, summary: Summary) -> dict[str, Any]:
     return surroundings(record) | {
         "summary": summary,
         "verdict": summary_verdict(summary),
+        "judges": Counter(words for scene in summary.scenes if (words := judged_by(scene))),
+        "digit_words": DIGIT_WORDS,
         "hint": str(record.get("verdict_hint") or ""),
         "record": {k: str(record.get(k) or "") for k in ("barchain", "created", "command")},
         "seconds": number(record.get("seconds")),
@@ -182,11 +184,10 @@ METRIC_HEADS = (
 """Heads of the numbers in the table of metrics"""
 
 
-def figures(row: QuantityRow) -> list[tuple[str, float | None]]:
-    """Numbers of a quantity, each with its head."""
+def figures(row: QuantityRow) -> tuple[float | None, ...]:
+    """Numbers of a quantity, in the order of the heads."""
     limit_s = None if row.ratio is None else row.limit_s
-    values = (row.largest, row.first_orbit, row.rms, row.final, row.bound, row.ratio, row.detection_limit, limit_s)
-    return list(zip(METRIC_HEADS, values, strict=True))
+    return (row.largest, row.first_orbit, row.rms, row.final, row.bound, row.ratio, row.detection_limit, limit_s)
 
 
 def orbits(summary: Summary, cell: RunCell) -> str:

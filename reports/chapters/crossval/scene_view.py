@@ -59,8 +59,8 @@ def view_scene(results: Results, summary: Summary, scene: SceneRecord) -> SceneV
     )
 
 
-def orbits(data: SceneData, name: str = "") -> list[Panel]:
-    """Drawings of the chain along its orbit, with ids that begin with a name; the scene's anchor by default."""
+def orbits(data: SceneData) -> list[Panel]:
+    """Drawings of the chain along its orbit."""
     s, length, mass = data.scene, data.scene.values("length_m"), data.scene.values("mass_kg")
     angle = None if data.solution is None else numbered(data.solution, r"angle_(\d+)_rad")
     if data.solution is None or angle is None or not len(length) == len(mass) == angle.shape[1]:
@@ -69,5 +69,5 @@ def orbits(data: SceneData, name: str = "") -> list[Panel]:
     geometry = Geometry(np.array(length), np.array(mass), radius, s.period_s or 1.0, s.closed)
     com = data.solution[["com_x_m", "com_y_m"]].to_numpy(float)
     return orbit_panels(
-        name or data.id, geometry, DrawnMotion(data.solution["t_s"].to_numpy(float), com, angle, data.solution_end_s)
+        data.id, geometry, DrawnMotion(data.solution["t_s"].to_numpy(float), com, angle, data.solution_end_s)
     )
