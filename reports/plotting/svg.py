@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from reports.plotting.palette import Colour
     from reports.plotting.series import Array
 
-TEXT_SIZE = 11.0
 WIDTH, HEIGHT = 400.0, 250.0  # about a phone's width, so that letters are not shrunk on it
 LEFT, RIGHT, TOP, BOTTOM = 50.0, 10.0, 24.0, 34.0
 MOST_TICKS = 6

@@ -1,4 +1,4 @@
-"""The round-off chapter: verdicts that turn with the numbers, charts and tables of whatever was stored."""
+"""The round-off chapter: numbers, charts and tables of whatever was stored."""
 
 import html
 import re
@@ -12,9 +12,8 @@ from reports.chapters.roundoff.charts import evaluation_panels
 from reports.chapters.roundoff.rows import growth_words
 from reports.chapters.roundoff.run_charts import run_panels
 from reports.chapters.roundoff.series import FittedExponent, Key, RoundoffData, Spread
-from reports.chapters.roundoff.verdict import verdict
 from reports.chapters.roundoff.view import view_roundoff
-from reports.chapters.roundoff.words import length, listed, spelled
+from reports.chapters.roundoff.words import length, spelled
 from reports.render import render, render_study
 from reports.tables.roundoff import COLUMNS, read_roundoff
 from tests.reports.roundoff_tables import (
@@ -22,7 +21,6 @@ from tests.reports.roundoff_tables import (
     LAWS,
     U,
     fitted,
-    spread,
     tables,
     write,
 )
@@ -33,13 +31,6 @@ from tests.support.slow import one_in, slow_but
 
 def study(folder, rows=None, **more):
     return RoundoffData(read_roundoff(write(folder, rows, **more)))
-
-
-def said(folder, rows=None, **more):
-    """Headline and paragraphs by their heads, blanks plain."""
-    found = verdict(study(folder, rows, **more))
-    text = {p.head: " ".join(p.sentences).replace("\N{NO-BREAK SPACE}", " ") for p in found.paragraphs}
-    return found.headline.replace("\N{NO-BREAK SPACE}", " "), text
 
 
 def shown(folder, rows=None, **more):
@@ -64,8 +55,6 @@ def test_the_page_has_all_numbers_and_sentences(tmp_path):
     assert all(n in page for n in numbers)
     assert "generic, 9 bars" in page
     assert "2.3 m" not in page  # what a sentence does not get from these tables it does not say
-    sentences = [s for p in view.verdict.paragraphs for s in p.sentences]
-    assert all(" ".join(s.split()) in " ".join(page.split()) for s in sentences)
     assert "<flat> tyre" in page
 
 
@@ -82,9 +71,8 @@ def test_equal_tables_give_equal_bytes(tmp_path):
 def test_missing_tables_cost_only_their_own(tmp_path, names):
     page = shown(tmp_path, without=names)
     assert not re.search(r"\bnan\b", page)
-    assert "could be impossible" in page or "laws" in names
-    assert ("The inertial frame costs" in page) == ("engines" not in names)
-    assert "Runs of one orbit." in page or "best" in names
+    assert ("Errors of one evaluation in a generic state" in page) == ("laws" not in names)
+    assert ("Skipped and failed runs" in page or "skipped and failed" in page) == ("engines" not in names)
 
 
 def test_a_study_that_was_cut_off_at_once_has_a_page(tmp_path):
@@ -117,68 +105,6 @@ def test_a_folder_without_a_study_is_rejected(tmp_path):
         render_study("roundoff", tmp_path)
 
 
-def test_the_verdict_says_where_the_paper_is_right_and_where_not(tmp_path):
-    headline, text = said(tmp_path)
-    last_m = 0.5 * U["float32"] / 0.1 * EARTH_M
-    assert headline.startswith("In double precision absolute coordinates cost some digits")
-    assert f"bars of {length(last_m)}".replace("\N{NO-BREAK SPACE}", " ") in headline
-    assert "“could be impossible”" in text["Generic states."]
-    assert "0.50 u/ε" in text["Generic states."]
-    assert "exponent −1.00 [−1.01 to −0.99], theory −1" in text["Generic states."]
-    assert "3.0 u at every size" in text["Generic states."]
-    right = text["Losses that confirm the paper."]
-    assert "no digit for a 10 cm CubeSat" in right
-    assert "0.050 u" not in right  # against the vanishing reaction it is the size that counts
-    horizontal_m = EARTH_M * (0.05 * U["float64"] / 0.1) ** (1 / 3)
-    assert f"at bars of {length(horizontal_m)}".replace("\N{NO-BREAK SPACE}", " ") in right
-    assert "0.60 u/ε in absolute and 5.0 u in relative coordinates, as in any state" in right
-    digits = -np.log10(0.5 * U["float64"] * EARTH_M / 100.0)
-    assert f"{digits:.1f} for a 100 m truss" in text["Losses that the paper overstates."]
-    assert "by extrapolation" in text["Losses that the paper overstates."]
-    losses = text["Losses in both sets of coordinates."]
-    assert "masses that alternate as 1 : 10⁶ leave 9.5 digits in relative and in absolute coordinates" in losses
-    assert "500 bars in a straight line leave 11.5 digits in relative and in absolute coordinates" in losses
-    assert "a generic state leaves 15.5 digits in relative and 14.3 in absolute coordinates" in losses
-    assert "1.50 (1.40 to 1.60) times as long with 5 bars (reference)" in text["Cost of relative coordinates."]
-
-
-def test_a_slope_that_is_off_is_said_and_marked(tmp_path):
-    rows = tables()
-    for row in rows["laws"]:
-        if (row["state"], row["formulation"], row["source"]) == ("generic", "absolute", "both") and row["bars"] == 5:
-            row.update(fitted(-0.8, 0.05, expected=-1.0))
-        if (row["state"], row["formulation"], row["yardstick"]) == ("horizontal", "absolute", "m n² l"):
-            row.update(fitted(-1.3, 0.05, expected=-1.0))
-    _, text = said(tmp_path / "a", rows)
-    assert "exponent −0.80 [−0.85 to −0.75], not the −1 of theory" in text["Generic states."]
-    assert "but exponent −1.30 [−1.35 to −1.25], not the −1 of theory" in text["Losses that confirm the paper."]
-    assert "not as expected" in shown(tmp_path / "b", rows)
-    assert not FittedExponent(-0.9, -0.96, -0.84, -1.0, 5, "").off  # 0.04 beside the interval: no fit tells so little
-    assert not FittedExponent(-0.9, -0.96, -0.84, np.nan, 5, "").off  # nothing is expected
-
-
-def test_no_digits_lost_is_another_verdict(tmp_path):
-    headline, text = said(tmp_path, tables(changed(("generic", 5, "absolute", "reaction"), 4.0, 0.0)))
-    assert headline == "In double precision absolute coordinates cost no digit of reactions in generic states"
-    assert "In single precision the last digit" not in text["Losses that confirm the paper."]
-    assert "The last digit would be lost" not in text["Losses that the paper overstates."]
-
-
-def test_all_digits_lost_is_another_verdict(tmp_path):
-    headline, text = said(tmp_path, tables(changed(("generic", 5, "absolute", "reaction"), 1e8, -1.0)))
-    assert headline.endswith("absolute coordinates lose the reactions of a 10 cm CubeSat and a 5 mm hinge")
-    assert text["Losses that confirm the paper."].startswith("In double precision absolute coordinates leave no digit")
-    assert "CubeSat" not in text["Losses that the paper overstates."].partition("Even computed")[0]
-
-
-def test_losses_that_only_absolute_coordinates_have_are_not_shared(tmp_path):
-    _, text = said(tmp_path / "a", tables(changed(("unequal masses", 5, "absolute", "reaction"), 3e8, 0.0)))
-    losses = text["Losses in both sets of coordinates."]
-    assert "leave 9.5 digits in relative and 7.5 in absolute coordinates" in losses
-    _, text = said(tmp_path / "b", tables(changed(("unequal masses", 5, "relative", "reaction"), 4.0, 0.0)))
-    assert "masses" not in text["Losses in both sets of coordinates."]
-
-
 @pytest.mark.parametrize("asked", one_in(2, [(1e-6,), (1e-2, 1e-8)]))
 def test_sizes_that_were_not_asked_for_leave_no_blank_rows_and_columns(tmp_path, asked):
     rows = tables()
@@ -194,47 +120,53 @@ def test_sizes_that_were_not_asked_for_leave_no_blank_rows_and_columns(tmp_path,
     assert view.laws == view.further_laws == ()
     page = render_study("roundoff", folder).page.read_text()
     assert "Fitted error laws" not in page
-    assert "Nothing was measured" not in page
 
 
-def test_runs_are_judged_by_the_least_error_and_where_it_lies(tmp_path):
-    _, text = said(tmp_path / "a")
-    orbit = text["Runs of one orbit."]
-    assert "is 1.0×10⁻¹² rad for bars of 6.4 km and 1.0×10⁻⁸ rad for bars of 638 mm in absolute coordinates" in orbit
-    assert "3.0×10⁻¹⁴ to 4.0×10⁻¹⁴ rad or less in relative ones at each of 2 sizes" in orbit
-    assert "falls from 2048 per orbit for bars of 6.4 km to 512" in orbit
-    assert "in agreement with the 3/2 of independent roundings" in orbit
+def digits_of(folder, rows=None):
+    """Digits of the named objects in a generic state in double precision: relative, absolute."""
+    found = study(folder, rows)
+    return {o.name: [found.digits(Key(f), o.ratio) for f in ("relative", "absolute")] for o in found.named}
+
+
+def test_digits_are_those_of_the_law_and_lost_where_the_error_leaves_none(tmp_path):
+    relative, absolute = digits_of(tmp_path / "a")["100 m truss"]
+    assert absolute.median == pytest.approx(-np.log10(0.5 * U["float64"] * EARTH_M / 100.0))
+    assert relative.median == pytest.approx(-np.log10(3.0 * U["float64"]))
+    none_lost = digits_of(tmp_path / "b", tables(changed(("generic", 5, "absolute", "reaction"), 4.0, 0.0)))
+    assert not any(d.lost for _, d in none_lost.values() if d)
+    lost = digits_of(tmp_path / "c", tables(changed(("generic", 5, "absolute", "reaction"), 1e8, -1.0)))
+    assert [name for name, (_, d) in lost.items() if d and d.lost] == ["10 cm CubeSat", "5 mm hinge"]
+
+
+def test_laws_tell_where_the_last_digit_goes(tmp_path):
+    view = view_roundoff(write(tmp_path))
+    laws = {law.of: law for law in view.laws}
+    single = laws["generic", "absolute", "float32", "reaction"]
+    assert single.last_digit == length(0.5 * U["float32"] / 0.1 * EARTH_M)
+    horizontal = laws["horizontal", "absolute", "float64", "reaction"]
+    assert horizontal.last_digit == length(EARTH_M * (0.05 * U["float64"] / 0.1) ** (1 / 3))
+    assert laws["generic", "absolute", "float64", "reaction"].last_digit.endswith("†")
+    assert laws["generic", "absolute", "float64", "reaction"].constant.split() == ["0.50", "u/ε"]
+
+
+def test_a_slope_that_is_off_is_marked(tmp_path):
     rows = tables()
-    for row in rows["growth_laws"]:
-        row.update(fitted(1.9, 0.05, expected=1.5))
-    rows["best"] = [r | {"steps_per_orbit": 512} for r in rows["best"]]
-    _, text = said(tmp_path / "b", rows)
-    assert "above the 3/2 of independent roundings" in text["Runs of one orbit."]
-    assert "does not fall with the size" in text["Runs of one orbit."]
-
-
-def test_other_engines_are_judged_by_what_they_lose(tmp_path):
-    _, text = said(tmp_path / "a")
-    assert "costs a digit or more in 1 of 1 engines that run in both" in text["Other engines."]
-    assert "0.10 and 1.0×10⁻⁶ by box" in text["Other engines."]
-    assert "with these exponents: box 2.00 in the inertial frame" in text["Other engines."]
-    assert "0.70 u/ε² by tree (last digit at bars of 178 mm" in text["Other engines."]
-    rows = tables()
-    rows["engines"] = [r | (spread(1e-6) if r["engine"] == "box" else {}) for r in rows["engines"]]
-    rows["engine_laws"] = [r | fitted(-2.0) for r in rows["engine_laws"]]
-    rows["laws"] = [r for r in rows["laws"] if not r["formulation"].startswith("tree")]
-    _, text = said(tmp_path / "b", rows)
-    assert "costs no digit" in text["Other engines."]
-    assert "Beyond the optimum" not in text["Other engines."]
-    assert "root" not in text["Other engines."]
+    for row in rows["laws"]:
+        if (row["state"], row["formulation"], row["source"]) == ("generic", "absolute", "both") and row["bars"] == 5:
+            row.update(fitted(-0.8, 0.05, expected=-1.0))
+    page = " ".join(shown(tmp_path, rows).split())
+    assert "exponent −0.80 (−0.85 to −0.75), not the expected −1" in page
+    assert "not as expected" in page
+    assert not FittedExponent(-0.9, -0.96, -0.84, -1.0, 5, "").off  # 0.04 beside the interval: no fit tells so little
+    assert not FittedExponent(-0.9, -0.96, -0.84, np.nan, 5, "").off  # nothing is expected
 
 
 def test_longitudes_are_told_apart_by_source(tmp_path):
     view = view_roundoff(write(tmp_path))
-    formula, of_input = view.longitudes_sentences
-    assert "0 of 1 tests have p below 0.05" in formula
-    assert "inside the range of a typical sector" in formula
-    assert "1 of 1 in relative coordinates" in of_input
+    formula, of_input = view.by_longitude
+    assert formula == (0, 1, 0.05)
+    assert of_input[:2] == (1, 1)
+    assert all(row.inside for row in view.longitudes if not row.of_input)
 
 
 def test_digits_lie_on_lines_between_measured_sizes(tmp_path):
@@ -277,8 +209,6 @@ def test_numbers_read_well():
     ]  # fmt: skip
     assert spelled(None) == ""
     assert length(0.104).split() == ["104", "mm"]
-    assert listed(["a"]) == "a"
-    assert listed(["a", "b", "c"]) == "a, b and c"
 
 
 @pytest.mark.parametrize(

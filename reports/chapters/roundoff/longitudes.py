@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from reports.chapters.roundoff.series import ABSOLUTE, FORMULA, INPUT, RELATIVE, number_or_none
-from reports.chapters.roundoff.words import between, listed, size, spelled
+from reports.chapters.roundoff.series import FORMULA, number_or_none
+from reports.chapters.roundoff.words import between, size, spelled
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -36,6 +36,11 @@ class LongitudeRow:
         return spelled(self.p)
 
     @property
+    def of_input(self) -> bool:
+        """Whether the errors are those of rounding the input, which may depend on the longitude."""
+        return self.of.get("source", FORMULA) != FORMULA
+
+    @property
     def differs(self) -> bool:
         """Whether sectors are said to differ."""
         return self.p is not None and self.p < SIGNIFICANT
@@ -56,37 +61,3 @@ def longitude_row(study: RoundoffData, key: dict[str, Any], own: pd.DataFrame) -
     named = {k: size(study, float(v)) if k == "ratio" else str(v) for k, v in key.items()}
     inside = low <= min(medians) and max(medians) <= high
     return LongitudeRow(named, between(medians), between((low, high)), inside, number_or_none(own.p_value.iloc[0]))
-
-
-def longitudes_sentences(rows: tuple[LongitudeRow, ...]) -> tuple[str, ...]:
-    """Sentences on the tests, of formulas and of their inputs."""
-    formula = [r for r in rows if r.of.get("source", FORMULA) == FORMULA]
-    return (*formula_sentences(formula), *input_sentences([r for r in rows if r.of.get("source") == INPUT]))
-
-
-def formula_sentences(rows: list[LongitudeRow]) -> tuple[str, ...]:
-    """Sentence on the formulas: no dependence is expected."""
-    if not rows:
-        return ()
-    parted, outside, count = sum(r.differs for r in rows), sum(not r.inside for r in rows), len(rows)
-    chance = f"and {SIGNIFICANT * count:.1f} are expected by chance"
-    said = (
-        f"Errors of the formulas should not depend on it either: {parted} of {count} tests have p below "
-        f"{SIGNIFICANT:g}, {chance}"
-    )
-    where = "The median of every sector lies inside"
-    if outside:
-        where = f"In {outside} tests the median of a sector lies outside"
-    return (f"{said}. {where} the range of a typical sector.",)
-
-
-def input_sentences(rows: list[LongitudeRow]) -> tuple[str, ...]:
-    """Sentence on the input: a dependence is possible."""
-    if not rows:
-        return ()
-    each = [f"{sum(r.differs for r in own)} of {len(own)} in {name} coordinates" for name in (RELATIVE, ABSOLUTE)
-            if (own := [r for r in rows if r.of["formulation"] == name])]  # fmt: skip
-    return (
-        f"Errors from rounding the input may depend on it; p is small in {listed(each)}. The unit in the last place of "
-        "an inertial angle grows with the longitude.",
-    )

@@ -12,8 +12,6 @@ from reports.text.numerals import number
 from reports.text.record import mapping, rows
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     import pandas as pd
 
     from reports.tables.roundoff import RoundoffTables
@@ -125,25 +123,10 @@ class ErrorLaw(FittedExponent):
     constant: float | None
     last_digit_ratio: float | None = None
 
-    @property
-    def certain(self) -> bool:
-        """Whether a fit exists and agrees with the expected exponent."""
-        return self.exponent is not None and not self.off
-
-    def at(self, ratio: float, unit_roundoff: float) -> float | None:
-        """Error at a size."""
-        return None if self.constant is None else float(self.constant * unit_roundoff * ratio**self.expected)
-
 
 def signed(value: float, digits: int = 2) -> str:
     """``−1.01``: a true minus, and none before zero."""
     return f"{value:z.{digits}f}".replace("-", "\N{MINUS SIGN}")
-
-
-def exponents_text(fits: Sequence[FittedExponent]) -> str:
-    """``1.77 to 1.86``: exponents from the least to the largest."""
-    found = sorted(fit.exponent for fit in fits if fit.exponent is not None)
-    return " to ".join(dict.fromkeys(signed(v) for v in (*found[:1], *found[-1:])))
 
 
 def fit_of(row: dict[Any, Any]) -> FittedExponent:
@@ -219,11 +202,6 @@ class RoundoffData:
         """Digits left at a size."""
         found = self.error(key, ratio)
         return found.digits if found else None
-
-    def steady(self, key: Key) -> tuple[float, float] | None:
-        """Least and largest median over all sizes."""
-        own = key.of(self.tables.evaluation)["median"]
-        return (float(own.min()), float(own.max())) if len(own) else None
 
     def measured(self, ratio: float) -> bool:
         """Whether a size lies between measured sizes."""

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from reports.chapters.roundoff.charts import evaluation_panels, further_panels
 from reports.chapters.roundoff.engine_charts import engine_panels, library_panels
-from reports.chapters.roundoff.longitudes import longitude_rows, longitudes_sentences
-from reports.chapters.roundoff.notes import notes
+from reports.chapters.roundoff.longitudes import SIGNIFICANT, longitude_rows
 from reports.chapters.roundoff.rows import (
     best_law_rows,
     digit_columns,
@@ -21,7 +20,7 @@ from reports.chapters.roundoff.rows import (
 )  # fmt: skip
 from reports.chapters.roundoff.run_charts import best_panels, growth_panels, run_panels
 from reports.chapters.roundoff.series import DOUBLE, SINGLE, RoundoffData
-from reports.chapters.roundoff.verdict import verdict
+from reports.chapters.roundoff.words import length, spelled
 from reports.tables.roundoff import read_roundoff
 from reports.text.record import is_complete, mapping, rows
 
@@ -30,7 +29,6 @@ if TYPE_CHECKING:
 
     from reports.chapters.roundoff.longitudes import LongitudeRow
     from reports.chapters.roundoff.rows import DigitRow, LawRow
-    from reports.chapters.roundoff.verdict import RoundoffVerdict
     from reports.plotting.panels import Panel
 
 FIRST, FURTHER = ("attitude", "reaction"), ("gap", "com")
@@ -52,7 +50,8 @@ class RoundoffView:
     """Contents of the chapter."""
 
     record: dict[str, Any]
-    verdict: RoundoffVerdict
+    sizes: tuple[str, ...]
+    """Lengths of the shortest and the longest bar; empty where they are not known"""
     digit_columns: tuple[str, ...]
     digits: tuple[DigitRow, ...]
     sections: tuple[Section, ...]
@@ -81,9 +80,15 @@ class RoundoffView:
         return sum(r.fit.off for r in (*self.laws, *self.further_laws))
 
     @property
-    def longitudes_sentences(self) -> tuple[str, ...]:
-        """Sentences on the dependence on the longitude."""
-        return longitudes_sentences(self.longitudes)
+    def by_longitude(self) -> list[tuple[int, int, float]]:
+        """Of errors of formulas, then of input: tests that differ, all tests, and those expected by chance."""
+        found = [[r for r in self.longitudes if r.of_input is of_input] for of_input in (False, True)]
+        return [(sum(r.differs for r in own), len(own), SIGNIFICANT * len(own)) for own in found]
+
+    @property
+    def units(self) -> list[tuple[str, str]]:
+        """Unit round-off of each arithmetic."""
+        return [(name, spelled(float(u), 3)) for name, u in mapping(self.record.get("unit_roundoff")).items()]
 
     @property
     def failed(self) -> list[dict[str, Any]]:
@@ -97,11 +102,6 @@ class RoundoffView:
         parts = list(mapping(self.record.get("parts")).values()) or [self.record]
         return [made for k, made in enumerate(parts) if made.get("created") and made not in parts[:k]]
 
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Paragraphs on the method of measurement."""
-        return notes(self.record)
-
 
 def view_roundoff(folder: Path) -> RoundoffView:
     """View of the study in a result folder."""
@@ -109,7 +109,7 @@ def view_roundoff(folder: Path) -> RoundoffView:
     laws, further = law_rows(study)
     return RoundoffView(
         study.tables.record,
-        verdict(study),
+        sizes_of(study),
         tuple(words for words, _ in digit_columns(study)),
         digit_rows(study),
         tuple(s for s in sections(study) if s.panels or s.folded),
@@ -122,6 +122,14 @@ def view_roundoff(folder: Path) -> RoundoffView:
         longitude_rows(study),
         time_rows(study),
     )
+
+
+def sizes_of(study: RoundoffData) -> tuple[str, ...]:
+    """Lengths of the shortest and the longest measured bar; empty where they are not known."""
+    ratios = study.tables.evaluation.ratio
+    if not len(ratios) or study.metres is None:
+        return ()
+    return tuple(length(float(end) * study.metres) for end in (ratios.min(), ratios.max()))
 
 
 def sections(study: RoundoffData) -> tuple[Section, ...]:

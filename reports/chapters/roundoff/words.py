@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from reports.text.numerals import as_given, prefixed, typed, typographic
+from reports.text.numerals import prefixed, typed, typographic
 from reports.text.ratios import short
-from scenarios.plural import plural
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -49,29 +48,7 @@ def unit_text(law: ErrorLaw) -> str:
     return f"{spelled(law.constant)}{NBSP}u{POWERS.get(law.expected, f' ε^{law.expected:g}')}"
 
 
-def listed(items: Sequence[str]) -> str:
-    """``a, b and c``."""
-    if len(items) < 2:
-        return "".join(items)
-    return f"{', '.join(items[:-1])} and {items[-1]}"
-
-
 def between(values: Sequence[float], digits: int = 2) -> str:
     """``3.4×10⁻¹⁴ to 4.3×10⁻¹⁴``, or one number if both agree."""
     low, high = spelled(min(values), digits), spelled(max(values), digits)
-    return low if low == high else f"{low} to {high}"
-
-
-def exponent_words(law: ErrorLaw) -> str:
-    """Fitted exponent beside the theoretical one."""
-    if law.exponent is None:
-        return f"from {plural(law.points, 'size')}, too few for a slope"
-    expected = as_given(law.expected).replace("-", "\N{MINUS SIGN}")
-    fitted = law.text.replace("(", "[").replace(")", "]")
-    return f"exponent {fitted}, {'not the ' if law.off else 'theory '}{expected}{' of theory' if law.off else ''}"
-
-
-def digits_between(values: Sequence[float]) -> str:
-    """``15.4 to 15.6``."""
-    low, high = f"{min(values):.1f}", f"{max(values):.1f}"
     return low if low == high else f"{low} to {high}"
