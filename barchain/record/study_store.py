@@ -9,6 +9,7 @@ import pandas as pd
 
 from reports.tables.measured import rows_content, rows_name
 from reports.tables.reading import TABLES, check_recorded, digest
+from reports.tables.rows import Rows
 from reports.tables.schema import KEY, RECORD, SCHEMA_VERSION
 from reports.tables.writing import RecordedFolder, make_folder, sweep
 
@@ -33,7 +34,7 @@ class OtherPlanError(ValueError):
 
 
 class StudyStore:
-    """Tables and record of one study, or of a comparison."""
+    """Tables and record of one study, or of a comparison; its ``summary`` has rows that follow from all results."""
 
     def __init__(
         self, files: StudyFiles, out: Path, record: dict[str, Any] | None = None, *, resume: bool = False
@@ -61,6 +62,7 @@ class StudyStore:
         self.record: dict[str, Any] = {KEY: SCHEMA_VERSION} if record is None else record
         self.record["study"] = files.name
         self.earlier = self.earlier_record()
+        self.summary = Rows(files.name)
         self.own = tuple(self.record.get(PARTS, ()))
         if self.earlier and files.parts:
             self.keep_other_parts()
@@ -158,7 +160,7 @@ class StudyStore:
         """Write the record with the wall time, s, and whether every result is there; if it is, the rows too."""
         self.record |= {"seconds": seconds, "complete": complete}
         self.write_record()
-        rows = rows_content(self.files, self.out) if complete else None
+        rows = rows_content(self.files, self.out, self.summary.found) if complete else None
         if rows is not None:  # a complete record lists no file that is missing: it is none while they are written
             self.record["complete"] = False
             self.writer.write(rows_name(self.files), rows)

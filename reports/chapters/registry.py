@@ -16,7 +16,7 @@ from reports.tables.schema import RECORD
 
 CHAPTERS = (
     Chapter("cost", "Cost of accuracy", ("points.csv", RECORD), view_cost),
-    Chapter("scaling", "Cost against the number of bars", ("points.csv", "fits.csv", RECORD), view_scaling),
+    Chapter("scaling", "Cost against the number of bars", ("points.csv", RECORD), view_scaling),
     Chapter("roundoff", "Round-off in absolute and relative coordinates", (RECORD,), view_roundoff),
     Chapter("effects", "Relevance of each effect", ("effects.csv", RECORD), view_effects),
     Chapter(

@@ -10,17 +10,17 @@ from reports.tables import cost, crossval, effects, ensemble, roundoff, scaling,
 from reports.tables.faults import campaign, selftest
 from reports.tables.nights import releases
 from reports.tables.reading import TABLES, damaged, recorded_content
-from reports.tables.rows import COLUMNS, FOLDER, NUMBERS
+from reports.tables.rows import COLUMNS, FOLDER, NUMBERS, spread
 from reports.tables.writing import parquet
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
     from pathlib import Path
 
     import pandas as pd
 
     from reports.tables.files import StudyFiles
-    from reports.tables.rows import Followed, Rows
+    from reports.tables.rows import Followed, Row, Rows
 
 
 class Measuring(NamedTuple):
@@ -51,8 +51,10 @@ def rows_name(files: StudyFiles) -> str:
     return f"{'../' if files.study else ''}{FOLDER}/{files.name}.parquet"
 
 
-def rows_content(files: StudyFiles, folder: Path) -> bytes | None:
+def rows_content(files: StudyFiles, folder: Path, summary: Iterable[Row] = ()) -> bytes | None:
     """Contents of the file of a study's rows, from its tables in a result folder; None of a study without rows.
+
+    Rows of a `summary`, which follow from all results together, come last.
 
     Raises
     ------
@@ -60,12 +62,21 @@ def rows_content(files: StudyFiles, folder: Path) -> bytes | None:
         If a table or the record is missing, damaged, or of another version.
     """
     study = next((study for study in STUDIES if study.files.name == files.name), None)
-    return None if study is None else parquet(study.rows(folder).frame())
+    if study is None:
+        return None
+    found = study.rows(folder)
+    found.found += summary
+    return parquet(found.frame())
 
 
 def studies_in(folder: Path) -> list[Measuring]:
     """Studies whose results a folder holds."""
     return [study for study in STUDIES if study.files.has_record(folder)]
+
+
+def spread_rows(files: StudyFiles, folder: Path) -> pd.DataFrame:
+    """Rows of one study in a result folder with a column for each tag; errors as :func:`study_rows`."""
+    return spread(study_rows(next(study for study in STUDIES if study.files is files), folder))
 
 
 def study_rows(study: Measuring, folder: Path) -> pd.DataFrame:

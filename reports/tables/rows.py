@@ -28,7 +28,7 @@ import re
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Mapping, Sequence
 
     import pandas as pd
 
@@ -234,6 +234,36 @@ def spread(frame: pd.DataFrame) -> pd.DataFrame:
         found[f"tag_{name}" if name in frame else name] = (
             column.astype(float) if numeric else column.fillna("").astype(str)
         )
+    return found
+
+
+def tabled(
+    frame: pd.DataFrame, outcomes: str, index: Sequence[str], columns: Mapping[str, tuple[str, str, str]]
+) -> pd.DataFrame:
+    """Table with a column for each measured number, the inverse of :meth:`Rows.measured`.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        Rows of one study, with a column for each tag (:func:`spread`).
+    outcomes : str
+        Metric of which each row of the table has one: its columns ``outcome``, ``reason`` and ``text`` stay.
+    index : sequence of str
+        Columns and tags that tell the rows of the table apart.
+    columns : mapping
+        Quantity, metric and unit of each column; ``<column>_low`` and ``<column>_high`` hold its interval.
+
+    Returns
+    -------
+    DataFrame
+        Rows in their order; NaN where nothing was measured.
+    """
+    names = list(index)
+    found = frame.loc[frame["metric"] == outcomes, [*names, "outcome", "reason", "text"]]
+    for column, (quantity, metric, _) in columns.items():
+        own = frame[(frame["quantity"] == quantity) & (frame["metric"] == metric)]
+        own = own[[*names, "value", "low", "high"]]
+        found = found.merge(own.set_axis([*names, column, f"{column}_low", f"{column}_high"], axis=1), "left", names)
     return found
 
 

@@ -5,15 +5,12 @@ A folder ``scaling`` inside a result folder holds
 ``points.csv``
     one row for each engine and number of bars, columns :data:`POINT_COLUMNS`; times in s, memory in bytes, counts and
     times of an orbit scaled up from the part that was run; a cell is empty without a measurement;
-``fits.csv``
-    exponents against the number of bars, columns :data:`FIT_COLUMNS`;
 ``record.json``
     environment, engines, and targets of the compiled reference.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.cost import BASELINE, busy_machine
@@ -26,16 +23,13 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    import pandas as pd
-
 POINT_COLUMNS = (
     "engine", "bars", "outcome", "reason",
     "evaluation_s", "evaluation_low", "evaluation_high", "per",
     "orbit_s", "orbit_low", "orbit_high", "share", "simulate_s", "turns",
     "evaluations", "steps", "build_s", "memory_B",
 )  # fmt: skip
-FIT_COLUMNS = ("engine", "quantity", "per", "exponent", "low", "high", "points", "bars_from", "bars_to")
-WORDS = ("engine", "outcome", "reason", "per", "quantity")
+WORDS = ("engine", "outcome", "reason", "per")
 
 
 class ScalingRecord(Record):
@@ -51,34 +45,12 @@ class ScalingRecord(Record):
 
 FILES = StudyFiles(
     "scaling",
-    {"points": POINT_COLUMNS, "fits": FIT_COLUMNS},
+    {"points": POINT_COLUMNS},
     WORDS,
     model=ScalingRecord,
     resumes=True,
     pages=("scaling.html",),
 )
-
-
-@dataclass(frozen=True)
-class ScalingTables:
-    """Contents of a scaling study's folder."""
-
-    points: pd.DataFrame
-    fits: pd.DataFrame
-    record: dict[str, Any]
-
-
-def read_scaling(folder: Path) -> ScalingTables:
-    """Read the scaling study in a result folder.
-
-    Raises
-    ------
-    FileNotFoundError
-        If a table is missing.
-    SchemaVersionError
-        If the record has another schema version.
-    """
-    return ScalingTables(**FILES.read_all(folder), record=FILES.sound_record(folder))
 
 
 POINTS = {
@@ -88,6 +60,8 @@ POINTS = {
     "evaluations": ("evaluations", COUNT, "1"), "steps": ("steps", COUNT, "1"), "memory_B": ("", "memory", "B"),
 }  # fmt: skip
 """Quantity, metric and unit of the columns of `points`"""
+FITTED = ("points", "bars_from", "bars_to")
+"""Metrics of the range of an exponent"""
 FOLLOWED = {
     "outcome": Followed("verdict", setting="bars={bars:g}"),
     "memory": Followed("memory", setting="bars={bars:g}"),
@@ -96,10 +70,10 @@ FOLLOWED = {
 
 
 def scaling_rows(folder: Path) -> Rows:
-    """Rows of a scaling study: its points, times relative to the baseline's with as many bars, and exponents."""
-    tables = read_scaling(folder)
-    found = Rows(FILES.name, str((tables.record.get("scene") or {}).get("name") or ""))
-    busy, rows = busy_machine(tables.record), list(records(tables.points))
+    """Rows of a scaling study: its points, and times relative to the baseline's with as many bars."""
+    record, points = FILES.sound_record(folder), FILES.read(folder, "points")
+    found = Rows(FILES.name, str((record.get("scene") or {}).get("name") or ""))
+    busy, rows = busy_machine(record), list(records(points))
     anchors = {row["bars"]: row for row in rows if row["engine"] == BASELINE}
     for row in rows:
         where = {name: row[name] for name in ("engine", "bars")}
@@ -108,9 +82,6 @@ def scaling_rows(folder: Path) -> Rows:
         found.measured(row, POINTS, **where)
         if row["engine"] != BASELINE and row["bars"] in anchors:
             add_ratio(found, row, anchors[row["bars"]], busy, where)
-    for row in records(tables.fits):
-        more = {"quantity": row["quantity"], "low": row["low"], "high": row["high"]}
-        found.add("exponent", row["exponent"], engine=row["engine"], per=row["per"], **more)
     return found
 
 

@@ -19,7 +19,7 @@ from reports.tables.faults.campaign import read_campaign
 from reports.tables.faults.selftest import read_selftest
 from reports.tables.nights.releases import read_releases
 from reports.tables.roundoff import read_roundoff
-from reports.tables.scaling import read_scaling
+from reports.tables.scaling import scaling_rows
 from reports.tables.schema import KEY, SCHEMA_VERSION, SchemaVersionError, read_record
 from reports.tables.stability import read_stability
 from tests.support.report_fixture import build
@@ -27,7 +27,7 @@ from tests.support.report_fixture import build
 READERS = {
     "campaign": read_campaign,
     "cost": read_cost, "effects": read_effects, "ensemble": read_ensemble, "releases": read_releases,
-    "roundoff": read_roundoff, "scaling": read_scaling, "selftest": read_selftest, "stability": read_stability,
+    "roundoff": read_roundoff, "scaling": scaling_rows, "selftest": read_selftest, "stability": read_stability,
 }  # fmt: skip
 
 

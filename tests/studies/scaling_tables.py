@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from barchain.studies.scaling.fit import FAST, fits_table, targets
+from barchain.record.study_store import StudyStore
+from barchain.studies.scaling.fit import FAST, add_fits, fits_table, targets
 from barchain.studies.scaling.limits import BARS
-from reports.tables.scaling import POINT_COLUMNS
+from reports.tables.scaling import FILES, POINT_COLUMNS
 from reports.tables.schema import KEY, SCHEMA_VERSION
 
 if TYPE_CHECKING:
@@ -42,21 +42,21 @@ def synthetic() -> pd.DataFrame:
 
 def write(folder: Path, *, finished: bool = True) -> Path:
     """Tables of a study."""
-    inside, points = folder / "scaling", synthetic()
-    inside.mkdir(parents=True)
+    points = synthetic()
     fits = fits_table(points)
-    points.to_csv(inside / "points.csv", index=False)
-    fits.to_csv(inside / "fits.csv", index=False)
     record = {
-        "finished": finished,
+        KEY: SCHEMA_VERSION,
         "command": "barchain scaling",
         "created": "2026-01-05T10:20:30+00:00",
-        "seconds": 12.0,
         "environment": {"cpu": "Example CPU", "cores": 2},
         "packages": {"numpy": "2"},
         "scene": {"name": SCENE, "size_m": 500.0},
         "targets": targets(points, fits),
         "limits": {"time_limit_s": 10.0},
     }
-    (inside / "record.json").write_text(json.dumps({KEY: SCHEMA_VERSION} | record))
+    folder.mkdir(parents=True, exist_ok=True)
+    store = StudyStore(FILES, folder, record)
+    store.write("points", points)
+    add_fits(store.summary, fits, SCENE)
+    store.end(12.0, complete=finished)
     return folder

@@ -26,7 +26,7 @@ from barchain.studies.study import Reporter, run_study
 from reports.chapters.scaling.view import memory_text
 from reports.render import render, render_study
 from reports.tables.outcome import Outcome
-from reports.tables.scaling import FILES, FIT_COLUMNS, POINT_COLUMNS, read_scaling
+from reports.tables.scaling import FILES, POINT_COLUMNS
 from scenarios import load_scene
 from tests.studies.scaling_tables import MEGABYTE, SCENE, synthetic, write
 from tests.support.faulty_engines import Faulty
@@ -279,18 +279,17 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[tuple[st
 @pytest.mark.slow
 def test_an_engine_that_fails_costs_its_own_rows_only(study: Any) -> None:
     folder, told = study
-    tables = read_scaling(folder)
-    assert list(tables.points.columns) == list(POINT_COLUMNS)
-    assert list(tables.fits.columns) == list(FIT_COLUMNS)
-    found = {e: list(zip(own.bars, own.outcome, strict=True)) for e, own in tables.points.groupby("engine")}
+    points = FILES.read(folder, "points")
+    assert list(points.columns) == list(POINT_COLUMNS)
+    found = {e: list(zip(own.bars, own.outcome, strict=True)) for e, own in points.groupby("engine")}
     assert found == {
         "reference": [(2, "pass"), (5, "pass"), (10, "pass")],
         "DiesAtFive": [(2, "pass"), (5, "failed"), (10, "pass")],
         "NotThere": [(2, "failed"), (5, "failed")],
     }
-    reasons = tables.points.set_index(["engine", "bars"]).reason
+    reasons = points.set_index(["engine", "bars"]).reason
     assert "SIGSEGV" in reasons["DiesAtFive", 5]
-    assert tables.record["finished"]
+    assert FILES.read_record(folder)["finished"]
     assert len(told) == 9
     html = render_study("scaling", folder).page.read_text()
     assert "SIGSEGV" in html
@@ -298,7 +297,7 @@ def test_an_engine_that_fails_costs_its_own_rows_only(study: Any) -> None:
 
 
 def test_a_good_point_has_all_that_was_asked_for(study: Any) -> None:
-    points = read_scaling(study[0]).points.set_index(["engine", "bars"])
+    points = FILES.read(study[0], "points").set_index(["engine", "bars"])
     own = points.loc["reference"]
     assert (own.share == 1.0).all()
     assert set(own.per) == {"right-hand side"}
@@ -314,7 +313,7 @@ def test_a_good_point_has_all_that_was_asked_for(study: Any) -> None:
 
 def test_a_study_without_time_runs_nothing_and_says_why(tmp_path: Path) -> None:
     run_study(STUDY, STUDY.plan(ScalingOptions(["reference", "exudyn"], (2, 5), minutes=0.0)), tmp_path)
-    points = read_scaling(tmp_path).points
+    points = FILES.read(tmp_path, "points")
     assert points.outcome.tolist() == ["nothing_compared"] * 2
     assert set(points.reason) == {"not run: the study's 0 minutes were over"}
     assert "No engine has three points" in render_study("scaling", tmp_path).page.read_text()
@@ -327,7 +326,7 @@ def test_a_study_that_was_cut_off_goes_on_where_it_was(tmp_path: Path) -> None:
     first.points.keep("exudyn", 2, {"outcome": "nothing_compared", "reason": "not run: no time"})
     run_study(STUDY, plan, tmp_path, resume=True, reporter=Reporter(lambda *a: told.append(a[1])))
     assert told == ["exudyn, 2 bars", "exudyn, 5 bars", "reference, 5 bars"]
-    points = read_scaling(tmp_path).points
+    points = FILES.read(tmp_path, "points")
     assert points.engine.tolist() == ["reference", "reference", "exudyn"]
     assert points.evaluation_s[0] == 1e-4
     assert points.outcome.tolist() == ["pass", "nothing_compared", "nothing_compared"]
@@ -335,7 +334,7 @@ def test_a_study_that_was_cut_off_goes_on_where_it_was(tmp_path: Path) -> None:
 
 def test_an_engine_says_how_many_bars_are_too_many_for_it(tmp_path: Path) -> None:
     run_study(STUDY, STUDY.plan(ScalingOptions(["pymunk"], (100, 200))), tmp_path)
-    points = read_scaling(tmp_path).points
+    points = FILES.read(tmp_path, "points")
     assert points.bars.tolist() == [100]
     assert points.outcome.tolist() == ["unsupported"]
     assert "sweeps" in points.reason[0]

@@ -10,15 +10,17 @@ import pandas as pd
 
 from barchain.runs.timing.orders import FEWEST, slope
 from barchain.runs.timing.statistics import Interval
-from reports.tables.scaling import FIT_COLUMNS
+from reports.tables.scaling import FITTED
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array
+    from reports.tables.rows import Rows
 
 FAST = "reference-fast"
 LEAST_BARS = 20  # fewer have more of a call's own price in them than of the bars'
 FAST_BARS = (100, 100_000)  # where the compiled reference's evaluation is fitted
 LEAST_MEMORY_B = 2.0**20  # what allocators keep in store hides less
+FIT_COLUMNS = ("engine", "quantity", "per", "exponent", "low", "high", *FITTED)
 QUANTITIES = {
     "evaluation": "evaluation_s",
     "orbit": "orbit_s",
@@ -68,6 +70,15 @@ def fits_table(points: pd.DataFrame) -> pd.DataFrame:
     """All exponents."""
     found = [fit_row(own, q) for _, own in points.groupby("engine", sort=False) for q in QUANTITIES]
     return pd.DataFrame([r for r in found if r], columns=list(FIT_COLUMNS))
+
+
+def add_fits(summary: Rows, fits: pd.DataFrame, scene: str) -> None:
+    """Add the rows of all exponents, each with its range."""
+    for fit in fits.to_dict("records"):
+        where = {"scene": scene, "engine": fit["engine"], "quantity": fit["quantity"]}
+        summary.add("exponent", fit["exponent"], low=fit["low"], high=fit["high"], text=fit["per"], **where)
+        for name in FITTED:
+            summary.add(name, fit[name], **where)
 
 
 def targets(points: pd.DataFrame, fits: pd.DataFrame) -> list[dict[str, Any]]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from barchain.studies.scaling.fit import fits_table, targets
+from barchain.studies.scaling.fit import add_fits, fits_table, targets
 from reports.tables.outcome import Outcome
 from reports.tables.rows import NOT_RUN
 
@@ -25,15 +25,9 @@ class ScalingPoints:
             self.rows = recalled(store.read("points"))
 
     def keep(self, engine: str, bars: int, columns: dict[str, Any]) -> None:
-        """Add a point, and write all points and their fits."""
+        """Add a point, and write all points."""
         self.rows.append({"engine": engine, "bars": bars} | columns)
-        self.write_tables()
-
-    def write_tables(self) -> None:
-        """Write the points and their fits."""
-        points = self.points()
-        self.store.write("points", points)
-        self.store.write("fits", fits_table(points))
+        self.store.write("points", self.points())
 
     def points(self) -> pd.DataFrame:
         """All points so far, engine by engine as they first came."""
@@ -48,10 +42,12 @@ class ScalingPoints:
         return [row["bars"] for row in rows], [float(row[column]) for row in rows]
 
     def finish(self) -> None:
-        """Write the tables, and add to the record whether the targets are met."""
+        """Write the points, add the exponents to the rows, and to the record whether the targets are met."""
         points = self.points()
-        self.store.record["targets"] = targets(points, fits_table(points))
-        self.write_tables()
+        fits = fits_table(points)
+        self.store.record["targets"] = targets(points, fits)
+        add_fits(self.store.summary, fits, str(self.store.record["scene"]["name"]))
+        self.store.write("points", points)
 
 
 def recalled(points: pd.DataFrame) -> list[dict[str, Any]]:

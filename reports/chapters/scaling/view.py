@@ -6,8 +6,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from reports.chapters.scaling.charts import ScalingChart, ScalingCurve, all_engines, each_family
+from reports.tables.measured import spread_rows
 from reports.tables.outcome import Outcome
-from reports.tables.scaling import read_scaling
+from reports.tables.rows import tabled
+from reports.tables.scaling import FILES, FITTED, POINTS
 from reports.text.numerals import is_nan, number, significant
 from reports.text.record import is_complete, mapping, rows
 
@@ -17,7 +19,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from reports.plotting.panels import Panel
-    from reports.tables.scaling import ScalingTables
 
 QUANTITIES = ("evaluation", "orbit", "evaluations per orbit", "steps per orbit", "memory")
 SHARED = "Outlined: a part of an orbit, scaled up."
@@ -34,7 +35,7 @@ class Exponent:
     high: float
     per: str
     points: int
-    bars: tuple[int, int]
+    bars: tuple[int, ...]
 
     @property
     def text(self) -> str:
@@ -87,20 +88,21 @@ class ScalingView:
 
 def view_scaling(folder: Path) -> ScalingView:
     """View of the study in a result folder."""
-    tables = read_scaling(folder)
-    charts = [c for c in charts_of(tables.points) if c.tracks]
-    timed = tables.points[tables.points.orbit_s.notna()]
+    record, rows_found = FILES.sound_record(folder), spread_rows(FILES, folder)
+    points = tabled(rows_found, "outcome", ("engine", "bars"), POINTS).rename(columns={"text": "per"})
+    charts = [c for c in charts_of(points) if c.tracks]
+    timed = points[points.orbit_s.notna()]
     bars = tuple(sorted({int(n) for n in timed.bars}))
     return ScalingView(
-        tables.record,
+        record,
         tuple(p for p in map(all_engines, charts) if p),
         tuple(p for c in charts for p in each_family(c)),
-        tuple(exponents(tables)),
+        tuple(exponents(rows_found)),
         bars,
         tuple((str(e), orbit_cells(own, bars)) for e, own in timed.groupby("engine", sort=False)),
-        tuple(stops(tables.points)),
-        tuple(cells(r) for r in tables.points.to_dict("records")),
-        tuple(rows(tables.record.get("targets"))),
+        tuple(stops(points)),
+        tuple(cells(r) for r in points.to_dict("records")),
+        tuple(rows(record.get("targets"))),
     )
 
 
@@ -129,17 +131,14 @@ def tracks(points: pd.DataFrame, column: str, hollow: pd.Series) -> tuple[Scalin
     return tuple(found)
 
 
-def exponents(tables: ScalingTables) -> list[tuple[str, tuple[Exponent | None, ...]]]:
+def exponents(found: pd.DataFrame) -> list[tuple[str, tuple[Exponent | None, ...]]]:
     """Exponents, one row for each engine that has any."""
-    found = {(r["engine"], r["quantity"]): exponent(r) for r in tables.fits.to_dict("records")}
-    names = dict.fromkeys(tables.fits.engine)
-    return [(e, tuple(found.get((e, q)) for q in QUANTITIES)) for e in names]
-
-
-def exponent(row: dict[Any, Any]) -> Exponent:
-    """Exponent of a row of fits.csv."""
-    ends = int(row["bars_from"]), int(row["bars_to"])
-    return Exponent(row["exponent"], row["low"], row["high"], row["per"], int(row["points"]), ends)
+    range_of = found[found.metric.isin(FITTED)].set_index(["engine", "quantity", "metric"])["value"]
+    fits: dict[tuple[str, str], Exponent] = {}
+    for r in found[found.metric == "exponent"].to_dict("records"):
+        points, *ends = (int(range_of[r["engine"], r["quantity"], name]) for name in FITTED)
+        fits[r["engine"], r["quantity"]] = Exponent(r["value"], r["low"], r["high"], r["text"], points, tuple(ends))
+    return [(e, tuple(fits.get((e, q)) for q in QUANTITIES)) for e in dict.fromkeys(e for e, _ in fits)]
 
 
 def orbit_cells(own: pd.DataFrame, bars: tuple[int, ...]) -> tuple[OrbitCell | None, ...]:
@@ -160,7 +159,7 @@ def stops(points: pd.DataFrame) -> list[tuple[str, int, str]]:
 
 
 def cells(row: dict[Any, Any]) -> dict[str, Any]:
-    """Row of points.csv for a table: None for NaN, memory in words."""
+    """Row of the points for a table: None for NaN, memory in words."""
     found = {str(k): None if is_nan(v) else v for k, v in row.items()}
     memory = number(found["memory_B"])
     return found | {"memory": memory_text(memory)}
