@@ -33,8 +33,10 @@ from reports.chapters.selftest.rows import CHECK_WORDS
 from reports.chapters.selftest.rows import CHECKS as SIGNS
 from reports.chapters.selftest.view import view_selftest
 from reports.render import render_study
-from reports.tables.faults.selftest import COLUMNS, SMALLEST, FaultOutcome, read_selftest
+from reports.tables.faults.selftest import CAUGHT, COLUMNS, FILES, MISSED, FaultOutcome, read_selftest
+from reports.tables.measured import spread_rows
 from reports.tables.outcome import Outcome
+from reports.tables.rows import Rows
 from scenarios import load_scene
 from tests.support.page_policy import check_policy
 from tests.support.slow import one_in, slow_but
@@ -228,6 +230,13 @@ def fake(most: float | None = None) -> Bracket:
     return Bracket(stage("basics/two_bars_free"), HOST, fault)
 
 
+def sizes_of(bracket: Bracket) -> dict[str, float]:
+    """Sizes in the rows of a bracket, by their metric."""
+    found = Rows("selftest")
+    bracket.add_rows(found)
+    return {row["metric"]: row["value"] for row in found.found}
+
+
 @pytest.mark.parametrize("edge", [-OCTAVES, -30, -7, 0])
 def test_bisection_finds_the_edge(edge: int) -> None:
     worst, pair, tries = cell(tried(stage("basics/two_bars_free"), "sign-reaction")).worst, fake(), 0
@@ -235,7 +244,7 @@ def test_bisection_finds_the_edge(edge: int) -> None:
         pair, tries = pair.told(power, worst if power >= edge else None), tries + 1
     assert pair.caught == edge
     assert tries <= 8
-    assert pair.row()["caught"] == 2.0**edge
+    assert sizes_of(pair)[CAUGHT] == 2.0**edge
 
 
 def test_a_natural_size_that_is_missed_is_tried_larger_where_that_makes_sense() -> None:
@@ -243,7 +252,7 @@ def test_a_natural_size_that_is_missed_is_tried_larger_where_that_makes_sense() 
     assert small.next is None
     assert large.next == 4
     assert large.told(4, None).next is None
-    assert large.told(4, None).row()["caught"] is None
+    assert set(sizes_of(large.told(4, None))) == {MISSED}
 
 
 def test_the_smallest_size_that_is_caught_lies_just_above_one_that_is_not() -> None:
@@ -251,11 +260,11 @@ def test_the_smallest_size_that_is_caught_lies_just_above_one_that_is_not() -> N
     cells = [cell(tried(where, name)) for name in ("scale-reaction", "twice")]
     (left_out,) = inserted(["j2"], [where], RUNNER, HOST)
     (found,) = settled(brackets([*cells, left_out], [where], HOST), RUNNER)
-    row = found.row()
-    assert row["missed"] == row["caught"] / 2.0
-    assert 1e-12 < row["caught"] < 1e-7  # what is explained is some ten requests of 1e-10 and their response
-    assert cell(tried(where, found.fault.name, row["caught"])).fate is FaultOutcome.KILLED
-    assert cell(tried(where, found.fault.name, row["missed"])).fate is FaultOutcome.SURVIVES
+    sizes = sizes_of(found)
+    assert sizes[MISSED] == sizes[CAUGHT] / 2.0
+    assert 1e-12 < sizes[CAUGHT] < 1e-7  # what is explained is some ten requests of 1e-10 and their response
+    assert cell(tried(where, found.fault.name, sizes[CAUGHT])).fate is FaultOutcome.KILLED
+    assert cell(tried(where, found.fault.name, sizes[MISSED])).fate is FaultOutcome.SURVIVES
 
 
 def test_faults_of_the_scene_and_of_what_is_read_serve_any_engine() -> None:
@@ -278,14 +287,14 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_the_command_writes_its_tables(folder: Path) -> None:
     tables = read_selftest(folder)
     assert list(tables.cells.columns) == list(COLUMNS)
-    assert list(tables.smallest.columns) == list(SMALLEST)
     assert tables.record["finished"]
     assert tables.record["passed"]
     fates = tables.cells.groupby("fault").fate.first().to_dict()
     assert fates[UNMODIFIED] == "clean"
     assert fates["mass"] == "not applicable"
     assert {fates[n] for n in ("nan-com", "gravity-torque-sign", "scale-rate")} == {"killed"}
-    assert set(tables.smallest.fault) == {"scale-rate"}
+    sizes = spread_rows(FILES, folder)
+    assert set(sizes.fault[sizes.metric == CAUGHT]) == {"scale-rate"}
     rate = tables.cells.query("fault == 'scale-rate' and killed")
     assert set(rate.quantity) == {"rate", "angular_momentum_about_com"}
 

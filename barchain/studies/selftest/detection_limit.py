@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from barchain.studies.selftest.check_results import tried
 from barchain.studies.selftest.trial import Trial
 from barchain.studies.selftest.trial_runner import untold
-from reports.tables.faults.selftest import FaultOutcome
+from reports.tables.faults.selftest import CAUGHT, MISSED, FaultOutcome
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from barchain.faults.fault import Fault, Size
     from barchain.studies.selftest.check_results import FaultCell, Reading
     from barchain.studies.selftest.trial_runner import TrialRunner
+    from reports.tables.rows import Rows
     from scenarios import Scene
 
 OCTAVES = 44  # below the natural size: 6e-14 of it, with the natural 1 % less than a rounding of the faulty value
@@ -70,16 +71,13 @@ class Bracket:
         """Bracket narrowed by the outcome at a power."""
         return replace(self, missed=power) if by is None else replace(self, caught=power, by=by)
 
-    def row(self) -> dict[str, Any]:
-        """Row of the table."""
-        return {
-            "fault": self.fault.name,
-            "scene": self.scene.name,
-            "caught": None if self.caught is None else self.at(self.caught),
-            "missed": None if self.missed is None else self.at(self.missed),
-            "quantity": self.by.quantity if self.by else "",
-            "check": self.by.check if self.by else "",
-        }
+    def add_rows(self, found: Rows) -> None:
+        """Add a row for each of the two sizes that is known."""
+        where: dict[str, Any] = {"scene": self.scene.name, "engine": self.host, "fault": self.fault.name}
+        if self.caught is not None:
+            found.add(CAUGHT, self.at(self.caught), text=self.by.quantity if self.by else "", **where)
+        if self.missed is not None:
+            found.add(MISSED, self.at(self.missed), **where)
 
 
 def brackets(cells: Iterable[FaultCell], scenes: Iterable[Scene], host: str) -> list[Bracket]:

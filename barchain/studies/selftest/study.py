@@ -105,7 +105,6 @@ class SelftestStudy:
         SelftestError
             If a reference solution or a control can't be run.
         """
-        store.remove("smallest")
         runner = TrialRunner(RunCache(self.runner or in_workers(plan.executor)))
         with reporter.counted("reference solutions", len(plan.scenes) * len(SOLUTION_ROLES)) as done:
             runner.solve(plan.scenes, NUMPY, done)
@@ -142,7 +141,8 @@ def look_for_smallest(
     store.write_record()
     pairs = brackets(tried.cells, plan.scenes, plan.host)
     with reporter.counted("sizes", most_trials(pairs)) as done:
-        store.write("smallest", (pair.row() for pair in settled(pairs, runner, done)))
+        for pair in settled(pairs, runner, done):
+            pair.add_rows(store.summary)
 
 
 def scene_words(scene: Scene) -> dict[str, Any]:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from reports.chapters.selftest.rows import CHECK_WORDS, CHECKS, LANDING, MatrixCell, cells
-from reports.tables.faults.selftest import FaultOutcome, read_selftest
+from reports.tables.faults.selftest import CAUGHT, FILES, MISSED, FaultOutcome, read_selftest
+from reports.tables.measured import spread_rows
 from reports.tables.outcome import Outcome
-from reports.text.numerals import number, significant
+from reports.text.numerals import significant
 from reports.text.record import is_complete, mapping
 
 if TYPE_CHECKING:
@@ -175,7 +175,11 @@ def view_selftest(folder: Path) -> SelftestView:
     scenes = tuple(mapping(tables.record.get("scenes")))
     rows = tuple(fault_row(name, mapping(about), scenes, found) for name, about in faults.items())
     return SelftestView(
-        tables.record, scenes, rows, check_rows(found, faults), smallest_rows(tables.smallest, scenes, faults)
+        tables.record,
+        scenes,
+        rows,
+        check_rows(found, faults),
+        smallest_rows(spread_rows(FILES, folder), scenes, faults),
     )
 
 
@@ -205,34 +209,28 @@ def check_rows(found: dict[tuple[str, str], MatrixCell], faults: dict[str, Any])
     return tuple(sorted(rows, key=lambda r: (-r.faults, r.quantity)))
 
 
-def smallest_rows(table: pd.DataFrame, scenes: tuple[str, ...], faults: dict[str, Any]) -> tuple[SmallestRow, ...]:
-    """Rows of the smallest detected sizes."""
-    found: dict[str, dict[str, dict[str, Any]]] = {}
-    for row in table.to_dict("records"):
-        found.setdefault(row["fault"], {})[row["scene"]] = {str(k): v for k, v in row.items()}
-    return tuple(smallest_row(name, by, scenes, mapping(faults[name])) for name, by in found.items())
+def smallest_rows(found: pd.DataFrame, scenes: tuple[str, ...], faults: dict[str, Any]) -> tuple[SmallestRow, ...]:
+    """Smallest detected sizes of all faults of which they were looked for."""
+    sizes: dict[str, dict[tuple[str, str], dict[str, Any]]] = {}
+    for row in found[found["metric"].isin((CAUGHT, MISSED))].to_dict("records"):
+        sizes.setdefault(row["fault"], {})[row["scene"], row["metric"]] = {str(k): v for k, v in row.items()}
+    return tuple(smallest_row(name, own, scenes, mapping(faults[name])) for name, own in sizes.items())
 
 
 def smallest_row(
-    name: str, by: dict[str, dict[str, Any]], scenes: tuple[str, ...], about: dict[str, Any]
+    name: str, own: dict[tuple[str, str], dict[str, Any]], scenes: tuple[str, ...], about: dict[str, Any]
 ) -> SmallestRow:
     """Row of one fault."""
-    caught = [v for row in by.values() if (v := known(row["caught"])) is not None]
-    sizes = tuple(size_text(by[s]) if s in by else "" for s in scenes)
-    checks = tuple(by[s]["quantity"].replace("_", " ") if s in by else "" for s in scenes)
-    least = significant(min(caught), 2) if caught else "not detected"
+    caught = {s: row for (s, metric), row in own.items() if metric == CAUGHT}
+    missed = {s: row["value"] for (s, metric), row in own.items() if metric == MISSED}
+    sizes = tuple(size_text(caught.get(s, {}).get("value"), missed.get(s)) for s in scenes)
+    checks = tuple(str(caught[s]["text"]).replace("_", " ") if s in caught else "" for s in scenes)
+    least = significant(min(row["value"] for row in caught.values()), 2) if caught else "not detected"
     return SmallestRow(name, str(about["unit"]), float(about["natural"]), sizes, checks, least)
 
 
-def size_text(row: dict[str, Any]) -> str:
-    """``1.2e-07``; ``> 1.0`` if the largest size tried is not detected."""
-    caught, missed = known(row["caught"]), known(row["missed"])
+def size_text(caught: float | None, missed: float | None) -> str:
+    """``1.2e-07``; ``> 1.0`` if the largest size tried is not detected; empty where none was tried."""
     if caught is None:
-        return f"> {significant(missed, 2)}"
+        return "" if missed is None else f"> {significant(missed, 2)}"
     return f"≤ {significant(caught, 2)}" if missed is None else significant(caught, 2)
-
-
-def known(value: object) -> float | None:
-    """Number in a table, None for an empty cell."""
-    found = number(value)
-    return None if found is None or math.isnan(found) else found

@@ -4,8 +4,6 @@ A folder ``selftest`` inside a result folder holds
 
 ``selftest.csv``
     a row for each fault, scene and quantity, columns :data:`COLUMNS`;
-``smallest.csv``
-    smallest detected size of each continuous fault, columns :data:`SMALLEST`; only on request;
 ``record.json``
     faults and scenes in words, and environment.
 """
@@ -28,8 +26,9 @@ if TYPE_CHECKING:
 COLUMNS = ("fault", "scene", "fate", "why", "quantity", "check", "ratio", "killed", "reason")
 """`fate`: outcome of the fault in the scene; `why`: reason of an undetected fault; `ratio`: value found relative to the
 allowed value; `reason`: the check's own words"""
-SMALLEST = ("fault", "scene", "caught", "missed", "quantity", "check")
-"""`caught`: smallest size known to be detected; `missed`: largest size known to be undetected; empty without any"""
+CAUGHT, MISSED = "size_caught", "size_missed"
+"""Metrics of the rows of a continuous fault, on request: smallest size known to be detected, whose text is the quantity
+that detects it, and largest size known to be undetected"""
 WORDS = ("fault", "scene", "fate", "why", "quantity", "check", "reason")
 
 
@@ -46,11 +45,10 @@ class SelftestRecord(Record):
 
 FILES = StudyFiles(
     "selftest",
-    {"selftest": COLUMNS, "smallest": SMALLEST},
+    {"selftest": COLUMNS},
     WORDS,
-    frozenset({"smallest"}),
-    ("killed",),
-    SelftestRecord,
+    flags=("killed",),
+    model=SelftestRecord,
     pages=("selftest.html",),
     resumes=True,
     keeps_answers=True,
@@ -90,7 +88,6 @@ class SelftestTables:
     """Contents of a self-test's folder."""
 
     cells: pd.DataFrame
-    smallest: pd.DataFrame
     record: dict[str, Any]
 
 
@@ -104,15 +101,14 @@ def read_selftest(folder: Path) -> SelftestTables:
     SchemaVersionError
         If the record has another schema version.
     """
-    found = FILES.read_all(folder)
-    return SelftestTables(found["selftest"], found["smallest"], FILES.sound_record(folder))
+    return SelftestTables(FILES.read(folder, "selftest"), FILES.sound_record(folder))
 
 
 FOLLOWED = {"fate": Followed("verdict", setting="{fault}")}
 
 
 def selftest_rows(folder: Path) -> Rows:
-    """Rows of a self-test: the outcome of each fault in each scene, the worst of each check, and detected sizes."""
+    """Rows of a self-test: the outcome of each fault in each scene, and the worst of each check."""
     tables, found = read_selftest(folder), Rows(FILES.name)
     host = str(tables.record.get("host") or "")
     worst: dict[tuple[str, ...], dict[str, Any]] = {}
@@ -128,8 +124,4 @@ def selftest_rows(folder: Path) -> Rows:
         else:
             said = {"outcome": "killed" if row["killed"] is True else "", "reason": row["reason"]}
             found.add("ratio", row["ratio"], quantity=row["quantity"], check=row["check"], **said, **where)
-    for row in records(tables.smallest):
-        for name in ("caught", "missed"):
-            if known(row[name]):
-                found.add(f"size_{name}", row[name], scene=row["scene"], engine=host, fault=row["fault"])
     return found
