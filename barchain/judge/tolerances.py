@@ -156,8 +156,16 @@ TOLERANCES = (
     ),
     Tolerance(
         "pointwise", "derivatives", f"{FINE_PER_RADIAN:g} samples a radian",
-        "derivatives of the judging solution come from a run sampled so densely, and more densely in a manoeuvre",
+        "derivatives of the judging solution come from a run sampled so densely, and more densely in a manoeuvre; a "
+        "restart has samples of its own, however long the run is",
         "test_a_manoeuvre_between_few_samples_is_no_false_alarm",
+    ),
+    Tolerance(
+        "pointwise", "derivatives above the third", "theta''' r^(p-2)",
+        "r^2 is the fifth over the third derivative, r at least the bars' own rate; where bars fold through each other "
+        "the motion has poles in complex time far closer than a radian, and derivatives grow by the inverse of that "
+        "time; samples half a step apart give r of each instant, others the largest of the run",
+        "test_where_bars_fold_a_restart_is_as_uncertain_as_a_method_of_sixth_order_is_wrong",
     ),
     Tolerance(
         "com", "expected-error bound", "n^2 rtol r, or C h^p of its third derivative",

@@ -50,6 +50,9 @@ FINE_RTOL = 1e-10  # four differences over a tenth of a radian cost four digits:
 FINE_PER_RADIAN = 4.0  # of the fastest rate: a sine's second difference is then 2 % short
 FINE_PER_SLEW = 20.0  # three half waves: half a radian between samples
 MOST_FINE = 20_000  # samples: they resolve a slew of a thousandth of the run
+MOST_FINE_SHORT, MOST_FINE_ANGLES = 100_000, 400_000
+"""Samples of a chain of few bars, and samples times bars: some twenty megabytes for long runs of bars that turn fast.
+With a quarter of the samples that it needs, a chaotic run of six bars had 0.7 of a bound with a slack of ten"""
 TRACK = ("com", "com_velocity")
 
 
@@ -76,11 +79,20 @@ def perturbation_directions(bars: int) -> Array:
 def densely_sampled(scene: Scene) -> Scene:
     """`scene` with samples dense enough for derivatives of its motion: its own samples, and equally many in between."""
     intervals = scene.run.samples - 1
+    times = dense_parts(scene, scene.run.duration_s, intervals)
+    return dataclasses.replace(scene, run=dataclasses.replace(scene.run, samples=times * intervals + 1))
+
+
+def dense_parts(scene: Scene, duration_s: float, intervals: int, most_s: float = math.inf) -> int:
+    """Number of parts of each of equal intervals between samples, for derivatives of the motion in `duration_s`.
+
+    No part is longer than `most_s`, unless there were too many.
+    """
     spacing = 1.0 / (FINE_PER_RADIAN * MODES_PER_BAR * scene.bars * own_rate(scene))
     slews = [p.duration_s / FINE_PER_SLEW for p in scene.effects.prescribed_rotation]
-    wanted = math.ceil(scene.run.duration_s / (intervals * min([spacing, *slews])))
-    times = max(1, min(wanted, MOST_FINE // intervals))
-    return dataclasses.replace(scene, run=dataclasses.replace(scene.run, samples=times * intervals + 1))
+    wanted = math.ceil(duration_s / (intervals * min([spacing, most_s, *slews])))
+    most = max(MOST_FINE, min(MOST_FINE_SHORT, MOST_FINE_ANGLES // scene.bars))
+    return max(1, min(wanted, most // intervals))
 
 
 class SolutionSource(StrEnum):

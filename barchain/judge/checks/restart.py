@@ -20,29 +20,32 @@ from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import COMPILED, ENGINES
 from barchain.judge.error_model import ErrorModel
+from barchain.judge.local_errors import resolving_s
 from barchain.judge.roundoff import MAX_ATTITUDE_NOISE_RAD
-from barchain.judge.scales import MACHINE_EPSILON, NORM_SLACK
+from barchain.judge.scales import MACHINE_EPSILON, NORM_SLACK, largest_entry
 from barchain.metrics.quantities import differences
 from barchain.metrics.rates import own_rate
 from barchain.solutions.reference import (
     SOLUTION_RTOL,
     TRACK,
     ReferenceSolution,
-    densely_sampled,
+    dense_parts,
     perturbation_directions,
     sensitivity,
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
 
     from adapters.reference.numpy_engines import ReferenceEngine
     from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
 
-RTOL = 1e-7
-"""Requested accuracy of a restart; its error is counted too, and engines that lose a chaotic scene's attitude within a
-segment are far coarser"""
+RTOL = 1e-8
+"""Requested accuracy of a restart; its error is counted too, and the segment ends where that may be as large as parted
+runs are"""
 TIGHTER = 0.1
 """Requested accuracy of a restart relative to that of an engine that chooses its steps"""
 PERTURBATION_RAD = (1e-10, 3e-5)
@@ -53,7 +56,9 @@ PERTURBED_SHARE = 1.0 / 30.0
 """Requested accuracy of the perturbed run relative to its perturbation: only the distance is used, to some per cent"""
 LINEAR_RAD = 0.1
 """Distance of the perturbed run up to which it measures an amplification; the segment ends there"""
-LOOK_AHEAD = 1.2
+FASTER_BETWEEN = 2.0
+"""Largest rate of a bar between samples, relative to that at samples"""
+LOOK_AHEAD = 2.0
 """Samples that the reference computes ahead, relative to the length of the segment before"""
 FIRST_SEGMENT_SHARE = 0.2
 """Length of the first segment relative to the run up to the predictability limit: an engine's samples have errors of
@@ -181,7 +186,10 @@ def compare_segment(errors: ErrorModel, trajectory: Trajectory, first: int, last
     limit = int(np.count_nonzero(errors.t_s <= errors.limit_s)) - 1
     unamplified_rad = float(errors.attitude_rad[limit] / errors.amplification[limit])
     aside_rad = float(np.clip(unamplified_rad, *PERTURBATION_RAD))
-    restarted = restarted_solution(errors.solution, trajectory, first, last, max(rtol, SOLUTION_RTOL), aside_rad)
+    restarted = restarted_solution(
+        errors.solution, trajectory, first, last, max(rtol, SOLUTION_RTOL), aside_rad,
+        lambda rate: resolving_s(errors.engine, setting, scene, FASTER_BETWEEN * rate),
+    )  # fmt: skip
     shown = errors.local.immediate if scene.effects.breaks_s else {}
     before = {name: float(values[min(first, errors.n - 1)]) for name, values in shown.items()}
     model = restarted_model(errors, restarted, trajectory, first, before.get("rate", 0.0))
@@ -255,19 +263,28 @@ def declared_noise_rad(errors: ErrorModel, first: int) -> float:
 
 
 def restarted_solution(
-    solution: ReferenceSolution, trajectory: Trajectory, first: int, last: int, rtol: float, aside_rad: float
+    solution: ReferenceSolution,
+    trajectory: Trajectory,
+    first: int,
+    last: int,
+    rtol: float,
+    aside_rad: float,
+    resolving: Callable[[float], float],
 ) -> ReferenceSolution:
     """Reference solution from a sample of a run on, with error amplification, derivatives and its own error.
 
-    The amplification is that of a perturbation by `aside_rad`, up to :data:`LINEAR_RAD`.
+    The amplification is that of a perturbation by `aside_rad`, up to :data:`LINEAR_RAD`. The limit is no later than the
+    restart's own at `rtol`. `resolving` gives the largest distance of dense samples, s, for a rate of the bars, rad/s.
     """
-    scene = solution.scene
-    between = max(1, (densely_sampled(scene).run.samples - 1) // (scene.run.samples - 1))
-    times = trajectory.t_s[first : last + 1]
+    scene, times = solution.scene, trajectory.t_s[first : last + 1]
+    aside = restarted_run(scene, trajectory, first, times, max(rtol, PERTURBED_SHARE * aside_rad), aside_rad)
+    # as dense as this stretch needs: samples that a long run can afford pass over bars that fold through each other
+    between = dense_parts(
+        scene, float(times[-1] - times[0]), len(times) - 1, resolving(largest_entry(aside.rate_rad_s))
+    )
     closely = np.interp(np.arange((len(times) - 1) * between + 1) / between, np.arange(len(times)), times)
     closely[::between] = times
     fine = restarted_run(scene, trajectory, first, closely, rtol, 0.0)
-    aside = restarted_run(scene, trajectory, first, times, max(rtol, PERTURBED_SHARE * aside_rad), aside_rad)
     main = fine.samples(slice(None, None, between))
     parted = differences(main, aside)
     n = min(len(main.t_s), len(aside.t_s))
@@ -276,7 +293,7 @@ def restarted_solution(
     response = sensitivity(parted, n, 0.0) | {name: np.zeros(n) for name in TRACK}
     made = ReferenceSolution(scene, main, fine, {}, attitude / attitude[0], response, float(main.t_s[linear - 1]))
     own = ErrorModel(Reference, Setting(AccuracyParameter.RTOL, rtol), made, main)
-    return dataclasses.replace(made, error=own.bound)
+    return dataclasses.replace(made, error=own.bound, limit_s=own.limit_s)
 
 
 def restarted_run(
