@@ -249,7 +249,7 @@ def own_state_ratios(
     """
 
     def reference_at(k: int) -> Trajectory:
-        return restarted_run(errors.scene, trajectory, k, trajectory.t_s[k : k + 1], RTOL, 0.0)
+        return restarted_run(errors.scene, trajectory, k, trajectory.t_s[k : k + 1], RTOL)
 
     def size(at: Trajectory, name: str) -> float:
         return largest_entry(getattr(at, FIELDS[name]))
