@@ -13,7 +13,7 @@ from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
 from barchain.metrics.model_difference import com_displacement, track_response
 from barchain.runs.job import Job, Role, RunResult, failure
-from barchain.runs.run import run_quietly
+from barchain.runs.run import run_job
 from barchain.solutions.reference import FINE_RTOL, densely_sampled, establish, with_perturbed_start
 from barchain.studies.stability.engine_runs import EngineRuns
 from barchain.studies.stability.evidence import evidence
@@ -68,11 +68,11 @@ def solution(name: str):  # type: ignore[no-untyped-def]
     )
 
 
-def seen_of(engine: type[Faulty], name: str, tmp_path: Path) -> EngineRuns:
+def seen_of(engine: type[Faulty], name: str) -> EngineRuns:
     """Runs of a faulty engine, made as a worker makes them."""
     own = settings(scene(name), engine)
     jobs = {role: Job(scene(name), "faulty", registration(engine), s, role) for role, s in own.items()}
-    runs = {role: run_quietly(job, tmp_path / f"{role}.log") for role, job in jobs.items()}
+    runs = {role: run_job(job) for role, job in jobs.items()}
     return EngineRuns(scene(name), "faulty", engine, own, runs, solution(name))
 
 
@@ -102,7 +102,7 @@ CASES = [
 def test_each_outcome_is_reached_by_an_engine_made_for_it(
     engine: type[Faulty], name: str, outcome: Stability, words: str, tmp_path: Path
 ) -> None:
-    engine_runs = seen_of(engine, name, tmp_path)
+    engine_runs = seen_of(engine, name)
     found = finding(engine_runs)
     assert found.stability is outcome, found
     assert words in found.reason
@@ -112,31 +112,31 @@ def test_each_outcome_is_reached_by_an_engine_made_for_it(
     assert set().union(*rows) <= set(EVIDENCE)
 
 
-def test_a_drift_says_how_it_grows(tmp_path: Path) -> None:
-    found = finding(seen_of(Drifts, FREE, tmp_path))
+def test_a_drift_says_how_it_grows() -> None:
+    found = finding(seen_of(Drifts, FREE))
     assert found.quantity == "gap"
     assert found.law is not None
     assert found.law.exponent == pytest.approx(1.5, abs=0.01)
     assert found.law.at_end == pytest.approx(OPENED, rel=1e-3)
 
 
-def test_a_time_out_is_a_failure_that_hangs_on_the_machine(tmp_path: Path) -> None:
-    engine_runs = seen_of(faulty_engines.Unmodified, FREE, tmp_path)
+def test_a_time_out_is_a_failure_that_hangs_on_the_machine() -> None:
+    engine_runs = seen_of(faulty_engines.Unmodified, FREE)
     late = engine_runs.runs | {Role.FINER: failure(Outcome.TIMED_OUT, "no result within 60 s")}
     found = finding(dataclasses.replace(engine_runs, runs=late))
     assert (found.stability, found.slow) == (Stability.FAILED, True)
     assert found.reason == "no result within 60 s (at its finer setting)"
 
 
-def test_without_a_truth_nothing_is_stable(tmp_path: Path) -> None:
-    engine_runs = seen_of(faulty_engines.Unmodified, FREE, tmp_path)
+def test_without_a_truth_nothing_is_stable() -> None:
+    engine_runs = seen_of(faulty_engines.Unmodified, FREE)
     assert finding(dataclasses.replace(engine_runs, solution=None)).stability is Stability.FAILED
 
 
-def test_a_refusal_is_said_while_building_and_nowhere_else(tmp_path: Path) -> None:
+def test_a_refusal_is_said_while_building_and_nowhere_else() -> None:
     def made(engine: type[Faulty]) -> RunResult:
         job = Job(scene(FREE), "faulty", registration(engine), engine.sweep.setting(), Role.MAIN)
-        return run_quietly(job, tmp_path / "log")
+        return run_job(job)
 
     assert made(WillNot).rejected
     assert not made(CanNotFactor).rejected

@@ -195,12 +195,13 @@ class StabilityRun:
     def found_solution(self, progress: HardSceneRuns) -> None:
         """Establish the reference solution once its runs are made."""
         scene, facts = progress.scene, self.store.record["scenes"][progress.scene.name]
+        if any(job.role not in progress.solution_runs for job in solution_jobs(scene)):
+            return
         try:
             progress.solution = solution_of(scene, progress.solution_runs)
         except SolutionFailedError as error:
             progress.solution_failed = facts["solution_failed"] = str(error)
             self.note(f"{scene.name} has no reference solution: {error}")
-        if progress.solution is None:
             return
         facts |= solution_facts(progress.solution)
         job = next(j for j in solution_jobs(scene) if j.role is Role.SOLUTION)
