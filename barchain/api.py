@@ -146,7 +146,7 @@ def simulate(
         raise ValueError(f"{engine} does not support {loaded.name}: {reason}")
     if condition and "condition" not in declared.options:
         raise ValueError(f"{engine} has no condition number; the reference has one")
-    options = frozenset({"condition"} if condition else ())
+    options = ("condition",) if condition else ()
     job = Job(loaded, engine, registration, choose_setting(engine, setting), Role.MAIN, options)
     _, result = next(iter(run_jobs([job], time_limit_s=time_limit_s, executor=LocalProcesses(1))))
     if result.outcome is not Outcome.PASS or result.trajectory is None:

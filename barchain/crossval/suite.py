@@ -25,7 +25,7 @@ from barchain.runs.cases import Case, Known, Shared, Task, run_cases
 from barchain.runs.declared import OutsideEngine, engine_class, engine_fault
 from barchain.runs.job import JUDGING_ROLES, Job, Role, RunResult
 from barchain.runs.message import plain_text
-from barchain.runs.pool import run_task
+from barchain.runs.pool import limit_of, run_task
 from barchain.solutions.judging import (
     WORDS,
     engine_of,
@@ -180,18 +180,18 @@ class Suite:
         """Run of an earlier comparison, or one to be made; it is kept as soon as it is there."""
         recalled = self.store.recall(job, self.earlier)
         if recalled is None:
-            return run_task(job, self.plan.time_limit_s, lambda result: self.kept(job, result))
+            limit = limit_of(job, self.plan.time_limit_s)
+            return run_task(job, limit, kept=lambda result: self.kept(job, result))
         self.store.keep_run(job, recalled)
         return Known(recalled)
 
-    def kept(self, job: Job, result: RunResult) -> RunResult:
+    def kept(self, job: Job, result: RunResult) -> None:
         """Keep a run, and tell of the progress before the first verdict."""
         self.store.keep_run(job, result)
         self.store.record["seconds"] = time.perf_counter() - self.start
         if job in self.judging:
             self.judged_runs += 1
             self.note(f"run {self.judged_runs} of {len(self.judging)} of judging solutions: {job.scene.name}")
-        return result
 
     def pair(
         self, progress: SceneProgress, engine: str, setting: Setting, solution: Shared | Known

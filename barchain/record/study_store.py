@@ -66,11 +66,12 @@ class StudyStore:
         self.own = tuple(self.record.get(PARTS, ()))
         if self.earlier and files.parts:
             self.keep_other_parts()
-        elif self.earlier and files.keeps_answers:
+        elif self.earlier and files.keeps_answers and not files.extends:
             need_same_options(files.record_path(out), self.earlier, self.record)
         elif self.earlier:
             need_subjects(files.record_path(out), self.earlier, self.record)
-            self.carry_over()
+            if not files.keeps_answers:
+                self.carry_over()
         self.folder = make_folder(out, files.study)
         for name in files.folders:
             make_folder(self.folder, name)

@@ -96,13 +96,14 @@ def run_cases(cases: Iterable[tuple[Any, Case[T]]], executor: Executor) -> Itera
 
 def run_tasks(tasks: Sequence[Task], executor: Executor) -> list[Any]:
     """Results of tasks, in their order."""
-
-    def alone(task: Task) -> Case[Any]:
-        (found,) = yield [task]
-        return found
-
     found = dict(run_cases(((number, alone(task)) for number, task in enumerate(tasks)), executor))
     return [found[number] for number in range(len(tasks))]
+
+
+def alone(task: Task) -> Case[Any]:
+    """Case of one task, whose result is its own."""
+    (found,) = yield [task]
+    return found
 
 
 class Runner:

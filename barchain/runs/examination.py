@@ -147,7 +147,7 @@ def several_runs(
             break
         before = now
         try:
-            header, found = run(registration, frozenset(), scene, setting)
+            header, found = run(registration, (), scene, setting)
             errors = noise(registration, scene, setting, t_s)[1] if declares else {}
         except Exception as error:
             header, found, errors = failed(error), {}, {}
@@ -164,7 +164,7 @@ def behaviour(registration: Registration, scene: Scene, setting: Setting, times:
     """
     folder, given = Path.cwd(), scene.digest  # an engine may change to a folder that others use
     before, variables = process_state(folder), dict(os.environ)
-    own = sendable(finished(registration, frozenset(), scene, setting)[1], keep_order=True)
+    own = sendable(finished(registration, (), scene, setting)[1], keep_order=True)
     first = {name: values.copy() for name, values in own.items()}
     after_first, first_variables = process_state(folder), dict(os.environ)
     same, reused, drawn, set_again = True, set[str](), set[str](), set[str]()
@@ -174,7 +174,7 @@ def behaviour(registration: Registration, scene: Scene, setting: Setting, times:
         if k == times - 2:  # variables of the first run are looked for again: its import may have set them
             set_again |= changed_variables(first_variables)
             set_variables(variables)
-        again = sendable(finished(registration, frozenset(), scene, setting)[1], keep_order=True)
+        again = sendable(finished(registration, (), scene, setting)[1], keep_order=True)
         drawn |= {name for name, state in random_states().items() if state != known[name]}
         same &= set(again) == set(first) and all(np.array_equal(again[name], first[name]) for name in first)
         reused |= {name for name, values in own.items() if not np.array_equal(values, first[name], equal_nan=True)}

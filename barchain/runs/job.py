@@ -71,8 +71,8 @@ class Job:
     registration: Registration
     setting: Setting
     role: Role
-    options: frozenset[str] = frozenset()
-    """Extra outputs of the engine, see `Engine.options`"""
+    options: tuple[str, ...] = ()
+    """Extra outputs of the engine, see `Engine.options`; in an order, as a call is known by its bytes"""
 
     @property
     def file_stem(self) -> str:

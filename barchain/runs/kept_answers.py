@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import hashlib
+import pickle
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from barchain.record.environment import package_version, packages
-from barchain.runs.call import Answer, CallEnd, pickled
+from barchain.runs.call import Answer, CallEnd
 from barchain.runs.session import Session
 from barchain.runs.versions import code_versions
 from reports.tables.files import ANSWERS
@@ -62,8 +63,12 @@ class KeptSession(Session):
 
 
 def file_name(call: Call) -> str:
-    """Name of an answer's file: hash of the code, the function, its arguments and its limits."""
-    return hashlib.sha256(versions_text() + pickled(call)).hexdigest()[:40]
+    """Name of an answer's file: hash of the code, the function and its arguments.
+
+    Limits do not count: an answer that is there came within some, and a call without one is made again.
+    """
+    work = pickle.dumps((call.function, call.given), protocol=5)
+    return hashlib.sha256(versions_text() + work).hexdigest()[:40]
 
 
 @cache

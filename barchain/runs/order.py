@@ -9,8 +9,6 @@ from adapters.engine import AccuracyParameter
 from adapters.registry import ENGINES
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from barchain.runs.job import Job
 
 STEPS_PER_RADIAN = 1.0
@@ -18,11 +16,6 @@ STEPS_PER_RADIAN = 1.0
 ORDER = 8.0
 COMPILING = 1e18
 """Work of a run that compiles first"""
-
-
-def longest_first(jobs: Iterable[Job]) -> list[Job]:
-    """Jobs by falling expected work; jobs of equal work keep their order."""
-    return sorted(jobs, key=expected_work, reverse=True)
 
 
 def expected_work(job: Job) -> float:

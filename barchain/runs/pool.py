@@ -12,7 +12,7 @@ from enum import IntEnum
 from typing import TYPE_CHECKING
 
 from adapters.registry import ENGINES
-from barchain.runs.cases import Task
+from barchain.runs.cases import Task, alone, run_cases
 from barchain.runs.executors import ALL_CORES
 from barchain.runs.job import JUDGING_ROLES, Job
 from barchain.runs.messages import outside_call, outside_result, shared_call, shared_result
@@ -22,10 +22,9 @@ from barchain.runs.time_limits import COMPILE_S, SOLUTION_PATIENCE, TimeLimit
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-    from barchain.runs.call import Call
+    from barchain.runs.call import Answer, Call
     from barchain.runs.executors import Executor
     from barchain.runs.job import RunResult
-    from barchain.runs.session import Session
 
 RUNS_PER_WORKER = 40  # some engines leak memory with every model
 
@@ -76,74 +75,53 @@ def run_jobs(
     ClusterLostError
         If the executor is a cluster, and fails; results so far have been yielded.
     """
-    limits = limits_of_groups(time_limit_s, compile_s, solution_patience)
-    waiting = [(job, pool_group(job)) for job in jobs]
-    return answered([(job, group, limits[group]) for job, group in sorted(waiting, key=lambda one: one[1])], executor)
-
-
-def limits_of_groups(
-    time_limit_s: float, compile_s: float = COMPILE_S, solution_patience: float = SOLUTION_PATIENCE
-) -> dict[PoolGroup, TimeLimit]:
-    """Limit of a run in each group of processes; arguments as of :func:`run_jobs`."""
-    return {
-        PoolGroup.SOLUTION: TimeLimit(time_limit_s * solution_patience, compile_s),
-        PoolGroup.REGISTERED: TimeLimit(time_limit_s, compile_s),
-        PoolGroup.THIRD_PARTY: TimeLimit(time_limit_s, 0.0),
-    }
-
-
-def run_task(job: Job, time_limit_s: float, kept: Callable[[RunResult], RunResult]) -> Task:
-    """Task that makes a run, for a case; `kept` is called with the result, and returns it.
-
-    Runs of judging solutions come first, then the longest.
-    """
-    group = pool_group(job)
-    limit = limits_of_groups(time_limit_s)[group]
-    result_of = outside_result if group is PoolGroup.THIRD_PARTY else shared_result
-    return Task(
-        call_of(job, group, limit),
-        lambda answer: kept(limit.judged(job, result_of(job, answer))),
-        (float(group), -expected_work(job)),
-    )
+    tasks = ((job, run_task(job, limit_of(job, time_limit_s, compile_s, solution_patience))) for job in jobs)
+    return run_cases(((job, alone(task)) for job, task in tasks), executor)
 
 
 def run_together(
     jobs: Iterable[Job], limit: TimeLimit, executor: Executor = ALL_CORES
 ) -> Iterator[tuple[Job, RunResult]]:
     """Run jobs in processes that all of them may share, and yield each result as it comes."""
-    return answered([(job, PoolGroup.REGISTERED, limit) for job in jobs], executor)
+    return run_cases(((job, alone(run_task(job, limit, PoolGroup.REGISTERED))) for job in jobs), executor)
 
 
-def answered(asked: list[tuple[Job, PoolGroup, TimeLimit]], executor: Executor) -> Iterator[tuple[Job, RunResult]]:
-    """Submit runs in order, and yield their results as they come."""
-    if not asked:
-        return
-    with executor.session() as session:
-        runs = RunQueue(session)
-        for job, group, limit in asked:
-            runs.add(job, limit, group)
-        yield from runs.results()
+def limit_of(
+    job: Job, time_limit_s: float, compile_s: float = COMPILE_S, solution_patience: float = SOLUTION_PATIENCE
+) -> TimeLimit:
+    """Limit of a run by its group of processes; arguments as of :func:`run_jobs`."""
+    group = pool_group(job)
+    if group is PoolGroup.THIRD_PARTY:
+        return TimeLimit(time_limit_s, 0.0)
+    return TimeLimit(time_limit_s * (solution_patience if group is PoolGroup.SOLUTION else 1.0), compile_s)
 
 
-class RunQueue:
-    """Runs of a session, which begin in the order in which they are added; a result may lead to further runs."""
+def run_task(
+    job: Job, limit: TimeLimit, group: PoolGroup | None = None, kept: Callable[[RunResult], object] | None = None
+) -> Task:
+    """Task that makes a run, for a case.
 
-    def __init__(self, session: Session) -> None:
-        self.session = session
-        self.asked: list[tuple[Job, PoolGroup, TimeLimit]] = []
+    Runs of judging solutions come first, then the longest.
 
-    def add(self, job: Job, limit: TimeLimit, group: PoolGroup | None = None) -> None:
-        """Queue a run; its group of processes follows from the job by default."""
-        chosen = pool_group(job) if group is None else group
-        self.session.submit(len(self.asked), call_of(job, chosen, limit))
-        self.asked.append((job, chosen, limit))
+    Parameters
+    ----------
+    job : Job
+    limit : TimeLimit
+    group : PoolGroup, optional
+        Group of processes; it follows from the job by default.
+    kept : callable, optional
+        Called with the result as soon as it is there.
+    """
+    chosen = pool_group(job) if group is None else group
+    result_of = outside_result if chosen is PoolGroup.THIRD_PARTY else shared_result
 
-    def results(self) -> Iterator[tuple[Job, RunResult]]:
-        """Results as they come, until none is awaited."""
-        for k, answer in self.session.answers():
-            job, group, limit = self.asked[k]
-            result_of = outside_result if group is PoolGroup.THIRD_PARTY else shared_result
-            yield job, limit.judged(job, result_of(job, answer))
+    def result(answer: Answer) -> RunResult:
+        found = limit.judged(job, result_of(job, answer))
+        if kept is not None:
+            kept(found)
+        return found
+
+    return Task(call_of(job, chosen, limit), result, (float(chosen), -expected_work(job)))
 
 
 def call_of(job: Job, group: PoolGroup, limit: TimeLimit) -> Call:

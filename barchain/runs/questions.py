@@ -128,14 +128,14 @@ def noise(registration: Registration, scene: Scene, setting: Setting, t_s: Array
     return {}, found
 
 
-def run(registration: Registration, options: frozenset[str], scene: Scene, setting: Setting) -> Answer:
+def run(registration: Registration, options: tuple[str, ...], scene: Scene, setting: Setting) -> Answer:
     """Build, simulate and read, each timed."""
     header, result = finished(registration, options, scene, setting)
     return header, sendable(result)
 
 
 def finished(
-    registration: Registration, options: frozenset[str], scene: Scene, setting: Setting
+    registration: Registration, options: tuple[str, ...], scene: Scene, setting: Setting
 ) -> tuple[dict[str, Any], Trajectory]:
     """Header of an answer, and the engine's own trajectory."""
     seconds: dict[str, float] = {}
@@ -157,7 +157,7 @@ def finished(
 
 
 def first_run(
-    registration: Registration, options: frozenset[str], scene: Scene, setting: Setting, warm: Scene
+    registration: Registration, options: tuple[str, ...], scene: Scene, setting: Setting, warm: Scene
 ) -> Answer:
     """Run a small scene to warm up, then another: ``memory_B`` is the peak memory of the second; None if unknown."""
     run(registration, options, warm, setting)
@@ -167,7 +167,7 @@ def first_run(
 
 
 def turn(
-    registration: Registration, options: frozenset[str], scene: Scene, setting: Setting, least_s: float, most: int
+    registration: Registration, options: tuple[str, ...], scene: Scene, setting: Setting, least_s: float, most: int
 ) -> Answer:
     """Run once untimed, then until `simulate` has taken `least_s`, at most `most` times: the least time of each phase.
 

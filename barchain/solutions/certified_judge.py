@@ -48,7 +48,7 @@ def certified_jobs(scene: Scene) -> list[Job]:
 
     def job(of: Scene, rtol: float, role: Role, *options: str) -> Job:
         setting = Setting(AccuracyParameter.RTOL, rtol)
-        return Job(of, CERTIFIER, ENGINES[CERTIFIER], setting, role, frozenset(options))
+        return Job(of, CERTIFIER, ENGINES[CERTIFIER], setting, role, options)
 
     return [
         job(densely_sampled(scene), CERTIFIED_RTOL, Role.FINE),

@@ -62,7 +62,7 @@ def solution_jobs(scene: Scene, engine: str | None = None) -> list[Job]:
     name = engine or judging_engine(scene)
 
     def job(of: Scene, rtol: float, role: Role, form: str = name, options: tuple[str, ...] = ()) -> Job:
-        return Job(of, form, ENGINES[form], Setting(AccuracyParameter.RTOL, rtol), role, frozenset(options))
+        return Job(of, form, ENGINES[form], Setting(AccuracyParameter.RTOL, rtol), role, options)
 
     if name == WIDE:
         return [

@@ -213,6 +213,6 @@ def new_record(study: Study[Any, PlanT, Any], plan: PlanT, command: str) -> dict
     """
     own = study.record(plan)
     packages = own.pop("packages", None)
-    if study.files.keeps_answers:
+    if study.files.keeps_answers and not study.files.extends:
         own[ASKED] = asked_for(own)
     return provenance(command, packages) | own

@@ -79,6 +79,8 @@ FILES = StudyFiles(
     ("slow",),
     StabilityRecord,
     resumes=True,
+    keeps_answers=True,
+    extends=True,
     folders=("trajectories", "differences"),
     pages=("stability.html",),
 )

@@ -49,11 +49,15 @@ def test_a_call_whose_answer_is_kept_is_not_made_again(tmp_path: Path) -> None:
     assert answer(tmp_path, call).content == answer(tmp_path, call).content
 
 
-def test_other_arguments_or_limits_are_asked_for(tmp_path: Path) -> None:
+def test_other_arguments_are_asked_for(tmp_path: Path) -> None:
     for content in (b"one", b"two"):
         assert answer(tmp_path, Call(calls.echo, (content,), PATIENT_S)).content == content
-    answer(tmp_path, Call(calls.echo, (b"two",), 2.0 * PATIENT_S))
-    assert len(files(tmp_path)) == 3
+    assert len(files(tmp_path)) == 2
+
+
+def test_an_answer_serves_whatever_the_limit_is(tmp_path: Path) -> None:
+    first = answer(tmp_path, Call(calls.process, (), PATIENT_S))
+    assert answer(tmp_path, Call(calls.process, (), 2.0 * PATIENT_S)).content == first.content
 
 
 @pytest.mark.parametrize(("place", "package"), [("code_versions", "barchain"), ("packages", "exudyn")])

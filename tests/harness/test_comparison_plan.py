@@ -19,8 +19,9 @@ from barchain.crossval.default_settings import (
 )
 from barchain.crossval.plan import ComparisonPlan
 from barchain.runs.job import Job, Role
-from barchain.runs.order import longest_first
+from barchain.runs.pool import run_task
 from barchain.runs.selection import chosen_engines, one_of_each
+from barchain.runs.time_limits import TimeLimit
 from barchain.solutions.sampling import closely_sampled
 from barchain.solutions.shipped import shipped_solution
 from scenarios import load_scene
@@ -80,10 +81,14 @@ def test_numbers_of_steps_are_rounded_up_to_two_digits() -> None:
     assert [two_digits(v) for v in (110.5, 2500.0, 7071.1, 25.0)] == [120.0, 2500.0, 7100.0, 25.0]
 
 
-def test_runs_that_compile_begin_first_and_then_the_longest() -> None:
+def test_runs_of_solutions_begin_first_then_those_that_compile_and_then_the_longest() -> None:
     def job(engine: str, scene: str, role: Role = Role.MAIN) -> Job:
         return Job(load_scene(scene), engine, ENGINES[engine], ENGINES[engine].load().sweep.setting(), role)
 
     small, large = job("heyoka", "basics/libration"), job("heyoka", "paper/fig05")
     short, long = job("pymunk", "basics/libration"), job("pymunk", "paper/fig05")
-    assert longest_first([short, small, long, large]) == [large, small, long, short]
+    solution = job("reference", "basics/libration", Role.SOLUTION)
+    asked = [short, small, long, large, solution]
+    assert sorted(asked, key=lambda each: run_task(each, TimeLimit(60.0)).priority) == [
+        solution, large, small, long, short,
+    ]  # fmt: skip

@@ -217,7 +217,7 @@ def test_results_so_far_are_kept_and_resumed(tmp_path, monkeypatch):
     assert record["finished"]
     made = []
     gone = Known(failure(Outcome.FAILED, "not made"))
-    monkeypatch.setattr("barchain.crossval.suite.run_task", lambda job, *_: made.append(job) or gone)
+    monkeypatch.setattr("barchain.crossval.suite.run_task", lambda job, *_, **__: made.append(job) or gone)
     second = run_comparison([SCENE], out=tmp_path, resume=True, registered=registered(["Unmodified", "GivesUp"]))
     assert [job.engine for job in made] == ["GivesUp", "GivesUp"]  # only what failed is tried again
     kept = first.metrics.query("engine == 'Unmodified'")

@@ -11,9 +11,10 @@ import pytest
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import COMPILED, ENGINES
 from barchain.cli.main import run as command
+from barchain.runs.cases import Known
 from barchain.runs.executors import LocalProcesses
-from barchain.runs.job import JUDGING_ROLES, Job, Role
-from barchain.runs.pool import RunQueue
+from barchain.runs.job import JUDGING_ROLES, Job, Role, failure
+from barchain.runs.local import LocalSession
 from barchain.studies.stability import expected
 from barchain.studies.stability.expected import SLOW
 from barchain.studies.stability.plan import (
@@ -30,6 +31,7 @@ from barchain.studies.stability.study import StabilityOptions, StabilityStudy
 from barchain.studies.study import run_study
 from reports.chapters.stability.view import view_stability
 from reports.render import render_study
+from reports.tables.outcome import Outcome
 from reports.tables.stability import EVIDENCE, OUTCOMES, Stability, read_stability
 from scenarios import load_scene
 from tests.support import faulty_engines
@@ -40,6 +42,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
+    from barchain.runs.call import Call
     from barchain.runs.time_limits import TimeLimit
     from tests.support.faulty_engines import Faulty
 
@@ -192,11 +195,11 @@ def test_the_page_is_rendered_from_the_tables_alone(folder: Path) -> None:
 
 
 def test_a_study_goes_on_from_what_an_earlier_one_left(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def nothing(runs: RunQueue, job: Job, *_: object) -> None:
-        raise AssertionError(f"{job.engine} is run again")
+    def nothing(_: LocalSession, key: object, call: Call) -> None:
+        raise AssertionError(f"{call.given[0]} is run again ({key})")
 
     before = read_stability(folder).outcomes
-    monkeypatch.setattr(RunQueue, "add", nothing)
+    monkeypatch.setattr(LocalSession, "start", nothing)
     named = [word for name in (*ours(), "scipy-dop853") for word in ("--engine", name)]
     assert command(["stability", *before.scene.unique(), *named, "--out", str(folder), "--resume"]) == 0
     assert read_stability(folder).outcomes.equals(before)
@@ -207,11 +210,12 @@ def test_forms_of_the_reference_get_ten_times_as_long_as_other_engines(
 ) -> None:
     allowed_s: dict[str, float] = {}
 
-    def noted(runs: RunQueue, job: Job, limit: TimeLimit) -> None:
+    def noted(job: Job, limit: TimeLimit, **_: object) -> Known:
         if job.role not in JUDGING_ROLES:
             allowed_s[job.engine] = limit.time_s
+        return Known(failure(Outcome.FAILED, "not run here"))
 
-    monkeypatch.setattr(RunQueue, "add", noted)
+    monkeypatch.setattr("barchain.studies.stability.run.run_task", noted)
     plan = StabilityPlan((load_scene("hard/vertical_fall"),), chosen_engines(["reference", "exudyn"]), time_limit_s=7.0)
     run_study(StabilityStudy(), plan, tmp_path)
     assert allowed_s == {"reference": 70.0, "exudyn": 7.0}

@@ -89,4 +89,4 @@ def load_times(bench: TimingBench, job: Job, time_limit_s: float) -> LoadTimes |
 
 def twice(job: Job) -> Job:
     """The same run with its loads applied twice."""
-    return dataclasses.replace(job, options=frozenset({OPTION}))
+    return dataclasses.replace(job, options=(OPTION,))

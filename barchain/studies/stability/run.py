@@ -1,31 +1,33 @@
-"""Runs of a stability study: each result leads to the next setting, each engine is judged once its runs are there."""
+"""Cases of a stability study: each result leads to the next setting, and the last one to an outcome."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from adapters.engine import EngineError
+from barchain.runs.cases import Case, Known, Shared, Task, run_cases
 from barchain.runs.declared import engine_class
 from barchain.runs.job import JUDGING_ROLES, Job, Role, RunResult, failure
-from barchain.runs.order import longest_first
-from barchain.runs.pool import RunQueue
+from barchain.runs.pool import run_task
+from barchain.runs.store import RunStore
 from barchain.runs.time_limits import TimeLimit
 from barchain.runs.timing.left_out import cannot
 from barchain.solutions.reference import SOLUTION_RTOL, ReferenceSolution
 from barchain.solutions.reference_runs import SolutionFailedError, judging_engine, solution_jobs, solution_of
 from barchain.studies.stability import expected
 from barchain.studies.stability.engine_runs import LEVEL_WORDS, WITH_TRAJECTORY, EngineRuns
-from barchain.studies.stability.evidence import condition_range, laws
+from barchain.studies.stability.evidence import condition_range, evidence, laws, plain_row
 from barchain.studies.stability.growth import linear_rate
 from barchain.studies.stability.plan import LEVELS, LONG, SOLUTION_LIMIT_S, exact_jobs, settings
 from barchain.studies.stability.rules import ILL_POSED, Finding, finding
-from barchain.studies.stability.store import StabilityStore
 from reports.tables.outcome import Outcome
 from reports.tables.stability import Stability
 
 if TYPE_CHECKING:
-    from adapters.engine import Setting
+    from collections.abc import Iterator
+
+    from adapters.trajectory import Trajectory
     from barchain.record.study_store import StudyStore
     from barchain.studies.stability.plan import StabilityPlan
     from barchain.studies.study import Reporter
@@ -35,28 +37,14 @@ REFERENCES = ("reference", "reference-fast")
 """Engines that must be stable in all scenes that are well-posed"""
 REFERENCE_PATIENCE = 10.0
 """Times the time limit that these are given: they are to be judged, and NumPy takes minutes for a thousand orbits"""
-FIRST_ROLES = (Role.COARSE, Role.PLAIN)
-"""Runs that do not wait for a coarser one"""
+MOST_BARS_KEPT = 2000  # a table has six columns a bar, and takes minutes to write beyond
+OF_SCENE = ""
+"""In place of an engine: the case of the scene itself"""
 
 Pair = tuple[str, str]
-
-
-@dataclass
-class HardSceneRuns:
-    """One scene as its results come."""
-
-    scene: Scene
-    solution_runs: dict[Role, RunResult] = field(default_factory=dict)
-    runs: dict[str, dict[Role, RunResult]] = field(default_factory=dict)
-    solution: ReferenceSolution | None = None
-    solution_failed: str = ""
-    exact: RunResult | None = None
-    """Run with compensated sums that waits for the reference solution"""
-
-    @property
-    def solution_settled(self) -> bool:
-        """Whether it is known that there is a reference solution, or none."""
-        return self.solution is not None or bool(self.solution_failed)
+CaseRows = dict[str, list[dict[str, Any]]]
+"""Rows by table"""
+CaseEnd = tuple[Finding | None, CaseRows]
 
 
 @dataclass(frozen=True)
@@ -77,79 +65,104 @@ class StabilityResult:
 
 
 class StabilityRun:
-    """One study of many scenes and engines."""
+    """One study: a case for each pair of scene and engine, one for each scene, and one for its reference solution."""
 
     def __init__(self, plan: StabilityPlan, store: StudyStore, reporter: Reporter) -> None:
         """Prepare; `reporter` gets scene, engine and outcome after each run."""
-        order = [(s.name, name) for s in plan.scenes for name in plan.engines]
-        self.plan, self.report, self.note = plan, reporter.step, reporter.note
-        self.store = StabilityStore(store, plan.time_limit_s, order)
-        self.scenes = {scene.name: HardSceneRuns(scene) for scene in plan.scenes}
+        self.plan, self.store, self.report, self.note = plan, store, reporter.step, reporter.note
+        self.runs = RunStore(store, [])
+        self.rows: dict[Pair, CaseRows] = {
+            (scene.name, name): {} for scene in plan.scenes for name in (*plan.engines, OF_SCENE)
+        }
+        """Rows of each case, in the order of the tables"""
         self.faults: dict[str, str] = {}
         self.recorded = expected.recorded()
         self.findings: dict[Pair, Finding] = {}
         self.changes: list[expected.OutcomeChange] = []
-        self.store.note = self.note
-        self.earlier = self.store.earlier_runs()
 
     def run(self) -> StabilityResult:
         """Make all runs, and judge each engine in each scene as soon as its last one is there."""
-        self.leave_out()
-        with self.plan.executor.session() as session:
-            self.queue = RunQueue(session)
-            for job in (*(j for s in self.plan.scenes for j in solution_jobs(s)), *longest_first(self.first_jobs())):
-                self.ask(job)
-            for job, result in self.queue.results():
-                self.take(job, result)
+        cases = [case for scene in self.plan.scenes for case in self.cases(scene)]
+        for pair, (found, rows) in run_cases(cases, self.plan.executor):
+            self.keep(pair, found, rows)
         failures = tuple(f"{name}: {fault}" for name, fault in self.faults.items())
         return StabilityResult(self.findings, tuple(self.changes), self.unstable_references(), failures)
 
-    def first_jobs(self) -> list[Job]:
-        """Runs of engines that wait for no other."""
-        found = []
-        for scene in self.plan.scenes:
-            found += exact_jobs(scene)
-            for name in self.plan.engines_of(scene):
-                if (scene.name, name) not in self.findings:
-                    own = self.settings_of(scene, name)
-                    first = [r for r in FIRST_ROLES if r in own]
-                    if Role.COARSE not in own:
-                        first.append(Role.MAIN)
-                    found += [self.job(scene, name, role) for role in first]
-        return found
+    def cases(self, scene: Scene) -> Iterator[tuple[Pair, Case[CaseEnd]]]:
+        """Cases of a scene; an engine that does not support it, or does not load, is settled at once."""
+        solution = Shared(self.solution(scene))
+        yield (scene.name, OF_SCENE), self.of_scene(scene, solution)
+        for name, registration in self.plan.engines_of(scene).items():
+            out = cannot(scene, name, registration)
+            if out is None:
+                yield (scene.name, name), self.pair(scene, name, solution)
+                continue
+            supported = out.outcome is not Outcome.UNSUPPORTED
+            if supported:
+                self.faults[name] = out.reason
+            found = Finding(Stability.FAILED if supported else Stability.UNSUPPORTED, out.reason)
+            self.keep((scene.name, name), found, {})
 
-    def settings_of(self, scene: Scene, engine: str) -> dict[Role, Setting]:
-        """Settings of an engine in a scene."""
-        return settings(scene, engine_class(self.plan.engines[engine]))
+    def solution(self, scene: Scene) -> Case[ReferenceSolution | None]:
+        """Reference solution of a scene; None where it can't be had."""
+        jobs, facts = solution_jobs(scene), self.store.record["scenes"][scene.name]
+        made = yield list(map(self.run_of, jobs))
+        try:
+            solution = solution_of(scene, dict(zip((job.role for job in jobs), made, strict=True)))
+        except SolutionFailedError as error:
+            facts["solution_failed"] = str(error)
+            self.note(f"{scene.name} has no reference solution: {error}")
+            return None
+        facts |= solution_facts(solution)
+        self.store.write_record()
+        return solution
 
-    def job(self, scene: Scene, engine: str, role: Role) -> Job:
-        """Run of an engine at one of its settings."""
-        return Job(scene, engine, self.plan.engines[engine], self.settings_of(scene, engine)[role], role)
+    def of_scene(self, scene: Scene, solution: Shared) -> Case[CaseEnd]:
+        """Laws of the reference solution and of the run with compensated sums."""
+        exact = exact_jobs(scene)
+        known, *made = yield [solution, *map(self.run_of, exact)]
+        rows: CaseRows = {}
+        if known is not None:
+            job = next(j for j in solution_jobs(scene) if j.role is Role.SOLUTION)
+            add_laws(rows, job, known.trajectory, known)
+        for job, result in zip(exact, made, strict=True):
+            add_laws(rows, job, with_samples(result), known)
+        return None, rows
 
-    def leave_out(self) -> None:
-        """Settle the engines that do not support a scene, and those that do not load."""
-        for scene in self.plan.scenes:
-            for name, registration in self.plan.engines_of(scene).items():
-                out = cannot(scene, name, registration)
-                if out is None:
-                    continue
-                if out.outcome is Outcome.UNSUPPORTED:
-                    self.settle(scene.name, name, Finding(Stability.UNSUPPORTED, out.reason))
-                else:
-                    self.faults[name] = out.reason
-                    self.settle(scene.name, name, Finding(Stability.FAILED, out.reason))
+    def pair(self, scene: Scene, engine: str, solution: Shared) -> Case[CaseEnd]:
+        """Runs of an engine in a scene, the coarsest setting first, and the outcome."""
+        registration = self.plan.engines[engine]
+        own = engine_class(registration)
+        jobs = {role: Job(scene, engine, registration, each, role) for role, each in settings(scene, own).items()}
+        coarsest, *finer = (role for role in LEVELS if role in jobs)
+        runs: dict[Role, RunResult] = {}
+        for roles in ([coarsest, *jobs.keys() - set(LEVELS)], *([role] for role in finer)):
+            late = next((role for role, result in runs.items() if role in LEVELS and timed_out(result)), None)
+            made = yield [self.run_of(jobs[role]) if late is None else self.not_run(jobs[role], late) for role in roles]
+            runs |= dict(zip(roles, made, strict=True))
+        (known,) = yield [solution]
+        engine_runs = EngineRuns(scene, engine, own, {role: job.setting for role, job in jobs.items()}, runs, known)
+        try:
+            reason = None if known is None else own.unsupported_motion(known.scene, known.fine)
+            found = finding(engine_runs) if reason is None else Finding(Stability.UNSUPPORTED, reason)
+        except EngineError as error:  # an engine of another package that gives no answer on the motion
+            found = Finding(Stability.FAILED, str(error))
+        plain = plain_row(engine_runs)
+        rows: CaseRows = {"evidence": evidence(engine_runs), "plain": [] if plain is None else [plain]}
+        for role in (Role.MAIN, Role.FINER):
+            add_laws(rows, jobs[role], with_samples(runs[role]), known)
+        return found, rows
 
-    def ask(self, job: Job) -> None:
-        """Queue a run, or take its result where it is known: an earlier study's, or late as a coarser run was."""
-        recalled = self.store.recall(job, self.earlier)
-        late = self.late_before(job)
-        if recalled is not None:
-            self.take(job, recalled)
-        elif late is not None:
-            said = f"not run: the {LEVEL_WORDS[late]} setting already took longer than {self.limit_s(job):g} s"
-            self.take(job, failure(Outcome.TIMED_OUT, said))
-        else:
-            self.queue.add(job, TimeLimit(self.limit_s(job)))
+    def run_of(self, job: Job) -> Task:
+        """Run to be made; it is noted as soon as it is there."""
+        return run_task(job, TimeLimit(self.limit_s(job)), kept=lambda result: self.noted(job, result))
+
+    def not_run(self, job: Job, late: Role) -> Known:
+        """Result of a run that is not made: a coarser one was late."""
+        said = f"not run: the {LEVEL_WORDS[late]} setting already took longer than {self.limit_s(job):g} s"
+        result = failure(Outcome.TIMED_OUT, said)
+        self.noted(job, result)
+        return Known(result)
 
     def limit_s(self, job: Job) -> float:
         """Wall time allowed to a run."""
@@ -157,93 +170,30 @@ class StabilityRun:
             return SOLUTION_LIMIT_S
         return self.plan.time_limit_s * (REFERENCE_PATIENCE if job.engine in REFERENCES else 1.0)
 
-    def late_before(self, job: Job) -> Role | None:
-        """Coarser level of a job's engine that timed out, if there is one."""
-        before = LEVELS[: LEVELS.index(job.role)] if job.role in LEVELS else ()
-        runs = self.scenes[job.scene.name].runs.get(job.engine, {})
-        return next((r for r in before if r in runs and runs[r].outcome is Outcome.TIMED_OUT), None)
+    def noted(self, job: Job, result: RunResult) -> None:
+        """Write a run's samples, note it in the record, and tell of it.
 
-    def take(self, job: Job, result: RunResult) -> None:
-        """Note a result, ask for the run that it leads to, and judge what it completes."""
-        self.store.keep_run(job, result)
-        said = "pass" if result.outcome is Outcome.PASS else f"{result.outcome}: {result.reason}"
-        self.report(job.scene.name, job.engine, f"{job.setting} {said}" if said != "pass" else said)
-        progress = self.scenes[job.scene.name]
-        if job.role in JUDGING_ROLES:
-            progress.solution_runs[job.role] = result
-            self.found_solution(progress)
-        elif job.role is Role.EXACT:
-            progress.exact = result
-        else:
-            progress.runs.setdefault(job.engine, {})[job.role] = result
-            if job.role in LEVELS[:-1]:
-                self.ask(self.job(job.scene, job.engine, LEVELS[LEVELS.index(job.role) + 1]))
-        self.judge_complete(progress)
+        No earlier samples stay beside a failure, and none are written of very many bars.
+        """
+        said = "pass" if result.outcome is Outcome.PASS else f"{job.setting} {result.outcome}: {result.reason}"
+        if result.trajectory is None or job.scene.bars > MOST_BARS_KEPT:
+            self.runs.files.remove(self.runs.file(job))
+            result = replace(result, trajectory=None)
+        self.runs.keep_run(job, result)
+        self.report(job.scene.name, job.engine, said)
 
-    def judge_complete(self, progress: HardSceneRuns) -> None:
-        """Judge each engine whose runs are all there, once the reference solution is settled."""
-        if not progress.solution_settled:
-            return
-        scene, exact = progress.scene, progress.exact
-        if exact is not None:
-            progress.exact = None
-            self.follow(progress, exact_jobs(scene)[0], exact)
-        for engine, runs in progress.runs.items():
-            if (scene.name, engine) not in self.findings and runs.keys() == self.settings_of(scene, engine).keys():
-                self.judge(progress, engine)
-
-    def found_solution(self, progress: HardSceneRuns) -> None:
-        """Establish the reference solution once its runs are made."""
-        scene, facts = progress.scene, self.store.record["scenes"][progress.scene.name]
-        if any(job.role not in progress.solution_runs for job in solution_jobs(scene)):
-            return
-        try:
-            progress.solution = solution_of(scene, progress.solution_runs)
-        except SolutionFailedError as error:
-            progress.solution_failed = facts["solution_failed"] = str(error)
-            self.note(f"{scene.name} has no reference solution: {error}")
-            return
-        facts |= solution_facts(progress.solution)
-        job = next(j for j in solution_jobs(scene) if j.role is Role.SOLUTION)
-        self.follow(progress, job, progress.solution_runs[Role.SOLUTION])
-        self.store.write_record()
-
-    def follow(self, progress: HardSceneRuns, job: Job, result: RunResult) -> None:
-        """Fit how a run's drifts grow, in a scene that is followed over time."""
-        if LONG not in progress.scene.tags or result.trajectory is None or result.outcome not in WITH_TRAJECTORY:
-            return
-        level = LEVEL_WORDS[job.role]
-        self.store.keep_laws(
-            *laws(progress.scene, job.engine, level, job.setting, result.trajectory, progress.solution)
-        )
-
-    def judge(self, progress: HardSceneRuns, engine: str) -> None:
-        """Judge an engine whose runs are all there."""
-        scene, runs = progress.scene, progress.runs[engine]
-        own = engine_class(self.plan.engines[engine])
-        engine_runs = EngineRuns(scene, engine, own, settings(scene, own), runs, progress.solution)
-        try:
-            solution = progress.solution
-            reason = None if solution is None else own.unsupported_motion(solution.scene, solution.fine)
-            found = finding(engine_runs) if reason is None else Finding(Stability.UNSUPPORTED, reason)
-        except EngineError as error:  # an engine of another package that gives no answer on the motion
-            found = Finding(Stability.FAILED, str(error))
-        self.settle(scene.name, engine, found, engine_runs)
-        for role in (Role.MAIN, Role.FINER):
-            job = Job(scene, engine, self.plan.engines[engine], engine_runs.settings[role], role)
-            self.follow(progress, job, runs[role])
-
-    def settle(self, scene: str, engine: str, found: Finding, engine_runs: EngineRuns | None = None) -> None:
-        """Keep an outcome, and see whether it is the one recorded."""
-        before = self.recorded.get((scene, engine))
-        changed = expected.change(scene, engine, before, found)
-        self.findings[scene, engine] = found
-        if changed:
-            self.changes.append(changed)
-        if engine_runs is None:
-            self.store.keep_left_out(scene, engine, found, before, changed)
-        else:
-            self.store.keep_finding(engine_runs, found, before, changed)
+    def keep(self, pair: Pair, found: Finding | None, rows: CaseRows) -> None:
+        """Write the rows of a case, and see whether its outcome is the one recorded."""
+        if found is not None:
+            before = self.recorded.get(pair)
+            changed = expected.change(*pair, before, found)
+            self.findings[pair] = found
+            if changed:
+                self.changes.append(changed)
+            rows["outcomes"] = [outcome_row(pair, found, before, changed)]
+        self.rows[pair] = rows
+        for table in (name for name, own in rows.items() if own):
+            self.store.write(table, [row for case in self.rows.values() for row in case.get(table, ())])
 
     def unstable_references(self) -> tuple[Pair, ...]:
         """Well-posed scenes in which the reference is not stable; time-outs of a slow machine are left out."""
@@ -253,6 +203,46 @@ class StabilityRun:
             for (scene, engine), found in self.findings.items()
             if engine in REFERENCES and scene in posed and not found.slow and found.stability is not Stability.STABLE
         )
+
+
+def timed_out(result: RunResult) -> bool:
+    """Whether a run was late."""
+    return result.outcome is Outcome.TIMED_OUT
+
+
+def with_samples(result: RunResult) -> Trajectory | None:
+    """Finite samples of a run, if there are any."""
+    return result.trajectory if result.outcome in WITH_TRAJECTORY else None
+
+
+def add_laws(rows: CaseRows, job: Job, trajectory: Trajectory | None, solution: ReferenceSolution | None) -> None:
+    """Add how a run's drifts grow, in a scene that is followed over time."""
+    if LONG not in job.scene.tags or trajectory is None:
+        return
+    fitted, series = laws(job.scene, job.engine, LEVEL_WORDS[job.role], job.setting, trajectory, solution)
+    rows["laws"] = rows.get("laws", []) + fitted
+    rows["long"] = rows.get("long", []) + [{str(k): v for k, v in row.items()} for row in series.to_dict("records")]
+
+
+def outcome_row(
+    pair: Pair, found: Finding, before: str | None, changed: expected.OutcomeChange | None
+) -> dict[str, Any]:
+    """Row of the table of outcomes."""
+    law = found.law
+    return {
+        "scene": pair[0],
+        "engine": pair[1],
+        "stability": str(found.stability),
+        "slow": found.slow,
+        "reason": found.reason,
+        "quantity": found.quantity,
+        "exponent": law and law.exponent,
+        "low": law and law.low,
+        "high": law and law.high,
+        "at_end": law and law.at_end,
+        "expected": before or "",
+        "change": changed.direction if changed else "",
+    }
 
 
 def solution_facts(solution: ReferenceSolution) -> dict[str, Any]:
