@@ -96,6 +96,7 @@ EFFECTS = "effects basics/two_bars_free --engine reference --repeats 1 --minutes
         pytest.param("selftest basics/kepler_circular --fault scale-rate", "selftest", marks=pytest.mark.slow),
         pytest.param("selftest --random 1 --host none --engine reference --shrink-seconds 0", "campaign",
                      marks=pytest.mark.slow),
+        pytest.param("stability hard/vertical_fall --engine rebound", "stability", marks=pytest.mark.slow),
         pytest.param(EFFECTS, "effects", marks=pytest.mark.exhaustive),
         pytest.param("roundoff --part engines", "roundoff", marks=pytest.mark.exhaustive),
     ],
