@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from barchain.cli.main import run
 from tests.support.slow import one_in
 
 BARCHAIN = f"{sys.executable} -m barchain"
@@ -68,13 +69,13 @@ def test_a_low_limit_that_may_be_raised_costs_nothing(tmp_path: Path) -> None:
 
 
 @posix
-def test_a_scene_that_is_a_device_or_a_pipe_is_rejected_at_once(tmp_path: Path) -> None:
+@pytest.mark.timeout(60)
+def test_a_scene_that_is_a_device_or_a_pipe_is_rejected_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
     os.mkfifo(tmp_path / "pipe.toml")
     for path in ("/dev/zero", "pipe.toml"):
-        made = subprocess.run(
-            [sys.executable, "-m", "barchain", "compare", path],
-            cwd=tmp_path, capture_output=True, text=True, check=False, timeout=60.0,
-        )  # fmt: skip
-        assert (made.returncode, made.stderr) == (
-            2, f"barchain: {path}: a device, a pipe or a socket; a scene is an ordinary file that ends with .toml\n"
-        )  # fmt: skip
+        assert run(["compare", path]) == 2
+        said = f"barchain: {path}: a device, a pipe or a socket; a scene is an ordinary file that ends with .toml\n"
+        assert capsys.readouterr().err == said

@@ -9,7 +9,7 @@ from tests.structure.product import ROOT
 
 TUTORIALS = ROOT / "docs" / "tutorials"
 ELSEWHERE = {"your_own_engine": "tests/authors/test_tutorial.py", "notebook": "tests/documents/test_notebook.py"}
-SLOW = {"an_ensemble", "your_own_scene", "nightly_for_your_project", "reading_roundoff"}
+SLOW = {"first_comparison", "an_ensemble", "your_own_scene", "nightly_for_your_project", "reading_roundoff"}
 PAGES = [
     pytest.param(path, id=path.stem, marks=[pytest.mark.slow] if path.stem in SLOW else [])
     for path in sorted(TUTORIALS.glob("*.md"))

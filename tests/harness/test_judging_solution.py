@@ -234,8 +234,9 @@ STRUCK = {"impulse": [{"bar": 2, "impulse_N_s": 10.0, "at_s": 5.0, "direction_de
     ("chain", "effects", "duration_s"),
     [
         (UNEQUAL, STRUCK, 2000.0),  # an impulse is solved in double precision, on joints of unequal masses
-        ({"bars": 1, "mass_kg": 100.0, "length_m": 5.0, "angle_deg": 30.0}, STRUCK | {"impulse": [
-            STRUCK["impulse"][0] | {"bar": 1}]}, 2.0e4),  # a rounded step of the velocity drifts along the orbit
+        pytest.param(  # a rounded step of the velocity drifts along the orbit
+            {"bars": 1, "mass_kg": 100.0, "length_m": 5.0, "angle_deg": 30.0},
+            {"impulse": [STRUCK["impulse"][0] | {"bar": 1}]}, 2.0e4, marks=pytest.mark.slow),
         ({"bars": 4, "mass_kg": [1.0, 1e4, 1.0, 1e4], "length_m": 10.0, "angle_deg": [5.0, 60.0, -20.0, 100.0]}, {},
          1500.0),  # the looser run may be rounded less by chance
     ],

@@ -385,7 +385,9 @@ def budget(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Any]]:
     """Folder of a small real budget, and what was told of its progress."""
     folder, told, noted = tmp_path_factory.mktemp("budget"), [], []
     plan = STUDY.plan(
-        EffectsOptions(brief(load_scene(DRAG)), rtol=1e-9, engine=SLOW, repeats=1, executor=LocalProcesses(2))
+        EffectsOptions(
+            brief(load_scene(DRAG)), rtol=1e-9, engine=SLOW, repeats=1, executor=LocalProcesses(1), seconds=0.0
+        )
     )
     reporter = Reporter(lambda *a: told.append(a), noted.append)
     run_study(STUDY, plan, folder, command="barchain effects", reporter=reporter)

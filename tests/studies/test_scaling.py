@@ -287,6 +287,7 @@ def test_an_engine_that_fails_costs_its_own_rows_only(study: Any) -> None:
         "DiesAtFive": [(2, "pass"), (5, "failed"), (10, "pass")],
         "NotThere": [(2, "failed"), (5, "failed")],
     }
+    assert set(points[points.engine == "DiesAtFive"].per) == {"evaluations", ""}
     reasons = points.set_index(["engine", "bars"]).reason
     assert "SIGSEGV" in reasons["DiesAtFive", 5]
     assert FILES.read_record(folder)["finished"]
@@ -296,12 +297,13 @@ def test_an_engine_that_fails_costs_its_own_rows_only(study: Any) -> None:
     assert "nan" not in html.lower()
 
 
-def test_a_good_point_has_all_that_was_asked_for(study: Any) -> None:
-    points = FILES.read(study[0], "points").set_index(["engine", "bars"])
-    own = points.loc["reference"]
+def test_a_good_point_has_all_that_was_asked_for(tmp_path: Path) -> None:
+    run_study(STUDY, STUDY.plan(ScalingOptions(["reference"], (2, 5), repeats=1)), tmp_path)
+    own = FILES.read(tmp_path, "points")
+    assert list(own.columns) == list(POINT_COLUMNS)
+    assert own.outcome.tolist() == ["pass", "pass"]
     assert (own.share == 1.0).all()
     assert set(own.per) == {"right-hand side"}
-    assert set(points.loc["DiesAtFive"].per) == {"evaluations", ""}
     # a whole orbit at 1e-10: some fifty steps of DOP853 with dense output at ten samples
     assert own.evaluations.between(500, 2000).all()
     for column in ("evaluation_s", "orbit_s", "build_s"):

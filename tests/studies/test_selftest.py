@@ -279,7 +279,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("selftest")
     named = ("nan-com", "mass", "gravity-torque-sign", "scale-rate")
     asked = [word for name in named for word in ("--fault", name)]
-    assert command(["selftest", "basics/libration", *asked, "--smallest", "--out", str(out)]) == 0
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("barchain.studies.selftest.study.in_workers", lambda _: in_this_process)
+        assert command(["selftest", "basics/libration", *asked, "--smallest", "--out", str(out)]) == 0
     return out
 
 

@@ -16,6 +16,7 @@ from barchain.studies.selftest.trial import Trial, TrialCase
 from reports.tables.faults.campaign import CellClass
 from reports.tables.outcome import Outcome
 from tests.studies.campaign.drawn import FREE, SEED
+from tests.support.slow import slow_but
 
 if TYPE_CHECKING:
     from scenarios import Scene
@@ -34,7 +35,7 @@ def runners() -> dict[int, tuple[CampaignRunner, Scene]]:
     return found
 
 
-@pytest.mark.parametrize(("seed", "host"), [(SEED, "reference"), (FREE, "pymunk")])
+@pytest.mark.parametrize(("seed", "host"), slow_but([(SEED, "reference"), (FREE, "pymunk")], [(FREE, "pymunk")]))
 def test_gross_faults_are_caught(runners, seed: int, host: str) -> None:  # type: ignore[no-untyped-def]
     runner, sampled = runners[seed]
     gross = [name for name in RANDOM_SCENES if name.startswith("garbage")]
