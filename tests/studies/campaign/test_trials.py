@@ -16,7 +16,6 @@ from barchain.studies.selftest.trial import Trial, TrialCase
 from reports.tables.faults.campaign import CellClass
 from reports.tables.outcome import Outcome
 from tests.studies.campaign.drawn import FREE, SEED
-from tests.support.slow import slow_but
 
 if TYPE_CHECKING:
     from scenarios import Scene
@@ -35,7 +34,7 @@ def runners() -> dict[int, tuple[CampaignRunner, Scene]]:
     return found
 
 
-@pytest.mark.parametrize(("seed", "host"), slow_but([(SEED, "reference"), (FREE, "pymunk")], [(FREE, "pymunk")]))
+@pytest.mark.parametrize(("seed", "host"), [(FREE, "pymunk"), pytest.param(SEED, "reference", marks=pytest.mark.slow)])
 def test_gross_faults_are_caught(runners, seed: int, host: str) -> None:  # type: ignore[no-untyped-def]
     runner, sampled = runners[seed]
     gross = [name for name in RANDOM_SCENES if name.startswith("garbage")]
