@@ -74,8 +74,13 @@ def test_no_setting_is_far_finer_than_the_default(name: str) -> None:
     assert setting_of(FirstOrder, name).value <= MOST_FINER * FirstOrder.sweep.default
 
 
-@pytest.mark.parametrize(("engine", "state"), [("SecondOrder", CheckState.PASSED), ("LostThrust", CheckState.FAILED)])
-@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("engine", "state"),
+    [
+        pytest.param("SecondOrder", CheckState.PASSED, marks=pytest.mark.exhaustive),
+        pytest.param("LostThrust", CheckState.FAILED, marks=pytest.mark.slow),
+    ],
+)
 def test_a_thrust_that_is_lost_fails_at_a_low_order_too_and_the_right_engine_passes(
     engine: str, state: CheckState
 ) -> None:

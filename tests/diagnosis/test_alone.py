@@ -15,7 +15,7 @@ from barchain.judge.diagnosis.search import BRIEF, FULL, ONE_ENGINE
 from barchain.judge.diagnosis.verdicts import verdict_tolerance
 from scenarios import Scene, load_scene
 from tests.diagnosis.planting import RTOL, planted, solution, unequal_chain, verdict_on
-from tests.support.slow import one_in
+from tests.support.slow import one_in, slow_but, thinned
 
 if TYPE_CHECKING:
     from barchain.judge.diagnosis.mistake import Mistake, SceneMistake
@@ -137,8 +137,7 @@ def test_impulses_that_are_left_out_are_named() -> None:
     assert diagnose(scene, main, solution(scene), tolerance, BRIEF).names == {("impulse-missing",)}
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", LOADED)
+@pytest.mark.parametrize("name", thinned(3, slow_but(LOADED, ())))
 def test_mistakes_in_an_effect_are_named_or_indistinguishable(name: str) -> None:
     scene = load_scene(name)
     for mistake in (m for m in SCENES if m.name.startswith(LOADED[name])):

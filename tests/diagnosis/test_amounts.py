@@ -15,7 +15,7 @@ from barchain.judge.diagnosis.verdicts import verdict_tolerance
 from scenarios import Scene, load_scene
 from tests.diagnosis.planting import RTOL, planted, run, solution, unequal_chain, verdict_on
 from tests.support.kernel import needs_kernel
-from tests.support.slow import one_in
+from tests.support.slow import one_in, slow_but, thinned
 
 if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
@@ -44,7 +44,7 @@ def diagnosis_with(scene: Scene, amount: Amount, size: float) -> Diagnosis:
     return diagnosis_of(scene, run(change(scene), RTOL), run(change(scene), 0.1 * RTOL))
 
 
-@pytest.mark.parametrize("amount", one_in(12, amounts(SCENE), lambda a: a.name))
+@pytest.mark.parametrize("amount", thinned(4, one_in(12, amounts(SCENE), lambda a: a.name)))
 @pytest.mark.parametrize("size", one_in(2, [LITTLE, -2e-3]))
 def test_a_wrong_number_of_the_scene_is_named_with_its_amount(amount: Amount, size: float) -> None:
     possible = abs(size) if amount.range[0] == 0.0 else size
@@ -61,8 +61,7 @@ def test_a_wrong_or_added_term_of_the_equations_is_named_with_its_amount(amount:
     assert diagnosis_of(SCENE, main, finer).explanations[0].words == amount.words(size)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", LOADED)
+@pytest.mark.parametrize("name", thinned(3, slow_but(LOADED, ())))
 def test_a_wrong_number_of_an_effect_is_named_or_indistinguishable(name: str) -> None:
     scene = load_scene(name)
     kinds = name.partition("/")[2].split("_")[0]

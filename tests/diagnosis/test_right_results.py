@@ -60,9 +60,9 @@ def test_a_right_result_has_no_diagnosis(engine: str, name: str) -> None:
 
 
 def marks_of(engine: str, name: str) -> pytest.MarkDecorator:
-    """Long scenes in all engines of a library are run by hand and nightly."""
+    """All but one engine of a library are tried by hand and nightly."""
     same = [other for other in ENGINES_HERE if ENGINES[other].requires == ENGINES[engine].requires]
-    return pytest.mark.exhaustive if name in LONG and engine != same[0] else pytest.mark.slow
+    return pytest.mark.exhaustive if engine != same[0] else pytest.mark.slow
 
 
 @pytest.mark.parametrize(

@@ -9,9 +9,10 @@ from tests.structure.product import ROOT
 
 TUTORIALS = ROOT / "docs" / "tutorials"
 ELSEWHERE = {"your_own_engine": "tests/authors/test_tutorial.py", "notebook": "tests/documents/test_notebook.py"}
-SLOW = {"first_comparison", "an_ensemble", "your_own_scene", "nightly_for_your_project", "reading_roundoff"}
+BY_HAND = {"first_comparison", "nightly_for_your_project", "reading_roundoff"}
+"""Tutorials whose commands other tests run smaller"""
 PAGES = [
-    pytest.param(path, id=path.stem, marks=[pytest.mark.slow] if path.stem in SLOW else [])
+    pytest.param(path, id=path.stem, marks=pytest.mark.exhaustive if path.stem in BY_HAND else pytest.mark.slow)
     for path in sorted(TUTORIALS.glob("*.md"))
     if path.stem not in ELSEWHERE
 ]

@@ -1,6 +1,7 @@
 """A pass means right: nothing that an engine's run gives decides where it stops being judged."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from adapters.engine import Coordinates
 from adapters.exudyn.adapter import Exudyn
 from adapters.reference.numpy_engines import Reference
 from adapters.trajectory import Observable
-from barchain.judge.checks.beyond_limit import fault_between_segments
+from barchain.judge.checks.beyond_limit import energy_finding, fault_between_segments, kinetic_ratio
 from barchain.judge.checks.restart import declared_noise_rad, restart_segments
 from barchain.judge.error_model import ErrorModel
 from barchain.runs.job import Role, RunResult
@@ -179,3 +180,14 @@ def test_a_finest_run_that_ends_early_or_failed_is_no_evidence(steep):
 def test_a_run_that_can_not_be_compared_costs_its_own_row(chaotic, unmodified):
     odd = dataclasses.replace(unmodified[0], info=None)
     assert judged(chaotic, odd, unmodified[1]).outcome is Outcome.FAILED
+
+
+@pytest.mark.parametrize(("times", "outcome"), [(3.0, Outcome.PASS), (5.0, Outcome.EXCEEDS_BOUND)])
+def test_bars_that_turn_more_than_twice_as_fast_as_is_possible_are_wrong_where_nothing_is_predicted(
+    chaotic, unmodified, times, outcome
+):
+    """Kinetic energy goes as the square of the rates: twice every rate is four times the largest energy."""
+    main, finer = unmodified
+    faster = main.replace(rate_rad_s=main.rate_rad_s * np.sqrt(times / kinetic_ratio(main, chaotic)))
+    beyond = SimpleNamespace(scene=chaotic.scene, main=faster, finer=finer, solution=chaotic)
+    assert energy_finding(beyond).outcome is outcome

@@ -1,4 +1,4 @@
-"""Parameters of which the default run tries some, and the slow tests the rest."""
+"""Parameters of which the default run tries some, the slow tests more, and the exhaustive ones the rest."""
 
 from __future__ import annotations
 
@@ -36,4 +36,18 @@ def one_in(share: int, values: Iterable[Any], name: Callable[[Any], str] | None 
         marks = [pytest.mark.slow] if k % share else []
         given = each if isinstance(each, ParameterSet) else pytest.param(each, id=name(each) if name else None)
         found.append(pytest.param(*given.values, id=given.id, marks=[*given.marks, *marks]))
+    return found
+
+
+def thinned(share: int, parameters: Iterable[Any]) -> list[Any]:
+    """Parameters; of the slow ones every one in `share`, from the first on, stays slow, and the rest is exhaustive."""
+    found, count = [], 0
+    for each in parameters:
+        slow = isinstance(each, ParameterSet) and any(mark.name == "slow" for mark in each.marks)
+        if slow and count % share:
+            marks = [mark for mark in each.marks if mark.name != "slow"]
+            found.append(pytest.param(*each.values, id=each.id, marks=[*marks, pytest.mark.exhaustive]))
+        else:
+            found.append(each)
+        count += slow
     return found

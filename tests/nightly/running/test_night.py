@@ -127,7 +127,7 @@ def test_an_interrupted_night_is_kept_as_incomplete_and_replaced_when_it_has_gon
         assert [night.complete for night in store.nights()] == [True]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_night_that_was_interrupted_under_other_code_is_kept_and_a_new_one_begins(
     plan: NightPlan, tmp_path: Path
 ) -> None:
@@ -161,6 +161,7 @@ def test_a_kill_after_a_night_is_in_the_history_does_not_double_it(plan: NightPl
     assert nights[0].name == first.name
 
 
+@pytest.mark.slow
 def test_a_part_that_fails_costs_its_own_figures_only(tmp_path: Path) -> None:
     one_scene = PLAN.replace(', "basics/kepler_elliptic"', "")
     text = f'{one_scene}[[comparison]]\nname = "broken"\nscenes = ["no_scene.toml"]\n'
@@ -220,7 +221,7 @@ def started(folder: Path, url: str) -> subprocess.Popen[bytes]:
     return subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_nothing_is_lost_or_doubled_by_ten_kills_at_random_instants(plan: NightPlan, tmp_path: Path) -> None:
     url, draw = str(tmp_path / "history.sqlite"), random.Random(7)
     before: set[str] = set()
@@ -236,7 +237,8 @@ def test_nothing_is_lost_or_doubled_by_ten_kills_at_random_instants(plan: NightP
                 assert len({night.started for night in store.nights()}) == len(store.nights())
                 before = set(names)
     process = started(tmp_path, url)
-    assert process.communicate(timeout=120)[1] == b""
+    told = process.communicate(timeout=120)[1].decode().splitlines()
+    assert [line for line in told if not line.startswith("history: begins in ")] == []  # all kills may come before it
     assert process.returncode == 0
     with open_store(url) as store:
         assert store.nights()[-1].complete
@@ -244,7 +246,11 @@ def test_nothing_is_lost_or_doubled_by_ten_kills_at_random_instants(plan: NightP
     assert plan.identity
 
 
-@pytest.mark.slow
+@pytest.mark.parametrize(
+    "url",
+    [pytest.param("sqlite", marks=pytest.mark.slow), pytest.param("postgresql", marks=pytest.mark.exhaustive)],
+    indirect=True,
+)
 def test_two_nights_at_once_are_two_nights(plan: NightPlan, tmp_path: Path, url: str) -> None:
     both = [started(tmp_path, url) for _ in range(2)]
     told = [line for process in both for line in process.communicate(timeout=200)[1].decode().splitlines()]
