@@ -55,9 +55,6 @@ MISTAKES: dict[tuple[str, str], list[tuple[str, str]]] = {
     ("reference_impl/kernel/c/chain/joints.h", "kernel"): [
         ("-(sxx * kxy + sxy * xxx)", "-(sxx * kxy - sxy * xxx)"),
     ],
-    ("reference_impl/kernel/c/chain/joints.h", "kernel reference"): [
-        ("sub.lost | (determinant", "(determinant"),
-    ],
     ("reference_impl/kernel/c/effects/third_body.h", "kernel effects"): [
         ("(body_x * change + x * (1.0", "(body_x * change - x * (1.0"),
     ],
