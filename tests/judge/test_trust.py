@@ -90,9 +90,10 @@ def test_samples_that_no_segment_covers_answer_for_themselves(chaotic, unmodifie
     assert fault_between_segments(errors, main, few, first, extra={}) is None
     at = (np.arange(len(main.t_s)) == 100)[:, None]
     turned = main.replace(angle_rad=main.angle_rad + 3.0 * at)
-    pushed = main.replace(reaction_N=main.reaction_N * np.where(at, -1.0, 1.0)[..., None])
+    pushed, lost = (main.replace(reaction_N=main.reaction_N * np.where(at, x, 1.0)[..., None]) for x in (-1.0, np.nan))
     assert "otherwise than its rates" in fault_between_segments(errors, turned, few, first, extra={})[2]
     assert "own state" in fault_between_segments(errors, pushed, few, first, extra={})[2]
+    assert "inf times" in fault_between_segments(errors, lost, few, first, extra={})[2]
 
 
 @pytest.mark.slow
