@@ -14,7 +14,7 @@ from scenarios import nearest
 from scenarios.text import shorten
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Collection, Iterable
 
     from adapters.engine import Engine
 
@@ -25,6 +25,7 @@ SAFE_NAME = r"[A-Za-z0-9][A-Za-z0-9_-]{0,59}"
 TARGET = r"[A-Za-z_][\w.]*:[A-Za-z_]\w*"
 PACKAGES = ("barchain", "adapters", "reference_impl", "scenarios", "reports")
 """Top-level packages of barchain"""
+COMMAND_TARGET = "adapters.command.engine:CommandEngine"
 RESERVED = frozenset({
     "solution", "solution-check", "solution-dense", "perturbed-start", "close-start", "amplification",
 })  # fmt: skip
@@ -67,6 +68,8 @@ class Registration:
     """Whether the engine needs the compiled kernel of the reference"""
     rejected: str = ""
     """Reason why the engine can't be selected: its name is taken, or is none"""
+    entry: str = ""
+    """Entry of an engine that is a command, see :mod:`adapters.command.entries`; empty of every other"""
 
     @property
     def by_default(self) -> bool:
@@ -79,7 +82,12 @@ class Registration:
         return not self.ours
 
     def load(self) -> type[Engine]:
-        """Import the class."""
+        """Import the class; of a command, make it of its entry."""
+        if self.entry:
+            from adapters.command.engine import command_class
+
+            made: type[Engine] = command_class(self.entry)
+            return made
         module, _, name = self.target.partition(":")
         found: type[Engine] = getattr(importlib.import_module(module), name)
         return found
@@ -89,6 +97,10 @@ class Registration:
         """Missing distribution and the command that installs it; None if the engine can be used here."""
         if self.rejected:
             return self.rejected
+        if self.entry:
+            from adapters.command.entries import unpacked, why_not_there
+
+            return why_not_there(*unpacked(self.entry)) or None
         if self.requires and importlib.util.find_spec(self.module or self.requires) is None:
             return f"{self.requires} is not installed; try: {self.install}"
         # a failing import of an installed distribution is reported by the worker
@@ -104,8 +116,13 @@ class Registration:
     def version(self) -> str:
         """Installed version of the engine's distribution; barchain's own version for the reference.
 
-        An engine of another package without a distribution (a module on the path) has no version.
+        An engine of another package without a distribution (a module on the path) has no version; a command has the
+        digest of its entry and the files that it declares.
         """
+        if self.entry:
+            from adapters.command.entries import content_digest, unpacked
+
+            return content_digest(*unpacked(self.entry))
         own = "" if self in ENGINES.values() else self.distribution
         if not own and self not in ENGINES.values():
             return "none"
@@ -207,12 +224,33 @@ ENGINES: dict[str, Registration] = {
 
 
 def engines() -> dict[str, Registration]:
-    """All registered engines: barchain's, then those of installed third parties.
+    """All registered engines: barchain's, those of installed third parties, then commands.
 
     A third party can't take a name of barchain's, nor one that another distribution registers too, nor one that is no
     file name. Such an engine is listed as missing, with the reason; its class is not imported.
+
+    Raises
+    ------
+    EntryError
+        If a file of commands can't be read, or has a fault.
     """
-    return ENGINES | third_party(entry_points(group=ENTRY_POINT_GROUP))
+    found = ENGINES | third_party(entry_points(group=ENTRY_POINT_GROUP))
+    return found | commands(found)
+
+
+def commands(taken: Collection[str]) -> dict[str, Registration]:
+    """Registrations of engines that are commands; a name that is taken is rejected, with the reason."""
+    from adapters.command.entries import entry_files, found_entries, packed
+
+    if not entry_files():
+        return {}
+    made = {}
+    for folder, entry in found_entries():
+        used = entry.name in taken or entry.name.lower() in RESERVED
+        name = f"{entry.name} ({folder.name})" if used else entry.name
+        reason = f"the name {entry.name} of an engine in {folder} is taken; give it another" if used else ""
+        made[name] = Registration(COMMAND_TARGET, rejected=reason, entry=packed(folder, entry))
+    return made
 
 
 def third_party(found: Iterable[EntryPoint]) -> dict[str, Registration]:

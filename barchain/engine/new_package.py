@@ -9,10 +9,14 @@ import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from adapters.registry import PACKAGES, RESERVED, engines, printable
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 NAME = r"[A-Za-z0-9](?:[A-Za-z0-9_-]{0,38}[A-Za-z0-9])?"
 """Form of an engine's name: that of the registry, shortened by what distribution and module add to it"""
@@ -54,13 +58,13 @@ class PackageNames:
         return {f"{name}.j2": name for name in outside} | {f"source/{name}.j2": f"{source}/{name}" for name in modules}
 
 
-def package_names(name: str) -> PackageNames:
-    """Names of a package for the engine `name`.
+def check_name(name: str) -> None:
+    """Check the name of a new engine.
 
     Raises
     ------
     PackageError
-        If the name has a wrong form, or an engine here has it.
+        If it has a wrong form, or an engine here has it.
     """
     if not re.fullmatch(NAME, name):
         raise PackageError(
@@ -72,6 +76,17 @@ def package_names(name: str) -> PackageNames:
             raise PackageError(f"{name} given, and {owner} registers an engine of that name; choose another")
     if name.lower() in RESERVED:
         raise PackageError(f"{name} given, which names barchain's own files; choose another")
+
+
+def package_names(name: str) -> PackageNames:
+    """Names of a package for the engine `name`.
+
+    Raises
+    ------
+    PackageError
+        If the name has a wrong form, an engine here has it, or it is that of a package.
+    """
+    check_name(name)
     plain = name.lower().replace("-", "_")
     if plain in PACKAGES or plain in {m.lower() for m in sys.stdlib_module_names}:
         owner = "barchain" if plain in PACKAGES else "Python's library"
@@ -103,31 +118,40 @@ def write_package(names: PackageNames, out: Path) -> list[str]:
     OSError
         If nothing can be written beside it.
     """
+    return write_folder(package_files(names), out)
+
+
+def write_folder(texts: Mapping[str, str], out: Path) -> list[str]:
+    """Write files, text by name, into a new folder, whole or not at all; errors as of :func:`write_package`."""
     if os.path.lexists(out):
         raise PackageError(f"{out} is there already, and nothing in it is replaced; --out DIR gives another folder")
     if not out.parent.is_dir():
         raise PackageError(f"{out}: there is no folder {out.parent}")
     made = Path(tempfile.mkdtemp(prefix=".new-engine-", dir=out.parent))
     try:
-        render_into(names, made)
+        for name, text in texts.items():
+            (made / name).parent.mkdir(parents=True, exist_ok=True)
+            (made / name).write_text(text, encoding="utf-8", newline="\n")
         made.chmod(OPEN_FOLDER)
         made.rename(out)
     except BaseException:
         shutil.rmtree(made, ignore_errors=True)
         raise
-    return sorted(names.files.values())
+    return sorted(texts)
 
 
-def render_into(names: PackageNames, folder: Path) -> None:
-    """Write all files of a package below `folder`."""
-    templates = Environment(
-        loader=PackageLoader("barchain.engine", "template"),
+def package_files(names: PackageNames) -> dict[str, str]:
+    """Files of a package, text by name."""
+    given = {what: getattr(names, what) for what in ("engine", "distribution", "module", "class_name")}
+    found = templates("template")
+    return {name: found.get_template(template).render(given) for template, name in names.files.items()}
+
+
+def templates(folder: str) -> Environment:
+    """Templates of a folder beside this module."""
+    return Environment(
+        loader=PackageLoader("barchain.engine", folder),
         undefined=StrictUndefined,
         keep_trailing_newline=True,
-        autoescape=False,  # Python and TOML, from names of letters and digits
+        autoescape=False,  # sources and TOML, from names of letters and digits
     )
-    given = {what: getattr(names, what) for what in ("engine", "distribution", "module", "class_name")}
-    for template, name in names.files.items():
-        file = folder / name
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(templates.get_template(template).render(given), encoding="utf-8", newline="\n")

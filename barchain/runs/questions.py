@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from adapters.command.entries import OWN_CLOCK
 from adapters.engine import Engine, EngineError
 from adapters.trajectory import Trajectory
 from barchain.runs.declarations import DECLARED, DeclarationError, declared
@@ -152,6 +153,8 @@ def finished(
     if not isinstance(ended, str):
         raise MessageError(f"ended is a {type(ended).__name__}, expected text")
     info = plain_info(result.info)
+    if registration.entry and OWN_CLOCK in info:  # the time of the process has its start in it
+        seconds |= {"process": seconds["simulate"], "simulate": float(info[OWN_CLOCK])}
     spent = {phase: plain_number(s) or 0.0 for phase, s in seconds.items()}
     return {"seconds": spent, "ended": plain_text(ended), "info": info}, result
 

@@ -10,6 +10,7 @@ import click
 from barchain.cli.common.numbers import WORDS, NamedPath
 from barchain.cli.common.terminal import say
 from barchain.cli.common.verbosity import quiet
+from barchain.engine.new_program import LANGUAGES
 
 
 @click.command("new-engine", short_help="Write a package with an engine that runs.")
@@ -18,12 +19,20 @@ from barchain.cli.common.verbosity import quiet
     "--out", metavar="DIR", type=NamedPath(path_type=Path),
     help="Write the package into this new folder; default: a folder of the engine's name here.",
 )  # fmt: skip
-def new_engine(name: str, out: Path | None) -> None:
-    """Write a package with an engine called NAME: entry point, an integrator that runs, a test, README.
+@click.option(
+    "--language", type=click.Choice(["python", *LANGUAGES]), default="python", show_default=True,
+    help="Write a package in Python, or a program in another language and its entry.",
+)  # fmt: skip
+def new_engine(name: str, out: Path | None, language: str) -> None:
+    """Write an engine called NAME that runs: an integrator of a chain, in a package or a program of its own.
 
-    The package installs with pip. Replace its integrator by calls of your library; docs/tutorials/your_own_engine.md
-    leads from there to a comparison. Nothing that is there is replaced.
+    A package in Python installs with pip, and has an entry point and a test; docs/tutorials/your_own_engine.md leads
+    from there to a comparison. A program in another language reads a request and writes samples
+    (docs/howto/programs.md). Replace the integrator by calls of your library. Nothing that is there is replaced.
     """
+    if language != "python":
+        write_in(language, name, out or Path(name))
+        return
     from barchain.engine.new_package import PackageError, package_names, write_package  # noqa: PLC0415
 
     try:
@@ -36,3 +45,19 @@ def new_engine(name: str, out: Path | None) -> None:
     if not quiet():
         trial = f"barchain compare paper/fig05 --engine reference --engine {name} --out {name}-fig05"
         say(f"Next: pip install -e {shlex.quote(f'{folder}[test]')} && {trial}, then barchain conform {name}", err=True)
+
+
+def write_in(language: str, name: str, folder: Path) -> None:
+    """Write a program in another language."""
+    from barchain.engine.new_package import PackageError  # noqa: PLC0415
+    from barchain.engine.new_program import write_program  # noqa: PLC0415
+
+    try:
+        written = write_program(name, language, folder)
+    except PackageError as error:
+        raise click.UsageError(str(error)) from error
+    say("\n".join(f"{folder / file}" for file in written))
+    if not quiet():
+        steps = [f"cd {shlex.quote(str(folder))}", LANGUAGES[language].build]
+        steps += [f"barchain compare paper/fig05 --engine {name} --out fig05", f"barchain conform {name}"]
+        say(f"Next: {' && '.join(filter(None, steps))}", err=True)

@@ -8,13 +8,16 @@ import click
 
 from barchain.cli.common.terminal import say
 
-FILES = ("scene", "plan", "nightly")
+FILES = ("scene", "request", "result", "engines", "plan", "nightly")
 
 
-@click.command(short_help="Print the JSON Schema of scenes, plans or nightly.json.")
+@click.command(short_help="Print the JSON Schema of a kind of file.")
 @click.argument("file", type=click.Choice(FILES), default=FILES[0])
 def schema(file: str) -> None:
-    """Print the JSON Schema of a scene file, of a plan of nights, or of nightly.json; default: a scene file."""
+    """Print the JSON Schema of a kind of file; default: a scene file.
+
+    A program in any language reads a request and writes a result; engines.toml names such programs.
+    """
     say(json.dumps(schema_of(file), indent=2))
 
 
@@ -29,6 +32,18 @@ def schema_of(file: str) -> dict[str, object]:
         from reports.tables.nights.facts import NightlyFile
 
         return NightlyFile.model_json_schema()
+    if file == "request":
+        from adapters.request import request_schema
+
+        return request_schema()
+    if file == "result":
+        from adapters.request import result_schema
+
+        return result_schema()
+    if file == "engines":
+        from adapters.command.entries import EngineFile
+
+        return EngineFile.model_json_schema()
     from scenarios import SceneFile
 
     return SceneFile.model_json_schema()

@@ -1,0 +1,140 @@
+"""The engine of an entry: it writes a request, starts the command, and reads the result."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
+
+from pydantic import ValidationError
+
+from adapters.command.entries import OWN_CLOCK, REQUEST, RESULT, SAMPLES, Entry, arguments, unpacked
+from adapters.command.samples import read_trajectory
+from adapters.common.landing import landing_text
+from adapters.common.step_alignment import misalignment
+from adapters.engine import AccuracySweep, Engine, EngineError, UnsupportedMotionError
+from adapters.request import VERSION, Result, run_request
+from adapters.trajectory import ENDED, Observable
+
+if TYPE_CHECKING:
+    from adapters.engine import Setting
+    from adapters.trajectory import Array, Trajectory
+    from scenarios import Scene
+
+FILES = {REQUEST: "request.json", SAMPLES: "samples.csv", RESULT: "result.json"}
+LAST_WORDS = 300  # characters of what a program printed that a failure tells
+
+
+class CommandEngine(Engine):
+    """A program that is started for each run, in the working folder of the run."""
+
+    entry: ClassVar[Entry]
+    folder: ClassVar[Path]
+    """Of the file of entries"""
+
+    @classmethod
+    def unsupported(cls, scene: Scene) -> str | None:
+        """Reason why the program does not support a scene; equal steps do not straddle events."""
+        return super().unsupported(scene) or (misalignment(scene) if cls.order is not None else None)
+
+    @classmethod
+    def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
+        """Errors that the entry declares."""
+        del scene, setting, t_s
+        return dict(cls.entry.noise)
+
+    def build(self, scene: Scene, setting: Setting) -> None:
+        """Write the request."""
+        self.files = tempfile.TemporaryDirectory(dir=Path.cwd(), ignore_cleanup_errors=True)
+        self.paths = {name: Path(self.files.name) / file for name, file in FILES.items()}
+        self.paths[REQUEST].write_text(json.dumps(run_request(scene, setting)))
+        self.torque_bars = [law.bar for law in scene.effects.prescribed_rotation]
+        self.line = arguments(self.folder, self.entry, self.paths)
+
+    def simulate(self) -> None:
+        """Run the program.
+
+        Raises
+        ------
+        EngineError
+            If it does not start, or ends with another code than 0.
+        """
+        begun = time.perf_counter()
+        try:
+            ended = subprocess.run(
+                self.line, stdin=subprocess.DEVNULL, capture_output=True, check=False, cwd=self.files.name
+            )
+        except OSError as error:
+            raise EngineError(f"{self.line[0]} does not start: {error.strerror}") from None
+        self.process_s = time.perf_counter() - begun
+        said = " ".join((ended.stderr or ended.stdout).decode(errors="replace").split())[-LAST_WORDS:]
+        self.said = f": {said}" if said else ""
+        if ended.returncode:
+            how = f"with code {ended.returncode}" if ended.returncode > 0 else f"by signal {-ended.returncode}"
+            raise EngineError(f"the program ended {how}{self.said}")
+
+    def read(self) -> Trajectory:
+        """Result and samples.
+
+        Raises
+        ------
+        EngineError
+            If either is missing or damaged, or the program says that it failed.
+        """
+        with self.files:
+            return self.read_files()
+
+    def read_files(self) -> Trajectory:
+        """Read what the program wrote, before the folder goes; errors as of :meth:`read`."""
+        found = self.read_result()
+        if found.outcome == "unsupported":
+            raise UnsupportedMotionError(found.reason or "the program does not support the scene")
+        if found.outcome == "failed":
+            raise EngineError(found.reason or "the program says that the run failed")
+        table = self.paths[SAMPLES].with_name(found.samples or self.paths[SAMPLES].name)
+        trajectory = read_trajectory(table, ended=landing_text(found.ended_s), torque_bars=self.torque_bars)
+        counts = {"steps": found.steps, "evaluations": found.evaluations, ENDED: found.ended_s}
+        clock = {"process_s": self.process_s} | ({} if found.seconds is None else {OWN_CLOCK: found.seconds})
+        info: dict[str, float | str] = {k: float(v) for k, v in (counts | clock).items() if v is not None}
+        gap_m = trajectory.gap_m if Observable.GAP in self.observables else None  # a single bar's is empty
+        return dataclasses.replace(trajectory, info=info, gap_m=gap_m)
+
+    def read_result(self) -> Result:
+        """Result as the program wrote it; of a program that writes samples alone, that it passed."""
+        if RESULT not in self.entry.command:
+            return Result(version=VERSION)
+        try:
+            return Result.model_validate_json(self.paths[RESULT].read_text())
+        except FileNotFoundError:
+            raise EngineError(f"the program ended without a result{self.said}") from None
+        except ValidationError as error:
+            fault = error.errors()[0]
+            where = ".".join(map(str, fault["loc"])) or "the file"
+            raise EngineError(f"the program's result is damaged: {where}: {fault['msg']}") from None
+
+
+def command_class(text: str) -> type[CommandEngine]:
+    """Class of a registration's entry."""
+    folder, entry = unpacked(text)
+    middle = entry.values[len(entry.values) // 2]
+    return type(
+        "CommandEngine",
+        (CommandEngine,),
+        {
+            "__doc__": f"The program {entry.name}.",
+            "entry": entry,
+            "folder": folder,
+            "title": entry.title or f"{entry.name}, a program",
+            "coordinates": entry.coordinates,
+            "order": entry.order,
+            "sweep": AccuracySweep(entry.parameter, entry.values, entry.default or middle),
+            "effects": frozenset(entry.effects),
+            "observables": frozenset(entry.observables),
+            "joints_in_place": entry.joints_in_place,
+            "step_constant": entry.step_constant,
+        },
+    )

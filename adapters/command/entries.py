@@ -1,0 +1,224 @@
+"""Entries of engines that are commands: the files that name them, and what each entry declares."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shlex
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import platformdirs
+from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationError, field_validator, model_validator
+
+from adapters.engine import AccuracyParameter, Coordinates
+from adapters.trajectory import Observable
+from scenarios.effect_types import all_effect_names
+from scenarios.limits import LimitError
+from scenarios.nearest import nearest
+from scenarios.toml.faults import fault_lines
+from scenarios.toml.reading import UnreadableError, read_text, tables_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+FILES = "BARCHAIN_ENGINES"
+"""Variable that names further files with entries; the option ``--engines`` sets it for a command and its processes"""
+FILE = "engines.toml"
+"""Name of the file that is read in the working folder, and in the user's folder of settings"""
+REQUEST, SAMPLES, RESULT = "{request}", "{samples}", "{result}"
+NOISE = ("attitude", "rate", "reaction", "torque", "com", "com_velocity", "gap", "impulse")
+DIGITS = 16
+OWN_CLOCK = "own_clock_s"
+"""Key in a trajectory's `info` of the run time by the program's own clock, s"""
+
+
+class EntryError(ValueError):
+    """A file of engines that can't be read, or an entry with a fault; one line for each fault."""
+
+
+class Entry(BaseModel):
+    """One engine: its command, and its declarations."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    name: str = Field(description="name of the engine", pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]{0,59}$")
+    command: str = Field(
+        description="command line; {request} stands for the file to read, {samples} for the CSV to write, and {result} "
+        "for the JSON to write: one of the two, or both",
+        min_length=1,
+    )
+    title: str = Field("", description="one line for tables and reports")
+    effects: list[str] = Field(description="effects that the program supports exactly: gravity.point, drag, ...")
+    observables: list[Observable] = Field(
+        default_factory=lambda: [Observable.COM, Observable.ATTITUDE, Observable.RATE, Observable.REACTION],
+        description="quantities that every table of samples holds",
+    )
+    coordinates: Coordinates = Field(
+        Coordinates.ABSOLUTE, description="coordinates that the program integrates; they decide its round-off"
+    )
+    order: float | None = Field(None, ge=1, le=40, description="order of a method of equal steps")
+    steps_per_orbit: list[PositiveFloat] | None = Field(
+        None, min_length=1, description="settings from coarse to fine, of a method of equal steps"
+    )
+    rtol: list[PositiveFloat] | None = Field(
+        None, min_length=1, description="settings from coarse to fine, of a method that controls its step"
+    )
+    default: PositiveFloat | None = Field(None, description="setting of comparisons; the middle one by default")
+    step_constant: float = Field(
+        1.0, gt=0, le=10, description="largest error of one step relative to the requested one, with rtol"
+    )
+    joints_in_place: bool = Field(False, description="whether every step closes the joints at position level")
+    noise: dict[Literal[NOISE], Annotated[float, Field(ge=0, allow_inf_nan=False)]] = Field(  # type: ignore[valid-type]
+        default_factory=dict, description="errors that do not fall with the step, by quantity, in SI units"
+    )
+    files: list[str] = Field(
+        default_factory=list,
+        description="files that the results depend on, from the file of entries on: the program, its data",
+    )
+    licence: str = Field("", description="licence of the program")
+    homepage: str = Field("", description="address of the program")
+
+    @field_validator("command")
+    @classmethod
+    def names_files(cls, command: str) -> str:
+        """Check that the program is told what to read and what to write."""
+        if REQUEST not in command:
+            raise ValueError(f"allowed: a command line with {REQUEST} in it")
+        if SAMPLES not in command and RESULT not in command:
+            raise ValueError(f"allowed: a command line with {SAMPLES} or {RESULT} in it, or both")
+        return command
+
+    @field_validator("effects")
+    @classmethod
+    def known_effects(cls, effects: list[str]) -> list[str]:
+        """Check the names of effects."""
+        known = sorted(all_effect_names())
+        for name in effects:
+            if name not in known:
+                raise ValueError(f"{name}: no such effect{nearest(name, known)}; allowed: {', '.join(known)}")
+        return effects
+
+    @model_validator(mode="after")
+    def one_kind_of_setting(self) -> Entry:
+        """Check that settings are of one kind and in order, and that an order comes with equal steps."""
+        if (self.steps_per_orbit is None) == (self.rtol is None):
+            raise ValueError("give exactly one of steps_per_orbit, rtol: settings from coarse to fine")
+        if (self.order is None) != (self.steps_per_orbit is None):
+            raise ValueError("order: allowed with steps_per_orbit, and needed there")
+        values = self.values
+        if list(values) != sorted(set(values), reverse=self.rtol is not None):
+            raise ValueError(f"{self.parameter}: allowed: values from coarse to fine, none twice")
+        return self
+
+    @property
+    def parameter(self) -> AccuracyParameter:
+        """The number that sets the accuracy."""
+        return AccuracyParameter.RTOL if self.steps_per_orbit is None else AccuracyParameter.STEPS_PER_ORBIT
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """Settings from coarse to fine."""
+        return tuple(self.steps_per_orbit or self.rtol or ())
+
+
+class EngineFile(BaseModel):
+    """A file of engines."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    engine: list[Entry] = Field(default_factory=list, description="one engine each")
+
+
+def entry_files() -> list[Path]:
+    """Files with entries, the more particular first: those of the variable, the working folder's, the user's."""
+    named = [Path(each) for each in os.environ.get(FILES, "").split(os.pathsep) if each]
+    usual = (Path(FILE), platformdirs.user_config_path("barchain") / FILE)
+    return [*named, *(path for path in usual if path.is_file())]
+
+
+def found_entries() -> Iterator[tuple[Path, Entry]]:
+    """Folders and entries of all files; of a name that stands in several the first.
+
+    Raises
+    ------
+    EntryError
+        If a file can't be read, or an entry has a fault.
+    """
+    seen = set()
+    for path in entry_files():
+        for entry in read_entries(path):
+            if entry.name not in seen:
+                seen.add(entry.name)
+                yield path.resolve().parent, entry
+
+
+def read_entries(path: Path) -> list[Entry]:
+    """Entries of a file.
+
+    Raises
+    ------
+    EntryError
+        If it can't be read, an entry has a fault, or two have one name.
+    """
+    try:
+        found = EngineFile.model_validate(tables_of(read_text(path))).engine
+    except (LimitError, UnreadableError) as error:
+        raise EntryError(f"{path}: {error}") from None
+    except ValidationError as error:
+        raise EntryError("\n".join(f"{path}: {line}" for line in fault_lines(error, EngineFile))) from None
+    names = [entry.name for entry in found]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice:
+        raise EntryError(f"{path}: two engines are called {twice}, allowed: each name once")
+    return found
+
+
+def packed(folder: Path, entry: Entry) -> str:
+    """Entry and folder as text, which a registration carries to other processes."""
+    return json.dumps({"folder": str(folder), "entry": entry.model_dump(mode="json")}, sort_keys=True)
+
+
+def unpacked(text: str) -> tuple[Path, Entry]:
+    """Folder and entry of a registration's text."""
+    found: dict[str, Any] = json.loads(text)
+    return Path(found["folder"]), Entry.model_validate(found["entry"])
+
+
+def arguments(folder: Path, entry: Entry, files: Mapping[str, Path]) -> list[str]:
+    """Command line of a run.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the file of entries; a word that names a file in it stands for that file.
+    entry : Entry
+    files : mapping of str to Path
+        Files of the run by the names that stand for them.
+    """
+    found = []
+    for word in shlex.split(entry.command):
+        filled = word
+        for name, path in files.items():
+            filled = filled.replace(name, str(path))
+        found.append(str(folder / filled) if (folder / filled).is_file() else filled)
+    return found
+
+
+def why_not_there(folder: Path, entry: Entry) -> str:
+    """Reason why a program can't be started; empty if it can."""
+    program = arguments(folder, entry, {})[0]
+    if shutil.which(program) is None:
+        return f"{program} is not there, or is no program; its entry is in {folder}"
+    return ""
+
+
+def content_digest(folder: Path, entry: Entry) -> str:
+    """Digest of an entry and of the files that it declares; a file that is missing counts as that."""
+    found = hashlib.sha256(packed(Path(), entry).encode())
+    for name in sorted(entry.files):
+        path = folder / name
+        found.update(name.encode() + b"\0" + (hashlib.sha256(path.read_bytes()).digest() if path.is_file() else b"-"))
+    return found.hexdigest()[:DIGITS]

@@ -1,0 +1,88 @@
+"""Tables of samples that another program wrote: CSV or JSON lines, with the columns of a trajectory's table."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+import pandas as pd
+
+from adapters.engine import EngineError
+from adapters.trajectory import from_frame
+from scenarios.nearest import nearest
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from adapters.trajectory import Trajectory
+
+NEEDED = ("t_s", "com_x_m", "com_y_m", "com_vx_m_s", "com_vy_m_s")
+NUMBERED = (
+    "angle_{}_rad", "rate_{}_rad_s", "reaction_{}_x_N", "reaction_{}_y_N", "gap_{}_m", "torque_bar_{}_N_m",
+    "impulse_{}_x_N_s", "impulse_{}_y_N_s", "position_{}_x_m", "position_{}_y_m",
+)  # fmt: skip
+"""Columns with the number of a bar or joint, from 1"""
+SINGLE = ("com_residual_m",)
+
+
+def read_trajectory(path: Path, *, ended: str = "", torque_bars: Sequence[int] = ()) -> Trajectory:
+    """Trajectory of a table.
+
+    Parameters
+    ----------
+    path : Path
+    ended : str
+        Reason why the run ended before its last sample.
+    torque_bars : sequence of int
+        Prescribed bars in the scene's order; the table's columns may have another.
+
+    Raises
+    ------
+    EngineError
+        If the file is not there, is no table, or has a column that no trajectory has, or lacks one.
+    """
+    frame = read_table(path)
+    missing = [name for name in NEEDED if name not in frame]
+    if missing:
+        raise EngineError(f"{path.name} lacks the column {missing[0]}; it has {', '.join(map(str, frame.columns))}")
+    for name in frame.columns:
+        if not is_column(str(name)):
+            raise EngineError(f"{path.name} has a column {name}{nearest(str(name), examples())}; {allowed()}")
+    torques = [f"torque_bar_{bar}_N_m" for bar in torque_bars]
+    given = [str(name) for name in frame.columns if str(name).startswith("torque_")]
+    if given and sorted(given) != sorted(torques):
+        raise EngineError(f"{path.name} has {', '.join(given)}; allowed: {', '.join(torques) or 'no torque'}")
+    return from_frame(
+        frame[[*(name for name in frame.columns if name not in given), *(torques if given else [])]], ended=ended
+    )
+
+
+def read_table(path: Path) -> pd.DataFrame:
+    """Numbers of a table, in double precision, every digit read."""
+    try:
+        if path.suffix == ".jsonl":
+            return pd.read_json(path, lines=True, precise_float=True, dtype=False).astype(float)
+        found = pd.read_csv(path, float_precision="round_trip", skipinitialspace=True, dtype=float)
+        if not isinstance(found.index, pd.RangeIndex):
+            raise EngineError(f"{path.name} has more values in a row than columns in its header")
+        return found
+    except FileNotFoundError:
+        raise EngineError(f"the program wrote no {path.name}") from None
+    except (ValueError, OSError) as error:
+        raise EngineError(f"{path.name} is no table of numbers: {' '.join(str(error).split())[:200]}") from None
+
+
+def is_column(name: str) -> bool:
+    """Whether a trajectory's table may have a column of that name."""
+    return name in (*NEEDED, *SINGLE) or re.sub(r"_\d+_", "_{}_", name, count=1) in NUMBERED
+
+
+def examples() -> list[str]:
+    """Names of columns, of the first bar or joint."""
+    return [*NEEDED, *SINGLE, *(pattern.format(1) for pattern in NUMBERED)]
+
+
+def allowed() -> str:
+    """Words on the columns that a table may have."""
+    return f"allowed: {', '.join([*NEEDED, *SINGLE])}, and from 1 for each bar or joint {', '.join(examples()[6:])}"

@@ -1,0 +1,152 @@
+"""Engines that are programs: what a file of entries may say, and what a run makes of what the program does."""
+
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+import barchain
+from adapters.command.entries import FILES, EntryError, content_digest, read_entries, unpacked
+from adapters.engine import Setting
+from adapters.registry import engines, find_engine
+from barchain.engine.new_program import LANGUAGES, write_program
+from barchain.runs.job import Job, Role
+from barchain.runs.outside_runs import one_run
+from reports.tables.outcome import Outcome
+from tests.support.slow import slow_but
+
+SCENE = barchain.change_scene(barchain.load_scene("basics/two_bars_free"), {"run": {"samples": 5, "duration_s": 100.0}})
+ENTRY = """
+[[engine]]
+name = "mine"
+command = "{python} program.py {{request}} {{samples}} {{result}}"
+effects = ["gravity.none", "gravity.point"]
+rtol = [1e-8, 1e-10]
+files = ["program.py"]
+"""
+RIGHT = """
+import json, sys
+import numpy as np
+from barchain import Trajectory, simulate
+from adapters.request import Request, scene_of
+request, samples, result = sys.argv[1:]
+asked = Request.model_validate_json(open(request).read())
+found = simulate(scene_of(asked), "reference", rtol=asked.setting.value).to_frame()
+found.drop(columns=[c for c in found if c.startswith(("gap", "com_residual"))]).to_csv(samples, index=False)
+json.dump({"version": 1, "seconds": 0.25, "steps": 7}, open(result, "w"))
+"""
+
+
+@pytest.fixture
+def program(tmp_path, monkeypatch):
+    """Function that makes the engine `mine` of a program's text, and registers it."""
+
+    def made(text, entry=ENTRY):
+        (tmp_path / "program.py").write_text(text)
+        (tmp_path / "engines.toml").write_text(entry.format(python=sys.executable))
+        monkeypatch.setenv(FILES, str(tmp_path / "engines.toml"))
+        return find_engine("mine")
+
+    return made
+
+
+def run(registration):
+    setting = Setting("rtol", 1e-10)
+    return one_run(Job(SCENE, "mine", registration, setting, Role.MAIN), 60.0)
+
+
+def test_a_run_has_the_samples_that_the_program_wrote(program):
+    found = run(program(RIGHT))
+    assert found.outcome is Outcome.PASS, found.reason
+    own = barchain.simulate(SCENE, "reference", rtol=1e-10)
+    assert (found.trajectory.angle_rad == own.angle_rad).all()
+    assert found.trajectory.info["steps"] == 7
+    assert found.seconds["simulate"] == 0.25, "the program's own clock"
+    assert found.seconds["process"] > 0.25, "Python alone takes longer to start"
+
+
+@pytest.mark.parametrize(
+    ("text", "outcome", "words"),
+    [
+        ("import sys; sys.exit('no licence')", Outcome.FAILED, "no licence"),
+        ("pass", Outcome.FAILED, "without a result"),
+        ("import os; os.kill(os.getpid(), 11)", Outcome.FAILED, "signal 11"),
+        ("import sys; open(sys.argv[3], 'w').write('{')", Outcome.FAILED, "damaged"),
+        ("import sys; open(sys.argv[3], 'w').write('{\"version\": 2}')", Outcome.FAILED, "version"),
+        (RIGHT.replace('"steps"', '"stepz"'), Outcome.FAILED, "stepz"),
+        (RIGHT.replace("to_frame()", "to_frame().rename(columns={'angle_1_rad': 'angel_1_rad'})"),
+         Outcome.FAILED, "did you mean angle_1_rad?"),
+        (RIGHT.replace(".to_csv(", ".iloc[:3].to_csv("), Outcome.INCOMPLETE, "3 of 5 samples"),
+        (RIGHT.replace('"steps": 7', '"outcome": "failed", "reason": "singular"'), Outcome.FAILED, "singular"),
+    ],
+)  # fmt: skip
+def test_a_program_that_goes_wrong_costs_its_run_and_says_why(program, text, outcome, words):
+    found = run(program(text))
+    assert found.outcome is outcome
+    assert words in found.reason
+
+
+def test_a_program_that_hangs_ends_with_its_children(program):
+    text = "import subprocess, time; subprocess.Popen(['sleep', '987654']); time.sleep(1000)"
+    found = one_run(Job(SCENE, "mine", program(text), Setting("rtol", 1e-10), Role.MAIN), 1.0)
+    assert found.outcome is Outcome.TIMED_OUT
+    assert not subprocess.run(["pgrep", "-f", "sleep 987654"], capture_output=True, check=False).stdout
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("effects", "efects"), "did you mean effects?"),
+        (("gravity.point", "gravity.pont"), "did you mean gravity.point?"),
+        (("{{samples}} {{result}}", ""), "{samples} or {result}"),
+        (("[1e-8, 1e-10]", "[1e-10, 1e-8]"), "from coarse to fine"),
+        (("rtol =", "order = 4\nrtol ="), "order"),
+        (('"mine"', '"my engine"'), "name"),
+    ],
+)
+def test_an_entry_with_a_fault_is_told_in_one_line(tmp_path, change, words):
+    path = tmp_path / "engines.toml"
+    path.write_text(ENTRY.replace(*change).format(python="python"))
+    with pytest.raises(EntryError) as told:
+        read_entries(path)
+    assert words in str(told.value)
+    assert str(path) in str(told.value)
+    assert "\n" not in str(told.value)
+
+
+def test_a_name_that_is_taken_is_rejected_and_told(program):
+    program(RIGHT, ENTRY.replace('"mine"', '"pymunk"') + ENTRY)
+    rejected = [r.rejected for name, r in engines().items() if name.startswith("pymunk (")]
+    assert len(rejected) == 1
+    assert "taken" in rejected[0]
+
+
+def test_the_version_of_a_program_follows_its_files(program):
+    registration = program(RIGHT)
+    folder, entry = unpacked(registration.entry)
+    before = content_digest(folder, entry)
+    assert registration.version == before
+    (folder / "program.py").write_text(RIGHT + "\n")
+    assert content_digest(folder, entry) != before
+
+
+def test_a_program_that_is_not_there_is_missing(program):
+    registration = program(RIGHT, ENTRY.replace("{python}", "no-such-program"))
+    assert "no-such-program" in registration.missing
+
+
+@pytest.mark.parametrize("language", slow_but(LANGUAGES, ["c"]))
+def test_the_start_in_each_language_is_short_and_passes(tmp_path, monkeypatch, language):
+    of = LANGUAGES[language]
+    tool = (of.build or of.runner).split()[0]
+    if shutil.which(tool) is None:
+        pytest.skip(f"{tool} is not here")
+    folder = tmp_path / "start"
+    write_program("start", language, folder)
+    assert len((folder / of.source).read_text().splitlines()) < 165
+    if of.build:
+        subprocess.run(of.build, shell=True, cwd=folder, check=True)
+    monkeypatch.setenv(FILES, str(folder / "engines.toml"))
+    found = barchain.compare(["basics/two_bars_free", "basics/kepler_elliptic"], ["start"], tmp_path / "out")
+    assert found.passed, found.metrics[found.metrics.reason.notna()][["quantity", "reason"]]
