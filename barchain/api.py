@@ -221,8 +221,6 @@ def compare(
         If another argument is of a wrong type, e.g. a text instead of a list of scenes; nothing has been run.
     ResultsInPlaceError
         If `out` holds results, and neither `resume` nor `overwrite` is given.
-    OtherPlanError
-        If `resume` finds results of further scenes or engines in `out`, which would be lost.
     SchemaVersionError, DamagedResultsError
         If `resume` finds results of another schema version in `out`, or damaged ones.
     FolderInUseError

@@ -21,11 +21,12 @@ from barchain.runs.timing.bench import pin, quietest_core
 from barchain.runs.timing.divided_chain import SCENE, divided
 from barchain.runs.timing.evaluation import evaluation_times, loop_of
 from barchain.runs.timing.statistics import cost_at, locate
-from barchain.studies.cost.reach import curve_of
-from barchain.studies.cost.study import CostOptions, CostStudy
+from barchain.studies.cost.findings import curve_of
+from barchain.studies.cost.plan import CostOptions
+from barchain.studies.cost.study import CostStudy
+from barchain.studies.defaults import BARS, FAST
 from barchain.studies.ensemble.execution import ensemble
-from barchain.studies.scaling.fit import FAST, FAST_BARS, exponent
-from barchain.studies.scaling.limits import BARS
+from barchain.studies.scaling.fit import FAST_BARS, exponent
 from barchain.studies.study import Reporter, run_study
 from reports.tables.cost import FILES, read_cost
 from reports.text.ratios import span_text
@@ -67,9 +68,9 @@ def orbits(minutes: float) -> Found:
         plan = study.plan(CostOptions([ORBIT], ENGINES, minutes=minutes))
         run_study(study, plan, Path(folder), reporter=Reporter(lambda *_: click.echo(".", nl=False, err=True)))
         points = read_cost(Path(folder)).points
-        least = FILES.read(Path(folder), "times").groupby("key").seconds.min()
+        least = FILES.read(Path(folder), "times").groupby(["engine", "setting"]).seconds.min()
     click.echo(err=True)
-    points = points.assign(seconds=points.key.map(least))
+    points = points.drop(columns="seconds").join(least, on=["engine", "setting"])
     compiled = points.groupby("engine").compile_s.max()
     found: Found = {}
     for target in TARGETS_RAD:

@@ -21,7 +21,7 @@ from barchain.cli.common.options import (
 )
 from barchain.cli.common.result_folder import run_study_in
 from barchain.cli.common.terminal import say
-from barchain.studies.cost.limits import MINUTES, REPEATS, TIME_LIMIT_S
+from barchain.studies.defaults import COST
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -34,9 +34,9 @@ if TYPE_CHECKING:
 @out_option()
 @click.option("--orbits", metavar="N", type=ORBITS, default=1.0, show_default=True,
               help="Run each scene for this many orbits from its start, or to its end.")  # fmt: skip
-@repeats_option(REPEATS)
-@minutes_option(MINUTES, more="; each setting is run once in any case")
-@time_limit_option(TIME_LIMIT_S, more=", and leave out a run that is expected to take longer")
+@repeats_option(COST.repeats)
+@minutes_option(COST.minutes, more="; each setting is run once in any case")
+@time_limit_option(COST.time_limit_s, more=", and leave out a run that is expected to take longer")
 @resume_option
 @overwrite_option
 @timed_alone
@@ -51,7 +51,8 @@ def cost(
     if nothing is measured.
     """
     from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
-    from barchain.studies.cost.study import CostOptions, CostStudy  # noqa: PLC0415  # statistics no other command needs
+    from barchain.studies.cost.plan import CostOptions  # noqa: PLC0415  # statistics no other command needs
+    from barchain.studies.cost.study import CostStudy  # noqa: PLC0415
     from barchain.studies.study import Reporter  # noqa: PLC0415
 
     study = CostStudy()

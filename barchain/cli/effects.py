@@ -20,7 +20,7 @@ from barchain.cli.common.options import (
 )
 from barchain.cli.common.result_folder import need_kept, run_study_in
 from barchain.cli.common.terminal import literal, say
-from barchain.studies.effects.default_options import FAST, MATTERS, REPEATS, RTOL, RTOLS, SECONDS, SLOW, WIDTHS_M
+from barchain.studies.defaults import EFFECTS, FAST, MATTERS, RTOL, RTOLS, SLOW, WIDTHS_M
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -48,8 +48,8 @@ SCREEN, WORDS, NUMBERS = 120, 20, 28  # columns of the screen, and at most of a 
 @click.option("--engine", metavar="NAME", type=click.Choice([FAST, SLOW]),
               help=f"Run this form of the reference, {FAST} or {SLOW}; default: {FAST} where it is installed and "
                    "supports the scene.")  # fmt: skip
-@repeats_option(REPEATS)
-@minutes_option(SECONDS / 60.0, shown="a third", more="; no further round of timing is begun after it")
+@repeats_option(EFFECTS.repeats)
+@minutes_option(EFFECTS.minutes, shown="a third", more="; no further round of timing is begun after it")
 @executor_options
 @resume_option
 @overwrite_option

@@ -21,7 +21,7 @@ from barchain.cli.common.options import (
 from barchain.cli.common.result_folder import run_study_in
 from barchain.cli.common.terminal import say
 from barchain.cli.cost import report_idle
-from barchain.studies.scaling.limits import BARS, MINUTES, REPEATS, TIME_LIMIT_S
+from barchain.studies.defaults import BARS, SCALING
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -32,9 +32,11 @@ if TYPE_CHECKING:
 @click.option("--bars", multiple=True, type=click.IntRange(2, MOST_BARS), metavar="N", default=BARS,
               help=f"Cut the chain into N bars. May be repeated; default: 2 to {BARS[-1]}.")  # fmt: skip
 @out_option()
-@repeats_option(REPEATS)
-@minutes_option(MINUTES, more="; nothing more is begun after it")
-@time_limit_option(TIME_LIMIT_S, more=", and run an orbit that is expected to take longer in part, or not at all")
+@repeats_option(SCALING.repeats)
+@minutes_option(SCALING.minutes, more="; nothing more is begun after it")
+@time_limit_option(
+    SCALING.time_limit_s, more=", and run an orbit that is expected to take longer in part, or not at all"
+)
 @resume_option
 @overwrite_option
 @timed_alone

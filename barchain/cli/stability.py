@@ -22,19 +22,19 @@ from barchain.cli.common.options import (
 )
 from barchain.cli.common.result_folder import run_study_in
 from barchain.cli.common.terminal import say
-from barchain.studies.stability.limits import TIME_LIMIT_S
+from barchain.studies.defaults import STABILITY_LIMIT_S
 
 if TYPE_CHECKING:
     from barchain.runs.executors import Executor
     from barchain.studies.stability.plan import StabilityPlan
-    from barchain.studies.stability.run import StabilityResult
+    from barchain.studies.stability.study import StabilityResult
 
 
 @click.command(short_help="Classify the stability of engines in hard scenes.")
 @optional_scenes
 @engine_option("the engines marked so in `barchain engines`, and SciPy's solvers")
 @out_option(help_text=OWN_PAGE)
-@time_limit_option(TIME_LIMIT_S, more="; a run of a form of the reference after ten times that")
+@time_limit_option(STABILITY_LIMIT_S, more="; a run of a form of the reference after ten times that")
 @executor_options
 @click.option("--full", is_flag=True,
               help="Run pairs that take minutes too, e.g. NumPy in long scenes.")  # fmt: skip
@@ -72,7 +72,8 @@ def plan_of(
     scenes: tuple[str, ...], names: tuple[str, ...], time_limit: float, executor: Executor, *, full: bool
 ) -> StabilityPlan:
     """Plan of a study."""
-    from barchain.studies.stability.study import StabilityOptions, StabilityStudy  # noqa: PLC0415
+    from barchain.studies.stability.plan import StabilityOptions  # noqa: PLC0415
+    from barchain.studies.stability.study import StabilityStudy  # noqa: PLC0415
 
     return StabilityStudy().plan(StabilityOptions(scenes, names, time_limit, executor, full))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,19 +13,17 @@ import pandas as pd
 from adapters.registry import engines as registered_engines
 from barchain.crossval.plan import ComparisonPlan
 from barchain.crossval.record import new_record
-from barchain.crossval.required import ANY_INDEPENDENT
 from barchain.crossval.suite import Suite
 from barchain.record.claim import claimed
 from barchain.record.study_store import StudyStore
 from barchain.runs.environment import kept_or_temporary
-from barchain.runs.executors import ALL_CORES
+from barchain.runs.executors import ALL_CORES, KeptAnswers
 from barchain.runs.selection import chosen_engines, unique_names
 from barchain.runs.settings import choose_setting
-from barchain.runs.store import RunStore
 from barchain.runs.time_limits import TIME_LIMIT_S
 from barchain.runs.timing.estimate import TOLD_S, estimated_run_s, need_runnable, work_words
 from reference_impl.kernel.build import why_missing
-from reports.tables.crossval import ALL_SCENES, FILES, JUDGING_SOLUTION, is_engine
+from reports.tables.crossval import ALL_SCENES, FILES, is_engine
 from reports.tables.outcome import Outcome
 from scenarios import Scene, load_scene
 from scenarios.display import html
@@ -149,17 +147,18 @@ def run_comparison(
     )
     executor.check()
     with kept_or_temporary(None if out is None else Path(out)) as folder:
-        order = [(s.name, e) for s in plan.scenes for e in [JUDGING_SOLUTION, *chosen, ANY_INDEPENDENT]]
         note = notes or (lambda _: None)
         with claimed(FILES, folder, resume=resume, overwrite=overwrite):
             for scene in (s for s in plan.scenes if estimated_run_s(s) > TOLD_S):
                 note(f"{scene.name}: {work_words(scene)}")
             if reason := why_missing():
                 note(f"{reason}; NumPy serves")
-            study, start = StudyStore(FILES, folder, new_record(plan, command), resume=resume), time.perf_counter()
-            store = RunStore(study, order)
-            verdicts = Suite(plan, store, progress or (lambda *_: None), note).run()
-            study.end(time.perf_counter() - start, complete=True)
+            store, start = StudyStore(FILES, folder, new_record(plan, command), resume=resume), time.perf_counter()
+            if out is not None:
+                plan = replace(plan, executor=KeptAnswers(folder, executor))
+            suite = Suite(plan, store, progress or (lambda *_: None), note)
+            verdicts = suite.run()
+            store.end(time.perf_counter() - start, complete=True)
             page = render(folder) if render else None
-            study.finish()
-        return ComparisonResult(store.metrics(), {pair: v.outcome for pair, v in verdicts.items()}, page)
+            store.finish()
+        return ComparisonResult(suite.metrics(), {pair: v.outcome for pair, v in verdicts.items()}, page)

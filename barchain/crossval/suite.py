@@ -12,12 +12,12 @@ import pandas as pd
 from adapters.common.equal_steps import finer_setting
 from adapters.engine import EngineError
 from barchain.crossval.plan import SceneProgress
-from barchain.crossval.required import required_verdicts
+from barchain.crossval.required import ANY_INDEPENDENT, required_verdicts
 from barchain.judge.compare import judge
 from barchain.judge.diagnosis.verdicts import diagnosed_verdict, needs_diagnosis
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.evidence import follow_up_jobs, gathered
-from barchain.judge.verdict import VERDICTS, Verdict, no_verdict
+from barchain.judge.verdict import VERDICTS, Row, Verdict, no_verdict
 from barchain.metrics.model_difference import com_displacement
 from barchain.record.scene_description import gradient_defect
 from barchain.runs.call import CallLateError
@@ -26,6 +26,7 @@ from barchain.runs.declared import OutsideEngine, engine_class, engine_fault
 from barchain.runs.job import JUDGING_ROLES, Job, Role, RunResult
 from barchain.runs.message import plain_text
 from barchain.runs.pool import limit_of, run_task
+from barchain.runs.store import keep_run
 from barchain.solutions.judging import (
     WORDS,
     engine_of,
@@ -38,8 +39,9 @@ from barchain.solutions.reference import ReferenceSolution, SolutionSource
 from barchain.solutions.reference_runs import SolutionFailedError, judging_engine
 from barchain.solutions.sampling import closely_sampled
 from barchain.solutions.shipped import shipped_solution
-from reports.tables.crossval import ALL_SCENES, JUDGING_SOLUTION
+from reports.tables.crossval import ALL_SCENES, JUDGING_SOLUTION, METRIC_COLUMNS
 from reports.tables.outcome import Outcome
+from reports.tables.writing import parquet
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -48,7 +50,7 @@ if TYPE_CHECKING:
     from adapters.registry import Registration
     from barchain.crossval.plan import ComparisonPlan
     from barchain.judge.evidence import Evidence
-    from barchain.runs.store import RunStore
+    from barchain.record.study_store import StudyStore
     from scenarios import Scene
 
 
@@ -58,19 +60,18 @@ class Suite:
     def __init__(
         self,
         plan: ComparisonPlan,
-        store: RunStore,
+        store: StudyStore,
         report: Callable[[str, str, str], None],
         note: Callable[[str], None] = lambda _: None,
     ) -> None:
         """Prepare; `report` is told (scene, engine, outcome) after each verdict, `note` what goes on before."""
         self.plan, self.store, self.report, self.note = plan, store, report, note
-        store.note = note
         self.progress = {scene.name: SceneProgress(closely_sampled(scene)) for scene in plan.scenes}
         self.classes: dict[str, type[Engine]] = {}
         self.idle: dict[str, Verdict] = {}
         """Verdicts on engines that were compared on no scene, though they should have been"""
-        self.earlier: dict[str, dict[str, Any]] = {}
-        """Runs of an earlier comparison in the folder"""
+        self.rows: dict[tuple[str, str], list[Row]] = {}
+        """Rows of each scene and engine"""
         self.judging: list[Job] = []
         """Runs of judging solutions that are to be made"""
         self.judged_runs = 0
@@ -78,8 +79,8 @@ class Suite:
 
     def run(self) -> dict[tuple[str, str], Verdict]:
         """Make all runs and judge them; verdicts by (scene, engine)."""
-        self.earlier = self.store.earlier_runs()
-        self.store.begin()
+        self.store.write_record()
+        self.store.write("metrics", self.metrics())  # from here on the folder holds this comparison
         self.ask_outside_engines()
         cases = [case for progress in self.progress.values() for case in self.cases(progress)]
         for text in beforehand(self.judging):
@@ -142,7 +143,7 @@ class Suite:
             progress.source = SolutionSource.REFERENCE if reason else SolutionSource.HEYOKA
             if reason:
                 self.note(f"{progress.scene.name}: no certified solution ({reason}); the reference judges")
-        self.judging += [job for job in judging_jobs(progress.scene, progress.source) if job.key not in self.earlier]
+        self.judging += judging_jobs(progress.scene, progress.source)
         return None
 
     def solution(self, progress: SceneProgress) -> Case[ReferenceSolution | None]:
@@ -172,22 +173,19 @@ class Suite:
         shared = [e for e, r in self.plan.engines.items() if shares_equations(r, solution.source)]
         self.store.record["scenes"][name] |= solution_facts(solution) | {"same_equations": shared}
         t = solution.trajectory.t_s[: len(solution.amplification)]
-        self.store.keep_amplification(name, pd.DataFrame({"t_s": t, "amplification": solution.amplification}))
+        grown = pd.DataFrame({"t_s": t, "amplification": solution.amplification})
+        self.store.writer.write(f"differences/{name}/amplification.parquet", parquet(grown))
         if solution.source.certified:  # no run of its own has these samples
-            self.store.keep_solution(name, solution.trajectory.of_run(solution.scene))
+            samples = solution.trajectory.of_run(solution.scene).to_frame()
+            self.store.writer.write(f"trajectories/{name}/{Role.SOLUTION}.parquet", parquet(samples))
 
-    def run_of(self, job: Job) -> Task | Known:
-        """Run of an earlier comparison, or one to be made; it is kept as soon as it is there."""
-        recalled = self.store.recall(job, self.earlier)
-        if recalled is None:
-            limit = limit_of(job, self.plan.time_limit_s)
-            return run_task(job, limit, kept=lambda result: self.kept(job, result))
-        self.store.keep_run(job, recalled)
-        return Known(recalled)
+    def run_of(self, job: Job) -> Task:
+        """Run to be made; it is kept as soon as it is there."""
+        return run_task(job, limit_of(job, self.plan.time_limit_s), kept=lambda result: self.kept(job, result))
 
     def kept(self, job: Job, result: RunResult) -> None:
         """Keep a run, and tell of the progress before the first verdict."""
-        self.store.keep_run(job, result)
+        keep_run(self.store, job, result)
         self.store.record["seconds"] = time.perf_counter() - self.start
         if job in self.judging:
             self.judged_runs += 1
@@ -237,16 +235,29 @@ class Suite:
     def settle(self, scene: str, engine: str, verdict: Verdict) -> None:
         """Store a verdict and report it."""
         self.progress[scene].verdicts[engine] = verdict
-        self.store.keep_rows(scene, engine, verdict.rows, verdict.series)
+        if verdict.series is not None:
+            self.store.writer.write(f"differences/{scene}/{engine}.parquet", parquet(verdict.series))
+        self.keep_rows(scene, engine, verdict)
+
+    def keep_rows(self, scene: str, engine: str, verdict: Verdict) -> None:
+        """Write the table of all rows so far, and report the verdict."""
+        self.rows[scene, engine] = verdict.rows
+        self.store.write("metrics", self.metrics())
         self.report(scene, engine, verdict.outcome)
+
+    def metrics(self) -> pd.DataFrame:
+        """All rows so far, in the order of the plan's scenes and engines; those of all scenes come last."""
+        names = (JUDGING_SOLUTION, *self.plan.engines, ANY_INDEPENDENT)
+        order = [(scene, engine) for scene in self.progress for engine in names]
+        pairs = [*(pair for pair in order if pair in self.rows), *(pair for pair in self.rows if pair not in order)]
+        return pd.DataFrame([row for pair in pairs for row in self.rows[pair]], columns=list(METRIC_COLUMNS))
 
     def settle_required(self) -> None:
         """Settle pairs, scenes and engines that lack a verdict that the plan requires."""
         for name, engine, verdict in required_verdicts(self.plan, self.progress):
             if name == ALL_SCENES:
                 self.idle[engine] = verdict
-                self.store.keep_rows(ALL_SCENES, engine, verdict.rows)
-                self.report(ALL_SCENES, engine, verdict.outcome)
+                self.keep_rows(name, engine, verdict)
             else:
                 self.settle(name, engine, verdict)
 

@@ -86,7 +86,8 @@ def places_of(files: StudyFiles, out: Path, parts: Collection[str] | None) -> li
     if files.study:
         inside = folder.iterdir() if folder.is_dir() else ()
         return sorted(inside, key=lambda path: (path != files.record_path(out), path))
-    return [files.record_path(out), *(files.path(out, t) for t in files.tables), *(out / f for f in files.folders)]
+    beside = (out / name for name in (*files.folders, ANSWERS))
+    return [files.record_path(out), *(files.path(out, table) for table in files.tables), *beside]
 
 
 def need_own_record(files: StudyFiles, out: Path) -> None:

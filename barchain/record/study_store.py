@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
 from reports.tables.measured import rows_content, rows_name
-from reports.tables.reading import TABLES, check_recorded, digest
+from reports.tables.reading import TABLES, check_recorded
 from reports.tables.rows import Rows
 from reports.tables.schema import KEY, RECORD, SCHEMA_VERSION
 from reports.tables.writing import RecordedFolder, make_folder, sweep
@@ -20,17 +19,9 @@ if TYPE_CHECKING:
     from reports.tables.files import StudyFiles
 
 Row = dict[str, Any]
-RUNS, CARRIED, PARTS = "runs", "carried", "parts"
-ASKED = "asked"
-"""Entry of a study that goes on from kept answers: digests of the entries that follow from its options"""
-SUBJECTS = ("scenes", "engines", "bars")
-"""Entries of a record that name what was run"""
+PARTS = "parts"
 OF_A_PART = ("barchain", "command", "created", "environment", "packages", "seconds", "complete", "failed", "full")
 """Entries of a record that each part has of its own"""
-
-
-class OtherPlanError(ValueError):
-    """Raised for a folder whose earlier results a resumed command would lose; the message is one line."""
 
 
 class StudyStore:
@@ -48,15 +39,13 @@ class StudyStore:
         record : dict, optional
             The study fills it in; :meth:`write_record` writes it as it stands.
         resume : bool
-            Whether the study continues from the tables in the folder; ``earlier`` is then the record beside them, and
-            its tables and runs belong to the new record until they are replaced.
+            Whether the study goes on from what an earlier one left in the folder: the answers there are taken, and all
+            tables, which follow from answers, are made anew. ``earlier`` is then the record of the earlier study.
 
         Raises
         ------
         DamagedResultsError, SchemaVersionError
-            If the study continues from a record or tables that are damaged or of another version.
-        OtherPlanError
-            If the earlier study ran scenes, engines or bars that this study lacks.
+            If the study goes on beside a record, or tables of other parts, that are damaged or of another version.
         """
         self.files, self.out, self.resume = files, out, resume
         self.record: dict[str, Any] = {KEY: SCHEMA_VERSION} if record is None else record
@@ -64,40 +53,26 @@ class StudyStore:
         self.earlier = self.earlier_record()
         self.summary = Rows(files.name)
         self.own = tuple(self.record.get(PARTS, ()))
-        if self.earlier and files.parts:
-            self.keep_other_parts()
-        elif self.earlier and files.keeps_answers and not files.extends:
-            need_same_options(files.record_path(out), self.earlier, self.record)
-        elif self.earlier:
-            need_subjects(files.record_path(out), self.earlier, self.record)
-            if not files.keeps_answers:
-                self.carry_over()
         self.folder = make_folder(out, files.study)
+        self.writer = RecordedFolder(self.folder, RECORD, self.record)
+        if files.parts and self.earlier:
+            self.keep_other_parts()
+        elif not files.keeps_answers:
+            self.record[TABLES] = dict(self.earlier.get(TABLES) or {})
+        else:
+            for name in self.earlier.get(TABLES) or ():
+                self.writer.remove(name)
         for name in files.folders:
             make_folder(self.folder, name)
         sweep(self.folder)
-        self.writer = RecordedFolder(self.folder, RECORD, self.record)
         if record is not None:
             self.record.setdefault(TABLES, {})
             self.writer.remove(rows_name(files))  # an earlier study's: this one writes its own at its end
 
     def earlier_record(self) -> dict[str, Any]:
-        """Record that the study goes on from, or whose other parts stay; empty without one."""
+        """Record of the study that this one goes on from, or whose other parts stay; empty without one."""
         goes_on = self.resume or bool(self.files.parts)
         return self.files.read_record(self.out) if goes_on and self.files.has_record(self.out) else {}
-
-    def carry_over(self) -> None:
-        """Take tables, runs and unfinished lists of the earlier record into the new one."""
-        if isinstance(self.record.get(RUNS), list):  # tables follow from a list of runs, and are made anew
-            self.record[CARRIED] = [*self.earlier.get(CARRIED, []), *self.earlier.get(RUNS, [])]
-            return
-        for table in self.files.tables:
-            if self.has(table):
-                self.files.recorded(self.out, table, self.earlier)
-        self.record |= {k: self.earlier[k] for k, v in self.record.items() if v in ([], {}) and k in self.earlier}
-        known = self.earlier.get(TABLES)
-        if known is not None:
-            self.record[TABLES] = dict(known)
 
     def keep_other_parts(self) -> None:
         """Take tables and provenance of the parts that this run leaves as they are."""
@@ -172,42 +147,3 @@ class StudyStore:
         """Write that all is done: every result is there, and its report is written."""
         self.record["finished"] = True
         self.write_record()
-
-
-def asked_for(entries: Mapping[str, Any]) -> dict[str, str]:
-    """Digest of each entry that a study writes before its first run; it may add findings to the entry itself."""
-    return {
-        name: digest(json.dumps(entry, sort_keys=True).encode()) for name, entry in entries.items() if name != PARTS
-    }
-
-
-def need_same_options(path: Path, earlier: Mapping[str, Any], record: Mapping[str, Any]) -> None:
-    """Check that a study goes on with the options of the earlier one, as its tables are made anew.
-
-    Raises
-    ------
-    OtherPlanError
-        If an entry that the study writes before its first run is another.
-    """
-    before, now = earlier.get(ASKED) or {}, record.get(ASKED) or {}
-    other = [name for name in {**before, **now} if before.get(name) != now.get(name)]
-    if other:
-        raise OtherPlanError(
-            f"{path}: holds results of other options than this command's (entry {other[0][:40]}); give the command "
-            "that began them, another --out, or --overwrite"
-        )
-
-
-def need_subjects(path: Path, earlier: Mapping[str, Any], record: Mapping[str, Any]) -> None:
-    """Check that a study goes on with every scene, engine and number of bars of the earlier one.
-
-    Raises
-    ------
-    OtherPlanError
-        If not: their results would be lost.
-    """
-    for entry in SUBJECTS:
-        lost = [str(name) for name in earlier.get(entry) or () if name not in (record.get(entry) or ())]
-        if lost and entry in record:
-            said = f"{path}: holds results of {entry} that this command does not name: {', '.join(lost)[:200]}"
-            raise OtherPlanError(f"{said}; name them too, or give another --out, or --overwrite")

@@ -53,6 +53,12 @@ class Call:
     """Whether the work is barchain's own: the limit is then processor time, which a busy machine does not use up"""
     confined: OutsideLimits | None = None
     """Limits of memory and output, for an engine of another package"""
+    aside: tuple[Any, ...] = ()
+    """Further arguments, after those given, that decide no answer: limits of time, the core that it runs on"""
+    repetition: int = 0
+    """Number of a measurement that is made several times: each has an answer of its own"""
+    worth_keeping: Callable[[bytes], bool] = bool
+    """Whether a command that goes on may take this answer; a failed run is tried again"""
 
     @property
     def limits(self) -> CallLimits:
@@ -116,7 +122,7 @@ class CallLateError(CallFailedError):
 
 def pickled(call: Call) -> bytes:
     """Call for a worker, which trusts its sender: its limits, and what only the process that answers it unpacks."""
-    work = call.function, call.given, call.limit_s if call.own_work else 0.0
+    work = call.function, (*call.given, *call.aside), call.limit_s if call.own_work else 0.0
     return joined([pickle.dumps(call.limits, protocol=5), pickle.dumps(work, protocol=5)])
 
 

@@ -60,7 +60,7 @@ class KeptAnswers:
 
     folder: Path
     """Folder of the study; answers lie in a folder inside it"""
-    inside: LocalProcesses | DaskCluster
+    inside: LocalProcesses | DaskCluster | KeptAnswers
     """Place of the calls whose answers are not there"""
 
     def check(self) -> None:

@@ -15,7 +15,7 @@ from reports.tables.files import ANSWERS
 from reports.tables.writing import make_folder, write_atomically
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Iterator
+    from collections.abc import Callable, Hashable, Iterator
     from pathlib import Path
 
     from barchain.runs.call import Call
@@ -23,34 +23,62 @@ if TYPE_CHECKING:
 CHECK_B = hashlib.sha256().digest_size
 
 
+class AnswerStore:
+    """Answers of calls in a study's folder, each in a file of its own."""
+
+    def __init__(self, folder: Path | None = None) -> None:
+        """Open the store inside the folder of a study; without a folder nothing is kept."""
+        self.folder = None if folder is None else make_folder(folder, ANSWERS)
+
+    def find(self, call: Call) -> Answer | None:
+        """Answer of an earlier call; None if there is none, or a damaged one, which is asked for again."""
+        file = None if self.folder is None else self.folder / file_name(call)
+        if file is None or not file.is_file():
+            return None
+        found = file.read_bytes()
+        check, content = found[:CHECK_B], found[CHECK_B:]
+        return Answer(content) if check == checksum(content) else None
+
+    def keep(self, call: Call, answer: Answer) -> None:
+        """Keep an answer; a failure is not kept, and is tried again."""
+        if self.folder is not None and answer.end is CallEnd.ANSWERED and call.worth_keeping(answer.content):
+            write_atomically(self.folder / file_name(call), checksum(answer.content) + answer.content)
+
+    def answer(self, call: Call, make: Callable[[Call], Answer]) -> Answer:
+        """Answer of an earlier call, or the one that `make` gives now, which is kept."""
+        found = self.find(call)
+        if found is None:
+            found = make(call)
+            self.keep(call, found)
+        return found
+
+
 class KeptSession(Session):
     """Session that passes on calls without a kept answer, and keeps the answers that come."""
 
     def __init__(self, inside: Session, folder: Path) -> None:
         super().__init__()
-        self.inside, self.folder = inside, make_folder(folder, ANSWERS)
+        self.inside, self.store = inside, AnswerStore(folder)
         self.done = inside.done
-        self.files: dict[Hashable, Path] = {}
-        """Files of the answers that are still to come"""
+        self.calls: dict[Hashable, Call] = {}
+        """Calls whose answers are still to come"""
 
     def start(self, key: Hashable, call: Call) -> None:
         """Give the kept answer, or pass the call on."""
-        file = self.folder / file_name(call)
-        content = kept_content(file)
-        if content is not None:
-            self.done.put((key, Answer(content)))
+        found = self.store.find(call)
+        if found is not None:
+            self.done.put((key, found))
             return
-        self.files[key] = file
+        self.calls[key] = call
         self.inside.submit(key, call)
 
     def answers(self, *, wait: bool = True) -> Iterator[tuple[Any, Answer]]:
-        """Answers, as :meth:`barchain.runs.session.Session.answers`; a failure is not kept, and is tried again."""
+        """Answers, as :meth:`barchain.runs.session.Session.answers`, each kept before it is given."""
         for key, answer in super().answers(wait=wait):
-            file = self.files.pop(key, None)
-            if file is not None:
+            call = self.calls.pop(key, None)
+            if call is not None:
                 self.inside.left -= 1
-                if answer.end is CallEnd.ANSWERED:
-                    write_atomically(file, checksum(answer.content) + answer.content)
+                self.store.keep(call, answer)
             yield key, answer
 
     def side_by_side(self) -> int:
@@ -63,11 +91,11 @@ class KeptSession(Session):
 
 
 def file_name(call: Call) -> str:
-    """Name of an answer's file: hash of the code, the function and its arguments.
+    """Name of an answer's file: hash of the code, the function, its arguments and the number of the repetition.
 
     Limits do not count: an answer that is there came within some, and a call without one is made again.
     """
-    work = pickle.dumps((call.function, call.given), protocol=5)
+    work = pickle.dumps((call.function, call.given, call.repetition), protocol=5)
     return hashlib.sha256(versions_text() + work).hexdigest()[:40]
 
 
@@ -81,12 +109,3 @@ def versions_text() -> bytes:
 def checksum(content: bytes) -> bytes:
     """Bytes in front of a kept content, by which a damaged one is known."""
     return hashlib.sha256(content).digest()
-
-
-def kept_content(file: Path) -> bytes | None:
-    """Content of a kept answer; None if there is none, or a damaged one, which is asked for again."""
-    if not file.is_file():
-        return None
-    found = file.read_bytes()
-    check, content = found[:CHECK_B], found[CHECK_B:]
-    return content if check == checksum(content) else None

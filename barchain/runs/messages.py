@@ -49,14 +49,30 @@ def shared_call(
     own_work : bool
         Whether the run serves judging: its limit is processor time, and `simulate` has none of its own.
     """
-    given = job, version_of(job.registration), None if own_work else simulate_s
-    return Call(shared_run, given, limit_s, pool, runs_per_worker, own_work)
+    return Call(
+        shared_run, (job, version_of(job.registration)), limit_s, pool, runs_per_worker, own_work,
+        aside=(None if own_work else simulate_s,), worth_keeping=ran,
+    )  # fmt: skip
 
 
-def outside_call(job: Job, limit_s: float) -> Call:
-    """Run of an engine of another package, in a process of its own behind the boundary."""
-    asked = job.registration, job.options, job.scene, job.setting
-    return question_call("run", *asked, limits=OutsideLimits(limit_s), version=version_of(job.registration))
+def outside_call(question: str, job: Job, limit_s: float, *more: Any, repetition: int = 0) -> Call:
+    """Run of an engine of another package, in a process of its own behind the boundary.
+
+    Parameters
+    ----------
+    question : str
+        ``run``, ``turn`` or ``first_run``, see :mod:`barchain.runs.questions`.
+    job : Job
+    limit_s : float
+        Wall time of the process, s.
+    *more : Any
+        Further arguments of the question.
+    repetition : int
+        Number of a measurement that is made several times.
+    """
+    asked = job.registration, job.options, job.scene, job.setting, *more
+    call = question_call(question, *asked, limits=OutsideLimits(limit_s), version=version_of(job.registration))
+    return dataclasses.replace(call, repetition=repetition, worth_keeping=ran)
 
 
 def shared_run(job: Job, version: str, simulate_s: float | None = None) -> bytes:
@@ -86,6 +102,15 @@ def message_of(result: RunResult) -> bytes:
         "rejected": result.rejected, "ended": ended, "info": info, "ran": result.trajectory is not None,
     }  # fmt: skip
     return message_bytes(header, arrays)
+
+
+def ran(content: bytes) -> bool:
+    """Whether the message of a run tells of a trajectory: a run that failed is tried again."""
+    try:
+        header, _ = read_message(content)
+    except MessageError:
+        return False
+    return "failed" not in header and header.get("ran") is not False
 
 
 def failed_run(answer: Answer) -> RunResult:

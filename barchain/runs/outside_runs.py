@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
 from adapters.engine import EngineError
@@ -19,7 +18,6 @@ from reports.tables.outcome import Outcome
 if TYPE_CHECKING:
     from adapters.trajectory import Array
     from barchain.runs.job import Job
-    from scenarios import Scene
 
 OUTCOMES = {"missing": Outcome.MISSING, "timed_out": Outcome.TIMED_OUT}
 
@@ -28,20 +26,6 @@ def one_run(job: Job, time_s: float) -> RunResult:
     """Result of one run; never an exception for what the engine does."""
     asked = (job.registration, job.options, job.scene, job.setting)
     return result_of(job, ask("run", *asked, limits=OutsideLimits(time_s)))
-
-
-def one_turn(job: Job, time_s: float, least_s: float, most: int) -> RunResult:
-    """Result of a timed turn, in one process: see :func:`barchain.runs.questions.turn`."""
-    asked = (job.registration, job.options, job.scene, job.setting, least_s, most)
-    return result_of(job, ask("turn", *asked, limits=OutsideLimits(time_s)))
-
-
-def one_first_run(job: Job, time_s: float, warm: Scene) -> tuple[RunResult, float]:
-    """Result and peak memory, B, of a run after a small one, see :func:`barchain.runs.questions.first_run`."""
-    asked = (job.registration, job.options, job.scene, job.setting, warm)
-    reply = ask("first_run", *asked, limits=OutsideLimits(time_s))
-    memory_B = plain_number(reply.header.get("memory_B"))
-    return result_of(job, reply), math.nan if memory_B is None else float(memory_B)
 
 
 def result_of(job: Job, reply: Reply) -> RunResult:

@@ -127,6 +127,6 @@ def run_task(
 def call_of(job: Job, group: PoolGroup, limit: TimeLimit) -> Call:
     """Call that makes a run."""
     if group is PoolGroup.THIRD_PARTY:
-        return outside_call(job, limit.time_s)
+        return outside_call("run", job, limit.time_s)
     own, pool = group is PoolGroup.SOLUTION, f"{group.name.lower()} runs"
     return shared_call(job, limit.allowed_s(job), limit.simulate_s(job), pool, RUNS_PER_WORKER, own_work=own)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from barchain.record.claim import claimed
 from barchain.record.environment import provenance
-from barchain.record.study_store import ASKED, PARTS, StudyStore, asked_for
+from barchain.record.study_store import PARTS, StudyStore
 from barchain.runs.executors import KeptAnswers
 
 if TYPE_CHECKING:
@@ -143,8 +143,6 @@ def run_study(
     ------
     ResultsInPlaceError
         If `out` holds results of the study, and neither `resume` nor `overwrite` is given.
-    OtherPlanError
-        If the study would go on without scenes or engines of the earlier one.
     """
     return run_and_render(
         study, plan, out, nothing, command=command, reporter=reporter, resume=resume, overwrite=overwrite
@@ -199,10 +197,10 @@ def run_and_render(
 
 
 def keeping_answers(plan: PlanT, store: StudyStore) -> PlanT:
-    """Plan whose executor keeps answers in the study's folder, if the study goes on from them."""
-    if not store.files.keeps_answers:
-        return plan
+    """Plan whose executor, if it has one, keeps answers in the study's folder."""
     placed: Any = plan
+    if not store.files.keeps_answers or not hasattr(plan, "executor"):
+        return plan
     return dataclasses.replace(placed, executor=KeptAnswers(store.folder, placed.executor))  # type: ignore[no-any-return]
 
 
@@ -213,6 +211,4 @@ def new_record(study: Study[Any, PlanT, Any], plan: PlanT, command: str) -> dict
     """
     own = study.record(plan)
     packages = own.pop("packages", None)
-    if study.files.keeps_answers and not study.files.extends:
-        own[ASKED] = asked_for(own)
     return provenance(command, packages) | own

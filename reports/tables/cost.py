@@ -6,7 +6,7 @@ A folder ``cost`` inside a result folder holds
     one row for each planned run, columns :data:`POINT_COLUMNS`; errors are the largest over the samples; a cell is
     empty if the engine lacks the quantity or it was not measured; ``kind`` is one of :data:`KINDS` in all tables;
 ``times.csv``
-    every measured time of `simulate`, s, by the point's key;
+    every measured time of `simulate`, s;
 ``orders.csv``, ``reach.csv``, ``price.csv``
     measured orders of convergence; costs to reach an error; cost factors of one more digit;
 ``loads.csv``
@@ -43,7 +43,7 @@ KINDS = {
 BUSY = 0.5
 """Processors used by other processes from which on times are not compared with those of other runs: ratios of two
 engines then differ by up to a tenth from those on an idle machine"""
-TIME_COLUMNS = ("key", "turn", "seconds")
+TIME_COLUMNS = ("scene", "engine", "setting", "turn", "seconds")
 LOAD_COLUMNS = ("scene", "engine", "setting", "kind", "seconds", "seconds_twice", "share", "share_low", "share_high")
 POINT_COLUMNS = (
     "scene", "engine", "kind", "setting", "parameter", "value", "step_s", "outcome", "reason",
@@ -51,11 +51,11 @@ POINT_COLUMNS = (
     "reaction_error_N", "reaction_floor_N", "reaction_relative", "reaction_floor_relative",
     "com_error_m", "com_floor_m", "gap_m", "energy_error", "under_floor",
     "seconds", "seconds_low", "seconds_high", "turns", "build_s", "compile_s", "read_s",
-    "evaluations", "steps", "on_front", "key",
+    "evaluations", "steps", "on_front",
 )  # fmt: skip
 WORDS = (
     "scene", "engine", "kind", "setting", "parameter", "outcome", "reason", "under_floor", "status", "fastest",
-    "quantity", "against", "measure", "key",
+    "quantity", "against", "measure",
 )  # fmt: skip
 
 
@@ -80,6 +80,7 @@ FILES = StudyFiles(
     flags=("on_front",),
     model=CostRecord,
     resumes=True,
+    keeps_answers=True,
     pages=("cost.html",),
 )
 

@@ -100,6 +100,7 @@ FILES = StudyFiles(
     METRIC_WORDS,
     model=ComparisonRecord,
     resumes=True,
+    keeps_answers=True,
     folders=("trajectories", "differences"),
     pages=("index.html", "summary.md"),
 )

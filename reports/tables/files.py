@@ -42,8 +42,6 @@ class StudyFiles:
     """Whether an interrupted study can go on"""
     keeps_answers: bool = False
     """Whether an interrupted study goes on by making its tables anew, from the answers of processes that it kept"""
-    extends: bool = False
-    """Whether it may go on from kept answers with more scenes and engines, and with other limits"""
     parts: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     """Tables of each part that can be run by itself, beside the tables of earlier runs of the others"""
     folders: tuple[str, ...] = ()

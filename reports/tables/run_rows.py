@@ -27,20 +27,15 @@ FOLLOWED = {BITS: Followed("bits", "{metric}.{role}"), COUNT: Followed("count", 
 """How nights follow the rows of runs"""
 
 
-def recorded_runs(record: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Runs that a record holds: those carried over first, so that its own count where both have a key."""
-    return [run for run in (*(record.get("carried") or ()), *(record.get("runs") or ())) if run.get("key")]
-
-
 def add_runs(found: Rows, folder: Path, record: dict[str, Any]) -> None:
-    """Add the rows of all runs in a record; of two runs of one name the record's own counts.
+    """Add the rows of all runs in a record.
 
     Raises
     ------
     DamagedResultsError
         If a trajectory is damaged, or another than the record describes.
     """
-    named = {tuple(run[k] for k in ("scene", "engine", "setting", "role")): run for run in recorded_runs(record)}
+    named = {tuple(run[k] for k in ("scene", "engine", "setting", "role")): run for run in record.get("runs") or ()}
     for (scene, engine, setting, role), run in named.items():
         place: dict[str, Any] = {"scene": scene, "engine": engine, "setting": setting}
         where = place if role == MAIN else place | {"role": role}

@@ -49,6 +49,7 @@ FILES = StudyFiles(
     WORDS,
     model=ScalingRecord,
     resumes=True,
+    keeps_answers=True,
     pages=("scaling.html",),
 )
 

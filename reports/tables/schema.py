@@ -52,8 +52,6 @@ class Record(Part):
     environment: dict[str, str | float | None] = {}
     packages: dict[str, str | None] = {}
     tables: dict[str, list[str]] | None = None
-    asked: dict[str, str] = {}
-    """Digests of the entries that follow from the options, of a study that goes on from kept answers"""
 
 
 class RunEntry(Part):
@@ -67,7 +65,6 @@ class RunEntry(Part):
     reason: str = ""
     seconds: dict[str, float] = {}
     info: dict[str, Any] = {}
-    key: str = ""
     file: str | None = None
     digest: str | None = None
     rejected: bool = False
@@ -77,8 +74,6 @@ class RunsRecord(Record):
     """Record of a study that keeps its runs."""
 
     runs: list[RunEntry] = []
-    carried: list[RunEntry] = []
-    """Runs of an earlier study in the folder that this one has not taken over or replaced"""
 
 
 def read_record(path: Path, model: type[Record] = Record) -> dict[str, Any]:

@@ -80,7 +80,6 @@ FILES = StudyFiles(
     StabilityRecord,
     resumes=True,
     keeps_answers=True,
-    extends=True,
     folders=("trajectories", "differences"),
     pages=("stability.html",),
 )

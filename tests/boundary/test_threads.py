@@ -13,6 +13,7 @@ from barchain.runs import pool
 from barchain.runs.environment import THREADS, one_thread_each
 from barchain.runs.executors import LocalProcesses
 from barchain.runs.job import Job, Role
+from barchain.runs.kept_answers import AnswerStore
 from barchain.runs.pool import PoolGroup, pool_group, run_jobs
 from barchain.runs.timing.bench import TimingBench
 from reports.tables.outcome import Outcome
@@ -60,7 +61,7 @@ def test_a_worker_that_replaces_another_computes_in_one_thread_too(monkeypatch: 
 
 
 def test_runs_that_are_timed_compute_in_one_thread() -> None:
-    with TimingBench() as bench:
+    with TimingBench(AnswerStore()) as bench:
         result = bench.run(job(), 60.0)
     assert result.outcome is Outcome.PASS, result.reason
 

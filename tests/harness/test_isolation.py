@@ -17,7 +17,6 @@ from barchain.runs.cases import Known
 from barchain.runs.executors import LocalProcesses
 from barchain.runs.job import Job, Role, failure
 from barchain.runs.pool import PoolGroup, pool_group
-from barchain.runs.store import RunStore
 from barchain.solutions.reference_runs import solution_jobs
 from reports.chapters.crossval.summary import summarise
 from reports.chapters.crossval.verdict import summary_verdict
@@ -130,7 +129,7 @@ def test_reference_solutions_run_in_processes_without_other_engines():
 
 def test_why_a_reference_solution_failed_is_said_once(tmp_path):
     plan = ComparisonPlan([unshipped(SCENE)], {})
-    store = RunStore(StudyStore(FILES, tmp_path, new_record(plan, "test")), [])
+    store = StudyStore(FILES, tmp_path, new_record(plan, "test"))
     suite = Suite(plan, store, lambda *_: None)
     progress = suite.progress[SCENE]
     case = suite.solution(progress)

@@ -25,7 +25,6 @@ from barchain.judge.evidence import Evidence
 from barchain.metrics.quantities import differences
 from barchain.record.study_store import StudyStore
 from barchain.runs.job import CERTIFIED_ROLES, Role, RunResult, failure
-from barchain.runs.store import RunStore
 from barchain.solutions.certified import committed
 from barchain.solutions.certified_judge import CERTIFIER, affordable, certified_jobs
 from barchain.solutions.certified_table import DamagedTableError, physics_digest
@@ -173,7 +172,7 @@ def test_a_comparison_on_a_core_scene_runs_no_solution_and_says_what_judged(tmp_
 def test_the_reference_judges_where_heyoka_fails(tmp_path: Path) -> None:
     scene = other_run(QUICK, samples=7)
     plan = ComparisonPlan([scene], {}, certify=True)
-    store = RunStore(StudyStore(FILES, tmp_path, new_record(plan, "test")), [])
+    store = StudyStore(FILES, tmp_path, new_record(plan, "test"))
     notes: list[str] = []
     suite = Suite(plan, store, lambda *_: None, notes.append)
     progress = suite.progress[scene.name]

@@ -22,7 +22,7 @@ SMALL = {
     "stability": SmallPlan("stability hard/vertical_fall --engine rebound --workers 1", "stability/outcomes.csv",
                         resumes=True),
     "cost": SmallPlan("cost basics/kepler_circular --engine rebound --orbits 0.2 --repeats 1 --minutes 0.01",
-                   "cost/points.csv", ("scene", "engine", "setting", "key"), resumes=True),
+                   "cost/points.csv", ("scene", "engine", "setting"), resumes=True),
     "scaling": SmallPlan("scaling --engine reference --bars 2 --bars 3 --repeats 1 --minutes 0.2", "scaling/points.csv",
                       ("engine", "bars", "outcome"), resumes=True),
     "roundoff": SmallPlan("roundoff --part times", "roundoff/times.csv", ("code", "arithmetic", "bars"),

@@ -11,19 +11,21 @@ import barchain
 from barchain.cli.main import run
 from barchain.crossval.run import run_comparison
 from barchain.record.claim import ResultsInPlaceError, claim_results
-from barchain.record.study_store import OtherPlanError, StudyStore, asked_for
-from reports.tables import cost, crossval, effects, roundoff, scaling, stability
+from barchain.record.study_store import StudyStore
+from barchain.runs.local import LocalSession
+from reports.tables import crossval, roundoff, stability
 from reports.tables.reading import DamagedResultsError
 from reports.tables.schema import KEY, SCHEMA_VERSION, SchemaVersionError
 
 if TYPE_CHECKING:
+    from collections.abc import Hashable
     from pathlib import Path
 
+    from barchain.runs.call import Call
     from barchain.runs.cases import Case
     from reports.tables.files import StudyFiles
 
 SCENE = "basics/kepler_circular"
-RESUMABLE = (crossval.FILES, cost.FILES, scaling.FILES, stability.FILES)
 
 
 def record(**entries: Any) -> dict[str, Any]:
@@ -35,34 +37,26 @@ def stored(files: StudyFiles, out: Path) -> dict[str, Any]:
     return found
 
 
-@pytest.mark.parametrize("files", RESUMABLE, ids=lambda files: files.name)
-@pytest.mark.parametrize("entry", ["scenes", "engines"])
-def test_a_study_does_not_go_on_without_what_the_earlier_one_ran(entry: str, files: StudyFiles, tmp_path: Path) -> None:
-    words = "words" if (files, entry) == (stability.FILES, "engines") else {}
-    StudyStore(files, tmp_path, record(**{entry: {"t1": words, "t2": words}})).write_record()
-    before = files.record_path(tmp_path).read_bytes()
-    with pytest.raises(OtherPlanError, match=f"{entry} that this command does not name: t1;"):
-        StudyStore(files, tmp_path, record(**{entry: {"t2": words, "t3": words}}), resume=True)
-    assert files.record_path(tmp_path).read_bytes() == before
-    StudyStore(files, tmp_path, record(**{entry: {"t1": words, "t2": words, "t3": words}}), resume=True)
+def test_a_comparison_goes_on_with_other_engines_and_makes_only_what_is_missing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def pairs(names: list[str]) -> set[tuple[str, str]]:
+        found = run_comparison([SCENE], names, tmp_path, resume=True)
+        return {pair for pair in found.outcomes if crossval.is_engine(pair[1])}
 
+    made: list[str] = []
+    start = LocalSession.start
 
-def test_a_study_of_kept_answers_does_not_go_on_with_other_options(tmp_path: Path) -> None:
-    def asked(entries: dict[str, Any]) -> dict[str, Any]:
-        return record(**entries, asked=asked_for(entries))
+    def noted(session: LocalSession, key: Hashable, call: Call) -> None:
+        made.append(call.given[0].engine)
+        start(session, key, call)
 
-    first = StudyStore(effects.FILES, tmp_path, asked({"rtol": 1e-9, "scene": {"name": "a"}}))
-    first.record["scene"]["end_s"] = 1.0
-    first.write_record()
-    with pytest.raises(OtherPlanError, match=r"other options than this command's \(entry rtol\)"):
-        StudyStore(effects.FILES, tmp_path, asked({"rtol": 1e-8, "scene": {"name": "a"}}), resume=True)
-    StudyStore(effects.FILES, tmp_path, asked({"rtol": 1e-9, "scene": {"name": "a"}}), resume=True)
-
-
-def test_a_scaling_study_does_not_go_on_without_numbers_of_bars(tmp_path: Path) -> None:
-    StudyStore(scaling.FILES, tmp_path, record(bars=[2, 5])).write_record()
-    with pytest.raises(OtherPlanError, match="bars that this command does not name: 5;"):
-        StudyStore(scaling.FILES, tmp_path, record(bars=[2, 10]), resume=True)
+    monkeypatch.setattr(LocalSession, "start", noted)
+    for names, missing in ((["rebound"], {"rebound"}), (["reference", "rebound"], {"reference"}), (["rebound"], set())):
+        assert pairs(names) == {(SCENE, name) for name in names}
+        assert set(made) == missing
+        assert {p.stem for p in (tmp_path / "differences" / SCENE).glob("re*.parquet")} == set(names)
+        made.clear()
 
 
 def part(tmp_path: Path, name: str, table: str, **entries: Any) -> StudyStore:
@@ -130,12 +124,10 @@ def test_from_python_nothing_is_overwritten_unasked(tmp_path: Path) -> None:
     barchain.compare([SCENE], ["rebound"], tmp_path)
     with pytest.raises(ResultsInPlaceError, match="holds a comparison"):
         barchain.compare([SCENE], ["rebound"], tmp_path)
-    with pytest.raises(OtherPlanError, match="engines that this command does not name: rebound"):
-        barchain.compare([SCENE], ["reference"], tmp_path, resume=True)
     assert barchain.compare([SCENE], ["rebound"], tmp_path, resume=True).passed
     assert barchain.compare([SCENE], ["reference"], tmp_path, overwrite=True).passed
     assert set(stored(crossval.FILES, tmp_path)["engines"]) == {"reference"}
-    assert run(["compare", SCENE, "--engine", "rebound", "--out", str(tmp_path), "--resume"]) == 2
+    assert run(["compare", SCENE, "--engine", "rebound", "--out", str(tmp_path)]) == 2
 
 
 @pytest.mark.slow

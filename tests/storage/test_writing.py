@@ -14,17 +14,16 @@ import pytest
 from barchain.cli.main import cli, main, run
 from barchain.record.folder_lock import FolderInUseError, locked
 from barchain.record.study_store import StudyStore
-from barchain.runs.store import RunStore
-from reports.tables import crossval
+from barchain.runs.call import Answer, Call
+from barchain.runs.kept_answers import AnswerStore
 from reports.tables.files import StudyFiles
-from reports.tables.reading import DamagedResultsError
 from reports.tables.schema import KEY, SCHEMA_VERSION
 from reports.tables.writing import RecordedFolder, append_whole, write_atomically
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-FILES = StudyFiles("squares", {"squares": ("number", "square")})
+FILES = StudyFiles("squares", {"squares": ("number", "square")}, resumes=True, keeps_answers=True)
 HOLDER = "import sys, time; from pathlib import Path; from barchain.record.folder_lock import locked\n\
 with locked(Path(sys.argv[1])): print('held', flush=True); time.sleep(60)"
 
@@ -113,30 +112,13 @@ def test_a_table_in_place_is_known_to_the_record_at_every_instant(
     assert store.read("squares").number.tolist() == [1, 3]
 
 
-def test_a_study_that_begins_to_go_on_has_lost_nothing(tmp_path: Path) -> None:
-    StudyStore(FILES, tmp_path, {**record(), "left_out": [{"a": 1}]}).write("squares", [{"number": 1, "square": 1}])
-    for _ in range(2):  # killed before its first row, twice
-        StudyStore(FILES, tmp_path, {**record(), "left_out": []}, resume=True).write_record()
-    again = StudyStore(FILES, tmp_path, {**record(), "left_out": []}, resume=True)
-    assert again.read("squares").square.tolist() == [1]
-    assert again.record["left_out"] == [{"a": 1}]
-
-
-def test_a_study_does_not_go_on_from_a_damaged_table_and_leaves_its_record(tmp_path: Path) -> None:
-    StudyStore(FILES, tmp_path, record()).write("squares", [{"number": 1, "square": 1}])
-    before = (tmp_path / "squares" / "record.json").read_bytes()
-    (tmp_path / "squares" / "squares.csv").write_text("number,square\n1,")
-    with pytest.raises(DamagedResultsError, match=r"squares\.csv"):
-        StudyStore(FILES, tmp_path, record(), resume=True)
-    assert (tmp_path / "squares" / "record.json").read_bytes() == before
-
-
-def test_a_comparison_that_begins_to_go_on_has_lost_nothing(tmp_path: Path) -> None:
-    run = {"key": "k", "scene": "s", "engine": "e", "setting": "x", "role": "main", "outcome": "pass"}
-    StudyStore(crossval.FILES, tmp_path, {**record(), "runs": [run]}).write_record()
-    for _ in range(2):  # killed before its first run, twice
-        store = RunStore(StudyStore(crossval.FILES, tmp_path, {**record(), "runs": []}, resume=True), [])
-        assert list(store.earlier_runs()) == ["k"]
-        store.begin()
-    store.note_run({**run, "key": "other", "file": "trajectories/s/e.parquet"})  # overwrites its file
-    assert store.record["carried"] == []
+def test_a_study_that_goes_on_leaves_no_table_of_the_earlier_one(tmp_path: Path) -> None:
+    """All tables follow from the answers in the folder, and are made anew."""
+    first = StudyStore(FILES, tmp_path, record())
+    first.write("squares", [{"number": 1, "square": 1}])
+    answers = AnswerStore(first.folder)
+    call = Call(print, ("asked",), 1.0)
+    answers.keep(call, Answer(b"an answer"))
+    again = StudyStore(FILES, tmp_path, record(), resume=True)
+    assert not again.has("squares")
+    assert AnswerStore(again.folder).find(call) == Answer(b"an answer")

@@ -29,7 +29,6 @@ def point(engine: str, n: int, error: float, seconds: float, *, scene: str = "s"
     floors = {name: FLOOR for name in POINT_COLUMNS if "_floor_" in name}
     setting = {"setting": f"steps_per_orbit={n}", "parameter": "steps_per_orbit", "value": float(n)}
     spent = {"seconds": seconds, "evaluations": float(2 * n), "steps": float(n), "turns": 5}
-    key = f"{scene}|{engine}|{n}"
     kind = OWN_EQUATIONS if engine.startswith("reference") else INDEPENDENT
     named = {
         "scene": scene,
@@ -38,7 +37,6 @@ def point(engine: str, n: int, error: float, seconds: float, *, scene: str = "s"
         "outcome": "pass",
         "reason": "",
         "under_floor": "",
-        "key": key,
     }
     return named | setting | errors | floors | spent
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from barchain.record.study_store import StudyStore
-from barchain.studies.scaling.fit import FAST, add_fits, fits_table, targets
-from barchain.studies.scaling.limits import BARS
+from barchain.studies.defaults import BARS, FAST
+from barchain.studies.scaling.fit import add_fits, fits_table, targets
 from reports.tables.scaling import FILES, POINT_COLUMNS
 from reports.tables.schema import KEY, SCHEMA_VERSION
 

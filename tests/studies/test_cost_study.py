@@ -12,15 +12,13 @@ from adapters.engine import AccuracyParameter, AccuracySweep, Setting
 from adapters.registry import ENGINES, Registration
 from barchain.record.study_store import StudyStore
 from barchain.runs.job import RunResult
+from barchain.runs.timing.bench import TimingBench
 from barchain.runs.timing.orders import fit_order
 from barchain.solutions.certified import certified
+from barchain.studies.cost.errors import errors_at_equal_steps, errors_of, under_floor
 from barchain.studies.cost.findings import orders_table
-from barchain.studies.cost.fixed_steps import errors_at_equal_steps
-from barchain.studies.cost.load_share import LoadTimes, load_jobs, load_times
-from barchain.studies.cost.plan import shortened, sweeps
-from barchain.studies.cost.points import errors_of, under_floor
-from barchain.studies.cost.run import CostRun, columns_of, too_fine, too_long
-from barchain.studies.cost.study import CostOptions, CostStudy
+from barchain.studies.cost.plan import CostOptions, load_jobs, name_of, shortened, sweeps, too_fine, too_long
+from barchain.studies.cost.study import CostRun, CostStudy, columns_of, load_row, load_rows
 from barchain.studies.study import Reporter, run_study
 from reports.render import render_study
 from reports.tables.cost import FILES, INDEPENDENT, POINT_COLUMNS, read_cost
@@ -164,7 +162,7 @@ def test_every_good_point_is_timed_as_often_as_the_others_and_build_and_read_out
     times = pd.read_csv(good / "cost" / "times.csv")
     assert len(points) == 3
     assert (points.turns == 2).all()
-    assert times.groupby("key").size().to_dict() == dict.fromkeys(points.key, 2)
+    assert times.groupby("setting").size().to_dict() == dict.fromkeys(points.setting, 2)
     assert points[["seconds", "seconds_low", "seconds_high", "build_s", "read_s"]].notna().all().all()
     assert ((points.seconds_low <= points.seconds) & (points.seconds <= points.seconds_high)).all()
 
@@ -175,13 +173,12 @@ def test_every_good_point_is_timed_as_often_as_the_others_and_build_and_read_out
 def test_when_time_is_short_only_brief_runs_get_all_their_turns(engines, tmp_path, seconds, late, turns):
     plan = plan_of({"reference": engines["reference"]}, repeats=7)
     cost_run = CostRun(plan, StudyStore(FILES, tmp_path), certified_stand_in, Reporter())
-    measured = cost_run.measured
     job = next(iter(sweeps(plan.scenes[0], plan.engines)[0].values()))[0]
-    measured.rows[job.key] = {"seconds": seconds}
+    cost_run.rows[name_of(job)] = {"seconds": seconds}
     for turn in range(plan.repeats):
         if cost_run.wanted(job, turn, late=late):
-            measured.times.setdefault(job.key, []).append(seconds)
-    assert len(measured.times[job.key]) == turns
+            cost_run.times.setdefault(name_of(job), []).append(seconds)
+    assert len(cost_run.times[name_of(job)]) == turns
 
 
 def test_the_record_says_what_ran_where(good):
@@ -193,10 +190,9 @@ def test_the_record_says_what_ran_where(good):
     assert record["limits"] == {"repeats": 2, "minutes": 10.0, "time_limit_s": LIMIT_S}
 
 
-@pytest.mark.slow
-def test_a_study_that_was_cut_off_goes_on_where_it_was(tmp_path, engines):
+def test_a_study_that_was_cut_off_measures_only_what_is_missing(tmp_path, engines, monkeypatch):
     plan = plan_of({"reference": engines["reference"]})
-    ran = []
+    ran, made = [], []
 
     def cut(scene, what, outcome):
         ran.append(what)
@@ -209,13 +205,20 @@ def test_a_study_that_was_cut_off_goes_on_where_it_was(tmp_path, engines):
     assert "cut off" in render_study("cost", tmp_path)[0].read_text()
     kept = read_cost(tmp_path).points.set_index("setting")
     assert len(kept) == 2
-    again = []
-    run_study(STUDY, plan, tmp_path, resume=True, reporter=Reporter(lambda *a: again.append(a[1])))
-    assert [w for w in again if not w.startswith("round")] == ["reference rtol=1e-08"]
+    turn = TimingBench.made
+    monkeypatch.setattr(TimingBench, "made", lambda self, job, call: made.append(call) or turn(self, job, call))
+    run_study(STUDY, dataclasses.replace(plan, minutes=10.0), tmp_path, resume=True)
+    first = [str(call.given[0].setting) for call in made if not call.repetition]
+    assert first == ["rtol=1e-08"]
+    assert len(made) == 1 + 3 * plan.repeats
     points = read_cost(tmp_path).points.set_index("setting")
     assert (points.outcome == "pass").all()
-    columns = ["attitude_error_rad", "evaluations"]
+    columns = ["attitude_error_rad", "evaluations", "build_s"]
     pd.testing.assert_frame_equal(points.loc[kept.index, columns], kept[columns])
+    made.clear()
+    run_study(STUDY, dataclasses.replace(plan, minutes=10.0), tmp_path, resume=True)
+    assert made == []
+    pd.testing.assert_frame_equal(read_cost(tmp_path).points.set_index("setting"), points)
 
 
 def sweep_of(engine, values):
@@ -239,7 +242,7 @@ def test_settings_past_the_time_limit_are_not_tried():
 def test_the_order_of_engines_does_not_decide_what_is_measured(haste_s, monkeypatch, tmp_path):
     """Each setting costs its engine a known time on a clock of the test."""
     clock = [0.0]
-    monkeypatch.setattr("barchain.studies.cost.run.time", SimpleNamespace(perf_counter=lambda: clock[0]))
+    monkeypatch.setattr("barchain.studies.cost.study.time", SimpleNamespace(perf_counter=lambda: clock[0]))
 
     class Bench:
         def run(self, job, time_limit_s):
@@ -257,8 +260,8 @@ def test_the_order_of_engines_does_not_decide_what_is_measured(haste_s, monkeypa
         run = CostRun(plan, store, lambda _: None, Reporter(note=noted.append))
         run.haste_at = haste_s
         run.first_pass(Bench(), SimpleNamespace(scene=plan.scenes[0]), sweeps(plan.scenes[0], plan.engines)[0])
-        found = {(r["engine"], r["setting"]) for r in run.measured.rows.values() if r["outcome"] == "pass"}
-        hasty = [r["reason"] for r in run.measured.rows.values() if "half used" in r["reason"]]
+        found = {(r["engine"], r["setting"]) for r in run.rows.values() if r["outcome"] == "pass"}
+        hasty = [r["reason"] for r in run.rows.values() if "half used" in r["reason"]]
         assert len(noted) == len(store.record["shortened_limits_s"]) >= bool(hasty), "a shortened limit is told once"
         measured.append(found)
     assert measured[0] == measured[1]
@@ -291,7 +294,7 @@ def test_the_loads_of_an_engine_with_the_option_are_timed_at_its_finest_brief_se
     ]
     seconds = [(0.01, 0.05, 0.2), (0.01, 0.01), (0.3, 0.6)]
     points = {
-        job.key: {"outcome": "pass", "seconds": s}
+        name_of(job): {"outcome": "pass", "seconds": s}
         for jobs, own in zip(sweeps_of, seconds, strict=True)
         for job, s in zip(jobs, own, strict=True)
     }
@@ -304,7 +307,7 @@ def test_the_loads_of_an_engine_with_the_option_are_timed_at_its_finest_brief_se
 def test_the_share_of_the_loads_is_the_time_that_they_add_when_applied_once_more():
     job = sweep_of("exudyn", (100,))[0]
     spread = np.array([0.98, 0.99, 1.0, 1.0, 1.0, 1.01, 1.02])
-    row = LoadTimes(job, 0.010 * spread, 0.014 * spread).row
+    row = load_row(job, 0.010 * spread, 0.014 * spread)
     assert row["share"] == pytest.approx(0.4)
     assert 0.35 < row["share_low"] < 0.4 < row["share_high"] < 0.45  # 2 % in each of the two medians
     assert row["kind"] == INDEPENDENT
@@ -312,11 +315,11 @@ def test_the_share_of_the_loads_is_the_time_that_they_add_when_applied_once_more
 
 def test_each_load_is_applied_twice_in_the_second_run(monkeypatch):
     class Bench:
-        def run(self, job, time_limit_s):
+        def run(self, job, time_limit_s, turn):
             asked.append(job.options)
             return RunResult(Outcome.PASS, "", None, {"simulate": 2.0 if job.options else 1.0})
 
     asked = []
-    found = load_times(Bench(), sweep_of("exudyn", (100,))[0], LIMIT_S)
-    assert asked == [(), ("repeated_load",)] * 7
-    assert found.row["share"] == 1.0
+    (found,) = load_rows(Bench(), sweep_of("exudyn", (100,))[0], LIMIT_S)
+    assert asked == [frozenset(), {"repeated_load"}] * 7
+    assert found["share"] == 1.0

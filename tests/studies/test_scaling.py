@@ -8,6 +8,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from adapters.common.initial_state import initial_state
@@ -17,11 +18,18 @@ from barchain.runs.job import Job, Role
 from barchain.runs.memory import Peak, mark
 from barchain.runs.timing.divided_chain import divided
 from barchain.runs.timing.evaluation import DIRECT, calibrated, evaluation_times, loop_of
-from barchain.studies.scaling.fit import FAST, LEAST_MEMORY_B, exponent, fits_table, targets
-from barchain.studies.scaling.plan import SHARES, ScalingPlan, affordable, predicted
-from barchain.studies.scaling.point import ScalingTask, measure_point
-from barchain.studies.scaling.run import ScalingRun
-from barchain.studies.scaling.study import ScalingOptions, ScalingStudy
+from barchain.studies.defaults import FAST
+from barchain.studies.scaling.fit import (
+    LEAST_MEMORY_B,
+    SHARES,
+    affordable,
+    exponent,
+    fits_table,
+    predicted,
+    targets,
+)
+from barchain.studies.scaling.point import ScalingTask, own_point
+from barchain.studies.scaling.study import ScalingOptions, ScalingPlan, ScalingRun, ScalingStudy
 from barchain.studies.study import Reporter, run_study
 from reports.chapters.scaling.view import memory_text
 from reports.render import render, render_study
@@ -122,8 +130,10 @@ def test_cheap_points_come_first(tmp_path: Path) -> None:
     """An engine that gets expensive waits until the cheap one is through; cheap ones take turns."""
     plan = dataclasses.replace(STUDY.plan(ScalingOptions(["reference"], (2, 5, 10), time_limit_s=100.0)), engines={})
     study = run_of(plan, tmp_path)
-    study.points.keep("cheap", 2, {"build_s": 0.1, "orbit_s": 0.1})
-    study.points.keep("dear", 2, {"build_s": 0.1, "orbit_s": 20.0})
+    study.rows += [
+        {"engine": "cheap", "bars": 2, "build_s": 0.1, "orbit_s": 0.1},
+        {"engine": "dear", "bars": 2, "build_s": 0.1, "orbit_s": 20.0},
+    ]
     study.done |= {"cheap": 1, "dear": 1}
     assert study.price("cheap", 5) < study.price("cheap", 10) < study.price("dear", 5)
     assert study.price("new", 2) < study.price("cheap", 5)
@@ -136,9 +146,9 @@ def test_cheap_points_come_first(tmp_path: Path) -> None:
 
 def test_a_model_that_would_fill_the_memory_is_not_built(tmp_path: Path) -> None:
     study = run_of(STUDY.plan(ScalingOptions(["reference"], (2, 5, 10))), tmp_path)
-    study.points.keep("big", 2, {"build_s": 0.1, "orbit_s": 0.1, "memory_B": 1e18})
+    study.rows.append({"engine": "big", "bars": 2, "build_s": 0.1, "orbit_s": 0.1, "memory_B": 1e18})
     assert study.share("big", 5) == (0.0, "its model would take about 6.2e+09 GB of memory")
-    study.points.keep("long", 2, {"build_s": 0.1, "orbit_s": 3000.0})
+    study.rows.append({"engine": "long", "bars": 2, "build_s": 0.1, "orbit_s": 3000.0})
     assert study.share("long", 5) == (0.0, "would take about 5.2 h, the smallest share 16 min")
     assert study.share("new", 5) == (1.0, "")
 
@@ -259,9 +269,9 @@ def test_an_engine_that_fails_where_it_is_warmed_up_says_so() -> None:
     scene = divided(load_scene(SCENE), 2, SHARES[-1])
     registration = Registration("tests.support.faulty_engines:GivesUp")
     job = Job(scene, "GivesUp", registration, registration.load().sweep.setting(), Role.MAIN)
-    found = measure_point(ScalingTask(job, job, 1.0, 1, 1.0))
-    assert found.outcome is Outcome.FAILED
-    assert found.reason == "step size became zero (on three bars, to warm up)"
+    found = own_point(ScalingTask(job, job, 1.0, 1), 1.0)
+    assert found["outcome"] == Outcome.FAILED.value
+    assert found["reason"] == "step size became zero (on three bars, to warm up)"
 
 
 @pytest.fixture(scope="module")
@@ -321,17 +331,23 @@ def test_a_study_without_time_runs_nothing_and_says_why(tmp_path: Path) -> None:
     assert "No engine has three points" in render_study("scaling", tmp_path).page.read_text()
 
 
-def test_a_study_that_was_cut_off_goes_on_where_it_was(tmp_path: Path) -> None:
-    plan, told = STUDY.plan(ScalingOptions(["reference", "exudyn"], (2, 5), minutes=0.0)), []
-    first = run_of(plan, tmp_path)
-    first.points.keep("reference", 2, {"outcome": "pass", "reason": "", "evaluation_s": 1e-4, "memory_B": 0.0})
-    first.points.keep("exudyn", 2, {"outcome": "nothing_compared", "reason": "not run: no time"})
-    run_study(STUDY, plan, tmp_path, resume=True, reporter=Reporter(lambda *a: told.append(a[1])))
-    assert told == ["exudyn, 2 bars", "exudyn, 5 bars", "reference, 5 bars"]
+def test_a_study_that_was_cut_off_measures_only_what_is_missing(tmp_path: Path) -> None:
+    plan, told = STUDY.plan(ScalingOptions(["reference"], (2, 5), repeats=1)), list[str]()
+
+    def cut(_: str, what: str, __: str) -> None:
+        told.append(what)
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_study(STUDY, plan, tmp_path, reporter=Reporter(cut))
+    first = FILES.read(tmp_path, "points")
+    assert first.bars.tolist() == [2]
+    run_study(STUDY, plan, tmp_path, resume=True)
     points = FILES.read(tmp_path, "points")
-    assert points.engine.tolist() == ["reference", "reference", "exudyn"]
-    assert points.evaluation_s[0] == 1e-4
-    assert points.outcome.tolist() == ["pass", "nothing_compared", "nothing_compared"]
+    assert points.outcome.tolist() == ["pass", "pass"]
+    pd.testing.assert_frame_equal(points[:1], first)
+    run_study(STUDY, plan, tmp_path, resume=True)
+    pd.testing.assert_frame_equal(FILES.read(tmp_path, "points"), points)
 
 
 def test_an_engine_says_how_many_bars_are_too_many_for_it(tmp_path: Path) -> None:

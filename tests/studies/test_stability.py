@@ -19,6 +19,7 @@ from barchain.studies.stability import expected
 from barchain.studies.stability.expected import SLOW
 from barchain.studies.stability.plan import (
     HUGE,
+    StabilityOptions,
     StabilityPlan,
     chosen_engines,
     coarser,
@@ -27,7 +28,7 @@ from barchain.studies.stability.plan import (
     settings,
 )
 from barchain.studies.stability.rules import Finding
-from barchain.studies.stability.study import StabilityOptions, StabilityStudy
+from barchain.studies.stability.study import StabilityStudy
 from barchain.studies.study import run_study
 from reports.chapters.stability.view import view_stability
 from reports.render import render_study
@@ -215,7 +216,7 @@ def test_forms_of_the_reference_get_ten_times_as_long_as_other_engines(
             allowed_s[job.engine] = limit.time_s
         return Known(failure(Outcome.FAILED, "not run here"))
 
-    monkeypatch.setattr("barchain.studies.stability.run.run_task", noted)
+    monkeypatch.setattr("barchain.studies.stability.study.run_task", noted)
     plan = StabilityPlan((load_scene("hard/vertical_fall"),), chosen_engines(["reference", "exudyn"]), time_limit_s=7.0)
     run_study(StabilityStudy(), plan, tmp_path)
     assert allowed_s == {"reference": 70.0, "exudyn": 7.0}

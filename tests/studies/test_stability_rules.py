@@ -15,12 +15,10 @@ from barchain.metrics.model_difference import com_displacement, track_response
 from barchain.runs.job import Job, Role, RunResult, failure
 from barchain.runs.run import run_job
 from barchain.solutions.reference import FINE_RTOL, densely_sampled, establish, with_perturbed_start
-from barchain.studies.stability.engine_runs import EngineRuns
 from barchain.studies.stability.evidence import evidence
-from barchain.studies.stability.growth import linear_rate
-from barchain.studies.stability.law import law
+from barchain.studies.stability.growth import law, linear_rate
 from barchain.studies.stability.plan import settings
-from barchain.studies.stability.rules import finding
+from barchain.studies.stability.rules import EngineRuns, finding
 from reports.tables.outcome import Outcome
 from reports.tables.stability import EVIDENCE, Stability
 from scenarios import load_scene

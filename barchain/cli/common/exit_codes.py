@@ -84,7 +84,6 @@ def domain_failure(error: Exception) -> tuple[str, ExitCode] | None:
     from barchain.nightly.history.faults import HistoryError
     from barchain.record.claim import ResultsInPlaceError
     from barchain.record.folder_lock import FolderInUseError
-    from barchain.record.study_store import OtherPlanError
     from barchain.runs.cluster.connection import ClusterError, ClusterLostError
     from barchain.runs.settings import SettingError
     from barchain.solutions.certified_table import DamagedTableError
@@ -93,7 +92,7 @@ def domain_failure(error: Exception) -> tuple[str, ExitCode] | None:
     from scenarios import SceneError
 
     bad_tables = DamagedTableError, DamagedResultsError, SchemaVersionError
-    bad_folder = FolderInUseError, ResultsInPlaceError, OtherPlanError
+    bad_folder = FolderInUseError, ResultsInPlaceError
     if isinstance(error, (SceneError, UnknownEngineError, SettingError, HistoryError, *bad_tables, *bad_folder)):
         return str(error), ExitCode.BAD_INPUT
     if isinstance(error, ClusterError):

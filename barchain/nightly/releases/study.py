@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import math
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from packaging.version import Version
+
 from barchain.nightly.environments.sources import installed_tree
+from barchain.nightly.releases.index import Release
 from barchain.nightly.releases.measuring import measure
 from barchain.nightly.releases.plan import ReleasesPlan, make_plan
+from barchain.runs.call import Answer, Call
 from barchain.runs.environment import temporary_root
 from barchain.runs.facts import scene_words
+from barchain.runs.kept_answers import AnswerStore
+from barchain.runs.message import message_bytes, read_message
 from reports.tables.nights.releases import FILES
 from scenarios import load_scene
 
@@ -66,24 +73,30 @@ class ReleasesStudy:
         }
 
     def run(self, plan: ReleasesPlan, store: StudyStore, reporter: Reporter) -> ReleasesResult:
-        """Measure the releases one after the other; those that an interrupted study measured stay as they are."""
+        """Measure the releases one after the other; an interrupted study has left the answers of those it measured."""
         states: dict[str, str] = {}
-        if store.has("releases"):
-            earlier = store.read("releases")
-            states = dict(zip(earlier["version"].astype(str), earlier["state"], strict=True))
+        answers = AnswerStore(store.folder)
         with tempfile.TemporaryDirectory(dir=temporary_root(), ignore_cleanup_errors=True) as scratch:
             tree = installed_tree(Path(scratch) / "tree")
             for k, release in enumerate(plan.releases):
                 version = str(release.version)
-                if version not in states:
-                    folder = Path(scratch) / f"{k}"
-                    folder.mkdir()
-                    found = measure(plan, release, tree, folder)
-                    for table in ("errors", "runs", "times"):
-                        rows = getattr(found, table)
-                        if rows:
-                            store.append(table, rows)
-                    store.append("releases", [found.release])
-                    states[version] = found.release["state"]
+                given = replace(plan, releases=()), version, release.date, release.wheel_B
+                call = Call(measured_tables, given, math.inf, aside=(tree, Path(scratch) / f"{k}"))
+                answer = answers.answer(call, lambda made: Answer(made.function(*made.given, *made.aside)))
+                tables, _ = read_message(answer.content)
+                for table, rows in tables.items():
+                    if rows:
+                        store.append(table, rows)
+                states[version] = tables["releases"][0]["state"]
                 reporter.step(plan.engine, version, states[version])
         return ReleasesResult(states)
+
+
+def measured_tables(
+    plan: ReleasesPlan, version: str, date: str, wheel_B: int | None, tree: Path, scratch: Path
+) -> bytes:
+    """Message with the rows of a release by table, measured with the sources in `tree` and results in `scratch`."""
+    scratch.mkdir()
+    found = measure(plan, Release(Version(version), date, wheel_B), tree, scratch)
+    tables = {"errors": found.errors, "runs": found.runs, "times": found.times, "releases": [found.release]}
+    return message_bytes(tables, {})

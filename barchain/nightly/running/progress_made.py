@@ -8,7 +8,7 @@ import numpy as np
 
 from barchain.nightly.run_facts import scene_name
 from barchain.runs.timing.bench import LONG_S
-from barchain.studies.cost.run import FEWEST_LONG_TURNS, FEWEST_TURNS
+from barchain.studies.cost.study import FEWEST_LONG_TURNS, FEWEST_TURNS
 from reports.tables import cost, crossval, stability
 from reports.tables.outcome import Outcome
 from reports.tables.reading import DamagedResultsError

@@ -11,14 +11,14 @@ from __future__ import annotations
 import gc
 import os
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import TYPE_CHECKING
 
 from adapters.registry import ENGINES
-from barchain.runs.call import Call, pickled
+from barchain.runs.call import Call, CallEnd, pickled
 from barchain.runs.job import Job, RunResult
 from barchain.runs.limits import QUESTION_S
-from barchain.runs.messages import message_of, shared_result
-from barchain.runs.outside_runs import one_turn
+from barchain.runs.messages import message_of, outside_call, outside_result, ran, shared_result
 from barchain.runs.pool import PoolGroup, pool_group
 from barchain.runs.run import run_job
 from barchain.runs.time_limits import TimeLimit
@@ -27,6 +27,9 @@ from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
+
+    from barchain.runs.call import Answer
+    from barchain.runs.kept_answers import AnswerStore
 
 LEAST_S = 0.02  # of simulate in one turn: thousands of clock ticks, and longer than a process switch
 MOST_RUNS = 100  # in one turn
@@ -105,7 +108,7 @@ def summed_up(found: list[RunResult]) -> RunResult:
     return RunResult(last.outcome, last.reason, last.trajectory, seconds)
 
 
-def timed_turn(job: Job, core: int | None, least_s: float, simulate_s: float | None) -> bytes:
+def timed_turn(job: Job, least_s: float, core: int | None, simulate_s: float | None) -> bytes:
     """Message with the result of :func:`turn`, run on one core."""
     pin(core)
     return message_of(turn(job, least_s, simulate_s))
@@ -114,9 +117,12 @@ def timed_turn(job: Job, core: int | None, least_s: float, simulate_s: float | N
 class TimingBench:
     """One process for each engine; only one of them works at a time."""
 
-    def __init__(self, least_s: float = LEAST_S) -> None:
-        """Prepare; an engine's process starts with :meth:`start` or with its first turn."""
-        self.least_s, self.core = least_s, quietest_core()
+    def __init__(self, answers: AnswerStore) -> None:
+        """Prepare; an engine's process starts with :meth:`start` or with its first turn.
+
+        Turns with an answer in `answers` are not made, and others are kept there.
+        """
+        self.answers, self.core = answers, quietest_core()
         self.slots: dict[str, Slot] = {}
         self.started: set[tuple[str, str]] = set()
 
@@ -136,23 +142,35 @@ class TimingBench:
         with ThreadPoolExecutor(os.cpu_count()) as threads:
             list(threads.map(lambda slot: slot.run(asked), slots))
 
-    def run(self, job: Job, time_limit_s: float) -> RunResult:
-        """Run one turn; the first turn of a scene or after a crash has more time for imports.
+    def run(self, job: Job, time_limit_s: float, repetition: int = 0) -> RunResult:
+        """Result of one turn; `repetition` numbers the turns of a job.
 
-        An engine that compiles may do so for each setting: the limit then holds for each `simulate` alone.
+        The first turn of a scene or after a crash has more time for imports. An engine that compiles may do so for each
+        setting: the limit then holds for each `simulate` alone.
         """
+        limit = TimeLimit(time_limit_s)
         if pool_group(job) is PoolGroup.THIRD_PARTY:
-            return one_turn(job, time_limit_s + QUESTION_S, self.least_s, MOST_RUNS)
-        pair, limit = (job.engine, job.scene.digest), TimeLimit(time_limit_s)
-        allowed = limit.allowed_s(job) + (0.0 if pair in self.started else STARTUP_S)
-        call = Call(timed_turn, (job, self.core, self.least_s, limit.simulate_s(job)), allowed, POOL, MOST_TURNS)
-        result = limit.judged(job, shared_result(job, self.slot(job.engine).run(pickled(call))))
-        if "simulate" in result.seconds:
-            self.started.add(pair)
-        else:  # its process may have died
-            self.started = {p for p in self.started if p[0] != job.engine}
-        return result
+            call = outside_call("turn", job, time_limit_s + QUESTION_S, LEAST_S, MOST_RUNS, repetition=repetition)
+            return outside_result(job, self.answers.answer(call, partial(self.made, job)))
+        allowed = limit.allowed_s(job) + (0.0 if pair_of(job) in self.started else STARTUP_S)
+        call = Call(
+            timed_turn, (job, LEAST_S), allowed, POOL, MOST_TURNS,
+            aside=(self.core, limit.simulate_s(job)), repetition=repetition, worth_keeping=ran,
+        )  # fmt: skip
+        return limit.judged(job, shared_result(job, self.answers.answer(call, partial(self.made, job))))
+
+    def made(self, job: Job, call: Call) -> Answer:
+        """Answer of the engine's process, which may have died with it."""
+        found = self.slot(job.engine).run(pickled(call))
+        alive = found.end is CallEnd.ANSWERED
+        self.started = {p for p in self.started if alive or p[0] != job.engine} | ({pair_of(job)} if alive else set())
+        return found
 
     def slot(self, engine: str) -> Slot:
         """Process of an engine."""
         return self.slots.setdefault(engine, Slot())
+
+
+def pair_of(job: Job) -> tuple[str, str]:
+    """Engine and scene whose first turn takes longer."""
+    return job.engine, job.scene.digest

@@ -1,25 +1,65 @@
-"""Plan of a cost study: scenes cut to their first orbit, and every engine's accuracy sweep."""
+"""Plan of a cost study: scenes cut to their first orbits, every engine's accuracy sweep, and which runs are tried."""
 
 from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from adapters.common.equal_steps import step_s
 from adapters.engine import AccuracyParameter
+from adapters.registry import engines
 from barchain.runs.declared import engine_class
 from barchain.runs.job import Job, Role
+from barchain.runs.selection import chosen_engines, unique_names
+from barchain.runs.timing.estimate import need_runnable
 from barchain.runs.timing.left_out import LeftOut, cannot
-from barchain.studies.cost.limits import MINUTES, REPEATS, TIME_LIMIT_S
+from barchain.studies.cost.errors import UNITS
+from barchain.studies.defaults import COST
 from reports.tables.cost import INDEPENDENT, OWN_EQUATIONS
+from reports.tables.outcome import Outcome
+from scenarios import Scene, load_scene, scene_names
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+    from pathlib import Path
+
     from adapters.engine import AccuracySweep, Setting
     from adapters.registry import Registration
-    from scenarios import Scene
 
+DEFAULT_SCENES = "paper/"
 SAMPLES = 21  # few, so that no engine is timed at interpolating samples; certified solutions have these instants
+LONGER = "past the time limit"  # in the reason of a point that is not tried
+SHORTENED = "the time budget is half used"  # in that of one past the limit that is shortened then
+BLURRED = "lie under the certified solution's own error"
+REPEATED_LOAD = "repeated_load"
+"""Option of an engine that applies each load twice, at half strength. The motion stays the same up to round-off, and
+the additional time is that of the loads once more"""
+LONGEST_LOADED_S = 0.1  # of a run whose loads are timed: the finest setting below, where fixed costs are least
+
+Row = dict[str, Any]
+PointName = tuple[str, str, str]
+"""Scene, engine and setting"""
+
+
+@dataclass(frozen=True)
+class CostOptions:
+    """Options of a cost study."""
+
+    scenes: Iterable[Scene | str | Path] | None = None
+    """The paper's by default"""
+    engines: Iterable[str] | None = None
+    """All registered engines by default, also those that only studies run"""
+    orbits: float = 1.0
+    """Part of each scene that is run, from its start"""
+    repeats: int = COST.repeats
+    """Times that each point is measured, if the budget allows"""
+    minutes: float = COST.minutes
+    """Budget, divided among the scenes; where it runs short, first repeats and then long runs are given up"""
+    time_limit_s: float = COST.time_limit_s
+    """Runs that are expected to take longer are skipped, with the reason in the table"""
 
 
 @dataclass(frozen=True)
@@ -28,9 +68,9 @@ class CostPlan:
 
     scenes: list[Scene]
     engines: dict[str, Registration]
-    repeats: int = REPEATS
-    minutes: float = MINUTES
-    time_limit_s: float = TIME_LIMIT_S
+    repeats: int
+    minutes: float
+    time_limit_s: float
     named: frozenset[str] = frozenset()
     """Engines that were asked for by name"""
 
@@ -41,9 +81,25 @@ class CostPlan:
         return sum(sum(map(len, runs.values())) + len(out) + self.repeats for runs, out in found)
 
 
+def make_plan(options: CostOptions) -> CostPlan:
+    """Scenes cut to their first orbits, engines and limits; errors as :meth:`CostStudy.plan`."""
+    names = [n for n in scene_names() if n.startswith(DEFAULT_SCENES)] if options.scenes is None else options.scenes
+    loaded = unique_names([s if isinstance(s, Scene) else load_scene(s) for s in names])
+    chosen = engines() if options.engines is None else chosen_engines(options.engines)
+    scenes = [shortened(s, options.orbits) for s in loaded]
+    need_runnable(scenes, options.time_limit_s)
+    named = frozenset(() if options.engines is None else chosen)
+    return CostPlan(scenes, chosen, options.repeats, options.minutes, options.time_limit_s, named)
+
+
 def kind_of(registration: Registration) -> str:
     """Kind of an engine: one of :data:`reports.tables.cost.KINDS`."""
     return INDEPENDENT if registration.external else OWN_EQUATIONS
+
+
+def name_of(job: Job) -> PointName:
+    """Name of the point that a run measures."""
+    return job.scene.name, job.engine, str(job.setting)
 
 
 def shortened(scene: Scene, orbits: float = 1.0) -> Scene:
@@ -74,3 +130,59 @@ def sweeps(scene: Scene, engines: dict[str, Registration]) -> tuple[dict[str, li
         settings = distinct(scene, engine_class(registration).sweep)
         runs[name] = [Job(scene, name, registration, s, Role.MAIN) for s in settings]
     return runs, out
+
+
+def too_long(coarser: list[tuple[Job, Row]], job: Job, limit_s: float, why: str = "") -> str:
+    """Reason to skip a run: a coarser run timed out, or this one is expected to; empty if there is none.
+
+    `why` tells of a shortened limit.
+    """
+    past = [row for _, row in coarser if row["outcome"] == Outcome.TIMED_OUT.value or LONGER in row["reason"]]
+    if past:
+        hasty = f", as {SHORTENED}" * any(SHORTENED in row["reason"] for row in past)
+        return f"a coarser setting is {LONGER} already{hasty}"
+    timed = [(c, float(row["seconds"])) for c, row in coarser if row.get("seconds", 0.0) > 0.0]
+    if not timed:
+        return ""
+    last, seconds = timed[-1]
+    growth = 1.0
+    if job.setting.parameter is AccuracyParameter.STEPS_PER_ORBIT:
+        growth = step_s(job.scene, last.setting.value) / step_s(job.scene, job.setting.value)
+    elif len(timed) > 1:
+        growth = max(1.0, seconds / timed[-2][1])
+    expected_s = seconds * growth
+    if expected_s <= limit_s:
+        return ""
+    return f"{LONGER}, {limit_s:g} s{why}: about {expected_s:.2g} s expected"
+
+
+def too_fine(coarser: list[Row]) -> str:
+    """Reason to skip a run: both coarser runs lie below the certified solution's own error; empty if there is none."""
+    if coarser and BLURRED in coarser[-1]["reason"]:
+        return f"coarser settings {BLURRED}"
+    return f"coarser settings {BLURRED}" if len(coarser) > 1 and all(map(blurred, coarser[-2:])) else ""
+
+
+def blurred(row: Row) -> bool:
+    """Whether all errors of a point are below the certified solution's own."""
+    present = {name for name, unit in UNITS.items() if row.get(f"{name}_error_{unit}", np.nan) >= 0.0}
+    return bool(present) and present <= set(str(row.get("under_floor") or "").split(","))
+
+
+def load_jobs(sweeps: Iterable[list[Job]], points: Mapping[PointName, Row]) -> list[Job]:
+    """Runs whose loads are timed: the finest good setting of each engine with the option that is brief enough.
+
+    Parameters
+    ----------
+    sweeps : iterable of list of Job
+        Settings of each engine, coarse to fine.
+    points : mapping
+        Measured points.
+    """
+    found = []
+    for jobs in sweeps:
+        good = [j for j in jobs if points[name_of(j)]["outcome"] == Outcome.PASS.value]
+        brief = [j for j in good if points[name_of(j)]["seconds"] <= LONGEST_LOADED_S]
+        if good and REPEATED_LOAD in engine_class(good[0].registration).options:
+            found.append(brief[-1] if brief else good[0])
+    return found

@@ -1,4 +1,4 @@
-"""How large an effect is at a state, beside the gravity-gradient force.
+"""How large an effect is at a state beside the gravity-gradient force, and what switching it changes in a run.
 
 An effect pushes bar j by an acceleration p_j and turns it by a torque K_j. With the mean p over the chain's mass,
 
@@ -13,12 +13,18 @@ large common parts are never subtracted.
 An effect is evaluated at the samples of the scene's own run, and at both ends of each segment between its events: a
 thrust that comes and goes between two samples is largest at one of them. The state there is the cubic through its
 neighbours.
+
+For the change of a run both scenes are run at a tolerance and at one ten times looser. As in
+:mod:`barchain.solutions.reference`, the difference of the two bounds the tighter run's own error; so the difference of
+two scenes is off by at most the sum of both scenes' bounds, and a change below that sum is not resolved. Nothing is
+compared after either scene's two runs have parted.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import itertools
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple, cast
 
 import numpy as np
@@ -26,23 +32,27 @@ from scipy.interpolate import CubicHermiteSpline
 
 from adapters.common.initial_state import chain_model
 from adapters.common.reference_effects import effects_of
+from barchain.metrics.quantities import differences
+from barchain.solutions.reference import divergence_instant_s
 from reference_impl.model.complex_vectors import squared_norm, unit_along
 from reference_impl.model.effect import EffectAccelerations, EffectState, total_accelerations
 from reference_impl.model.gravity import complex_field_differences
 from reference_impl.model.kinematics import consistent_state
 from reference_impl.model.relative import external_accelerations
-from reports.tables.effects import EffectKind
+from reports.tables.effects import QUANTITIES, EffectKind
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from adapters.trajectory import Array, Trajectory
-    from barchain.studies.effects.effect_toggles import Switch
+    from barchain.studies.effects.switches import Switch
     from reference_impl.model.arrays import ComplexArray
     from reference_impl.model.chain import ChainModel
     from scenarios import Effects, Scene
 
 MOST_STATES = 201  # of a run at which an effect is looked at
+LOOSER = 10.0  # tolerance of the second run of each scene, relative to the first
+ROUNDING = 4.0 * float(np.finfo(float).eps)  # two roundings of each run, that even equal runs may hide
 JUST = 1e-11  # of the run after a break: more than what effects take as the same instant, 1e-12 of its time
 
 
@@ -145,3 +155,58 @@ def push_of(model: ChainModel, at: EffectState) -> EffectAccelerations:
 def minus(a: EffectAccelerations, b: EffectAccelerations) -> EffectAccelerations:
     """Difference of two pushes."""
     return EffectAccelerations(a.common - b.common, a.difference - b.difference, a.angular - b.angular)
+
+
+@dataclass(frozen=True)
+class RunPair:
+    """One scene at two tolerances."""
+
+    tight: Trajectory
+    loose: Trajectory
+
+    @property
+    def limit_s(self) -> float:
+        """Last instant before the two part."""
+        return divergence_instant_s(self.tight, self.loose)
+
+
+@dataclass(frozen=True)
+class SwitchResponse:
+    """Changes that a switch causes; a quantity that either scene lacks is left out."""
+
+    largest: dict[str, float]
+    """``com`` (m), ``attitude`` (rad), ``reaction`` (N), the largest over what was compared"""
+    noise: dict[str, float]
+    """Numerical error of each change, by the same names"""
+    compared_s: float
+    """Until when"""
+
+
+def change(scene: RunPair, switched: RunPair) -> SwitchResponse:
+    """Largest differences of two scenes over their common samples."""
+    until = min(scene.limit_s, switched.limit_s)
+    apart = upto(until, scene.tight, switched.tight)
+    own, other = (upto(until, runs.tight, runs.loose) for runs in (scene, switched))
+    size = scales(scene.tight, until)
+    noise = {name: own[name] + other[name] + ROUNDING * size[name] for name in apart}
+    return SwitchResponse(apart, noise, until)
+
+
+def upto(until_s: float, a: Trajectory, b: Trajectory) -> dict[str, float]:
+    """Largest difference of two runs until an instant, for each quantity."""
+    inside = slice(0, int(np.searchsorted(a.t_s, until_s, side="right")))
+    return {name: float(d[inside].max()) for name, d in differences(a, b).items() if name in QUANTITIES}
+
+
+def scales(trajectory: Trajectory, until_s: float) -> dict[str, float]:
+    """Largest size of each quantity until an instant: the scale of its round-off."""
+    inside = trajectory.t_s <= until_s
+    found = {"com": longest(trajectory.com_m[inside]), "attitude": 1.0}
+    if trajectory.reaction_N is not None and trajectory.reaction_N.shape[1]:
+        found["reaction"] = longest(trajectory.reaction_N[inside])
+    return found
+
+
+def longest(vectors: Array) -> float:
+    """Length of the longest plane vector."""
+    return float(np.linalg.norm(vectors, axis=-1).max())

@@ -1,4 +1,4 @@
-"""Exponents of each cost against N, and the targets of the compiled reference."""
+"""Growth of each cost with N: expected costs of the next point, fitted exponents, targets of the compiled reference."""
 
 from __future__ import annotations
 
@@ -10,13 +10,18 @@ import pandas as pd
 
 from barchain.runs.timing.orders import FEWEST, slope
 from barchain.runs.timing.statistics import Interval
+from barchain.studies.defaults import FAST
 from reports.tables.scaling import FITTED
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from adapters.trajectory import Array
     from reports.tables.rows import Rows
 
-FAST = "reference-fast"
+SHARES = (1.0, 0.5, 0.2, 0.1, 0.05)  # of an orbit; the last is two steps between samples for the fewest steps taken
+LAST = 3  # points that tell how costs grow
+FEW_EXPONENT, MOST_GROWTH = 2.0, 3.0  # beyond which growth is not believed, of fewer points and of all of them
 LEAST_BARS = 20  # fewer have more of a call's own price in them than of the bars'
 FAST_BARS = (100, 100_000)  # where the compiled reference's evaluation is fitted
 LEAST_MEMORY_B = 2.0**20  # what allocators keep in store hides less
@@ -30,6 +35,27 @@ QUANTITIES = {
 }
 LONG = (500, 100_000)  # bars
 MOST_EXPONENT, MOST_SHORT_S, MOST_PER_BAR_S = 1.05, 1e-6, 50e-9
+
+
+def predicted(bars: Sequence[int], cost: Sequence[float], wanted: int) -> float:
+    """Cost at `wanted` bars by the last points' own exponent; 0 where nothing is known.
+
+    Points come in order of rising N; costs that are not positive numbers are none.
+    """
+    known = [(n, c) for n, c in zip(bars, cost, strict=True) if math.isfinite(c) and c > 0.0][-LAST:]
+    if not known:
+        return 0.0
+    n, c = known[-1]
+    exponent = FEW_EXPONENT
+    if len(known) > 1:
+        x, y = np.log([k[0] for k in known]), np.log([k[1] for k in known])
+        exponent = float(np.clip(np.polyfit(x, y, 1)[0], 0.0, MOST_GROWTH if len(known) == LAST else FEW_EXPONENT))
+    return float(c * (wanted / n) ** exponent)
+
+
+def affordable(orbit_s: float, limit_s: float) -> float:
+    """Largest share of an orbit that keeps to the limit; 0 if even the smallest does not."""
+    return next((share for share in SHARES if share * orbit_s <= limit_s), 0.0)
 
 
 def fit_range(engine: str, quantity: str) -> tuple[float, float]:

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.runs.call import Answer, CallEnd
+from barchain.runs.asking import reply_of
+from barchain.runs.call import Answer, Call, CallEnd
 from barchain.runs.job import Job, RunResult
 from barchain.runs.limits import QUESTION_S
 from barchain.runs.memory import Peak
-from barchain.runs.message import message_bytes, read_message
-from barchain.runs.messages import failed_run
-from barchain.runs.outside_runs import one_first_run, one_run, one_turn
+from barchain.runs.message import message_bytes, plain_number, read_message
+from barchain.runs.messages import failed_run, outside_call, ran
+from barchain.runs.outside_runs import result_of
+from barchain.runs.pool import PoolGroup, pool_group
 from barchain.runs.run import run_job
-from barchain.runs.timing.bench import LEAST_S, LONG_S, MOST_RUNS, pin, turn, warmed
+from barchain.runs.timing.bench import LEAST_S, LONG_S, MOST_RUNS, STARTUP_S, pin, quietest_core, turn, warmed
 from barchain.runs.timing.evaluation import DIRECT, evaluation_times, loop_of
 from barchain.runs.timing.statistics import median_time
 from reports.tables.outcome import Outcome
@@ -29,6 +32,8 @@ BUILDS = 3.0  # a model may take this many times as long to build, or compile, a
 LONG_TURNS = 3  # of runs over LONG_S, the first one counted
 COUNTERS = ("evaluations", "steps")
 
+Row = dict[str, Any]
+
 
 @dataclass(frozen=True)
 class ScalingTask:
@@ -41,86 +46,107 @@ class ScalingTask:
     share: float
     """Of an orbit; 0 where only evaluations are wanted"""
     repeats: int
-    limit_s: float
-
-    @property
-    def direct(self) -> bool:
-        """Whether the engine's right-hand side is timed by itself."""
-        return self.job.engine in DIRECT
 
 
-@dataclass(frozen=True)
-class TimedRuns:
-    """Further runs of a point after its first."""
+def measured_point(task: ScalingTask, limit_s: float, ask: Callable[[Call], Answer]) -> Row:
+    """Outcome, reason and measured columns of a point.
 
-    again: Callable[[], RunResult]
-    """A whole run"""
-    turn: Callable[[], RunResult]
-    """A turn of short runs; its times are the least of them"""
-
-
-@dataclass(frozen=True)
-class Measured(RunResult):
-    """Result of a point, without the trajectory."""
-
-    columns: dict[str, float | str] = field(default_factory=dict)
-    """Of points.csv"""
-
-
-def measured_message(task: ScalingTask, core: int | None) -> bytes:
-    """Message with :func:`measure_point`, run on one core."""
-    pin(core)
-    found = measure_point(task)
-    return message_bytes({"outcome": str(found.outcome), "reason": found.reason, "columns": found.columns}, {})
-
-
-def measured_from(answer: Answer) -> Measured:
-    """Measured point from the answer to :func:`measured_message`, or why there is none."""
+    Parameters
+    ----------
+    task : ScalingTask
+    limit_s : float
+        Wall time of one simulation, s.
+    ask : callable
+        Gives the answer of a process of its own to a call.
+    """
+    if pool_group(task.job) is PoolGroup.THIRD_PARTY:
+        return outside_point(task, limit_s, ask)
+    allowed = STARTUP_S + (LONG_TURNS + BUILDS) * limit_s
+    aside = limit_s, quietest_core()
+    answer = ask(Call(point_message, (task,), allowed, pool="", aside=aside, worth_keeping=ran))
     if answer.end is not CallEnd.ANSWERED:
-        lost = failed_run(answer)
-        return Measured(lost.outcome, lost.reason)
+        return row_of(failed_run(answer))
     header, _ = read_message(answer.content)
-    return Measured(Outcome(header["outcome"]), header["reason"], columns=header["columns"])
+    return {name: value for name, value in header.items() if name != "ran"}
 
 
-def measure_point(task: ScalingTask) -> Measured:
+def point_message(task: ScalingTask, limit_s: float, core: int | None) -> bytes:
+    """Message with :func:`own_point`, run on one core."""
+    pin(core)
+    found = own_point(task, limit_s)
+    return message_bytes(found | {"ran": found["outcome"] == Outcome.PASS.value}, {})
+
+
+def row_of(result: RunResult, words: str = "") -> Row:
+    """Columns of a point whose run is the end of it."""
+    return {"outcome": str(result.outcome), "reason": f"{result.reason}{words}"}
+
+
+def own_point(task: ScalingTask, limit_s: float) -> Row:
     """Warm up, take the memory of one whole run, then times."""
     warm = run_job(task.warm)
     if warm.outcome is not Outcome.PASS:
-        return Measured(warm.outcome, f"{warm.reason} (on three bars, to warm up)")
+        return row_of(warm, " (on three bars, to warm up)")
     peak = Peak()
     first = run_job(task.job) if task.share else RunResult(Outcome.PASS)
     if first.outcome is not Outcome.PASS:
-        return Measured(first.outcome, first.reason)
-    columns: dict[str, float | str] = {"memory_B": peak.beyond()} if task.share else {}
-    if task.direct:
+        return row_of(first)
+    columns: Row = {"memory_B": peak.beyond()} if task.share else {}
+    if task.job.engine in DIRECT:  # its right-hand side is timed by itself
         columns |= spread("evaluation", evaluation_times(loop_of(task.job.engine, task.job.scene), task.repeats))
         columns["per"] = "right-hand side"
     if task.share:
-        own = TimedRuns(lambda: run_job(task.job), lambda: turn(task.job, LEAST_S))
         warmed.add(task.job.scene.digest)  # the first run was the one that is not timed
-        columns = run_columns(task, first, own) | columns
-    return Measured(Outcome.PASS, columns=columns)
+        seconds = simulated(task, limit_s, first, lambda _: run_job(task.job), lambda _: turn(task.job, LEAST_S))
+        columns = run_columns(task, first, seconds) | columns
+    return row_of(RunResult(Outcome.PASS)) | columns
 
 
-def measure_outside_point(task: ScalingTask) -> Measured:
-    """Measure an engine of another package as :func:`measure_point` does, each run in a process of its own."""
-    build_s = BUILDS * task.limit_s
-    first, memory_B = one_first_run(task.job, QUESTION_S + build_s + task.limit_s, task.warm.scene)
+def outside_point(task: ScalingTask, limit_s: float, ask: Callable[[Call], Answer]) -> Row:
+    """Measure an engine of another package as :func:`own_point` does, each run in a process of its own."""
+    run_s = QUESTION_S + (BUILDS + 1.0) * limit_s
+    reply = reply_of(ask(outside_call("first_run", task.job, run_s, task.warm.scene)))
+    first, memory_B = result_of(task.job, reply), plain_number(reply.header.get("memory_B"))
     if first.outcome is not Outcome.PASS:
-        return Measured(first.outcome, first.reason)
-    turn_s = QUESTION_S + build_s + 2.0 * task.limit_s
-    runs = TimedRuns(
-        lambda: one_run(task.job, QUESTION_S + build_s + task.limit_s),
-        lambda: one_turn(task.job, turn_s, LEAST_S, MOST_RUNS),
-    )
-    return Measured(Outcome.PASS, columns=run_columns(task, first, runs) | {"memory_B": memory_B})
+        return row_of(first)
+
+    def again(number: int) -> RunResult:
+        return result_of(task.job, reply_of(ask(outside_call("run", task.job, run_s, repetition=number))))
+
+    def turned(number: int) -> RunResult:
+        call = outside_call("turn", task.job, run_s + limit_s, LEAST_S, MOST_RUNS, repetition=number)
+        return result_of(task.job, reply_of(ask(call)))
+
+    columns = run_columns(task, first, simulated(task, limit_s, first, again, turned))
+    return row_of(RunResult(Outcome.PASS)) | columns | {"memory_B": math.nan if memory_B is None else float(memory_B)}
 
 
-def run_columns(task: ScalingTask, first: RunResult, runs: TimedRuns) -> dict[str, float | str]:
+def simulated(
+    task: ScalingTask,
+    limit_s: float,
+    first: RunResult,
+    again: Callable[[int], RunResult],
+    turned: Callable[[int], RunResult],
+) -> list[float]:
+    """Times of `simulate`, s: of a long run the first and a few more if the limit leaves room, else of whole turns.
+
+    `again` makes a whole run, `turned` a turn of short runs, whose times are the least of them; both get a number.
+    """
+    one = first.seconds["simulate"]
+    if one >= LONG_S:
+        return [one, *passed(map(again, range(1, min(LONG_TURNS, int(limit_s / one)))))]
+    return passed(map(turned, range(task.repeats))) or [one]
+
+
+def passed(results: Iterable[RunResult]) -> list[float]:
+    """Times of `simulate` of the runs that passed."""
+    return [r.seconds["simulate"] for r in results if r.outcome is Outcome.PASS]
+
+
+def run_columns(task: ScalingTask, first: RunResult, simulated_s: list[float]) -> Row:
     """Time of a simulation, of an orbit, and of an evaluation or step."""
-    seconds = np.array(simulated(task, first, runs))
-    columns: dict[str, float | str] = {"share": task.share, "turns": len(seconds)}
+    seconds = np.array(simulated_s)
+    columns: Row = {"share": task.share, "turns": len(seconds)}
     columns |= {"build_s": first.seconds["build"], "simulate_s": float(np.median(seconds))}
     columns |= spread("orbit", seconds / task.share)
     counts = counted(first.trajectory)
@@ -135,20 +161,6 @@ def counted(trajectory: Trajectory | None) -> dict[str, float]:
     """Evaluations and steps, where the engine counts them."""
     info = {} if trajectory is None else trajectory.info
     return {name: float(info[name]) for name in COUNTERS if float(info.get(name, 0.0)) > 0.0}
-
-
-def simulated(task: ScalingTask, first: RunResult, runs: TimedRuns) -> list[float]:
-    """Times of `simulate`: of a long run the first and a few more if the limit leaves room, else of whole turns."""
-    one = first.seconds["simulate"]
-    if one >= LONG_S:
-        more = min(LONG_TURNS, int(task.limit_s / one)) - 1
-        return [one, *passed(runs.again() for _ in range(more))]
-    return passed(runs.turn() for _ in range(task.repeats)) or [one]
-
-
-def passed(results: Iterable[RunResult]) -> list[float]:
-    """Times of `simulate` of the runs that passed."""
-    return [r.seconds["simulate"] for r in results if r.outcome is Outcome.PASS]
 
 
 def spread(name: str, times: np.ndarray) -> dict[str, float]:

@@ -1,27 +1,67 @@
-"""The scaling study: time of an evaluation and of an orbit, and memory, against the number of bars."""
+"""The scaling study: time of an evaluation and of an orbit, and memory, against the number of bars.
+
+One chain is cut into more and more bars. All engines go to :data:`COMMON_BARS` before any goes on, so that each has
+points enough for an exponent. Within that, and beyond, what is cheap comes first: engines take turns as long as a point
+costs little more than its process, and those that get expensive wait, so that a budget that runs out has been spent on
+as many points as it could. Each engine goes as far as its time limit allows. Measured points are kept as answers, and a
+study that goes on finds them there.
+"""
 
 from __future__ import annotations
 
+import contextlib
+import math
+import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from adapters.registry import engines
+from adapters.trajectory import Observable
+from barchain.runs.call import Call, pickled
+from barchain.runs.declared import engine_class
 from barchain.runs.facts import engine_facts, external_versions, scene_words
+from barchain.runs.job import Job, Role
+from barchain.runs.kept_answers import AnswerStore
+from barchain.runs.memory import installed
 from barchain.runs.selection import chosen_engines
-from barchain.runs.timing.divided_chain import SCENE
-from barchain.studies.scaling.limits import BARS, MINUTES, REPEATS, TIME_LIMIT_S
-from barchain.studies.scaling.plan import ScalingPlan
-from barchain.studies.scaling.run import ScalingResult, ScalingRun
+from barchain.runs.timing.divided_chain import SCENE, divided
+from barchain.runs.timing.evaluation import DIRECT
+from barchain.runs.timing.left_out import cannot, failures
+from barchain.runs.timing.load import OtherLoad
+from barchain.runs.workers import Slot
+from barchain.studies.defaults import BARS, SCALING
+from barchain.studies.scaling.fit import SHARES, add_fits, affordable, fits_table, predicted, targets
+from barchain.studies.scaling.point import BUILDS, ScalingTask, measured_point
 from barchain.studies.study import limits_of
+from reports.tables.outcome import Outcome
+from reports.tables.rows import NOT_RUN
 from reports.tables.scaling import FILES
 from scenarios import load_scene
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    import pandas as pd
+
+    from adapters.registry import Registration
     from barchain.record.study_store import StudyStore
+    from barchain.runs.call import Answer
+    from barchain.studies.scaling.point import Row
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
+    from scenarios import Scene
+
+WARM_BARS = 3  # not a number that is measured: an adapter may keep what it compiled for one
+FAILURES = 2  # in succession, after which more bars are not tried
+NEVER = (
+    Outcome.UNSUPPORTED,
+    Outcome.MISSING,
+    Outcome.TIMED_OUT,
+    Outcome.NOTHING_COMPARED,
+)  # what more bars don't change
+COMMON_BARS = 100
+PROCESS_S = 4.0  # that a point takes whatever it runs: a process, imports, warming up, evaluations
+MEMORY_SHARE = 0.5  # of the machine's memory that a model may take
 
 
 @dataclass(frozen=True)
@@ -32,12 +72,52 @@ class ScalingOptions:
     """All registered engines by default, also those that only studies run"""
     bars: Iterable[int] = BARS
     """Numbers of bars, at least 2; each engine goes as far as the limits allow"""
-    repeats: int = REPEATS
+    repeats: int = SCALING.repeats
     """Times that each point is measured"""
-    minutes: float = MINUTES
+    minutes: float = SCALING.minutes
     """Budget, after which no point is begun"""
-    time_limit_s: float = TIME_LIMIT_S
+    time_limit_s: float = SCALING.time_limit_s
     """Of one simulation: orbits that are expected to take longer are run in part, or not at all"""
+
+
+@dataclass(frozen=True)
+class ScalingPlan:
+    """Measurements, and their limits of time."""
+
+    scene: Scene
+    engines: dict[str, Registration]
+    bars: tuple[int, ...]
+    repeats: int
+    minutes: float
+    time_limit_s: float
+    named: frozenset[str] = frozenset()
+    """Engines that were asked for by name"""
+
+    @property
+    def turns(self) -> int:
+        """Number of points to be reported, those that are not run among them."""
+        return len(self.engines) * len(self.bars)
+
+    def job(self, engine: str, bars: int, share: float) -> Job:
+        """Run of the chain of `bars` bars over a share of its orbit, at the engine's default setting."""
+        registration = self.engines[engine]
+        setting = engine_class(registration).sweep.setting()
+        return Job(divided(self.scene, bars, share), engine, registration, setting, Role.MAIN)
+
+
+@dataclass(frozen=True)
+class ScalingResult:
+    """Findings of a study beside its tables."""
+
+    idle: dict[str, str]
+    """Engines that could not be run at all, with the reason"""
+    failures: tuple[str, ...] = ()
+    """One line each; see :func:`barchain.runs.timing.left_out.failures`"""
+
+    @property
+    def passed(self) -> bool:
+        """Whether every engine that supports the chain ran."""
+        return not self.failures
 
 
 @dataclass(frozen=True)
@@ -78,3 +158,119 @@ class ScalingStudy:
     def run(self, plan: ScalingPlan, store: StudyStore, reporter: Reporter) -> ScalingResult:
         """Measure points in the order of their expected time."""
         return ScalingRun(plan, store, reporter).run()
+
+
+class ScalingRun:
+    """One run of the study over many engines on one chain."""
+
+    def __init__(self, plan: ScalingPlan, store: StudyStore, reporter: Reporter) -> None:
+        """Prepare; `reporter` gets scene, engine and bars, and outcome after each point."""
+        self.plan, self.store, self.report = plan, store, reporter.step
+        self.slot, self.answers = Slot(), AnswerStore(store.folder)
+        self.rows: list[Row] = []
+        """Points so far"""
+        self.done: dict[str, int] = {}
+        self.failed: dict[str, int] = {}
+        self.deadline = math.inf
+
+    def run(self) -> ScalingResult:
+        """Measure everything and write the tables; an interrupted run leaves the points measured so far."""
+        self.deadline, load = time.perf_counter() + 60.0 * self.plan.minutes, OtherLoad()
+        with contextlib.closing(self.slot):
+            try:
+                while ahead := {e: n for e in self.plan.engines if (n := self.next_bars(e))}:
+                    self.point(*min(ahead.items(), key=lambda pair: self.price(*pair)))
+                    self.store.record["other_processors"] = load.processors()
+                    self.store.write("points", self.points())
+            finally:
+                points = self.points()
+                fits = fits_table(points)
+                self.store.record["targets"] = targets(points, fits)
+                add_fits(self.store.summary, fits, self.plan.scene.name)
+                self.store.write("points", points)
+        out = (str(Outcome.MISSING), str(Outcome.UNSUPPORTED))
+        ran = {row["engine"] for row in self.rows if row["outcome"] not in out}
+        idle = {row["engine"]: row["reason"] for row in self.rows if row["engine"] not in ran}
+        return ScalingResult(idle, failures(self.rows, self.plan.named))
+
+    def points(self) -> pd.DataFrame:
+        """All points so far, engine by engine as they first came."""
+        order = list(dict.fromkeys(row["engine"] for row in self.rows))
+        frame = self.store.frame("points", sorted(self.rows, key=lambda row: order.index(row["engine"])))
+        return frame.astype({"reason": object, "per": object}).fillna({"reason": "", "per": ""})
+
+    def next_bars(self, engine: str) -> int:
+        """Bars of an engine's next point; 0 if there is none."""
+        done = self.done.get(engine, 0)
+        return 0 if done >= len(self.plan.bars) else self.plan.bars[done]
+
+    def expected(self, engine: str, column: str, bars: int) -> float:
+        """Cost of an engine's point by those of its points with fewer bars; 0 where nothing is known."""
+        known = [(row["bars"], float(row[column])) for row in self.rows if row["engine"] == engine and column in row]
+        return predicted([n for n, _ in known], [cost for _, cost in known], bars)
+
+    def price(self, engine: str, bars: int) -> tuple[bool, float, int]:
+        """Order of points: whether a point can wait, then its expected time, s, then its bars."""
+        orbit_s = self.expected(engine, "orbit_s", bars)
+        run_s = affordable(orbit_s, self.plan.time_limit_s) * orbit_s
+        return bars > COMMON_BARS, max(PROCESS_S, self.expected(engine, "build_s", bars) + run_s), bars
+
+    def point(self, engine: str, bars: int) -> None:
+        """One engine at one number of bars; those that are not worth a try after it are reported with it."""
+        columns = self.columns(engine, bars)
+        outcome = Outcome(columns["outcome"])
+        self.rows.append({"engine": engine, "bars": bars} | columns)
+        self.report(self.plan.scene.name, f"{engine}, {bars} bars", str(outcome))
+        self.done[engine] = self.done.get(engine, 0) + 1
+        self.failed[engine] = 0 if outcome is Outcome.PASS else self.failed.get(engine, 0) + 1
+        if outcome in NEVER or self.failed[engine] >= FAILURES:
+            for more in self.plan.bars[self.done[engine] :]:
+                self.report(self.plan.scene.name, f"{engine}, {more} bars", str(Outcome.NOTHING_COMPARED))
+            self.done[engine] = len(self.plan.bars)
+
+    def columns(self, engine: str, bars: int) -> Row:
+        """Columns of a point, whether it can be run or not."""
+        registration = self.plan.engines[engine]
+        out = cannot(divided(self.plan.scene, bars), engine, registration)
+        if out is not None:
+            return {"outcome": str(out.outcome), "reason": out.reason}
+        if Observable.ATTITUDE not in engine_class(registration).observables:
+            reason = "it follows the centre of mass alone, whatever the number of bars"
+            return {"outcome": str(Outcome.UNSUPPORTED), "reason": reason}
+        share, reason = self.share(engine, bars)
+        if not share and (engine not in DIRECT or time.perf_counter() > self.deadline):
+            return {"outcome": str(Outcome.NOTHING_COMPARED), "reason": f"{NOT_RUN}: {reason}"}
+        job, warm = self.plan.job(engine, bars, share or SHARES[-1]), self.plan.job(engine, WARM_BARS, SHARES[-1])
+        task = ScalingTask(job, warm, share, self.plan.repeats)
+        found = measured_point(task, self.plan.time_limit_s, self.ask)
+        if reason and found["outcome"] == Outcome.PASS.value:
+            found["reason"] = f"orbit {NOT_RUN}: {reason}"
+        return found
+
+    def ask(self, call: Call) -> Answer:
+        """Kept answer, or that of a process of its own now."""
+        return self.answers.answer(call, lambda made: self.slot.run(pickled(made)))
+
+    def share(self, engine: str, bars: int) -> tuple[float, str]:
+        """Share of an orbit to be run; 0 with the reason if none."""
+        if time.perf_counter() > self.deadline:
+            return 0.0, f"the study's {self.plan.minutes:g} minutes were over"
+        build_s = self.expected(engine, "build_s", bars)
+        if build_s > BUILDS * self.plan.time_limit_s:
+            return 0.0, f"building its model would take about {rounded(build_s)}"
+        memory_B = self.expected(engine, "memory_B", bars)
+        if memory_B > MEMORY_SHARE * installed():
+            return 0.0, f"its model would take about {memory_B / 1e9:.2g} GB of memory"
+        orbit_s = self.expected(engine, "orbit_s", bars)
+        share = affordable(orbit_s, self.plan.time_limit_s)
+        if share:
+            return share, ""
+        return 0.0, f"would take about {rounded(orbit_s)}, the smallest share {rounded(SHARES[-1] * orbit_s)}"
+
+
+def rounded(seconds: float) -> str:
+    """Expected time to two digits, in the unit that suits it."""
+    for unit, size_s in (("h", 3600.0), ("min", 60.0)):
+        if seconds >= 2.0 * size_s:
+            return f"{seconds / size_s:.2g} {unit}"
+    return f"{seconds:.2g} s"

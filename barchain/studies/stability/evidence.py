@@ -11,9 +11,8 @@ from adapters.common.initial_state import chain_model
 from barchain.judge.checks.beyond_limit import kinetic_ratio
 from barchain.metrics.quantities import drifts
 from barchain.runs.job import Role
-from barchain.studies.stability.engine_runs import LEVEL_WORDS, OTHER
-from barchain.studies.stability.growth import attitude_error, growth_excess
-from barchain.studies.stability.law import law
+from barchain.studies.stability.growth import attitude_error, growth_excess, law
+from barchain.studies.stability.rules import LEVEL_WORDS, OTHER
 from reference_impl.model.complex_vectors import unit_along
 from reference_impl.model.joints import condition_number, joint_matrix
 from reports.tables.outcome import Outcome
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
     from barchain.judge.verdict import Row
     from barchain.solutions.reference import ReferenceSolution
-    from barchain.studies.stability.engine_runs import EngineRuns
+    from barchain.studies.stability.rules import EngineRuns
     from scenarios import Scene
 
 MOST_BARS = 100  # a condition number costs N²

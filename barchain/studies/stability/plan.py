@@ -1,4 +1,4 @@
-"""Plan of a stability study: scenes, engines, and each engine's three settings in a scene."""
+"""Plan of a stability study: scenes, engines, pairs left to a full study, and each engine's settings in a scene."""
 
 from __future__ import annotations
 
@@ -13,13 +13,17 @@ from adapters.registry import COMPILED, ENGINES, engines, find_engine
 from barchain.runs.declared import engine_class
 from barchain.runs.executors import ALL_CORES
 from barchain.runs.job import Job, Role
+from barchain.runs.selection import unique_names
+from barchain.runs.timing.estimate import need_runnable
 from barchain.runs.timing.left_out import cannot
 from barchain.solutions.reference_runs import solution_jobs
-from barchain.studies.stability.limits import TIME_LIMIT_S
+from barchain.studies.defaults import STABILITY_LIMIT_S
+from barchain.studies.stability.expected import SLOW, recorded
 from scenarios import load_scene, scene_names
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Collection, Iterable, Sequence
+    from pathlib import Path
 
     from adapters.engine import Engine
     from adapters.registry import Registration
@@ -40,6 +44,26 @@ EXACT_RTOL = 1e-14  # of the compiled reference: its sums are compensated from h
 SCIPY = re.compile("scipy-.*")
 """SciPy's solvers, on compiled rates and on rates in NumPy"""
 
+NUMPY_RATES = frozenset({"reference", "reference-absolute"})
+"""Engines that evaluate rates in NumPy: hundreds of orbits take them minutes a run"""
+MOST_BARS_COMPILED = 200  # heyoka compiles 1000 bars for minutes, at each setting
+
+
+@dataclass(frozen=True)
+class StabilityOptions:
+    """Options of a stability study."""
+
+    scenes: Sequence[str | Path] = ()
+    """Names or files; all of ``hard/`` by default, except scenes tagged ``huge``"""
+    engines: Sequence[str] = ()
+    """The engines of the default set and SciPy's solvers by default"""
+    time_limit_s: float = STABILITY_LIMIT_S
+    """Wall time of one run; a form of the reference gets ten times as much"""
+    executor: Executor = ALL_CORES
+    """Place of the runs; all cores of this machine by default"""
+    full: bool = False
+    """Pairs that take minutes too, and SciPy's solvers also on rates in NumPy"""
+
 
 @dataclass(frozen=True)
 class StabilityPlan:
@@ -47,7 +71,7 @@ class StabilityPlan:
 
     scenes: tuple[Scene, ...]
     engines: dict[str, Registration]
-    time_limit_s: float = TIME_LIMIT_S
+    time_limit_s: float = STABILITY_LIMIT_S
     executor: Executor = ALL_CORES
     left_out: frozenset[tuple[str, str]] = frozenset()
     """Scenes and engines that the default study leaves to a full one"""
@@ -69,6 +93,17 @@ class StabilityPlan:
         return solutions + sum(len(settings(s, e)) for s, e in able)
 
 
+def make_plan(options: StabilityOptions) -> StabilityPlan:
+    """Scenes, engines and limits; errors as :meth:`StabilityStudy.plan`."""
+    scenes = unique_names([load_scene(s) for s in options.scenes or hard_scenes()])
+    need_runnable(scenes, options.time_limit_s)
+    chosen = chosen_engines(options.engines, full=options.full)
+    whole = options.full or bool(options.engines)
+    left = frozenset() if whole else left_to_a_full_study(scenes, chosen)
+    options.executor.check()
+    return StabilityPlan(tuple(scenes), chosen, options.time_limit_s, options.executor, left)
+
+
 def hard_scenes() -> list[str]:
     """Names of the hard scenes that are run where none is named."""
     return [name for name in scene_names() if name.startswith(HARD) and HUGE not in load_scene(name).tags]
@@ -87,6 +122,21 @@ def default_engines(*, full: bool = False) -> dict[str, Registration]:
 def chosen_engines(names: Iterable[str] | None, *, full: bool = False) -> dict[str, Registration]:
     """Engines by name, or the default ones."""
     return {name: find_engine(name) for name in dict.fromkeys(names)} if names else default_engines(full=full)
+
+
+def left_to_a_full_study(scenes: Iterable[Scene], names: Iterable[str]) -> frozenset[tuple[str, str]]:
+    """Pairs that take long and are known: recorded time-outs, and :func:`takes_minutes`."""
+    own, known = frozenset(names), recorded()
+    found = {(scene.name, name) for scene in scenes for name in own if takes_minutes(scene, name, own)}
+    return frozenset(found | {pair for pair, word in known.items() if word == SLOW and pair[1] in own})
+
+
+def takes_minutes(scene: Scene, name: str, engines: Collection[str]) -> bool:
+    """Whether each run takes minutes: rates in NumPy in a long scene, if the compiled reference is there; compiling."""
+    if LONG in scene.tags and COMPILED in engines and name in NUMPY_RATES:
+        return True
+    solver = name != COMPILED and name in ENGINES and ENGINES[name].needs_kernel
+    return scene.bars > MOST_BARS_COMPILED and (solver or (name in ENGINES and ENGINES[name].compiles))
 
 
 def settings(scene: Scene, engine: type[Engine]) -> dict[Role, Setting]:

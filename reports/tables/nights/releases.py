@@ -68,6 +68,7 @@ FILES = StudyFiles(
     frozenset({"errors", "runs", "times"}),
     model=ReleasesRecord,
     resumes=True,
+    keeps_answers=True,
     pages=("releases.html",),
 )
 

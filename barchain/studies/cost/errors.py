@@ -1,4 +1,9 @@
-"""Largest errors of a run up to the certified solution's predictability limit, and which of them it resolves."""
+"""Largest errors of a run up to the certified solution's predictability limit, and which of them it resolves.
+
+Beside the runs of engines stands DOP853 at equal steps on the reference's right-hand side: its order, without the step
+control's own doing. A controller aims at the requested error, not at a step; counts of evaluations then carry its first
+steps, rejections and a last step cut short, and their slope is no order. Equal steps leave the method alone.
+"""
 
 from __future__ import annotations
 
@@ -6,11 +11,13 @@ import dataclasses
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
+from scipy.integrate import DOP853
 
-from adapters.common.initial_state import chain_model
+from adapters.common.initial_state import chain_model, initial_state
 from barchain.metrics.model_difference import com_displacement
 from barchain.metrics.quantities import differences
 from barchain.solutions.certified import MARGIN
+from reference_impl.integrate.simulate import Simulation
 from reference_impl.model import invariants
 from reports.tables.crossval import PARTED_RAD
 from scenarios import Gravity
@@ -21,6 +28,9 @@ if TYPE_CHECKING:
 
 TELLS = MARGIN  # times the certified solution's own error, below which it does not resolve an engine's
 VANISHING = 1e-9  # of m n² l: reactions below it are round-off of zero
+STEPS_PER_ORBIT = (16, 20, 25, 32, 40, 50, 64, 80)
+ORDER = 8.0
+"""Of DOP853"""
 UNITS = {"attitude": "rad", "reaction": "N", "com": "m"}
 
 
@@ -142,3 +152,36 @@ def head(trajectory: Trajectory, n: int) -> Trajectory:
     """First `n` samples of the quantities in an energy."""
     names = ("t_s", "com_m", "com_velocity_m_s", "angle_rad", "rate_rad_s")
     return dataclasses.replace(trajectory, **{name: getattr(trajectory, name)[:n] for name in names})
+
+
+def errors_at_equal_steps(solution: BoundedSolution) -> tuple[Array, Array]:
+    """Steps (s) and errors of the attitude at the end (rad), each (n,), above the certified solution's floor.
+
+    Empty for scenes with prescribed rotations: their laws have kinks, which steps would straddle.
+    """
+    scene, angle = solution.scene, solution.trajectory.angle_rad
+    if scene.effects.prescribed_rotation or angle is None or len(solution.trajectory.t_s) < scene.run.samples:
+        return np.empty(0), np.empty(0)
+    orbits = scene.run.duration_s / scene.step_period_s
+    counts = [max(1, round(n * orbits)) for n in STEPS_PER_ORBIT]
+    off = np.array([np.abs(end_attitude(scene, n) - angle[-1]).max() for n in counts])
+    told = off >= 10.0 * solution.error["attitude"][-1]
+    return scene.run.duration_s / np.array(counts)[told], off[told]
+
+
+def end_attitude(scene: Scene, steps: int) -> Array:
+    """Angles at the end, (N,) rad, after `steps` equal steps."""
+    start = initial_state(scene)
+    simulation = Simulation(
+        chain_model(scene), start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s, rtol=1.0
+    )
+    end_s = scene.run.duration_s
+    step_s = end_s / steps
+    solver = DOP853(
+        simulation.coordinates.rhs, 0.0, simulation.y0, end_s,
+        max_step=step_s, first_step=step_s, rtol=1.0, atol=np.inf,
+    )  # fmt: skip
+    with np.errstate(all="ignore"):  # steps too long for the motion blow up: what they give is no error to be fitted
+        while solver.status == "running":
+            solver.step()
+    return simulation.coordinates.unpack(solver.y).angle_rad

@@ -14,27 +14,30 @@ import dataclasses
 import gc
 import time
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.runs.timing.bench import TimingBench
+from barchain.runs.call import Call, pickled
+from barchain.runs.message import message_bytes, read_message
+from barchain.runs.timing.bench import TimingBench, pin
 from barchain.runs.timing.evaluation import DIRECT, batch_s, calibrated, loop_of
 from barchain.runs.timing.statistics import Interval, median_time
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Sequence
 
     from barchain.runs.job import Job
+    from barchain.runs.kept_answers import AnswerStore
     from scenarios import Scene
 
-LEAST_S = 0.02  # of simulate in one turn
 LEAST_ROUNDS = 3  # that are to fit: with them every price has a range
 SHORTEST = 0.02  # share of the run that is timed at least
 BATCH_S = 0.001  # of evaluations: shorter than a turn of another process on the same core
 BATCHES = 20  # in one turn of an evaluation, whose time is the least of them: what disturbs only adds
 EVALUATION_TURNS = 9
+EVALUATIONS_S = 600.0  # allowed to all turns: some 0.2 s a run, and the first evaluations
 
 
 @dataclass
@@ -45,18 +48,6 @@ class Timed:
     evaluations: int = 0
     evaluation_s: list[float] = field(default_factory=list)
     """Of one evaluation at the start, turn by turn; empty where the engine's can't be had by itself"""
-
-
-@dataclass(frozen=True)
-class Price:
-    """Cost with an effect over cost without it."""
-
-    time: Interval
-    evaluation: Interval | None
-    """Time of one evaluation, over that without; None where it is not known"""
-    evaluations: float
-    """Their number, over that without"""
-    rounds: int
 
 
 def timed_span_s(scene: Scene, pass_s: float, seconds: float, rounds: int = LEAST_ROUNDS) -> float:
@@ -91,13 +82,21 @@ def shortened(job: Job, span_s: float) -> Job:
 
 
 def timed_rounds(
-    jobs: Sequence[Job], *, repeats: int, seconds: float, time_limit_s: float, told: Callable[[int], None]
+    jobs: Sequence[Job],
+    answers: AnswerStore,
+    *,
+    repeats: int,
+    seconds: float,
+    time_limit_s: float,
+    told: Callable[[int], None],
 ) -> list[Timed]:
     """Time all runs in turn, again and again; first once each without looking at the clock, to get warm.
 
     Parameters
     ----------
     jobs : sequence of Job
+    answers : AnswerStore
+        Turns that were made are taken from there.
     repeats : int
         Rounds at most.
     seconds : float
@@ -113,49 +112,70 @@ def timed_rounds(
         One for each job.
     """
     found = [Timed() for _ in jobs]
-    with TimingBench(LEAST_S) as bench:
+    with TimingBench(answers) as bench:
         for job in jobs:
             bench.run(job, time_limit_s)
         end = time.perf_counter() + seconds
-        for k in range(repeats):
-            for job, kept in zip(jobs, found, strict=True):
-                one_turn(bench, job, kept, time_limit_s)
-            told(k + 1)
+        for turn in range(1, repeats + 1):
+            for job, own in zip(jobs, found, strict=True):
+                result = bench.run(job, time_limit_s, turn)
+                good = result.outcome is Outcome.PASS and result.trajectory is not None
+                own.seconds.append(result.seconds["simulate"] if good else float("nan"))
+                if good and result.trajectory is not None:
+                    own.evaluations = int(result.trajectory.info.get("evaluations", 0))
+            told(turn)
             if time.perf_counter() > end:
                 break
+        rated = [(job, own) for job, own in zip(jobs, found, strict=True) if job.engine in DIRECT]
+        work = tuple((job.engine, job.scene) for job, _ in rated)
+        call = Call(timed_evaluations, (work, EVALUATION_TURNS), EVALUATIONS_S, aside=(bench.core,))
+        answer = answers.answer(call, lambda asked: bench.slot("evaluations").run(pickled(asked)))
+        _, times = read_message(answer.needed())
+        for (_, own), evaluation_s in zip(rated, times["evaluation_s"].T, strict=True):
+            own.evaluation_s = evaluation_s.tolist()
     return found
 
 
-def one_turn(bench: TimingBench, job: Job, kept: Timed, time_limit_s: float) -> None:
-    """One more time of a run."""
-    result = bench.run(job, time_limit_s)
-    good = result.outcome is Outcome.PASS and result.trajectory is not None
-    kept.seconds.append(result.seconds["simulate"] if good else float("nan"))
-    if good and result.trajectory is not None:
-        kept.evaluations = int(result.trajectory.info.get("evaluations", 0))
-
-
-def time_evaluations(pairs: Iterable[tuple[Job, Timed]], turns: int = EVALUATION_TURNS) -> None:
-    """Time one evaluation of each run in turn, again and again, into its `evaluation_s`."""
-    loops = [(loop_of(job.engine, job.scene), kept) for job, kept in pairs if job.engine in DIRECT]
-    batches = [(loop, calibrated(loop, BATCH_S), kept) for loop, kept in loops]
+def timed_evaluations(work: Sequence[tuple[str, Scene]], turns: int, core: int | None) -> bytes:
+    """Message with the times of one evaluation of engines in scenes, in turn, again and again: (turns, n) s."""
+    pin(core)
+    loops = [loop_of(engine, scene) for engine, scene in work]
+    batches = [(loop, calibrated(loop, BATCH_S)) for loop in loops]
+    found = np.empty((turns, len(batches)))
     gc.collect()
     gc.disable()
     try:
-        for _ in range(turns):
-            for loop, times, kept in batches:
-                kept.evaluation_s.append(min(batch_s(loop, times) for _ in range(BATCHES)) / times)
+        for turn in range(turns):
+            for k, (loop, times) in enumerate(batches):
+                found[turn, k] = min(batch_s(loop, times) for _ in range(BATCHES)) / times
     finally:
         gc.enable()
+    return message_bytes({}, {"evaluation_s": found})
 
 
-def price(present: Timed, absent: Timed) -> Price | None:
-    """Time of `present` over that of `absent`; None where either was never timed."""
+def price_columns(present: Timed, absent: Timed) -> dict[str, Any]:
+    """Columns of the cost of an effect: of a run with it over one without it; none where either was never timed.
+
+    The time of an evaluation, and its ratio, are left out where they are not known.
+    """
     ratios = np.array(present.seconds) / np.array(absent.seconds)
     ratios = ratios[np.isfinite(ratios)]
     if not len(ratios) or not present.evaluations or not absent.evaluations:
-        return None
-    one = None
+        return {}
+    found = interval_columns("time_ratio", median_time(ratios)) | {
+        "rounds": len(ratios),
+        "evaluations_ratio": present.evaluations / absent.evaluations,
+        "evaluations": present.evaluations,
+        "seconds": float(np.nanmedian(present.seconds)),
+    }
     if present.evaluation_s and absent.evaluation_s:
         one = median_time(np.array(present.evaluation_s) / np.array(absent.evaluation_s))
-    return Price(median_time(ratios), one, present.evaluations / absent.evaluations, len(ratios))
+        found |= interval_columns("evaluation_ratio", one)
+    if present.evaluation_s:
+        found["evaluation_s"] = float(np.median(present.evaluation_s))
+    return found
+
+
+def interval_columns(name: str, found: Interval) -> dict[str, float]:
+    """Columns of a ratio and where it lies."""
+    return {name: found.value, f"{name}_low": found.low, f"{name}_high": found.high}
