@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import hashlib
 import importlib.util
 import json
@@ -25,37 +26,6 @@ BUILT_HERE = {"reference_impl"}
 DIGITS = 16
 
 
-def source_digest(target: str, distribution: str = "") -> str:
-    """Digest of the sources behind an engine: barchain's, and those of a third party's package or file.
-
-    Parameters
-    ----------
-    target : str
-        ``module:Class``, as it is registered. The module is not imported.
-    distribution : str
-        Distribution that registers the engine, of another package: all its files count, and its version.
-    """
-    top = target.partition(":")[0].partition(".")[0]
-    if top in ENGINE_PACKAGES and not distribution:
-        return our_digest()
-    return f"{our_digest()}+{digest_of(top)}{installed_digest(distribution) if distribution else ''}"
-
-
-@cache
-def installed_digest(distribution: str) -> str:
-    """Digest of a distribution's version and of the sizes and contents of its installed files."""
-    try:
-        found = metadata.distribution(distribution)
-    except metadata.PackageNotFoundError:
-        return "+none"
-    digest = hashlib.sha256(str(found.version).encode())
-    for file in sorted(found.files or (), key=str):
-        path = Path(str(file.locate()))
-        if path.is_file() and path.suffix != ".pyc":
-            digest.update(f"{file}\0".encode() + fingerprint(path))
-    return f"+{digest.hexdigest()[:DIGITS]}"
-
-
 @cache
 def our_digest() -> str:
     """Digest of barchain's own sources, computed once in a process."""
@@ -72,6 +42,67 @@ def digest_of(*names: str) -> str:
         for path, inside in files_of(name):
             found.update(f"{name}/{inside}\0".encode() + fingerprint(path) + b"\0")
     return found.hexdigest()[:DIGITS]
+
+
+def contents_digest(distribution: str) -> str:
+    """Digest of the contents of a distribution's installed files; empty without any.
+
+    Dates don't count, so that two installations of the same wheel agree. Files that an installation adds, and compiled
+    Python, are left out. A file of the size that the installation recorded has the digest that it recorded. An editable
+    distribution lists no sources: those of its modules count.
+    """
+    try:
+        files = metadata.distribution(distribution).files or ()
+    except metadata.PackageNotFoundError:
+        return ""
+    modules = editable_modules(distribution)
+    found = hashlib.sha256(digest_of(*modules).encode() if modules else b"")
+    for file in sorted(files, key=str):
+        path = Path(str(file.locate()))
+        if made_by_wheel(str(file)) and path.is_file():
+            found.update(f"{file}\0".encode() + file_digest(file, path))
+    return found.hexdigest()[:DIGITS]
+
+
+def file_digest(file: metadata.PackagePath, path: Path) -> bytes:
+    """Digest of an installed file: the recorded one, or of its contents where its size is another now."""
+    if file.hash is not None and file.hash.mode == "sha256" and file.size == path.stat().st_size:
+        return base64.urlsafe_b64decode(file.hash.value + "=")
+    with path.open("rb") as content:
+        return hashlib.file_digest(content, "sha256").digest()
+
+
+def made_by_wheel(file: str) -> bool:
+    """Whether a file comes with the wheel, not from its installation."""
+    added = {"RECORD", "INSTALLER", "REQUESTED", "direct_url.json"}
+    return not (file.endswith(".pyc") or file.startswith("..") or Path(file).name in added)
+
+
+@cache
+def required_by(distribution: str) -> frozenset[str]:
+    """Names of the installed distributions that a distribution requires, directly or through others, extras apart."""
+    found: set[str] = set()
+    ahead = [distribution]
+    while ahead:
+        lines = [line for line in requirements(ahead.pop()) if "extra ==" not in line]
+        names = {re.sub(r"[-_.]+", "-", re.split(r"[^\w.-]", line)[0]).lower() for line in lines}
+        more = {name for name in names - found if is_installed(name)}
+        found |= more
+        ahead += more
+    return frozenset(found)
+
+
+def requirements(distribution: str) -> list[str]:
+    """Lines of an installed distribution's requirements; none if it is not installed."""
+    try:
+        return metadata.requires(distribution) or []
+    except metadata.PackageNotFoundError:
+        return []
+
+
+def is_installed(distribution: str) -> bool:
+    """Whether a distribution is installed."""
+    return next(iter(metadata.distributions(name=distribution)), None) is not None
 
 
 def direct_url(distribution: str) -> dict[str, Any]:

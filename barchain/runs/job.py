@@ -7,8 +7,6 @@ from enum import StrEnum
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from barchain.record.sources import source_digest
-
 if TYPE_CHECKING:
     from adapters.engine import Setting
     from adapters.registry import Registration
@@ -83,17 +81,8 @@ class Job:
 
     @cached_property
     def key(self) -> str:
-        """Key that is equal for runs of the same code that must give the same trajectory on the same machine."""
-        return "|".join(
-            [
-                self.scene.digest,
-                self.registration.target,
-                self.registration.version,
-                source_digest(self.registration.target, self.registration.distribution),
-                str(self.setting),
-                self.role,
-            ]
-        )
+        """Key that is equal for runs of one scene and engine at one setting, for one purpose."""
+        return "|".join([self.scene.digest, self.registration.target, str(self.setting), self.role, *self.options])
 
 
 @dataclass(frozen=True)

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-import pickle
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from barchain.record.environment import package_version, packages
+from barchain.runs.answer_key import answer_key
 from barchain.runs.call import Answer, CallEnd
 from barchain.runs.session import Session
-from barchain.runs.versions import code_versions
 from reports.tables.files import ANSWERS
 from reports.tables.writing import make_folder, write_atomically
 
@@ -32,7 +29,7 @@ class AnswerStore:
 
     def find(self, call: Call) -> Answer | None:
         """Answer of an earlier call; None if there is none, or a damaged one, which is asked for again."""
-        file = None if self.folder is None else self.folder / file_name(call)
+        file = None if self.folder is None else self.folder / answer_key(call)
         if file is None or not file.is_file():
             return None
         found = file.read_bytes()
@@ -42,7 +39,7 @@ class AnswerStore:
     def keep(self, call: Call, answer: Answer) -> None:
         """Keep an answer; a failure is not kept, and is tried again."""
         if self.folder is not None and answer.end is CallEnd.ANSWERED and call.worth_keeping(answer.content):
-            write_atomically(self.folder / file_name(call), checksum(answer.content) + answer.content)
+            write_atomically(self.folder / answer_key(call), checksum(answer.content) + answer.content)
 
     def answer(self, call: Call, make: Callable[[Call], Answer]) -> Answer:
         """Answer of an earlier call, or the one that `make` gives now, which is kept."""
@@ -88,22 +85,6 @@ class KeptSession(Session):
     def close(self) -> None:
         """End everything."""
         self.inside.close()
-
-
-def file_name(call: Call) -> str:
-    """Name of an answer's file: hash of the code, the function, its arguments and the number of the repetition.
-
-    Limits do not count: an answer that is there came within some, and a call without one is made again.
-    """
-    work = pickle.dumps((call.function, call.given, call.repetition), protocol=5)
-    return hashlib.sha256(versions_text() + work).hexdigest()[:40]
-
-
-@cache
-def versions_text() -> bytes:
-    """Versions of barchain, of its engines and of what computes in them: all code that decides answers."""
-    found = packages() | code_versions() | {"gmpy2": package_version("gmpy2")}
-    return repr(sorted(found.items())).encode()
 
 
 def checksum(content: bytes) -> bytes:

@@ -6,7 +6,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from barchain.record.environment import package_version
-from barchain.record.sources import digest_of, installed_digest
+from barchain.record.sources import contents_digest, digest_of
 from barchain.runs.call import WrongWorkerError
 from barchain.runs.message import plain_text
 
@@ -33,7 +33,7 @@ def code_versions() -> dict[str, str]:
 def version_of(registration: Registration) -> str:
     """Version of the package that an engine needs, and of another's engine the digest of its installed files."""
     name = registration.requires or registration.distribution
-    digest = installed_digest(registration.distribution) if registration.distribution else ""
+    digest = f" {contents_digest(registration.distribution)}" if registration.distribution else ""
     return f"{name} {package_version(name)}{digest}" if name else ""
 
 

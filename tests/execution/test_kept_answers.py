@@ -9,9 +9,13 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from barchain.runs import kept_answers
+from adapters.registry import Registration
 from barchain.runs.call import Call, CallEnd
 from barchain.runs.executors import KeptAnswers, LocalProcesses
+from barchain.runs.job import Job, Role
+from barchain.runs.messages import shared_call, shared_result
+from reports.tables.outcome import Outcome
+from scenarios import load_scene
 from tests.execution import calls
 
 if TYPE_CHECKING:
@@ -60,20 +64,17 @@ def test_an_answer_serves_whatever_the_limit_is(tmp_path: Path) -> None:
     assert answer(tmp_path, Call(calls.process, (), 2.0 * PATIENT_S)).content == first.content
 
 
-@pytest.mark.parametrize(("place", "package"), [("code_versions", "barchain"), ("packages", "exudyn")])
-def test_another_version_of_the_code_is_asked_anew(
-    place: str, package: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    call = Call(calls.process, (), PATIENT_S)
-    first = answer(tmp_path, call)
-    monkeypatch.setattr(kept_answers, place, lambda: {package: "2"})
-    kept_answers.versions_text.cache_clear()
-    assert answer(tmp_path, call).content != first.content
-    kept_answers.versions_text.cache_clear()
-
-
 def test_a_failure_is_not_kept(tmp_path: Path) -> None:
     assert answer(tmp_path, Call(calls.raises, (), PATIENT_S)).end is CallEnd.RAISED
+    assert files(tmp_path) == []
+
+
+def test_a_run_that_fails_is_made_again(tmp_path: Path) -> None:
+    registration = Registration("tests.support.faulty_engines:GivesUp")
+    scene = load_scene("basics/two_bars_free")
+    job = Job(scene, "GivesUp", registration, registration.load().sweep.setting(), Role.MAIN)
+    found = answer(tmp_path, shared_call(job, PATIENT_S, None, "runs", 1))
+    assert shared_result(job, found).outcome is Outcome.FAILED
     assert files(tmp_path) == []
 
 
@@ -93,6 +94,7 @@ EFFECTS = "effects basics/two_bars_free --engine reference --repeats 1 --minutes
 @pytest.mark.parametrize(
     ("command", "study"),
     [
+        pytest.param("compare hard/whip --engine exudyn --engine reference --workers 2", "", marks=pytest.mark.slow),
         pytest.param("selftest basics/kepler_circular --fault scale-rate", "selftest", marks=pytest.mark.slow),
         pytest.param("selftest --random 1 --host none --engine reference --shrink-seconds 0", "campaign",
                      marks=pytest.mark.slow),

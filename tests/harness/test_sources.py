@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from adapters.engine import AccuracyParameter, Setting
-from adapters.registry import ENGINES, Registration
+from adapters.registry import Registration
 from barchain.crossval.run import run_comparison
-from barchain.record.sources import digest_of, source_digest
-from barchain.runs.cases import Known
-from barchain.runs.job import Job, Role, failure
+from barchain.record.sources import digest_of
+from barchain.runs.local import LocalSession
 from reports.tables.outcome import Outcome
-from scenarios import load_scene
 
 if TYPE_CHECKING:
+    from collections.abc import Hashable
     from pathlib import Path
+
+    from barchain.runs.call import Call
 
 
 SCENE = "basics/two_bars_free"
@@ -49,17 +49,18 @@ def test_a_changed_byte_of_a_plug_in_makes_a_comparison_run_it_anew(
     plug_in: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made: list[str] = []
+    start = LocalSession.start
 
-    def noted(job: Job, *_: object) -> Known:
-        made.append(job.engine)
-        return Known(failure(Outcome.FAILED, "not made"))
+    def noted(session: LocalSession, key: Hashable, call: Call) -> None:
+        made.append(str(key))
+        start(session, key, call)
 
+    monkeypatch.setattr(LocalSession, "start", noted)
     registered = {"plugged": Registration("plugged_in:Plugged")}
     out = tmp_path / "out"
     assert run_comparison([SCENE], out=out, registered=registered).outcomes[SCENE, "plugged"] is Outcome.PASS
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("barchain.crossval.suite.run_task", noted)
-        assert run_comparison([SCENE], out=out, registered=registered, resume=True).passed
+    made.clear()
+    assert run_comparison([SCENE], out=out, registered=registered, resume=True).passed
     assert not made
     plug_in.write_text(PLUG_IN.replace("+seen", "-seen"))
     again = run_comparison([SCENE], out=out, registered=registered, resume=True)
@@ -74,29 +75,17 @@ def test_a_digest_is_of_a_whole_package_and_imports_none_of_it(tmp_path: Path, m
     compiled = inner / "core.so"
     compiled.write_bytes(b"\x7fELF")
     monkeypatch.syspath_prepend(str(tmp_path))
-    seen = [source_digest("somebodys.inner.engine:Own")]
+    seen = [digest_of("somebodys")]
     (inner / "engine.py").write_text("a = 1\n")
-    seen.append(source_digest("somebodys.inner.engine:Own"))
+    seen.append(digest_of("somebodys"))
     (inner / "engine.py").write_text("a = 2\n")
-    seen.append(source_digest("somebodys.inner.engine:Own"))
+    seen.append(digest_of("somebodys"))
     os.utime(compiled, ns=(1, 1))
-    seen.append(source_digest("somebodys.inner.engine:Own"))
+    seen.append(digest_of("somebodys"))
     assert len(set(seen)) == len(seen)
     (inner / "notes.txt").write_text("nothing that runs")
-    assert source_digest("somebodys.other:Own") == seen[-1]
+    assert digest_of("somebodys") == seen[-1]
 
 
 def test_a_digest_of_what_is_not_there_is_that_of_nothing() -> None:
     assert digest_of("nobodys_package") == digest_of("__main__") == digest_of()
-
-
-def test_built_in_engines_share_one_digest_that_third_parties_have_too() -> None:
-    ours = {source_digest(r.target) for r in ENGINES.values()}
-    assert len(ours) == 1
-    assert source_digest("tests.support.faulty_engines:Unmodified").startswith(f"{ours.pop()}+")
-
-
-def test_a_runs_key_holds_the_digest_of_its_code() -> None:
-    reference = ENGINES["reference"]
-    job = Job(load_scene(SCENE), "reference", reference, Setting(AccuracyParameter.RTOL, 1e-6), Role.MAIN)
-    assert source_digest(reference.target) in job.key.split("|")

@@ -37,7 +37,6 @@ LONG = "long"  # tag of scenes whose drifts are followed over time
 SOLUTION_LIMIT_S = (
     600.0  # a reference solution is run four times, at its tightest and at close samples; without it nothing is judged
 )
-LEVELS = (Role.COARSE, Role.MAIN, Role.FINER)
 COARSER_RTOL, COARSER_STEPS = 100.0, 0.25  # two decades of a request; two halvings of a step
 PLAIN_RTOL = 1e-3  # SciPy's default; its default absolute tolerance of 1e-6 is a thousandth of it, as the adapter takes
 EXACT_RTOL = 1e-14  # of the compiled reference: its sums are compensated from here on

@@ -20,7 +20,6 @@ from barchain.metrics.quantities import drifts
 from barchain.runs.job import Role
 from barchain.solutions.reference import RICHARDSON, divergence_instant_s
 from barchain.studies.stability.growth import GrowthLaw, attitude_error, grows_too_fast, growth_excess, law
-from barchain.studies.stability.plan import LEVELS
 from reports.tables.crossval import PARTED_RAD
 from reports.tables.outcome import Outcome
 from reports.tables.stability import Stability
@@ -33,6 +32,7 @@ if TYPE_CHECKING:
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 
+LEVELS = (Role.COARSE, Role.MAIN, Role.FINER)
 OTHER = {Role.COARSE: Role.MAIN, Role.MAIN: Role.FINER, Role.FINER: Role.MAIN, Role.PLAIN: Role.MAIN}
 """Run that a level's own error is estimated with: the next finer one; of the finest, the one before it, which is off by
 more"""

@@ -22,10 +22,11 @@ from barchain.solutions.reference_runs import SolutionFailedError, judging_engin
 from barchain.studies.stability import expected
 from barchain.studies.stability.evidence import condition_range, evidence, laws, plain_row
 from barchain.studies.stability.growth import linear_rate
-from barchain.studies.stability.plan import LEVELS, LONG, SOLUTION_LIMIT_S, exact_jobs, make_plan, settings
+from barchain.studies.stability.plan import LONG, SOLUTION_LIMIT_S, exact_jobs, make_plan, settings
 from barchain.studies.stability.rules import (
     ILL_POSED,
     LEVEL_WORDS,
+    LEVELS,
     WITH_TRAJECTORY,
     EngineRuns,
     Finding,

@@ -11,15 +11,9 @@ import pytest
 from adapters.registry import ENGINES, UnknownEngineError
 from barchain.nightly.history.model.environment import capture, recorded_environment
 from barchain.nightly.history.model.figures import MACHINE, FigureKind
-from barchain.nightly.history.model.parts import (
-    contents_digest,
-    depends_on,
-    environment_parts,
-    installed_parts,
-    made_by_wheel,
-)
+from barchain.nightly.history.model.parts import depends_on, environment_parts, installed_parts
 from barchain.record.environment import environment, machine
-from barchain.record.sources import installed_commit
+from barchain.record.sources import contents_digest, installed_commit, made_by_wheel
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import subprocess
 from functools import cache
-from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,7 +13,7 @@ from barchain.nightly.history.model.checked_text import MOST_TEXT
 from barchain.nightly.history.model.figures import MACHINE, REQUIREMENTS, FigureKind, NightPart
 from barchain.nightly.history.model.identity import content_digest
 from barchain.record.environment import package_version
-from barchain.record.sources import DIGITS, digest_of, editable_modules, installed_commit
+from barchain.record.sources import DIGITS, contents_digest, digest_of, installed_commit, required_by
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -110,32 +109,6 @@ def distribution_part(part: str, name: str) -> NightPart:
     return NightPart(part, package_version(name), contents_digest(name))
 
 
-def contents_digest(distribution: str) -> str:
-    """Digest of the contents of a distribution's installed files; empty without any.
-
-    Dates don't count, so that two installations of the same wheel agree. Files that an installation adds, and compiled
-    Python, are left out. An editable distribution lists no sources: those of its modules count.
-    """
-    try:
-        files = metadata.distribution(distribution).files or ()
-    except metadata.PackageNotFoundError:
-        return ""
-    modules = editable_modules(distribution)
-    found = hashlib.sha256(digest_of(*modules).encode() if modules else b"")
-    for file in sorted(files, key=str):
-        path = Path(str(file.locate()))
-        if made_by_wheel(str(file)) and path.is_file():
-            with path.open("rb") as content:
-                found.update(f"{file}\0".encode() + hashlib.file_digest(content, "sha256").digest())
-    return found.hexdigest()[:DIGITS]
-
-
-def made_by_wheel(file: str) -> bool:
-    """Whether a file comes with the wheel, not from its installation."""
-    added = {"RECORD", "INSTALLER", "REQUESTED", "direct_url.json"}
-    return not (file.endswith(".pyc") or file.startswith("..") or Path(file).name in added)
-
-
 def depends_on(scene: str, engine: str, kind: FigureKind, anchor: str = "") -> tuple[str, ...]:
     """Names of the parts that a figure depends on.
 
@@ -183,45 +156,20 @@ def distributions_of(registration: Registration) -> dict[str, str]:
 def requiring(registration: Registration) -> tuple[str, ...]:
     """Distributions of an engine that require others, which are a part of their own."""
     own = distributions_of(registration)
-    return tuple(name for part, name in own.items() if part.startswith("engine:") and required_by(name))
+    return tuple(name for part, name in own.items() if part.startswith("engine:") and required_parts(name))
 
 
 @cache
 def requirements_part(name: str) -> NightPart:
     """All distributions that an engine's distribution requires, as one part: pip exchanges them with the engine."""
-    found = {each: f"{package_version(each)} {contents_digest(each)}" for each in sorted(required_by(name))}
+    found = {each: f"{package_version(each)} {contents_digest(each)}" for each in sorted(required_parts(name))}
     versions = ", ".join(f"{each} {package_version(each)}" for each in found)
     return NightPart(f"{REQUIREMENTS}{name}", versions[:MOST_TEXT], content_digest(found)[:DIGITS])
 
 
-@cache
-def required_by(distribution: str) -> frozenset[str]:
-    """Names of the installed distributions that a distribution requires here, directly or through others.
-
-    Libraries that are parts by themselves are left out.
-    """
-    from packaging.requirements import Requirement  # noqa: PLC0415
-    from packaging.utils import canonicalize_name  # noqa: PLC0415
-
-    found: set[str] = set()
-    ahead = [distribution]
-    while ahead:
-        for line in requirements(ahead.pop()):
-            wanted = Requirement(line)
-            name = canonicalize_name(wanted.name)
-            used = wanted.marker is None or wanted.marker.evaluate({"extra": ""})
-            if used and name not in found and package_version(name):
-                found.add(name)
-                ahead.append(name)
-    return frozenset(found - set(LIBRARIES))
-
-
-def requirements(distribution: str) -> list[str]:
-    """Lines of an installed distribution's requirements; none if it is not installed."""
-    try:
-        return metadata.requires(distribution) or []
-    except metadata.PackageNotFoundError:
-        return []
+def required_parts(name: str) -> frozenset[str]:
+    """Distributions that an engine's distribution requires, without libraries that are parts by themselves."""
+    return required_by(name) - set(LIBRARIES)
 
 
 def library(name: str) -> str:
