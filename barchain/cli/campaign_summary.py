@@ -11,10 +11,9 @@ from barchain.cli.common.terminal import literal, say, show
 from reports.tables.faults.campaign import ALL, ENGINE_CLASSES, FAULT_CLASSES
 
 if TYPE_CHECKING:
-    from barchain.studies.selftest.campaign.cells import CampaignCell
-    from barchain.studies.selftest.campaign.findings import KeptFinding
-    from barchain.studies.selftest.campaign.rates import Rate
-    from barchain.studies.selftest.campaign.study import Campaign
+    from barchain.studies.selftest.campaign import Campaign
+    from barchain.studies.selftest.rating import CampaignCell, Rate
+    from barchain.studies.selftest.shrinking import KeptFinding
     from reports.tables.faults.campaign import CellClass
 
 

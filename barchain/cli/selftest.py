@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from barchain.runs.executors import Executor
-    from barchain.studies.selftest.study import SelftestPlan
+    from barchain.studies.selftest.matrix import SelftestPlan
     from reports.chapters.selftest.view import SelftestView
 
 
@@ -82,7 +82,7 @@ def run_matrix(plan: SelftestPlan, out: Path | None, *, resume: bool = False, ov
     """Run the kill matrix, print it, and end with exit code 1 if a fault is missed."""
     from barchain.cli.common.progress import counted  # noqa: PLC0415
     from barchain.runs.environment import kept_or_temporary  # noqa: PLC0415
-    from barchain.studies.selftest.study import SelftestStudy  # noqa: PLC0415
+    from barchain.studies.selftest.matrix import SelftestStudy  # noqa: PLC0415
     from barchain.studies.study import Reporter  # noqa: PLC0415
     from reports.chapters.selftest.view import SelftestView  # noqa: PLC0415
 
@@ -102,7 +102,7 @@ def plan_of(
     """Plan of a self-test; a note says which scenes the engine does not support."""
     from barchain.cli.common.names import need_engine  # noqa: PLC0415
     from barchain.faults.catalogue import UnknownFaultError  # noqa: PLC0415
-    from barchain.studies.selftest.study import SelftestOptions, SelftestStudy  # noqa: PLC0415
+    from barchain.studies.selftest.matrix import SelftestOptions, SelftestStudy  # noqa: PLC0415
 
     need_engine(engine)
     try:

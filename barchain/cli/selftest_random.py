@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from barchain.faults.fault import Fault
     from barchain.runs.executors import Executor
-    from barchain.studies.selftest.campaign.study import CampaignOptions, CampaignPlan, CampaignStudy
+    from barchain.studies.selftest.campaign import CampaignOptions, CampaignPlan, CampaignStudy
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def run_random(
     from barchain.cli.common.progress import counted  # noqa: PLC0415
     from barchain.faults.catalogue import RANDOM_SCENES  # noqa: PLC0415
     from barchain.runs.environment import kept_or_temporary  # noqa: PLC0415
-    from barchain.studies.selftest.campaign.study import CampaignStudy  # noqa: PLC0415  # what no other command needs
+    from barchain.studies.selftest.campaign import CampaignStudy  # noqa: PLC0415  # what no other command needs
     from barchain.studies.study import Reporter  # noqa: PLC0415
 
     if listed:
@@ -99,7 +99,7 @@ def options_of(
 ) -> CampaignOptions:
     """Options of a campaign; a missing engine ends the command."""
     from barchain.cli.common.names import need_engine  # noqa: PLC0415
-    from barchain.studies.selftest.campaign.study import HOSTS, CampaignOptions  # noqa: PLC0415
+    from barchain.studies.selftest.campaign import HOSTS, CampaignOptions  # noqa: PLC0415
 
     hosts = () if asked.hosts == (HostType.NONE,) else asked.hosts or HOSTS
     for name in dict.fromkeys((*engines, *hosts)):

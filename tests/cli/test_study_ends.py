@@ -16,7 +16,7 @@ from barchain.runs.timing.left_out import failures
 from barchain.studies.ensemble.execution import EnsembleSummary
 from barchain.studies.ensemble.rows import RunTally
 from barchain.studies.roundoff.run import RoundoffResult
-from barchain.studies.selftest.trial_runner import TrialRunner
+from barchain.studies.selftest.trial import SceneRuns
 from barchain.studies.stability.expected import recorded
 from reports.tables.reading import DamagedResultsError
 
@@ -123,13 +123,15 @@ def test_a_scaling_study_of_an_engine_that_does_not_load_exits_with_1(broken, ca
 
 
 def test_a_selftest_that_can_not_go_on_is_a_failed_run(monkeypatch, capsys, tmp_path):
-    def fails(self, *_):
-        self.failed["fall"] = "the reference solution could not be run (diverged)"
+    def fails(self, form):
+        yield []
+        return "the reference solution could not be run (diverged)"
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(TrialRunner, "solve", fails)
-    assert run(["selftest", "--fault", "scale-rate"]) == ExitCode.FINDINGS
-    assert capsys.readouterr().err == "barchain: fall: the reference solution could not be run (diverged)\n"
+    monkeypatch.setattr(SceneRuns, "established", fails)
+    assert run(["selftest", QUICK, "--fault", "scale-rate", "--workers", "1"]) == ExitCode.FINDINGS
+    said = f"barchain: {QUICK}: the reference solution could not be run (diverged)\n"
+    assert capsys.readouterr().err.endswith(said)
 
 
 @pytest.fixture

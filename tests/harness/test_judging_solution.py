@@ -25,6 +25,7 @@ from barchain.judge.evidence import Evidence
 from barchain.metrics.quantities import differences
 from barchain.record.study_store import StudyStore
 from barchain.runs.job import CERTIFIED_ROLES, Role, RunResult, failure
+from barchain.runs.run import run_job
 from barchain.solutions.certified import committed
 from barchain.solutions.certified_judge import CERTIFIER, affordable, certified_jobs
 from barchain.solutions.certified_table import DamagedTableError, physics_digest
@@ -40,7 +41,6 @@ from barchain.solutions.reference_runs import judging_engine, solution_jobs, sol
 from barchain.solutions.sampling import closely_sampled
 from barchain.solutions.shipped import read_solution, rounded_up, shipped_files, shipped_path, shipped_solution
 from barchain.solutions.shipped import write_solution as write
-from barchain.studies.selftest.runs import in_this_process
 from reports.tables.crossval import FILES
 from reports.tables.outcome import Outcome
 from scenarios import change_scene, load_scene, make_scene, scene_names
@@ -187,7 +187,7 @@ def test_the_reference_judges_where_heyoka_fails(tmp_path: Path) -> None:
 
 
 def made_here(scene: Scene) -> ReferenceSolution:
-    runs = {job.role: result for job, result in in_this_process(solution_jobs(scene))}
+    runs = {job.role: run_job(job) for job in solution_jobs(scene)}
     found = solution_of(scene, runs)
     assert found is not None
     return found

@@ -9,20 +9,17 @@ import pytest
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
 from barchain.metrics.quantities import differences
-from barchain.studies.selftest.campaign.judging import judge_serially
-from barchain.studies.selftest.campaign.trial_runner import CampaignRunner
-from barchain.studies.selftest.runs import RunCache, in_this_process
+from barchain.runs.executors import LocalProcesses
+from barchain.studies.selftest.campaign import on_scene
 from scenarios import Scene, load_scene
+from tests.support.here import result_of
 
 SCENES = Path(__file__).with_name("random_scenes")
 
 
 def outcomes(scene: Scene, engine: str) -> list[str]:
     """Outcomes of an unmodified engine, with the further runs that its verdict asks for."""
-    runner = CampaignRunner(RunCache(in_this_process), judge_serially)
-    [sampled] = runner.establish([scene])
-    cells, trials = runner.unmodified_trials(sampled, [engine])
-    return [cell.outcome for cell in [*cells, *runner.judge_trials(trials)]]
+    return [cell.outcome for cell in result_of(on_scene(scene, [engine]), LocalProcesses(1))]
 
 
 @pytest.mark.slow

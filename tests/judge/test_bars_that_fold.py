@@ -19,14 +19,14 @@ from barchain.judge.checks.restart import RTOL, directions, restarted_run, resta
 from barchain.judge.local_errors import resolving_s, truncation_errors
 from barchain.judge.scales import NORM_SLACK
 from barchain.metrics.quantities import differences
+from barchain.runs.executors import LocalProcesses
 from barchain.solutions.reference import establish, with_perturbed_start
 from barchain.solutions.sampling import closely_sampled
-from barchain.studies.selftest.campaign.judging import judge_serially
-from barchain.studies.selftest.campaign.trial_runner import CampaignRunner
-from barchain.studies.selftest.runs import RunCache, in_this_process
+from barchain.studies.selftest.campaign import on_scene
 from reference_impl.integrate.simulate import Simulation
 from reports.tables.crossval import PARTED_RAD
 from scenarios import load_scene
+from tests.support.here import result_of
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
@@ -181,7 +181,5 @@ def test_a_restart_measures_the_growth_of_errors_in_more_than_one_direction(long
 def test_a_right_engine_is_not_accused_where_bars_fold(name: str, engine: str, outcome: str) -> None:
     if ENGINES[engine].missing:
         pytest.skip(ENGINES[engine].missing)
-    runner = CampaignRunner(RunCache(in_this_process), judge_serially)
-    [scene] = runner.establish([load_scene(SCENES / f"{name}.toml")])
-    cells, trials = runner.unmodified_trials(scene, [engine])
-    assert [cell.outcome for cell in [*cells, *runner.judge_trials(trials)]] == [outcome]
+    cells = result_of(on_scene(load_scene(SCENES / f"{name}.toml"), [engine]), LocalProcesses(1))
+    assert [cell.outcome for cell in cells] == [outcome]

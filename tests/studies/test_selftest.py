@@ -19,14 +19,12 @@ from barchain.faults.catalogue import CATALOGUE, CONTROLS, FIXED_SCENES, UNMODIF
 from barchain.faults.fault import Fault, FaultGroup, Size
 from barchain.judge.verdict import JUDGED_METRICS
 from barchain.solutions.reference_runs import NUMPY
-from barchain.studies.selftest.check_results import CHECKS, cell, reading
-from barchain.studies.selftest.detection_limit import OCTAVES, Bracket, brackets, settled
-from barchain.studies.selftest.invisible import moved_beyond_rounding
-from barchain.studies.selftest.matrix import Matrix, inserted, matrix
-from barchain.studies.selftest.runs import RunCache, in_this_process, in_workers
-from barchain.studies.selftest.scenes import FALL, STAGES, find_scene
-from barchain.studies.selftest.trial import Trial, TrialCase
-from barchain.studies.selftest.trial_runner import TrialRunner
+from barchain.studies.selftest.fates import CHECKS, cell, moved_beyond_rounding, reading
+from barchain.studies.selftest.fates import tried as tried_on
+from barchain.studies.selftest.matrix import OCTAVES, Bracket, Matrix, SelftestOptions, SelftestStudy, settled
+from barchain.studies.selftest.stages import FALL, STAGES, find_scene
+from barchain.studies.selftest.trial import SceneRuns, Trial, judged
+from barchain.studies.study import run_study
 from reference_impl.effects.slender import SlenderBarEffect
 from reference_impl.model import relative
 from reports.chapters.selftest.rows import CHECK_WORDS
@@ -38,6 +36,7 @@ from reports.tables.measured import spread_rows
 from reports.tables.outcome import Outcome
 from reports.tables.rows import Rows
 from scenarios import load_scene
+from tests.support.here import result_of
 from tests.support.page_policy import check_policy
 from tests.support.slow import one_in, slow_but
 
@@ -47,7 +46,10 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from adapters.trajectory import Trajectory
+    from barchain.runs.cases import Case
     from barchain.runs.job import RunResult
+    from barchain.solutions.reference import ReferenceSolution
+    from barchain.studies.selftest.fates import FaultCell
     from scenarios import Scene
 
 CHEAP = ("basics/libration", "basics/two_bars_free", "paper/fig15", "effects/impulse", FALL, "paper/fig17")
@@ -64,7 +66,6 @@ HOMES = {
 SHARE = 0.15  # of each that is run
 DUSK_DEG = 155.0  # 20 degrees before the shadow of effects/solar_shadow
 HOST = "reference"
-RUNNER = TrialRunner(RunCache(in_this_process))
 
 
 def brief(name: str) -> Scene:
@@ -80,25 +81,35 @@ def brief(name: str) -> Scene:
 
 
 @functools.cache
-def stage(name: str) -> Scene:
-    """A scene with its reference solution, run in this process."""
-    scene = brief(name)
-    RUNNER.solve([scene], NUMPY)
-    return scene
+def stage(name: str) -> SceneRuns:
+    """A scene, whose runs are made once, in this process."""
+    return SceneRuns(brief(name), NUMPY)
 
 
-def tried(where: Scene, fault: str, size: float | None = None) -> TrialCase:
-    """A fault with its runs, made in this process; by default at its natural size."""
-    (trial,) = RUNNER.ready([Trial(where, HOST, fault, size)])
-    return RUNNER.case(trial)
+def cell_on(where: SceneRuns, fault: str, size: float | None = None) -> FaultCell:
+    """Outcome of a fault; by default at its natural size."""
+    found: FaultCell = result_of(tried_on(where, Trial(where.scene, HOST, fault, size)))
+    return found
 
 
-def nothing(where: Scene, fault: str) -> str:
+def solution_of(where: SceneRuns) -> ReferenceSolution:
+    """Reference solution of a scene."""
+    found: ReferenceSolution = result_of(needed(where))
+    return found
+
+
+def needed(where: SceneRuns) -> Case[ReferenceSolution]:
+    """Case whose result is the reference solution."""
+    (found,) = yield [where.solution]
+    return found
+
+
+def nothing(where: SceneRuns, fault: str) -> str:
     """Why a fault changes nothing in a scene."""
-    return Trial(where, HOST, fault).left_out(RUNNER.solutions[where.name])
+    return Trial(where.scene, HOST, fault).left_out(solution_of(where))
 
 
-def homes(fault: str) -> Iterator[Scene]:
+def homes(fault: str) -> Iterator[SceneRuns]:
     """Scenes in which a fault may show, cheap ones first."""
     own = [scene for scene, faults in HOMES.items() if fault in faults]
     return map(stage, own or CHEAP)
@@ -110,11 +121,11 @@ def test_every_fault_is_caught_in_some_scene_or_proven_invisible(name: str) -> N
     for where in homes(name):
         if nothing(where, name):
             continue
-        found = cell(tried(where, fault.name))
+        found = cell_on(where, fault.name)
         assert found.fate is not FaultOutcome.BROKEN, found.reason
         if found.fate is (FaultOutcome.INVISIBLE if fault.invisible else FaultOutcome.KILLED):
             return
-        survived.append((where.name, found.reason))
+        survived.append((where.scene.name, found.reason))
     pytest.fail(f"{name} survives: {survived}" if survived else f"{name} has nothing to change anywhere")
 
 
@@ -123,7 +134,7 @@ def test_the_sound_engine_is_refused_by_nothing(name: str) -> None:
     where = stage(name)
     for control in CONTROLS:
         if not nothing(where, control):
-            found = cell(tried(where, control))
+            found = cell_on(where, control)
             assert found.fate is FaultOutcome.CLEAN, (control, found.worst)
 
 
@@ -131,20 +142,20 @@ def test_a_check_that_rejects_a_control_is_a_false_alarm_and_fails(monkeypatch: 
     where = stage("basics/two_bars_free")
     wrong = dataclasses.replace(FIXED_SCENES["sign-reaction"], group=FaultGroup.CONTROL)
     monkeypatch.setitem(CATALOGUE, wrong.name, wrong)
-    found = cell(tried(where, wrong.name))
+    found = cell_on(where, wrong.name)
     assert found.fate is FaultOutcome.FALSE_ALARM
     assert not Matrix((found,)).passed
 
 
 def test_a_fault_that_nothing_kills_fails() -> None:
     where = stage("basics/two_bars_free")
-    found = cell(tried(where, "scale-reaction", 1e-15))
+    found = cell_on(where, "scale-reaction", 1e-15)
     assert found.fate is FaultOutcome.SURVIVES
     assert "of what is allowed" in found.reason
     lost = Matrix((found,))
     assert [f.name for f in lost.unkilled] == ["scale-reaction"]
     assert not lost.passed
-    elsewhere = cell(tried(stage("paper/fig15"), "scale-reaction"))
+    elsewhere = cell_on(stage("paper/fig15"), "scale-reaction")
     assert Matrix((found, elsewhere)).passed
 
 
@@ -154,7 +165,7 @@ def test_an_engine_that_fails_by_mistake_is_no_kill(monkeypatch: pytest.MonkeyPa
 
     broken = dataclasses.replace(FIXED_SCENES["inertia"], name="broken", code=stumble)
     monkeypatch.setitem(CATALOGUE, broken.name, broken)
-    found = cell(tried(stage("basics/two_bars_free"), broken.name))
+    found = cell_on(stage("basics/two_bars_free"), broken.name)
     assert found.fate is FaultOutcome.BROKEN
     assert "not as it is meant" in found.reason
     assert not Matrix((found,)).passed
@@ -162,8 +173,8 @@ def test_an_engine_that_fails_by_mistake_is_no_kill(monkeypatch: pytest.MonkeyPa
 
 def test_a_claim_to_be_invisible_is_measured() -> None:
     where = stage("paper/fig15")
-    solution, beta, other = RUNNER.solutions[where.name], "misprint-beta-denominator", "misprint-w-third-row"
-    assert "measured" in cell(tried(where, beta)).reason
+    solution, beta, other = solution_of(where), "misprint-beta-denominator", "misprint-w-third-row"
+    assert "measured" in cell_on(where, beta).reason
     assert moved_beyond_rounding(solution, FIXED_SCENES[beta], 1.0) <= 1.0
     assert moved_beyond_rounding(solution, FIXED_SCENES[other], 1.0) > 1e3
 
@@ -179,7 +190,7 @@ def test_the_references_code_is_right_again_afterwards(name: str) -> None:
 
 def test_an_engine_that_runs_past_the_truths_end_is_judged() -> None:
     """Its samples beyond have nothing to be compared with."""
-    found = cell(tried(stage(FALL), "surface-missed"))
+    found = cell_on(stage(FALL), "surface-missed")
     assert found.fate is FaultOutcome.KILLED
     assert found.worst is not None
     assert "ended" in found.worst.reason
@@ -189,14 +200,13 @@ def test_the_instant_of_landing_is_judged_by_the_errors_of_track_and_attitude() 
     """At 900 m/s a track good to a millimetre or so is met to some microseconds; samples are 2.5 s apart."""
     where, late = stage(FALL), "landing-late"
     for size, fate in ((1.0, FaultOutcome.KILLED), (1e-3, FaultOutcome.KILLED), (1e-8, FaultOutcome.SURVIVES)):
-        assert cell(tried(where, late, size)).fate is fate, size
-    found = tried(where, late)
-    rows = found.verdict(found.results).rows
+        assert cell_on(where, late, size).fate is fate, size
+    runs = result_of(where.runs_of(Trial(where.scene, HOST, late), solution_of(where)))
+    rows = result_of(judged(runs)).rows
     assert {r["reason"].split()[0] for r in rows if not Outcome(r["outcome"]).ok} == {"ended"}
-    unlocated = {
-        role: (job, dataclasses.replace(run, trajectory=forgetful(run))) for role, (job, run) in found.made.items()
-    }
-    assert cell(dataclasses.replace(found, made=unlocated)).fate is FaultOutcome.SURVIVES
+    unlocated = {role: dataclasses.replace(run, trajectory=forgetful(run)) for role, run in runs.results.items()}
+    forgotten = dataclasses.replace(runs, results=unlocated)
+    assert cell(forgotten, result_of(judged(forgotten))).fate is FaultOutcome.SURVIVES
 
 
 def forgetful(run: RunResult) -> Trajectory:
@@ -208,8 +218,8 @@ def forgetful(run: RunResult) -> Trajectory:
 
 def test_the_initial_rate_of_a_bar_that_follows_a_law_is_no_place_for_a_fault() -> None:
     where, fault = stage("paper/fig17"), FIXED_SCENES["start-rate"]
-    assert fault.staged(where, 1e-6).chain.rate_factor == (1.0, 1.0, 1.0, 1.0 + 1e-6, 1.0)
-    assert cell(tried(where, fault.name)).fate is FaultOutcome.KILLED
+    assert fault.staged(where.scene, 1e-6).chain.rate_factor == (1.0, 1.0, 1.0, 1.0 + 1e-6, 1.0)
+    assert cell_on(where, fault.name).fate is FaultOutcome.KILLED
 
 
 def test_names_are_unique_and_words_are_there() -> None:
@@ -227,7 +237,8 @@ def test_names_are_unique_and_words_are_there() -> None:
 def fake(most: float | None = None) -> Bracket:
     """Bracket of a fault with a natural size of 1."""
     fault = Fault("x", "x", "x", FaultGroup.OUTPUT, size=Size(1.0, most=most))
-    return Bracket(stage("basics/two_bars_free"), HOST, fault)
+    assert fault.size is not None
+    return Bracket(fault.size)
 
 
 def sizes_of(bracket: Bracket) -> dict[str, float]:
@@ -239,7 +250,7 @@ def sizes_of(bracket: Bracket) -> dict[str, float]:
 
 @pytest.mark.parametrize("edge", [-OCTAVES, -30, -7, 0])
 def test_bisection_finds_the_edge(edge: int) -> None:
-    worst, pair, tries = cell(tried(stage("basics/two_bars_free"), "sign-reaction")).worst, fake(), 0
+    worst, pair, tries = cell_on(stage("basics/two_bars_free"), "sign-reaction").worst, fake(), 0
     while (power := pair.next) is not None:
         pair, tries = pair.told(power, worst if power >= edge else None), tries + 1
     assert pair.caught == edge
@@ -257,14 +268,14 @@ def test_a_natural_size_that_is_missed_is_tried_larger_where_that_makes_sense() 
 
 def test_the_smallest_size_that_is_caught_lies_just_above_one_that_is_not() -> None:
     where = stage("basics/two_bars_free")
-    cells = [cell(tried(where, name)) for name in ("scale-reaction", "twice")]
-    (left_out,) = inserted(["j2"], [where], RUNNER, HOST)
-    (found,) = settled(brackets([*cells, left_out], [where], HOST), RUNNER)
+    size = find("scale-reaction").size
+    assert size is not None
+    found = result_of(settled(Bracket(size), where, HOST, "scale-reaction"))
     sizes = sizes_of(found)
     assert sizes[MISSED] == sizes[CAUGHT] / 2.0
     assert 1e-12 < sizes[CAUGHT] < 1e-7  # what is explained is some ten requests of 1e-10 and their response
-    assert cell(tried(where, found.fault.name, sizes[CAUGHT])).fate is FaultOutcome.KILLED
-    assert cell(tried(where, found.fault.name, sizes[MISSED])).fate is FaultOutcome.SURVIVES
+    assert cell_on(where, "scale-reaction", sizes[CAUGHT]).fate is FaultOutcome.KILLED
+    assert cell_on(where, "scale-reaction", sizes[MISSED]).fate is FaultOutcome.SURVIVES
 
 
 def test_faults_of_the_scene_and_of_what_is_read_serve_any_engine() -> None:
@@ -279,9 +290,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("selftest")
     named = ("nan-com", "mass", "gravity-torque-sign", "scale-rate")
     asked = [word for name in named for word in ("--fault", name)]
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("barchain.studies.selftest.study.in_workers", lambda _: in_this_process)
-        assert command(["selftest", "basics/libration", *asked, "--smallest", "--out", str(out)]) == 0
+    line = ["selftest", "basics/libration", *asked, "--smallest", "--workers", "1", "--out", str(out)]
+    assert command(line) == 0
     return out
 
 
@@ -320,8 +330,7 @@ def test_a_fault_killed_by_nothing_ends_with_exit_code_1(
     small = dataclasses.replace(FIXED_SCENES["scale-rate"], size=Size(1e-15))
     for known in (CATALOGUE, FIXED_SCENES):
         monkeypatch.setitem(known, "scale-rate", small)
-    monkeypatch.setattr("barchain.studies.selftest.study.in_workers", lambda _: in_this_process)
-    assert command(["selftest", "basics/libration", "--fault", "scale-rate"]) == 1
+    assert command(["selftest", "basics/libration", "--fault", "scale-rate", "--workers", "1"]) == 1
     said = capsys.readouterr().out
     assert "undetected: scale-rate" in said
 
@@ -339,10 +348,8 @@ def test_every_default_scene_is_short() -> None:
 
 
 @pytest.mark.exhaustive
-def test_the_full_matrix_has_no_survivor() -> None:
-    scenes, runner = tuple(stage.scene() for stage in STAGES.values()), TrialRunner(RunCache(in_workers()))
-    runner.solve(scenes, NUMPY)
-    whole = matrix(FIXED_SCENES.values(), scenes, runner)
+def test_the_full_matrix_has_no_survivor(tmp_path: Path) -> None:
+    whole = run_study(SelftestStudy(), SelftestStudy().plan(SelftestOptions()), tmp_path)
     assert whole.passed, ([f.name for f in whole.unkilled], whole.wrong)
     tried_somewhere = {c.fault.name for c in whole.cells if c.fate is not FaultOutcome.NOTHING}
     assert tried_somewhere == set(FIXED_SCENES) | set(CONTROLS)

@@ -1,33 +1,80 @@
-"""The kill matrix: controls first, then every fault in every scene."""
+"""The kill matrix: controls and known faults in every scene, and on request the smallest sizes that are detected."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+import contextlib
+import math
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from adapters.engine import EngineError
-from barchain.faults.catalogue import CONTROLS, FIXED_SCENES, UNMODIFIED, find
-from barchain.studies.selftest.check_results import FaultCell, tried
-from barchain.studies.selftest.trial import Trial
-from barchain.studies.selftest.trial_runner import untold
-from reports.tables.faults.selftest import FaultOutcome
+from adapters.registry import find_own_engine
+from barchain.faults.catalogue import CONTROLS, FIXED_SCENES, find
+from barchain.runs.cases import run_cases
+from barchain.runs.declared import engine_class
+from barchain.runs.executors import ALL_CORES
+from barchain.runs.job import Role
+from barchain.solutions.reference_runs import NUMPY
+from barchain.studies.selftest.fates import FaultCell, tried
+from barchain.studies.selftest.stages import STAGES, find_scene
+from barchain.studies.selftest.trial import SceneRuns, Trial
+from barchain.studies.study import ignore
+from reports.tables.faults.selftest import CAUGHT, FILES, MISSED, FaultOutcome
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-    from barchain.faults.fault import Fault
-    from barchain.studies.selftest.trial_runner import TrialRunner
+    from barchain.faults.fault import Fault, Size
+    from barchain.record.study_store import StudyStore
+    from barchain.runs.cases import Case
+    from barchain.runs.executors import Executor
+    from barchain.studies.selftest.fates import Reading
+    from barchain.studies.study import Reporter
+    from reports.tables.files import StudyFiles
+    from reports.tables.rows import Rows
     from scenarios import Scene
 
-    Done = Callable[[int], None]
-    Seen = Callable[[FaultCell], None]
-
 HOST = "reference"
+OCTAVES = 44  # below the natural size: 6e-14 of it, with the natural 1 % less than a rounding of the faulty value
 
 
-def unseen(one: FaultCell) -> None:
-    """Keep nothing of a cell."""
-    del one
+class SelftestError(EngineError):
+    """Raised where a run fails that the self-test can't go on without."""
+
+
+@dataclass(frozen=True)
+class SelftestOptions:
+    """Options of a self-test."""
+
+    scenes: Iterable[str] = ()
+    """Names or files; eight short scenes by default"""
+    faults: Iterable[str] = ()
+    """Names; all by default"""
+    host: str = HOST
+    """Engine that the faults are inserted into; faults in the code itself need the reference"""
+    smallest: bool = False
+    """Whether the smallest detected size of each continuous fault is looked for"""
+    executor: Executor = ALL_CORES
+    """Place of the runs; all cores of this machine by default"""
+
+
+@dataclass(frozen=True)
+class SelftestPlan:
+    """Scenes, faults and their host."""
+
+    scenes: tuple[Scene, ...]
+    faults: tuple[Fault, ...]
+    host: str = HOST
+    smallest: bool = False
+    executor: Executor = ALL_CORES
+    left_out: dict[str, str] = field(default_factory=dict)
+    """Scenes that the host does not support, with the reason"""
+
+    @property
+    def trials(self) -> list[Trial]:
+        """Controls and faults in all scenes, in the order of the table."""
+        names = [*CONTROLS, *(n for n in FIXED_SCENES if n in {f.name for f in self.faults})]
+        return [Trial(scene, self.host, name) for name in names for scene in self.scenes]
 
 
 @dataclass(frozen=True)
@@ -36,15 +83,15 @@ class Matrix:
 
     cells: tuple[FaultCell, ...]
 
-    def of(self, fault: str) -> tuple[FaultCell, ...]:
-        """Cells of one fault."""
-        return tuple(c for c in self.cells if c.fault.name == fault)
-
     @property
     def unkilled(self) -> tuple[Fault, ...]:
         """Faults inserted somewhere, detected nowhere, and not proven invisible."""
+        fates: dict[str, set[FaultOutcome]] = {}
         faults = {c.fault.name: c.fault for c in self.cells if c.fault.name in FIXED_SCENES}
-        return tuple(f for name, f in faults.items() if survives({c.fate for c in self.of(name)}))
+        for one in self.cells:
+            fates.setdefault(one.fault.name, set()).add(one.fate)
+        missed = (n for n in faults if FaultOutcome.SURVIVES in fates[n] and FaultOutcome.KILLED not in fates[n])
+        return tuple(faults[name] for name in missed)
 
     @property
     def wrong(self) -> tuple[FaultCell, ...]:
@@ -57,77 +104,198 @@ class Matrix:
         return not self.unkilled and not self.wrong
 
 
-def survives(fates: set[FaultOutcome]) -> bool:
-    """Whether a fault with these outcomes was inserted and never detected, nor proven invisible."""
-    return FaultOutcome.SURVIVES in fates and FaultOutcome.KILLED not in fates
+@dataclass(frozen=True)
+class SelftestStudy:
+    """The self-test."""
+
+    files: ClassVar[StudyFiles] = FILES
+
+    def plan(self, options: SelftestOptions) -> SelftestPlan:
+        """Scenes that the host supports, and faults.
+
+        Raises
+        ------
+        SceneError, UnknownFaultError, UnknownEngineError
+            For a scene, a fault or an engine that does not exist.
+        ClusterError
+            For a Dask cluster that can't be used.
+        """
+        engine = engine_class(find_own_engine(options.host))
+        faults = [find(n, FIXED_SCENES) for n in dict.fromkeys(options.faults or FIXED_SCENES) if n not in CONTROLS]
+        scenes = list(map(find_scene, dict.fromkeys(options.scenes or STAGES)))
+        reasons = {s.name: engine.unsupported(s) for s in scenes}
+        able = tuple(s for s in scenes if not reasons[s.name])
+        left_out = {name: reason for name, reason in reasons.items() if reason}
+        options.executor.check()
+        return SelftestPlan(able, tuple(faults), options.host, options.smallest, options.executor, left_out)
+
+    def record(self, plan: SelftestPlan) -> dict[str, Any]:
+        """Host, scenes and faults in words."""
+        return {
+            "host": plan.host,
+            "roles": [str(Role.MAIN), str(Role.FINER)],
+            "scenes": {s.name: scene_words(s) for s in plan.scenes},
+            "faults": {f.name: fault_words(f) for f in (*CONTROLS.values(), *plan.faults)},
+        }
+
+    def run(self, plan: SelftestPlan, store: StudyStore, reporter: Reporter) -> Matrix:
+        """Try every fault in every scene.
+
+        Raises
+        ------
+        SelftestError
+            If a reference solution or a run of the unmodified engine fails.
+        """
+        scenes = {scene.name: SceneRuns(scene, NUMPY) for scene in plan.scenes}
+        with reporter.counted("reference solutions", len(scenes)) as done:
+            for _ in run_cases(
+                ((name, established(scene, plan.host)) for name, scene in scenes.items()), plan.executor
+            ):
+                done(1)
+        trials, cells = plan.trials, dict[int, FaultCell]()
+        with reporter.counted("faults", len(trials)) as done, kept_if_interrupted(store, cells):
+            cases = ((k, tried(scenes[trial.scene.name], trial)) for k, trial in enumerate(trials))
+            for k, found in run_cases(cases, plan.executor):
+                cells[k] = found
+                done(1)
+        result = Matrix(tuple(cells[k] for k in range(len(trials))))
+        write_cells(store, result.cells)
+        store.record.update(passed=result.passed, unkilled=[f.name for f in result.unkilled])
+        if plan.smallest:
+            store.write_record()
+            look_for_smallest(plan, result, scenes, store.summary, reporter)
+        return result
 
 
-class SelftestError(EngineError):
-    """Raised where a run fails that the self-test can't go on without."""
-
-
-def need_unmodified(scenes: Iterable[Scene], runner: TrialRunner, host: str) -> None:
-    """Stop where the unmodified engine does not run: its runs serve all faults in samples.
+def established(scene: SceneRuns, host: str) -> Case[None]:
+    """Find a scene's reference solution, and make the runs of the unmodified engine: all faults need them.
 
     Raises
     ------
     SelftestError
-        If a run of it failed.
+        If a run of either failed.
     """
-    for job in (job for scene in scenes for job in Trial(scene, host, UNMODIFIED).jobs()):
-        result = runner.runs[job]
+    solution, *made = yield [scene.solution, *map(scene.run_of, Trial(scene.scene, host).jobs())]
+    if isinstance(solution, str):
+        raise SelftestError(f"{scene.scene.name}: {solution}")
+    for result in made:
         if result.trajectory is None:
-            raise SelftestError(f"{host} can't be run on {job.scene.name}: {result.reason}")
+            raise SelftestError(f"{host} can't be run on {scene.scene.name}: {result.reason}")
 
 
-def inserted(faults: Iterable[str], scenes: Iterable[Scene], runner: TrialRunner, host: str) -> Iterator[FaultCell]:
-    """Insert faults into scenes, and judge them: first those that change nothing, then others as they come."""
-    trials = []
-    for trial in (Trial(scene, host, fault) for fault in faults for scene in scenes):
-        reason = trial.left_out(runner.solutions[trial.scene.name])
-        if reason:
-            yield FaultCell(find(trial.fault), trial.scene.name, FaultOutcome.NOTHING, reason)
-        else:
-            trials.append(trial)
-    yield from tried(trials, runner)
+@contextlib.contextmanager
+def kept_if_interrupted(store: StudyStore, cells: dict[int, FaultCell]) -> Iterator[None]:
+    """Write the cells so far if the matrix is interrupted: a fault that no check detects is told then too."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        if cells:
+            write_cells(store, cells.values())
+        raise
 
 
-def matrix(
-    faults: Iterable[Fault],
-    scenes: tuple[Scene, ...],
-    runner: TrialRunner,
-    host: str = HOST,
-    *,
-    done: Done = untold,
-    seen: Seen = unseen,
-) -> Matrix:
-    """Controls and faults in all scenes, in the order of the catalogue.
+def write_cells(store: StudyStore, cells: Iterable[FaultCell]) -> None:
+    """Write the table of cells."""
+    store.write("selftest", (row for one in cells for row in one.rows()))
 
-    Parameters
-    ----------
-    faults : iterable of Fault
-    scenes : tuple of Scene
-        Whose reference solutions the runner has.
-    runner : TrialRunner
-    host : str
-        Engine that the faults are inserted into.
-    done : callable
-        Given 1 for each cell.
-    seen : callable
-        Given each cell as soon as it is there.
 
-    Raises
-    ------
-    SelftestError
-        If the unmodified engine can't be run.
-    """
-    cells = []
-    for names in (tuple(CONTROLS), tuple(f.name for f in faults)):
-        for one in inserted(names, scenes, runner, host):
-            cells.append(one)
-            seen(one)
-            done(1)
-        need_unmodified(scenes, runner, host)
-    place = {name: k for k, name in enumerate([*CONTROLS, *FIXED_SCENES])}
-    order = {scene.name: k for k, scene in enumerate(scenes)}
-    return Matrix(tuple(sorted(cells, key=lambda c: (place[c.fault.name], order[c.scene]))))
+@dataclass(frozen=True)
+class Bracket:
+    """Bracket of a continuous fault's detection limit; powers of two of its natural size, less its size of no fault."""
+
+    size: Size
+    caught: int | None = None
+    """Smallest known to be caught"""
+    missed: int | None = None
+    """Largest known to be missed"""
+    by: Reading | None = None
+    """Check that caught it"""
+
+    @property
+    def highest(self) -> int:
+        """Largest power that is tried."""
+        if self.size.most is None:
+            return 0
+        return max(0, round(math.log2((self.size.most - self.size.none) / (self.size.natural - self.size.none))))
+
+    @property
+    def most_trials(self) -> int:
+        """Largest number of trials that may be taken."""
+        return math.ceil(math.log2(OCTAVES + 1 + max(1, self.highest)))
+
+    @property
+    def next(self) -> int | None:
+        """Power to be tried next: the natural size, the largest, then between; None where it is settled."""
+        if self.caught is None:
+            untried = [k for k in (0, self.highest) if self.missed is None or k > self.missed]
+            return untried[0] if untried else None
+        low = -OCTAVES - 1 if self.missed is None else self.missed
+        return None if self.caught - low <= 1 else (self.caught + low) // 2
+
+    def at(self, power: int) -> float:
+        """Size of a power."""
+        return self.size.none + (self.size.natural - self.size.none) * 2.0**power
+
+    def told(self, power: int, by: Reading | None) -> Bracket:
+        """Bracket narrowed by the outcome at a power."""
+        return replace(self, missed=power) if by is None else replace(self, caught=power, by=by)
+
+    def add_rows(self, found: Rows, **where: Any) -> None:
+        """Add a row for each of the two sizes that is known."""
+        if self.caught is not None:
+            found.add(CAUGHT, self.at(self.caught), text=self.by.quantity if self.by else "", **where)
+        if self.missed is not None:
+            found.add(MISSED, self.at(self.missed), **where)
+
+
+def look_for_smallest(
+    plan: SelftestPlan, tried_all: Matrix, scenes: dict[str, SceneRuns], found: Rows, reporter: Reporter
+) -> None:
+    """Bisect the size of each continuous fault that was inserted, and add the sizes to the rows."""
+    pairs = [
+        (one, Bracket(one.fault.size).told(0, one.killer)) for one in tried_all.cells if one.fault.size and one.readings
+    ]
+    with reporter.counted("sizes", sum(pair.most_trials for _, pair in pairs)) as done:
+        cases = (
+            (k, settled(pair, scenes[one.scene], plan.host, one.fault.name, done))
+            for k, (one, pair) in enumerate(pairs)
+        )
+        brackets = dict(run_cases(cases, plan.executor))
+    for k, (one, _) in enumerate(pairs):
+        brackets[k].add_rows(found, scene=one.scene, engine=plan.host, fault=one.fault.name)
+
+
+def settled(
+    pair: Bracket, scene: SceneRuns, host: str, fault: str, done: Callable[[int], None] = ignore
+) -> Case[Bracket]:
+    """Bracket narrowed to a factor of two, one trial after the other."""
+    while (power := pair.next) is not None:
+        found = yield from tried(scene, Trial(scene.scene, host, fault, pair.at(power)))
+        pair = pair.told(power, found.killer)
+        done(1)
+    return pair
+
+
+def scene_words(scene: Scene) -> dict[str, Any]:
+    """Entry of a scene in the record."""
+    return {
+        "title": scene.title,
+        "bars": scene.bars,
+        "duration_s": scene.run.duration_s,
+        "samples": scene.run.samples,
+        "effects": sorted(scene.effects.names),
+    }
+
+
+def fault_words(fault: Fault) -> dict[str, Any]:
+    """Entry of a fault in the record."""
+    size = fault.size
+    return {
+        "words": fault.words,
+        "stands_for": fault.stands_for,
+        "group": str(fault.group),
+        "natural": size.natural if size else None,
+        "none": size.none if size else None,
+        "unit": size.unit if size else "",
+        "invisible": fault.invisible,
+    }

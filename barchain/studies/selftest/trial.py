@@ -1,19 +1,27 @@
-"""One engine on one scene, as it is or with a fault in it, and the runs that its verdict takes."""
+"""The harness of the self-test: one engine on one scene, as it is or with a fault in it, run and judged as a case.
+
+The kill matrix and the random campaign differ in where scenes and faults come from, and in what they make of a verdict.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from adapters.common.equal_steps import finer_setting
 from adapters.registry import find_engine
 from barchain.faults.catalogue import find
-from barchain.faults.insertion import engine_with_fault, fault_registration
+from barchain.faults.insertion import FaultRegistration, engine_with_fault, fault_registration
 from barchain.judge.compare import judge
 from barchain.judge.evidence import follow_up_jobs, gathered
+from barchain.judge.verdict import VERDICTS, Verdict
+from barchain.runs.cases import Case, Shared, Task, alone
 from barchain.runs.declared import engine_class
 from barchain.runs.job import Job, Role
+from barchain.runs.pool import PoolGroup, limit_of, run_task
 from barchain.runs.run import run_phases
+from barchain.runs.time_limits import TIME_LIMIT_S, TimeLimit
+from barchain.solutions.reference_runs import SolutionFailedError, solution_jobs, solution_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -22,12 +30,13 @@ if TYPE_CHECKING:
     from adapters.registry import Registration
     from adapters.trajectory import Trajectory
     from barchain.faults.fault import Fault
-    from barchain.judge.verdict import Verdict
+    from barchain.runs.call import CallFailedError
     from barchain.runs.job import RunResult
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 
 FIRST = (Role.MAIN, Role.FINER)
+"""Runs that every verdict rests on"""
 
 
 @dataclass(frozen=True)
@@ -50,6 +59,12 @@ class Trial:
     def inserted_fault(self) -> Fault | None:
         """The fault; None of an unmodified engine."""
         return find(self.fault) if self.fault else None
+
+    @property
+    def inserted_size(self) -> float:
+        """Size of the fault."""
+        fault = self.inserted_fault
+        return self.size if self.size is not None else fault.natural if fault else 0.0
 
     @property
     def replays(self) -> bool:
@@ -82,62 +97,109 @@ class Trial:
         reason = fault.foreign_to(self.host) or fault.nothing(solution)
         return reason or self.host.unsupported(fault.staged(self.scene, self.inserted_size)) or ""
 
-    @property
-    def inserted_size(self) -> float:
-        """Size of the fault."""
-        fault = self.inserted_fault
-        return self.size if self.size is not None else fault.natural if fault else 0.0
-
-    def engine_with_fault(self, runs: dict[Setting, Trajectory], main: Trajectory | None = None) -> type[Engine]:
+    def faulty_engine(self, runs: dict[Setting, Trajectory], main: Trajectory | None = None) -> type[Engine]:
         """Class of the engine with the fault in it, which replays runs; `main` shows it what to declare wrongly."""
         fault = self.inserted_fault
         return engine_with_fault(fault, self.inserted_size, self.host, runs, main) if fault else self.host
 
-
-@dataclass(frozen=True)
-class DetectionLimit:
-    """Smallest error that a verdict states it would detect."""
-
-    share: float
-    """Of the quantity's scale"""
-    until_s: float
-    """End of the comparison with the reference solution, s"""
+    def with_fault(self, job: Job, made: RunResult) -> RunResult:
+        """Result of a run with the fault in it; where the fault is in the samples, they are changed here."""
+        fault = self.inserted_fault
+        if fault is None or not fault.replays or not fault.acts_in(job.role) or made.trajectory is None:
+            return made
+        return run_phases(job, self.faulty_engine({job.setting: made.trajectory}))
 
 
 @dataclass(frozen=True)
-class TrialCase:
+class TrialRuns:
     """A trial with its runs: all that a verdict takes."""
 
     trial: Trial
     solution: ReferenceSolution
-    made: dict[Role, tuple[Job, RunResult]]
-    """Runs by role, with their settings: of the unmodified engine where the trial replays them"""
-    unmodified_runs: dict[Role, RunResult] = field(default_factory=dict)
-    """Runs of the unmodified engine, where the rating needs them"""
-    limits: dict[str, DetectionLimit] = field(default_factory=dict)
-    """Detection limits from the unmodified engine's verdict"""
-    passes: bool = False
-    """Whether the unmodified engine passes; a fault that is then limited by round-off is detected"""
-
-    @property
-    def results(self) -> dict[Role, RunResult]:
-        """Runs by role, with the fault in them."""
-        return {role: self.with_fault(job, result) for role, (job, result) in self.made.items()}
-
-    def with_fault(self, job: Job, result: RunResult) -> RunResult:
-        """Result of a run with the fault in it."""
-        fault = self.trial.inserted_fault
-        if fault is None or not fault.replays or not fault.acts_in(job.role) or result.trajectory is None:
-            return result
-        return run_phases(job, self.trial.engine_with_fault({job.setting: result.trajectory}))
+    results: dict[Role, RunResult]
+    """Runs with the fault in them"""
+    unmodified: dict[Role, RunResult] = field(default_factory=dict)
+    """First runs of the unmodified engine; empty where the trial is of that engine"""
+    seconds: float = 0.0
+    """Time of the runs that were made for this trial alone"""
 
     def unmodified_trajectory(self, role: Role) -> Trajectory | None:
         """Trajectory of the unmodified engine."""
-        return self.unmodified_runs[role].trajectory if role in self.unmodified_runs else None
+        return self.unmodified[role].trajectory if role in self.unmodified else None
 
-    def verdict(self, results: dict[Role, RunResult]) -> Verdict:
-        """Verdict of the production comparison on results of its runs."""
-        evidence = gathered(results)
-        assert evidence is not None  # the two first runs are always made
-        judged_as = self.trial.engine_with_fault({}, self.unmodified_trajectory(Role.MAIN))
-        return judge(self.trial.engine, judged_as, self.trial.setting, evidence, self.solution)
+
+class SceneRuns:
+    """Runs on one scene: those of unmodified engines are made once, however many trials need them."""
+
+    def __init__(self, scene: Scene, form: str | None = None, limit_s: float = TIME_LIMIT_S) -> None:
+        """Prepare.
+
+        Parameters
+        ----------
+        scene : Scene
+        form : str, optional
+            Form of the reference that judges; that of a comparison by default.
+        limit_s : float
+            Wall time of a run, s.
+        """
+        self.scene, self.limit_s = scene, limit_s
+        self.solution = Shared(self.established(form))
+        """The reference solution, or why there is none"""
+        self.shared: dict[str, Shared] = {}
+
+    def established(self, form: str | None) -> Case[ReferenceSolution | str]:
+        """Find the reference solution."""
+        jobs = solution_jobs(self.scene, form)
+        made = yield [run_task(job, limit_of(job, self.limit_s)) for job in jobs]
+        try:
+            return solution_of(self.scene, dict(zip((job.role for job in jobs), made, strict=True)), form)
+        except SolutionFailedError as error:
+            return f"the reference solution could not be run ({error})"
+
+    def run_of(self, job: Job) -> Task | Shared:
+        """Run; engines with a fault share processes, as they are barchain's."""
+        if isinstance(job.registration, FaultRegistration):
+            return run_task(job, TimeLimit(self.limit_s), PoolGroup.REGISTERED)
+        if job.key not in self.shared:
+            self.shared[job.key] = Shared(alone(run_task(job, limit_of(job, self.limit_s))))
+        return self.shared[job.key]
+
+    def runs_of(self, trial: Trial, solution: ReferenceSolution) -> Case[TrialRuns]:
+        """First runs of a trial; of a fault, those of the unmodified engine too."""
+        jobs = trial.jobs()
+        unmodified = Trial(trial.scene, trial.engine).jobs() if trial.fault else []
+        made = yield [self.run_of(job) for job in (*jobs, *unmodified)]
+        known = {job.role: result for job, result in zip(unmodified, made[len(jobs) :], strict=True)}
+        return with_runs(TrialRuns(trial, solution, {}, known), jobs, made[: len(jobs)])
+
+    def further_runs_of(self, runs: TrialRuns, roles: Iterable[Role]) -> Case[TrialRuns]:
+        """The same with the further runs that its verdict asks for."""
+        jobs = runs.trial.jobs(roles)
+        made = yield [self.run_of(job) for job in jobs]
+        return with_runs(runs, jobs, made)
+
+
+def with_runs(runs: TrialRuns, jobs: list[Job], made: list[RunResult]) -> TrialRuns:
+    """A trial with more of its runs."""
+    trial = runs.trial
+    results = {job.role: trial.with_fault(job, result) for job, result in zip(jobs, made, strict=True)}
+    own = made if not trial.fault or not trial.replays else []
+    seconds = runs.seconds + sum(sum(result.seconds.values()) for result in own)
+    return replace(runs, results=runs.results | results, seconds=seconds)
+
+
+def judged(runs: TrialRuns) -> Case[Verdict | CallFailedError]:
+    """Verdict of the production comparison, made in another process; or why there is none."""
+    main = runs.unmodified_trajectory(Role.MAIN)
+    (found,) = yield [VERDICTS.task(verdict_of, runs.trial, runs.results, runs.solution, main)]
+    verdict: Verdict | CallFailedError = found
+    return verdict
+
+
+def verdict_of(
+    trial: Trial, results: dict[Role, RunResult], solution: ReferenceSolution, main: Trajectory | None
+) -> Verdict:
+    """Verdict on results of a trial; `main` is the unmodified engine's main run."""
+    judged_as = trial.faulty_engine({}, main)
+    found = judge(trial.engine, judged_as, trial.setting, gathered(results), solution)
+    return replace(found, series=None)

@@ -13,7 +13,7 @@ from barchain.nightly.run_facts import AlarmTest, PartState
 from barchain.nightly.running.alarm import alarm_test
 from barchain.nightly.running.child import ChildEnd
 from barchain.nightly.running.night import result_of
-from barchain.studies.selftest import study
+from barchain.studies.selftest import matrix
 from reports.tables.faults.selftest import COLUMNS, FILES
 from reports.tables.schema import SCHEMA_VERSION
 from tests.nightly.history.synthetic import night
@@ -93,8 +93,7 @@ def test_an_interrupted_self_test_keeps_the_cells_that_it_has() -> None:
             written.extend(rows)
 
     def interrupted() -> None:
-        with study.kept_if_interrupted(Store()) as seen:
-            seen(Cell())
+        with matrix.kept_if_interrupted(Store(), {0: Cell()}):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):

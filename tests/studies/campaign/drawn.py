@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
 from barchain.faults.catalogue import RANDOM_SCENES
-from barchain.studies.selftest.campaign.cells import CampaignCell
+from barchain.studies.selftest.rating import CampaignCell
 
 if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
@@ -36,4 +36,4 @@ def with_fault(name: str, run: Trajectory, scene: Scene, setting: Setting = MAIN
 
 def cells(kind: CellClass, number: int, fault: str = "", outcome: str = "") -> list[CampaignCell]:
     """So many equal cells."""
-    return [CampaignCell(f"random/{k}", "pymunk", fault, kind, outcome) for k in range(number)]
+    return [CampaignCell(f"random/{k}", "pymunk", fault, outcome, kind) for k in range(number)]

@@ -17,7 +17,7 @@ from barchain.faults.catalogue import RANDOM_SCENES, UnknownFaultError, find
 from barchain.faults.garbage import LEAST, SHARES
 from barchain.faults.insertion import engine_with_fault, fault_registration
 from barchain.runs.job import Role
-from barchain.studies.selftest.campaign.scenes.draw import draw
+from barchain.studies.selftest.random_scenes import draw
 from scenarios import Gravity
 from tests.studies.campaign.drawn import EVENTS, FINER, MAIN, seen, with_fault
 

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from barchain.studies.selftest.campaign.rates import Rate, passed, rates
-from barchain.studies.selftest.campaign.sizes import sizes
+from barchain.studies.selftest.rating import Rate, passed, rates, sizes
 from reports.tables.faults.campaign import RATE_COLUMNS, CellClass
 from reports.tables.outcome import Outcome
 from tests.studies.campaign.drawn import cells, with_fault

@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from barchain.studies.selftest.campaign.findings import kinds
-from barchain.studies.selftest.campaign.scenes.draw import draw
-from barchain.studies.selftest.campaign.scenes.shrink import alike, simplest
-from barchain.studies.selftest.campaign.scenes.simpler import Form, effects_of, simplified, whole
+from barchain.studies.selftest.random_scenes import draw
+from barchain.studies.selftest.shrinking import Form, alike, effects_of, kinds, simplest, simplified, whole
 from reports.tables.faults.campaign import CellClass
 from scenarios.toml.writing import scene_toml
 from tests.studies.campaign.drawn import EVENTS, cells

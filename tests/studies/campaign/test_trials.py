@@ -2,62 +2,82 @@
 
 from __future__ import annotations
 
+import functools
 from typing import TYPE_CHECKING
 
 import pytest
 
 from barchain.faults.catalogue import RANDOM_SCENES
 from barchain.judge.verdict import no_verdict
-from barchain.studies.selftest.campaign.judging import judge_serially
-from barchain.studies.selftest.campaign.scenes.draw import draw
-from barchain.studies.selftest.campaign.trial_runner import CampaignRunner, thinned
-from barchain.studies.selftest.runs import RunCache, in_this_process
-from barchain.studies.selftest.trial import Trial, TrialCase
+from barchain.runs.cases import Known
+from barchain.solutions.sampling import closely_sampled
+from barchain.studies.selftest import trial
+from barchain.studies.selftest.campaign import faulty_engine, on_scene, thinned
+from barchain.studies.selftest.random_scenes import draw
+from barchain.studies.selftest.rating import Rated, rated
+from barchain.studies.selftest.trial import SceneRuns, Trial
 from reports.tables.faults.campaign import CellClass
 from reports.tables.outcome import Outcome
 from tests.studies.campaign.drawn import FREE, SEED
+from tests.support.here import result_of
 
 if TYPE_CHECKING:
-    from scenarios import Scene
+    from barchain.runs.cases import Case
+    from barchain.solutions.reference import ReferenceSolution
+    from barchain.studies.selftest.rating import CampaignCell
+
+SOUND = ("reference", "pymunk")
 
 
-@pytest.fixture(scope="module")
-def runners() -> dict[int, tuple[CampaignRunner, Scene]]:
-    """Scenes with their unmodified engines judged."""
-    found = {}
-    for seed in (SEED, FREE):
-        runner = CampaignRunner(RunCache(in_this_process), judge_serially)
-        (sampled,) = runner.establish([draw(seed)])
-        _, trials = runner.unmodified_trials(sampled, ("reference", "pymunk"))
-        assert {cell.kind for cell in runner.judge_trials(trials)} == {CellClass.PASS}
-        found[seed] = runner, sampled
-    return found
+@functools.cache
+def drawn(seed: int) -> tuple[SceneRuns, ReferenceSolution, dict[str, Rated]]:
+    """A scene with its unmodified engines judged; its runs are made once."""
+    scene = SceneRuns(closely_sampled(draw(seed)))
+
+    def unmodified() -> Case[tuple[ReferenceSolution, dict[str, Rated]]]:
+        (solution,) = yield [scene.solution]
+        found = {}
+        for name in SOUND:
+            found[name] = yield from rated(scene, Trial(scene.scene, name), solution)
+        return solution, found
+
+    solution, found = result_of(unmodified())
+    assert {one.cell.kind for one in found.values()} == {CellClass.PASS}
+    return scene, solution, found
+
+
+def inserted(seed: int, host: str, names: tuple[str, ...]) -> list[CampaignCell]:
+    """Cells of faults in a host: first those that can't be inserted."""
+    scene, solution, before = drawn(seed)
+
+    def faults() -> Case[list[Rated]]:
+        found: list[Rated] = yield list(faulty_engine(scene, host, names, 10, solution, before[host]))
+        return found
+
+    return [one.cell for one in result_of(faults())]
 
 
 @pytest.mark.parametrize(("seed", "host"), [(FREE, "pymunk"), pytest.param(SEED, "reference", marks=pytest.mark.slow)])
-def test_gross_faults_are_caught(runners, seed: int, host: str) -> None:  # type: ignore[no-untyped-def]
-    runner, sampled = runners[seed]
+def test_gross_faults_are_caught(seed: int, host: str) -> None:
     gross = [name for name in RANDOM_SCENES if name.startswith("garbage")]
     names = (*gross, "noise-reactions-large", "sign-reaction", "damped-rate", "interpolated-2000", "mass-stuck")
-    left_out, trials = runner.fault_trials(sampled, host, names, 10)
-    assert not left_out
-    found = runner.judge_trials(trials)
+    scene, solution, before = drawn(seed)
+    assert not any(isinstance(one, Known) for one in faulty_engine(scene, host, names, 10, solution, before[host]))
+    found = inserted(seed, host, names)
     assert {c.fault: c.kind for c in found if c.kind is not CellClass.CAUGHT} == {}
     assert all(c.seconds > 0.0 for c in found if c.fault == "mass-stuck")
     assert all(c.seconds == 0.0 for c in found if c.fault != "mass-stuck")
 
 
-def test_a_judge_that_sees_nothing_misses_what_it_says_it_would_see(runners, monkeypatch) -> None:  # type: ignore[no-untyped-def]
-    runner, sampled = runners[SEED]
+def test_a_judge_that_sees_nothing_misses_what_it_says_it_would_see(monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn(SEED)
 
-    def blind(case, results):  # type: ignore[no-untyped-def]
-        return no_verdict(sampled.name, case.trial.engine, case.trial.setting, Outcome.PASS, "")
+    def blind(of, results, solution, main):  # type: ignore[no-untyped-def]
+        return no_verdict(of.scene.name, of.engine, of.setting, Outcome.PASS, "")
 
-    monkeypatch.setattr(TrialCase, "verdict", blind)
-    left_out, trials = runner.fault_trials(
-        sampled, "reference", ("sign-reaction", "attitude-creeps", "thrust-late"), 10
-    )
-    found = {c.fault: c for c in (*left_out, *runner.judge_trials(trials))}
+    monkeypatch.setattr(trial, "verdict_of", blind)
+    names = ("sign-reaction", "attitude-creeps", "thrust-late")
+    found = {c.fault: c for c in inserted(SEED, "reference", names)}
     missed = found["sign-reaction"]
     assert (missed.kind, missed.quantity) == (CellClass.MISSED, "reaction")
     assert missed.size is not None
@@ -71,9 +91,13 @@ def test_a_judge_that_sees_nothing_misses_what_it_says_it_would_see(runners, mon
     assert (small.kind is CellClass.BELOW) == (small.size <= small.limit)
 
 
-def test_a_fault_in_an_engine_that_is_refused_as_it_is_is_not_tried(runners) -> None:  # type: ignore[no-untyped-def]
-    runner, sampled = runners[SEED]
-    assert runner.fault_trials(sampled, "exudyn", ["mu"], 10) == ([], [])
+def test_a_fault_in_an_engine_that_is_refused_as_it_is_is_not_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    def strict(of, results, solution, main):  # type: ignore[no-untyped-def]
+        return no_verdict(of.scene.name, of.engine, of.setting, Outcome.INCONSISTENT, "")
+
+    monkeypatch.setattr(trial, "verdict_of", strict)
+    found = result_of(on_scene(draw(FREE), ["reference"], ["reference"], ["mu", "sign-reaction"]))
+    assert [(c.fault, c.kind) for c in found] == [("", CellClass.FALSE_ALARM)]
 
 
 def test_runs_of_their_own_are_chosen_by_the_scene() -> None:

@@ -12,27 +12,25 @@ from barchain.cli.campaign_summary import finding_words, rate_words, show_campai
 from barchain.cli.main import run as command
 from barchain.faults.catalogue import RANDOM_SCENES
 from barchain.judge.verdict import no_verdict
-from barchain.record.study_store import StudyStore
-from barchain.studies.selftest.campaign.cells import CampaignCell
-from barchain.studies.selftest.campaign.findings import kept_findings, search
-from barchain.studies.selftest.campaign.judging import judge_serially
-from barchain.studies.selftest.campaign.rates import Rate, rates
-from barchain.studies.selftest.campaign.scenes.draw import draw
-from barchain.studies.selftest.campaign.store import CampaignStore
-from barchain.studies.selftest.campaign.study import Campaign, CampaignPlan, CampaignStudy
-from barchain.studies.selftest.runs import in_this_process
-from barchain.studies.selftest.trial import TrialCase
+from barchain.studies.selftest import trial
+from barchain.studies.selftest.campaign import Campaign, CampaignPlan, CampaignStudy, alone_on
+from barchain.studies.selftest.random_scenes import draw
+from barchain.studies.selftest.rating import CampaignCell, Rate, rates
+from barchain.studies.selftest.shrinking import kept_findings
 from barchain.studies.study import run_study
 from reports.chapters.campaign.view import size_rows
 from reports.chapters.registry import CHAPTERS
 from reports.render import render_all
-from reports.tables.faults.campaign import COLUMNS, FILES, RATE_COLUMNS, CellClass
+from reports.tables.faults.campaign import COLUMNS, RATE_COLUMNS, CellClass
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
 from tests.studies.campaign.drawn import FREE, SEED
+from tests.support.here import HERE
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    from barchain.studies.selftest.shrinking import KeptFinding
 
 
 @pytest.fixture(scope="module")
@@ -40,9 +38,9 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> tuple[Campaign, Path]:
     """Two scenes, three engines, some faults in one of them."""
     out = tmp_path_factory.mktemp("campaign")
     faults = ("garbage-growing-90-finer", "garbage-sudden-50-all", "com-millimetres", "mass", "mu", "declares-order")
-    plan = CampaignPlan(1, FREE, ("reference", "exudyn"), ("pymunk",), faults, 1, 0.0)
+    plan = CampaignPlan(1, FREE, ("reference", "exudyn"), ("pymunk",), faults, 1, 0.0, HERE)
     other = dataclasses.replace(plan, seed=SEED)
-    found = [run_study(CampaignStudy(in_this_process, judge_serially), p, out, overwrite=True) for p in (plan, other)]
+    found = [run_study(CampaignStudy(), p, out, overwrite=True) for p in (plan, other)]
     both = [c for f in found for c in f.cells]
     return Campaign(other, both, rates(both), []), out
 
@@ -117,18 +115,23 @@ def test_the_command_runs_in_worker_processes(tmp_path: Path, capsys: pytest.Cap
 def test_a_findings_scene_is_written_simpler_and_simpler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """With a judge that sees nothing, two bars and three samples are enough to miss a sign."""
 
-    def blind(case, results):  # type: ignore[no-untyped-def]
+    def blind(of, results, solution, main):  # type: ignore[no-untyped-def]
         limit = {"quantity": "reaction", "metric": "detection_limit", "value": 1e-9, "limit_s": None}
-        verdict = no_verdict(case.trial.scene.name, case.trial.engine, case.trial.setting, Outcome.PASS, "")
+        verdict = no_verdict(of.scene.name, of.engine, of.setting, Outcome.PASS, "")
         return dataclasses.replace(verdict, rows=[*verdict.rows, verdict.rows[0] | limit])
 
-    monkeypatch.setattr(TrialCase, "verdict", blind)
-    cell = CampaignCell(f"random/{SEED}", "reference", "sign-reaction", CellClass.MISSED, "pass", "reaction")
-    tables = CampaignStore(StudyStore(FILES, tmp_path))
-    (kept,) = kept_findings([[cell, cell]], tables, 0.0, lambda _: None)
-    assert kept.path == tmp_path / "campaign" / "scenes" / f"{SEED}-reference-sign-reaction.toml"
+    monkeypatch.setattr(trial, "verdict_of", blind)
+    cell = CampaignCell(f"random/{SEED}", "reference", "sign-reaction", "pass", CellClass.MISSED, "reaction")
+    folder = tmp_path / "scenes"
+
+    def kept_within(seconds: float) -> KeptFinding:
+        (kept,) = kept_findings([[cell, cell]], folder, alone_on, seconds, HERE, lambda _: None)
+        return kept
+
+    kept = kept_within(0.0)
+    assert kept.path == folder / f"{SEED}-reference-sign-reaction.toml"
     assert load_scene(kept.path).digest == draw(SEED).digest
-    search(draw(SEED), cell, kept.path, 20.0)
+    assert kept_within(20.0) == kept
     found = load_scene(kept.path)
     assert (found.bars, found.run.samples) < (draw(SEED).bars, 3)
     assert "sign-reaction" in found.description
@@ -139,7 +142,7 @@ def test_a_findings_scene_is_written_simpler_and_simpler(tmp_path: Path, monkeyp
 @pytest.mark.exhaustive
 def test_a_campaign_passes(tmp_path: Path) -> None:
     plan = CampaignPlan(6, 100, ("reference-absolute", "exudyn-index3", "rebound", "pymunk-absolute"), shrink_s=0.0)
-    found = run_study(CampaignStudy(in_this_process, judge_serially), plan, tmp_path)
+    found = run_study(CampaignStudy(), plan, tmp_path)
     assert found.passed, [c for c in found.cells if c.is_finding]
     assert not [c for c in found.cells if c.kind is CellClass.BROKEN]
 

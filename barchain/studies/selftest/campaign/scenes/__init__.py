@@ -1,1 +1,0 @@
-"""Random scenes: drawing, writing and simplifying them."""

@@ -1,0 +1,365 @@
+"""The production judge's verdict on a trial, rated as right or wrong: cells of the random campaign, and their rates."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, astuple, dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.stats import binomtest
+
+from barchain.judge.scales import scales
+from barchain.judge.verdict import Verdict
+from barchain.metrics.quantities import differences
+from barchain.runs.call import CallLateError
+from barchain.studies.selftest.trial import FIRST, judged
+from reports.tables.faults.campaign import ALL, COLUMNS, CellClass
+from reports.tables.outcome import Outcome
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from adapters.trajectory import Array, Trajectory
+    from barchain.runs.call import CallFailedError
+    from barchain.runs.cases import Case
+    from barchain.solutions.reference import ReferenceSolution
+    from barchain.studies.selftest.trial import SceneRuns, Trial, TrialRuns
+
+DETECTION_LIMIT = "detection_limit"
+UNRUN = (Outcome.FAILED, Outcome.TIMED_OUT, Outcome.MISSING)
+"""Outcomes of a run that say nothing of a fault in it"""
+UNJUDGED = (Outcome.UNSUPPORTED, Outcome.TOO_COARSE)
+"""Outcomes that are neither a pass nor a rejection"""
+UNMODIFIED = (CellClass.PASS, CellClass.LIMITED, CellClass.FALSE_ALARM)
+"""Classes of unmodified engines that ran"""
+TRIED = (CellClass.CAUGHT, CellClass.MISSED)
+"""Classes of faults that a verdict has to detect"""
+LOST = 1.0  # of a quantity's scale: what a sample that is missing counts as
+MEASURED = {"gap": "gap_m", "com_residual": "com_residual_m"}
+CONFIDENCE = 0.95
+MOST_FALSE_ALARMS = 0.005
+"""Share of verdicts on unmodified engines that may be false alarms"""
+
+
+@dataclass(frozen=True)
+class CampaignCell:
+    """One engine on one scene, as it is or with a fault in it; a row of the table."""
+
+    scene: str
+    engine: str
+    fault: str
+    """Empty: the engine as it is"""
+    outcome: str = ""
+    """The judge's; empty where nothing was judged"""
+    kind: CellClass = CellClass.NOTHING
+    quantity: str = ""
+    """Quantity that is rejected, or that the fault changes most"""
+    reason: str = ""
+    size: float | None = None
+    """Largest change of the quantity, over its scale"""
+    limit: float | None = None
+    """Smallest detectable change by the unmodified engine's verdict"""
+    own_limit: float | None = None
+    """Smallest detectable change by the faulty engine's own verdict, which a user would read"""
+    seconds: float = 0.0
+    """Time of its own runs"""
+
+    @property
+    def is_finding(self) -> bool:
+        """Whether it speaks against the judge."""
+        return self.kind in (CellClass.MISSED, CellClass.FALSE_ALARM)
+
+    def row(self) -> dict[str, Any]:
+        """Row of the table."""
+        return dict(zip(COLUMNS, astuple(self), strict=True))
+
+
+@dataclass(frozen=True)
+class DetectionLimit:
+    """Smallest error that a verdict states it would detect."""
+
+    share: float
+    """Of the quantity's scale"""
+    until_s: float
+    """End of the comparison with the reference solution, s"""
+
+
+@dataclass(frozen=True)
+class Rated:
+    """A trial's cell, and the detection limits that its verdict states, by quantity."""
+
+    cell: CampaignCell
+    limits: dict[str, DetectionLimit] = field(default_factory=dict)
+
+
+def rated(scene: SceneRuns, trial: Trial, solution: ReferenceSolution, before: Rated | None = None) -> Case[Rated]:
+    """Run a trial, and rate its verdict; where the first runs do not decide it, after those that it asks for besides.
+
+    Parameters
+    ----------
+    scene : SceneRuns
+    trial : Trial
+    solution : ReferenceSolution
+    before : Rated, optional
+        The unmodified engine; needed for a fault.
+    """
+    runs = yield from scene.runs_of(trial, solution)
+    if before is not None:
+        nothing = unjudged(runs)
+        if nothing:
+            return Rated(nothing)
+    verdict = yield from judged(runs)
+    if isinstance(verdict, Verdict) and verdict.further_runs:
+        runs = yield from scene.further_runs_of(runs, verdict.further_runs)
+        verdict = yield from judged(runs)
+    if not isinstance(verdict, Verdict):
+        return Rated(no_verdict_cell(trial, verdict))
+    cell = unmodified_cell(runs, verdict) if before is None else fault_cell(runs, verdict, before)
+    return Rated(cell, limits_of(verdict))
+
+
+def no_verdict_cell(trial: Trial, why: CallFailedError) -> CampaignCell:
+    """Cell of a trial whose verdict did not come: a mistake in the campaign."""
+    kind = CellClass.BROKEN if trial.fault else CellClass.FALSE_ALARM
+    outcome = Outcome.NOTHING_COMPARED if isinstance(why, CallLateError) else Outcome.FAILED
+    return CampaignCell(trial.scene.name, trial.engine, trial.fault, str(outcome), kind, reason=f"no verdict: {why}")
+
+
+def limits_of(verdict: Verdict) -> dict[str, DetectionLimit]:
+    """Detection limits that a verdict states."""
+    return {
+        row["quantity"]: DetectionLimit(
+            float(row["value"]), math.inf if row["limit_s"] is None else float(row["limit_s"])
+        )
+        for row in verdict.rows
+        if row["metric"] == DETECTION_LIMIT
+    }
+
+
+def unjudged(runs: TrialRuns) -> CampaignCell | None:
+    """Cell of a fault that changes nothing, or whose runs fail; None where there is something to judge."""
+    failed = next((runs.results[role] for role in FIRST if runs.results[role].outcome in UNRUN), None)
+    if failed:
+        return new_cell(runs, CellClass.BROKEN, outcome=str(failed.outcome), reason=failed.reason)
+    fault = runs.trial.inserted_fault
+    alike = (same(runs.unmodified_trajectory(role), runs.results[role].trajectory) for role in FIRST)
+    if fault and not fault.declares and all(alike):
+        return new_cell(runs, CellClass.NOTHING, reason="it changes nothing there")
+    return None
+
+
+def same(a: Trajectory | None, b: Trajectory | None) -> bool:
+    """Whether two runs show the same, bit for bit."""
+    if a is None or b is None:
+        return a is b
+    mine, theirs = vars(a), vars(b)
+    return all(
+        np.array_equal(mine[k], theirs[k]) if isinstance(mine[k], np.ndarray) else mine[k] is theirs[k] or
+        mine[k] == theirs[k]
+        for k in mine
+    )  # fmt: skip
+
+
+def unmodified_cell(runs: TrialRuns, verdict: Verdict) -> CampaignCell:
+    """Cell of an unmodified engine."""
+    outcome = verdict.outcome
+    if outcome is Outcome.TIMED_OUT:
+        return rejected(runs, verdict, CellClass.LATE)
+    if not outcome.ok:
+        return rejected(runs, verdict, CellClass.FALSE_ALARM)
+    kinds = dict.fromkeys(UNJUDGED, CellClass.UNSUPPORTED) | {Outcome.ROUNDOFF_LIMITED: CellClass.LIMITED}
+    kind = kinds.get(outcome, CellClass.PASS)
+    said = next((row["reason"] for row in verdict.rows if row["outcome"] == outcome), "")
+    return new_cell(runs, kind, outcome=str(outcome), reason="" if kind is CellClass.PASS else said)
+
+
+def fault_cell(runs: TrialRuns, verdict: Verdict, before: Rated) -> CampaignCell:
+    """Cell of a fault: detected, or smaller or larger than the stated detection limit.
+
+    Where the unmodified engine passes, a fault that is then limited by round-off is detected.
+    """
+    stated, own = before.limits, limits_of(verdict)
+    whole, compared = fault_sizes(runs), fault_sizes(runs, stated)
+    limited = verdict.outcome is Outcome.ROUNDOFF_LIMITED and before.cell.kind is CellClass.PASS
+    if limited or not verdict.outcome.ok or verdict.outcome in UNJUDGED:  # none of these is a pass
+        return rejected(runs, verdict, CellClass.CAUGHT, whole, stated)
+    # a fault that differs from run to run makes the engine's error estimate larger, and its own verdict says so
+    limits = {name: max(limit, own.get(name, limit), key=lambda each: each.share) for name, limit in stated.items()}
+    quantity, excess = worst(limits, compared)
+    if excess > 1.0:
+        return compared_cell(runs, verdict, CellClass.MISSED, quantity, compared, stated)
+    quantity, excess = worst(limits, whole)
+    kind = CellClass.BEYOND if excess > 1.0 else CellClass.BELOW
+    return compared_cell(runs, verdict, kind, quantity, whole, stated)
+
+
+def fault_sizes(runs: TrialRuns, limits: dict[str, DetectionLimit] | None = None) -> dict[str, float]:
+    """Largest change in the main or the finer run; up to the end of a comparison with these limits, or overall."""
+    until = None if limits is None else {name: limit.until_s for name, limit in limits.items()}
+    scale, found = scales(runs.solution), dict[str, float]()
+    for role in FIRST:
+        unmodified, faulty = runs.unmodified_trajectory(role), runs.results[role].trajectory
+        if unmodified is not None and faulty is not None:
+            one = sizes(unmodified, faulty, scale, until)
+            found = {name: max(found.get(name, 0.0), one.get(name, 0.0)) for name in {**found, **one}}
+    return found
+
+
+def worst(limits: dict[str, DetectionLimit], found: dict[str, float]) -> tuple[str, float]:
+    """Quantity whose change is largest over its detection limit, and that ratio; 0 where nothing with a limit changes.
+
+    A limit that is not a number is none.
+    """
+    ratios = {
+        name: size / limits[name].share if limits[name].share > 0.0 else math.inf
+        for name, size in found.items()
+        if name in limits and size > 0.0
+    }
+    quantity = max(ratios, key=lambda name: ratios[name], default="")
+    return quantity, ratios.get(quantity, 0.0)
+
+
+def rejected(
+    runs: TrialRuns,
+    verdict: Verdict,
+    kind: CellClass,
+    found: dict[str, float] | None = None,
+    stated: dict[str, DetectionLimit] | None = None,
+) -> CampaignCell:
+    """Cell of a run that the judge rejects, with its first reason."""
+    row = next(r for r in verdict.rows if r["outcome"] == verdict.outcome)
+    reason = row["reason"] or row["metric"]
+    return compared_cell(runs, verdict, kind, row["quantity"], found or {}, stated or {}, reason=reason)
+
+
+def compared_cell(
+    runs: TrialRuns,
+    verdict: Verdict,
+    kind: CellClass,
+    quantity: str,
+    found: dict[str, float],
+    stated: dict[str, DetectionLimit],
+    *,
+    reason: str = "",
+) -> CampaignCell:
+    """Cell of a fault with its size in one quantity, and the limits of that."""
+    limit, own = (limits[quantity].share if quantity in limits else None for limits in (stated, limits_of(verdict)))
+    return new_cell(
+        runs, kind, outcome=str(verdict.outcome), quantity=quantity, reason=reason, size=found.get(quantity),
+        limit=limit, own_limit=own,
+    )  # fmt: skip
+
+
+def new_cell(runs: TrialRuns, kind: CellClass, **known: Any) -> CampaignCell:
+    """Cell of a trial, with the time that its own runs took."""
+    trial = runs.trial
+    return CampaignCell(trial.scene.name, trial.engine, trial.fault, kind=kind, seconds=runs.seconds, **known)
+
+
+def sizes(
+    unmodified: Trajectory, faulty: Trajectory, scale: Mapping[str, float], until_s: Mapping[str, float] | None = None
+) -> dict[str, float]:
+    """Largest relative change that a fault makes in each quantity.
+
+    Parameters
+    ----------
+    unmodified, faulty : Trajectory
+        The same run without the fault and with it.
+    scale : mapping
+        Size of each quantity in the scene, SI units, see `barchain.judge.scales`.
+    until_s : mapping, optional
+        For each quantity, the last instant that counts, s; the whole run by default.
+
+    Returns
+    -------
+    dict
+        Shares of the scales. A sample that only one of the runs has counts as the whole scale.
+    """
+    found = {}
+    for name, change in changes(unmodified, faulty).items():
+        lost = np.full(abs(len(unmodified.t_s) - len(faulty.t_s)), LOST)
+        t_s = max(unmodified.t_s, faulty.t_s, key=len)
+        share = np.concatenate([change / scale[name] if scale[name] else np.where(change > 0.0, np.inf, 0.0), lost])
+        counts = t_s <= (until_s or {}).get(name, np.inf)
+        found[name] = float(share[counts].max(initial=0.0))
+    return found
+
+
+def changes(unmodified: Trajectory, faulty: Trajectory) -> dict[str, Array]:
+    """Largest change over bars or joints at each common sample, (n,) for each quantity, SI units."""
+    n = min(len(unmodified.t_s), len(faulty.t_s))
+    found = differences(unmodified, faulty)
+    for name, measured in MEASURED.items():
+        mine, theirs = getattr(unmodified, measured), getattr(faulty, measured)
+        if mine is not None and theirs is not None and mine.size:
+            found[name] = np.abs(mine[:n] - theirs[:n]).reshape(n, -1).max(axis=1)
+    return found
+
+
+@dataclass(frozen=True)
+class Rate:
+    """Rate of an event, of n times that it could happen."""
+
+    what: str
+    by: str
+    """``engine``, ``fault`` or ``outcome``"""
+    name: str
+    n: int
+    count: int
+
+    @property
+    def rate(self) -> float:
+        """Share; not a number of nothing."""
+        return self.count / self.n if self.n else math.nan
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Wilson's score interval of 95 %: it covers its confidence on average, and holds for counts of zero."""
+        if not self.n:
+            return 0.0, 1.0
+        found = binomtest(self.count, self.n).proportion_ci(CONFIDENCE, method="wilson")
+        return float(found.low), float(found.high)
+
+    def row(self) -> dict[str, Any]:
+        """Row of the table."""
+        low, high = self.interval
+        return asdict(self) | {"rate": self.rate, "low": low, "high": high}
+
+
+def rates(cells: list[CampaignCell]) -> list[Rate]:
+    """Rates of false alarms and of missed faults, those over everything first."""
+    unmodified = [c for c in cells if not c.fault and c.kind in UNMODIFIED]
+    tried = [c for c in cells if c.fault and c.kind in TRIED]
+    faulty = [c for c in cells if c.fault and c.kind in (*TRIED, CellClass.BELOW, CellClass.BEYOND)]
+    found = [Rate(str(CellClass.FALSE_ALARM), ALL, ALL, len(unmodified), count(unmodified, CellClass.FALSE_ALARM))]
+    found.append(Rate(str(CellClass.MISSED), ALL, ALL, len(tried), count(tried, CellClass.MISSED)))
+    alarms = {c.outcome: None for c in unmodified if c.kind is CellClass.FALSE_ALARM}
+    found += [
+        Rate(str(CellClass.FALSE_ALARM), "outcome", o, len(unmodified), sum(c.outcome == o for c in unmodified))
+        for o in alarms
+    ]
+    found += each(unmodified, CellClass.FALSE_ALARM, "engine", lambda c: c.engine)
+    found += each(unmodified, CellClass.LIMITED, "engine", lambda c: c.engine)
+    found += each(tried, CellClass.MISSED, "engine", lambda c: c.engine)
+    found += each(tried, CellClass.MISSED, "fault", lambda c: c.fault)
+    found += each(faulty, CellClass.BELOW, "fault", lambda c: c.fault)
+    return found + each(faulty, CellClass.BEYOND, "fault", lambda c: c.fault)
+
+
+def each(cells: list[CampaignCell], kind: CellClass, by: str, key: Callable[[CampaignCell], str]) -> list[Rate]:
+    """Rate of a class for each engine or fault, in the order in which they come."""
+    names = dict.fromkeys(map(key, cells))
+    groups = {name: [c for c in cells if key(c) == name] for name in names}
+    return [Rate(str(kind), by, name, len(group), count(group, kind)) for name, group in groups.items()]
+
+
+def count(cells: list[CampaignCell], kind: CellClass) -> int:
+    """Cells of a class."""
+    return sum(c.kind is kind for c in cells)
+
+
+def passed(cells: list[CampaignCell]) -> bool:
+    """Whether no fault above its detection limit is missed, and false alarms are as rare as they have to be."""
+    false, missed = rates(cells)[:2]
+    return missed.count == 0 and false.count <= math.ceil(MOST_FALSE_ALARMS * false.n)

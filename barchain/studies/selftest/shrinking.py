@@ -1,0 +1,313 @@
+"""Wrong verdicts of the judge: one scene of each kind, written, and replaced by the simplest that still shows it.
+
+Simpler forms of a scene have fewer effects, bars and samples, a shorter run, rounder numbers. Hypothesis looks for the
+simplest one; each candidate is tried as a case.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import copy
+import importlib.util
+import math
+import time
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from barchain.runs.cases import Runner, Running
+from barchain.studies.selftest.random_scenes import draw
+from reports.tables.writing import write_atomically
+from scenarios import Gravity, SceneError, parse_scene
+from scenarios.toml.writing import TABLES, scene_data, scene_toml, toml
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+    from pathlib import Path
+
+    from hypothesis.strategies import SearchStrategy
+
+    from barchain.runs.cases import Case
+    from barchain.runs.executors import Executor
+    from barchain.studies.selftest.rating import CampaignCell
+    from scenarios import Scene
+    from scenarios.scene import Array
+
+    Data = dict[str, Any]
+    CellOn = Callable[[Scene, CampaignCell, float], Case[CampaignCell | None]]
+
+MOST_SHRUNK = 5
+EXAMPLES = 60
+AS_IT_IS = 15
+"""Chances that one part of a scene stays as it is, to one for each simpler form: hypothesis starts from forms that
+differ little from the whole, which mostly show the finding, and then goes to the first form of each part"""
+SHARES = (0.05, 0.1, 0.2, 0.5)
+DIGITS = (1, 2, 3, 5)
+EXACT = 17
+"""Digits of a number that is left as it is"""
+BAR_LISTS = {"drag": ("width_m",), "solar_pressure": ("width_m",)}
+JOINT_LISTS = ("stiffness_N_m_rad", "damping_N_m_s_rad", "rest_deg")
+INSTANTS = {"at_s", "start_s", "times_s", "duration_s"}
+
+
+@dataclass(frozen=True)
+class KeptFinding:
+    """A finding and its scene."""
+
+    cell: CampaignCell
+    """First one of its kind"""
+    times: int
+    """Cells of its kind"""
+    path: Path
+
+
+def kinds(findings: Iterable[CampaignCell]) -> list[list[CampaignCell]]:
+    """Findings that differ by their scene alone, together; missed faults first."""
+    groups: dict[tuple[str, ...], list[CampaignCell]] = {}
+    for cell in findings:
+        groups.setdefault((cell.engine, cell.fault, cell.outcome, cell.quantity), []).append(cell)
+    return sorted(groups.values(), key=lambda cells: not cells[0].fault)
+
+
+def kept_findings(
+    groups: list[list[CampaignCell]],
+    folder: Path,
+    cell_on: CellOn,
+    seconds: float,
+    executor: Executor,
+    done: Callable[[int], None],
+) -> list[KeptFinding]:
+    """Write a scene of each kind of finding; of the first few, one as simple as is found in some seconds each.
+
+    Without hypothesis, which looks for them, all scenes stay as they were drawn.
+
+    Parameters
+    ----------
+    groups : list of list of CampaignCell
+        From :func:`kinds`.
+    folder : Path
+        Folder of the scenes.
+    cell_on : callable
+        Case that tries a finding on another scene, given its cell and the wall time of a run, s.
+    seconds : float
+    executor : Executor
+        Place of the candidates' runs: an engine that dies or hangs there costs its candidate alone.
+    done : callable
+        Given 1 after each kind.
+    """
+    kept, searches = [], importlib.util.find_spec("hypothesis") is not None
+    for k, cells in enumerate(groups):
+        first = cells[0]
+        words = (first.scene.rpartition("/")[2], first.engine.strip("()").replace(" ", "-"), first.fault)
+        path, scene = folder / f"{'-'.join(filter(None, words))}.toml", draw(int(first.scene.rpartition("/")[2]))
+        folder.mkdir(exist_ok=True)
+        write_scene(scene, first, path)
+        if k < MOST_SHRUNK and seconds > 0.0 and searches:
+            shrink(scene, first, path, cell_on, seconds, executor)
+        kept.append(KeptFinding(first, len(cells), path))
+        done(1)
+    return kept
+
+
+def write_scene(scene: Scene, cell: CampaignCell, path: Path) -> None:
+    """Write a scene with its finding as description."""
+    what = f"{cell.engine} with {cell.fault}" if cell.fault else cell.engine
+    said = f"{what}: {cell.kind}, {cell.outcome}. {cell.quantity} {cell.reason}".strip()
+    named = replace(scene, title=f"From {cell.scene}", description=said)
+    write_atomically(path, scene_toml(named))
+
+
+def shrink(scene: Scene, cell: CampaignCell, path: Path, cell_on: CellOn, seconds: float, executor: Executor) -> None:
+    """Write ever simpler scenes that show a finding."""
+    with executor.session() as session:
+
+        def shows(candidate: Scene) -> bool:
+            runner = Runner(lambda: session)
+            runner.resume(Running(cell_on(candidate, cell, seconds), candidate.digest), None)
+            ((_, found),) = runner.results()
+            return alike(found, cell)
+
+        simplest(scene, shows, seconds, lambda one: write_scene(one, cell, path))
+
+
+def alike(found: CampaignCell | None, cell: CampaignCell) -> bool:
+    """Whether a scene shows the same finding as another."""
+    if found is None or (found.engine, found.kind) != (cell.engine, cell.kind):
+        return False
+    return bool(cell.fault) or found.outcome == cell.outcome
+
+
+def simplest(
+    scene: Scene,
+    shows: Callable[[Scene], bool],
+    seconds: float,
+    told: Callable[[Scene], None] = lambda _: None,
+) -> Scene:
+    """Simplest scene found in the time that still shows a finding.
+
+    Parameters
+    ----------
+    scene : Scene
+        Shows it.
+    shows : callable
+        Whether a scene does.
+    seconds : float
+        After which no further scene is tried.
+    told : callable
+        Given each scene that is simpler than all before.
+    """
+    from hypothesis import HealthCheck, Phase, find, settings  # noqa: PLC0415  # as above
+    from hypothesis.errors import HypothesisException  # noqa: PLC0415
+
+    end = time.monotonic() + seconds
+    best, least = scene, whole(scene).complexity
+    known = {scene.digest: True}
+
+    def still(form: Form) -> bool:
+        nonlocal best, least
+        candidate = simplified(scene, form)
+        if candidate is None:
+            return False
+        if candidate.digest not in known:  # after the end of the time nothing new is tried: hypothesis comes to its end
+            known[candidate.digest] = time.monotonic() < end and shows(candidate)
+        if known[candidate.digest] and form.complexity < least:
+            best, least = candidate, form.complexity
+            told(best)
+        return known[candidate.digest]
+
+    wanted = settings(
+        derandomize=True, max_examples=EXAMPLES, deadline=None, database=None, phases=(Phase.generate, Phase.shrink),
+        suppress_health_check=list(HealthCheck),
+    )  # fmt: skip
+    with contextlib.suppress(HypothesisException):  # nothing simpler shows it
+        find(forms(scene), still, settings=wanted)
+    return best
+
+
+@dataclass(frozen=True)
+class Form:
+    """Parts of a scene that are kept."""
+
+    effects: tuple[bool, ...]
+    """For each of :func:`effects_of`, whether it is kept"""
+    bars: int
+    samples: int
+    share: float
+    """Of the run's duration; what is timed in it keeps its place"""
+    digits: int
+    """Significant digits of all numbers"""
+
+    @property
+    def complexity(self) -> tuple[float, ...]:
+        """Less of it is simpler, the first number first."""
+        return (sum(self.effects), self.bars, self.samples, self.share, self.digits)
+
+
+def effects_of(scene: Scene) -> list[tuple[str, int]]:
+    """Effects that may be dropped one by one: names, and which of several."""
+    called = {name: value for name, value in vars(scene.effects).items() if name != "gravity" and value}
+    return [(name, k) for name, value in called.items() for k in range(len(value) if name in TABLES else 1)]
+
+
+def whole(scene: Scene) -> Form:
+    """Form that keeps everything."""
+    return Form((True,) * len(effects_of(scene)), scene.bars, scene.run.samples, 1.0, EXACT)
+
+
+def forms(scene: Scene) -> SearchStrategy[Form]:
+    """Forms of a scene, the simplest first."""
+    from hypothesis import strategies as st  # noqa: PLC0415  # half a second, for those who look for a finding
+
+    def part(simpler: tuple[Any, ...], full: Any) -> SearchStrategy[Any]:
+        return st.sampled_from([*simpler, *[full] * AS_IT_IS])
+
+    samples = tuple(n for n in (3, 5, 11, 31, 101) if n < scene.run.samples)
+    return st.builds(
+        Form,
+        effects=st.tuples(*(part((False,), True) for _ in effects_of(scene))),
+        bars=part(tuple(range(1, scene.bars)), scene.bars),
+        samples=part(samples, scene.run.samples),
+        share=part(SHARES, 1.0),
+        digits=part(DIGITS, EXACT),
+    )
+
+
+def simplified(scene: Scene, form: Form) -> Scene | None:
+    """Scene in a simpler form; None where that is no valid one."""
+    data = copy.deepcopy(scene_data(scene))
+    drop_effects(data, scene, form)
+    drop_bars(data, form.bars)
+    on_grid = form.samples == scene.run.samples and form.share == 1.0 and form.digits == EXACT
+    if form.digits < EXACT:
+        data = rounded(data, form.digits)
+    retime(data, scene, form, on_grid=on_grid)
+    if scene.effects.gravity is Gravity.SLENDER:  # a moment of inertia of its own, whatever the rounding
+        del data["chain"]["inertia_kg_m2"]
+    try:
+        return parse_scene("\n".join(toml(data)), name=scene.name, file=scene.name)
+    except SceneError:
+        return None
+
+
+def drop_effects(data: Data, scene: Scene, form: Form) -> None:
+    """Leave out effects."""
+    effects = data["effects"]
+    dropped = {pair for pair, kept in zip(effects_of(scene), form.effects, strict=True) if not kept}
+    for name in {name for name, _ in dropped}:
+        if name in TABLES:
+            effects[name] = [one for k, one in enumerate(effects[name]) if (name, k) not in dropped]
+        if name not in TABLES or not effects[name]:
+            del effects[name]
+
+
+def drop_bars(data: Data, bars: int) -> None:
+    """Keep the first bars; what pushes a bar that is gone pushes the last one, what turns it is gone too."""
+    chain, effects = data["chain"], data["effects"]
+    chain["bars"] = bars
+    for name, value in chain.items():
+        if isinstance(value, list):
+            chain[name] = value[:bars]
+    for name, keys in BAR_LISTS.items():
+        for key in keys if name in effects else ():
+            effects[name][key] = effects[name][key][:bars]
+    if "joint_spring_damper" in effects:
+        springs = effects.pop("joint_spring_damper")
+        if bars > 1:
+            effects["joint_spring_damper"] = {key: springs[key][: bars - 1] for key in JOINT_LISTS}
+    for name in ("thrust", "impulse"):
+        for one in effects.get(name, ()):
+            one["bar"] = min(one["bar"], bars)
+    kept = [one for one in effects.pop("prescribed_rotation", ()) if one["bar"] <= bars]
+    if kept:
+        effects["prescribed_rotation"] = kept
+
+
+def rounded(value: Any, digits: int) -> Any:
+    """Value whose floats have so many significant digits; instants stay for now."""
+    if isinstance(value, dict):
+        return {key: one if key in INSTANTS else rounded(one, digits) for key, one in value.items()}
+    if isinstance(value, list):
+        return [rounded(one, digits) for one in value]
+    return float(f"{value:.{digits}g}") if isinstance(value, float) else value
+
+
+def retime(data: Data, scene: Scene, form: Form, *, on_grid: bool) -> None:
+    """Give the run its duration and samples, and put what is timed on the samples next to it."""
+    if on_grid:
+        return
+    duration = rounded(form.share * scene.run.duration_s, form.digits)
+    data["run"] = {"duration_s": duration, "samples": form.samples}
+    factor, times = duration / scene.run.duration_s, np.linspace(0.0, duration, form.samples)
+    for law in data["effects"].get("prescribed_rotation", ()):
+        law["start_s"] = nearest(law["start_s"] * factor, times)
+        law["duration_s"] = rounded(law["duration_s"] * factor, form.digits)
+    for thrust in data["effects"].get("thrust", ()):
+        thrust["times_s"] = [nearest(t * factor, times) for t in thrust["times_s"]]
+    for impulse in data["effects"].get("impulse", ()):
+        impulse["at_s"] = nearest(impulse["at_s"] * factor, times[1:-1])
+
+
+def nearest(t_s: float, times: Array) -> float:
+    """Sample next to an instant; without samples not a number, which no file may hold."""
+    return float(times[np.abs(times - t_s).argmin()]) if len(times) else math.nan
