@@ -13,8 +13,9 @@ from adapters.registry import COMPILED
 from pictures.pages.engine_page import COST_SCENE, page_file
 from pictures.templating import render
 from pictures.themes import theme_css
-from reports.chapters.cost.charts import ChartData, CostCurve, overview
+from reports.plotting.families import EngineChart, EngineCurve, overview
 from reports.plotting.palette import COLOURS
+from reports.plotting.series import decade_range
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -53,17 +54,19 @@ def cost_chart(library: EngineLibrary, measured: MeasuredRecord) -> str:
         return ""
     names = list(dict.fromkeys([*own.engine, COMPILED]))
     words, unit = WORDS[column]
-    curves = tuple(curve(points[points.engine == n], n, column, library) for n in names)
-    data = ChartData(library.page, f"largest error of the {words}, {unit}", "s", 0.0, curves)
-    panel = overview(data, f"{library.title}: time against error in {COST_SCENE}, first orbit")
+    curves = [curve(points[points.engine == n], n, column, library) for n in names]
+    labels = f"largest error of the {words}, {unit}", "s"
+    ends = decade_range([c.x[c.drawn] for c in curves]), decade_range([c.y[c.drawn] for c in curves])
+    title = f"{library.title}: time against error in {COST_SCENE}, first orbit"
+    panel = overview(EngineChart(library.page, title, labels, curves, ends))
     return "" if panel is None else standalone(panel)
 
 
-def curve(points: pd.DataFrame, engine: str, column: str, library: EngineLibrary) -> CostCurve:
+def curve(points: pd.DataFrame, engine: str, column: str, library: EngineLibrary) -> EngineCurve:
     """Points of one engine."""
     error, none = points[column].to_numpy(float), np.zeros(len(points), bool)
     external = engine in library.engines and library.engines[engine].external
-    return CostCurve(engine, error, points.seconds.to_numpy(float), none, none, external)
+    return EngineCurve(engine, error, points.seconds.to_numpy(float), none, none, dashed=not external)
 
 
 def standalone(panel: Panel) -> str:

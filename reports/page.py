@@ -1,29 +1,59 @@
-"""Templates with their filters, and a study's own page."""
+"""Templates with their filters, and what every page shows around its subject."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from functools import cache
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup, escape
 
-from reports.chapter import fitting
 from reports.plotting.palette import variables
-from reports.tables.writing import write_atomically
-from reports.text.glossary import Glossary
+from reports.tables.reading import DamagedResultsError, brief, damaged
+from reports.tables.schema import SchemaVersionError
 from reports.text.markdown import escape_text, table_row
 from reports.text.mathematics import effect
-from reports.text.numerals import as_given, given_markup, number, powers_in, significant, span, typeset, typographic
+from reports.text.numerals import (
+    as_given,
+    each,
+    given_markup,
+    number,
+    powers_in,
+    significant,
+    span,
+    typeset,
+    typographic,
+)
 from reports.text.ratios import decade, ratio_text, span_text
-from reports.text.record import mapping
+from reports.text.record import is_complete, mapping
 from reports.text.visible import written
 from reports.text.words import anchor, breakable, engine_anchor
+from scenarios.plural import plural
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
     from pathlib import Path
 
-    from reports.chapter import Chapter, ChapterView
+    from jinja2 import Template
+
+T = TypeVar("T")
+
+
+def fitting(place: Path, shown: Callable[[], T]) -> T:
+    """Contents of stored results whose files are sound each, and should fit together.
+
+    Raises
+    ------
+    DamagedResultsError
+        If they don't: a value that one of them names is missing in another, or can't be drawn.
+    """
+    try:
+        return shown()
+    except (DamagedResultsError, SchemaVersionError, OSError):
+        raise
+    except Exception as error:
+        said = f"its tables and record don't fit together ({type(error).__name__}: {brief(error)})"
+        raise damaged(place, said) from error
 
 
 def templates() -> Environment:
@@ -55,8 +85,24 @@ def templates() -> Environment:
         "span_text": span_text,
         "ratio_text": ratio_text,
         "decade": decade,
+        "exponent": lambda v: f"{v:z.2f}".replace("-", "\N{MINUS SIGN}"),
+        "complete": is_complete,
+        "each": each,
+        "plural": plural,
     }
+    made.globals["mapping"] = mapping
     return made
+
+
+@cache
+def text_template(name: str) -> Template:
+    """Template of plain text; it is used once for each scene of a report."""
+    return templates().get_template(name)
+
+
+def text_lines(name: str, **shown: Any) -> list[str]:
+    """Lines of a template of plain text, without blank ones."""
+    return [line for line in text_template(name).render(shown).splitlines() if line.strip()]
 
 
 def effect_markup(value: object) -> Markup:
@@ -74,12 +120,3 @@ def surroundings(record: Mapping[str, Any]) -> dict[str, Any]:
         "environment": mapping(record.get("environment")),
         "packages": dict(sorted(mapping(record.get("packages")).items())),
     }
-
-
-def write_page(folder: Path, chapter: Chapter, view: ChapterView) -> Path:
-    """Write a study's own page, ``<study>.html``, and return it."""
-    page = folder / f"{chapter.name}.html"
-    shown = {"chapter": chapter, chapter.name: view, "glossary": Glossary()} | surroundings(view.record)
-    made = fitting(folder / chapter.name, lambda: templates().get_template("study_page.html.j2").render(shown))
-    write_atomically(page, made)
-    return page

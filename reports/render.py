@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from reports.chapters.crossval.report import write_report
 from reports.chapters.registry import CHAPTERS
-from reports.page import write_page
+from reports.page import fitting, surroundings, templates
 from reports.tables.crossval import METRICS, read_results
 from reports.tables.schema import RECORD
+from reports.tables.writing import write_atomically
+from reports.text.glossary import Glossary
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
     from pathlib import Path
 
-    from reports.chapter import Chapter, ChapterView
-
+    from reports.chapters.registry import Chapter, ChapterView
 
 COMPARISON = "crossval"
 
@@ -34,19 +34,19 @@ def holds_comparison(folder: Path) -> bool:
     return all(os.path.lexists(folder / name) for name in (METRICS, RECORD))
 
 
-def views_in(folder: Path) -> dict[Chapter, ChapterView]:
-    """Views of all studies that a result folder holds, in the registry's order."""
-    return {chapter: chapter.view_of(folder) for chapter in CHAPTERS if chapter.is_in(folder)}
+def views_in(folder: Path, *, but: str = "", in_report: bool = True) -> dict[Chapter, ChapterView]:
+    """Views of the studies in a result folder, in the registry's order.
 
-
-def reported_in(folder: Path) -> dict[Chapter, ChapterView]:
-    """Views of the studies in a result folder that a comparison's report includes."""
-    return {chapter: chapter.view_of(folder) for chapter in CHAPTERS if chapter.in_report and chapter.is_in(folder)}
-
-
-def reported(views: Mapping[Chapter, ChapterView]) -> dict[Chapter, ChapterView]:
-    """Views that a comparison's report includes."""
-    return {chapter: view for chapter, view in views.items() if chapter.in_report}
+    Parameters
+    ----------
+    folder : Path
+    but : str
+        Study that is left out.
+    in_report : bool
+        Whether only those are wanted that a comparison's report includes.
+    """
+    wanted = (c for c in CHAPTERS if c.name != but and (c.in_report or not in_report))
+    return {chapter: chapter.view_of(folder) for chapter in wanted if chapter.is_in(folder)}
 
 
 def check_others(name: str, folder: Path) -> None:
@@ -64,14 +64,20 @@ def check_others(name: str, folder: Path) -> None:
     DamagedResultsError, SchemaVersionError
         If other results in the folder could not be rendered.
     """
-    compares = name == COMPARISON
-    if not compares:
+    if name != COMPARISON:
         if not (holds_comparison(folder) and any(c.name == name and c.in_report for c in CHAPTERS)):
             return
         read_results(folder)
-    for chapter in CHAPTERS:
-        if chapter.in_report and chapter.name != name and chapter.is_in(folder):
-            chapter.view_of(folder)
+    views_in(folder, but=name)
+
+
+def write_page(folder: Path, chapter: Chapter, view: ChapterView) -> Path:
+    """Write a study's own page, ``<study>.html``, and return it."""
+    page = folder / f"{chapter.name}.html"
+    shown = {"chapter": chapter, chapter.name: view, "glossary": Glossary()} | surroundings(view.record)
+    made = fitting(folder / chapter.name, lambda: templates().get_template("study_page.html.j2").render(shown))
+    write_atomically(page, made)
+    return page
 
 
 def render(folder: Path) -> tuple[Path, Path]:
@@ -87,7 +93,7 @@ def render(folder: Path) -> tuple[Path, Path]:
     FileNotFoundError
         If the folder holds no comparison.
     """
-    return write_report(folder, reported_in(folder))
+    return write_report(folder, views_in(folder))
 
 
 def render_study(name: str, folder: Path) -> Rendered:
@@ -100,7 +106,7 @@ def render_study(name: str, folder: Path) -> Rendered:
     """
     chapter = next(c for c in CHAPTERS if c.name == name)
     compared = chapter.in_report and holds_comparison(folder)
-    views = reported_in(folder) if compared else {}
+    views = views_in(folder) if compared else {}
     view = views.get(chapter) or chapter.view_of(folder)
     page = write_report(folder, views)[0] if compared else write_page(folder, chapter, view)
     return Rendered(page, view)
@@ -114,15 +120,14 @@ def render_all(folder: Path) -> list[Path]:
     FileNotFoundError
         If it holds neither a comparison nor a study.
     """
-    views, compared = views_in(folder), holds_comparison(folder)
+    views, compared = views_in(folder, in_report=False), holds_comparison(folder)
     if not views and not any(os.path.lexists(folder / name) for name in (METRICS, RECORD)):
-        raise FileNotFoundError(nothing_known(folder))
+        sought = ", ".join(chapter.name for chapter in CHAPTERS)
+        raise FileNotFoundError(f"{folder}: no {METRICS} of a comparison there, and no tables of a study ({sought})")
     own = [c for c in views if not (compared and c.in_report)]
     pages = [write_page(folder, chapter, views[chapter]) for chapter in own]
-    return pages if own and not compared else [*pages, *write_report(folder, reported(views))]
-
-
-def nothing_known(folder: Path) -> str:
-    """Message on a folder without results: what was looked for there."""
-    sought = ", ".join(chapter.name for chapter in CHAPTERS)
-    return f"{folder}: no {METRICS} of a comparison there, and no tables of a study ({sought})"
+    return (
+        pages
+        if own and not compared
+        else [*pages, *write_report(folder, {c: v for c, v in views.items() if c.in_report})]
+    )

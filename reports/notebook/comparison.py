@@ -7,11 +7,8 @@ from typing import TYPE_CHECKING
 
 from markupsafe import Markup
 
-from reports.chapters.crossval.agreement import agreement_panel
-from reports.chapters.crossval.matrix import engine_groups
-from reports.chapters.crossval.report import SYMBOLS, kind
+from reports.chapters.crossval.overview import SYMBOLS, agreement_panel, engine_groups, kind, summary_verdict
 from reports.chapters.crossval.summary import summarise
-from reports.chapters.crossval.verdict import summary_verdict
 from reports.notebook.card import MUTED, card, grid_table, picture
 from reports.tables.crossval import Results
 

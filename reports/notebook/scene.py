@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reports.chapters.crossval.facts import facts
 from reports.chapters.crossval.orbit import SHARE, Geometry, draw_chains, joints, square_chart
+from reports.chapters.crossval.scene import facts
 from reports.notebook.card import card, facts_table, picture
 from reports.plotting.palette import COLOURS
-from reports.text.numerals import typeset
 from reports.text.record import SceneRecord
 from scenarios.effect_types import Gravity
 
@@ -30,10 +29,7 @@ INSTANTS = 12
 
 def html(scene: Scene) -> Markup:
     """HTML of a scene: picture and physics, no run."""
-    pairs = [
-        (name, value if isinstance(value, str) else typeset(value[0]) + f" {value[1]}")
-        for name, value in facts(recorded(scene), of_track=False)
-    ]
+    pairs = facts(recorded(scene), of_track=False)
     about = ", ".join(filter(None, [scene.name, scene.source]))
     return card(scene.title, about, [picture(drawing(scene), WIDTH_PX), facts_table(pairs)])
 

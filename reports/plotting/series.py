@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,8 +51,7 @@ def thin(x: Array, y: Array, most: int = MOST_POINTS) -> tuple[Array, Array]:
     return x[kept], y[kept]
 
 
-@dataclass(frozen=True)
-class DecadeRange:
+class DecadeRange(NamedTuple):
     """Lower and upper edge of a log axis."""
 
     low: float

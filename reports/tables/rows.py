@@ -270,3 +270,10 @@ def tabled(
 def records(frame: pd.DataFrame) -> Iterable[Row]:
     """Rows of a table as plain Python values."""
     return [{str(name): value for name, value in row.items()} for row in frame.to_dict("records")]
+
+
+def plain(frame: pd.DataFrame) -> list[Row]:
+    """Rows of a table as plain Python values, None for NaN."""
+    return [
+        {k: None if isinstance(v, float) and math.isnan(v) else v for k, v in row.items()} for row in records(frame)
+    ]

@@ -18,8 +18,8 @@ from barchain.runs.executors import LocalProcesses
 from barchain.runs.job import Job, Role, failure
 from barchain.runs.pool import PoolGroup, pool_group
 from barchain.solutions.reference_runs import solution_jobs
+from reports.chapters.crossval.overview import summary_verdict
 from reports.chapters.crossval.summary import summarise
-from reports.chapters.crossval.verdict import summary_verdict
 from reports.render import render
 from reports.tables.crossval import FILES, read_results
 from reports.tables.outcome import Outcome
@@ -178,7 +178,7 @@ def test_the_report_tells_of_a_scene_without_a_reference_solution_once(unsolved)
     assert verdict.headline == f"The one comparison passed, but {could_not}."
     assert [(c.scene, c.engine) for c in verdict.failures] == [(UNSOLVABLE, "(judging solution)")]
     assert "1 passed" in verdict.sentences[0]
-    assert "0 failed, 2 are unsupported and 1 was not run" in verdict.sentences[0]
+    assert "0 failed, 2 unsupported, 1 not run" in verdict.sentences[0]
     page, text = render(folder)
     for shown in (page.read_text(), text.read_text()):
         assert "singular at t = 12 s" in shown
@@ -196,7 +196,7 @@ def test_an_engine_compared_on_no_scene_is_a_failure_if_it_was_named(names, tmp_
     reason = CanNot.unsupported(load_scene(SCENE))
     if names:
         assert result.outcomes["(all scenes)", "CanNot"] is Outcome.NOTHING_COMPARED
-        assert verdict.headline == "The one comparison passed, but CanNot was compared on no scene."
+        assert verdict.headline == "The one comparison passed, but nothing was compared with CanNot."
         assert f"CanNot was compared on no scene: {reason}." in verdict.sentences
     assert all("(all scenes)" not in path.read_text() for path in render(tmp_path))
 

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 from markupsafe import escape
 
-from reports.chapters.cost.charts import SOLID_AND_DASHED, ChartData, CostCurve, by_family, overview
-from reports.chapters.cost.view import share_text, view_cost
-from reports.plotting.families import families, family_pens
+from reports.chapters.cost import ALONE, share_text, view_cost
+from reports.plotting.families import (
+    SOLID_AND_DASHED,
+    EngineChart,
+    EngineCurve,
+    by_family,
+    families,
+    family_pens,
+    overview,
+)
 from reports.render import render, render_study
 from reports.tables.cost import KINDS
 from reports.text.ratios import decade, ratio_text, span_text
@@ -76,19 +82,22 @@ def test_a_folder_without_a_study_is_rejected(tmp_path: Path) -> None:
         render_study("cost", tmp_path)
 
 
+def chart(*curves: EngineCurve) -> EngineChart:
+    """Chart of some curves, with fixed ends."""
+    return EngineChart("n", "t", ("x", "y"), curves, ((1e-9, 1.0), (1.0, 1e9)) if curves else (None, None), alone=ALONE)
+
+
 def test_many_engines_are_drawn_family_by_family() -> None:
     names = [*(f"exudyn-{k}" for k in range(4)), *(f"scipy-{k}" for k in range(4)), "cvode", "mujoco", "rebound"]
     assert set(families(names).values()) == {"exudyn", "scipy", "others"}
     x, no = np.array([1e-3, 1e-6]), np.zeros(2, bool)
-    data = ChartData("n", "x", "y", 1e-14, tuple(CostCurve(e, x, (k + 1) / x, no, no) for k, e in enumerate(names)))
+    data = chart(*(EngineCurve(e, x, (k + 1) / x, no, no) for k, e in enumerate(names)))
     panels = by_family(data)
     assert [p.title for p in panels] == ["Exudyn", "Scipy", "Single engines with independent physics"]
     assert [len(p.legend) for p in panels] == [4, 4, 3]
-    alone = dataclasses.replace(
-        data, tracks=(*data.tracks[:-1], dataclasses.replace(data.tracks[-1], independent=False))
-    )
+    alone = chart(*data.curves[:-1], data.curves[-1]._replace(dashed=True))
     assert [p.title for p in by_family(alone)][-1] == "Single integrators on barchain's equations"
-    whole = overview(data, "t")
+    whole = overview(data)
     assert whole is not None
     assert [e.label for e in whole.legend] == ["exudyn", "scipy", "cvode", "mujoco", "rebound"]
 
@@ -102,15 +111,16 @@ def test_both_kinds_of_engines_are_told_apart_in_tables_and_charts(tmp_path: Pat
         assert html.count(f">{escape(heading)}</th>") == 4
     assert escape(SOLID_AND_DASHED) in html
     view = view_cost(folder).scenes[0]
-    dashes = {entry.label: bool(entry.pen.dash) for entry in view.overviews[0].legend}
+    dashes = {entry.label: bool(entry.pen.dash) for entry in view["overviews"][0].legend}
     assert dashes == {"slow": False, "slow-er": False, "bad": False, "reference-fast": True}
     assert list(dashes)[-1] == "reference-fast"
 
 
 def test_engines_that_are_alone_in_their_family_are_divided_by_kind() -> None:
     x, no = np.array([1e-3, 1e-6]), np.zeros(2, bool)
-    tracks = tuple(CostCurve(e, x, 1.0 / x, no, no, independent=e == "mujoco") for e in ("mujoco", "cvode-adams"))
-    panels = by_family(ChartData("n", "x", "y", 1e-14, tracks))
+    panels = by_family(
+        chart(*(EngineCurve(e, x, 1.0 / x, no, no, dashed=e != "mujoco") for e in ("mujoco", "cvode-adams")))
+    )
     assert [[e.label for e in p.legend] for p in panels] == [["mujoco"], ["cvode-adams"]]
 
 
@@ -120,9 +130,8 @@ def test_more_groups_than_colours_have_different_pens() -> None:
 
 
 def test_nothing_to_draw_draws_nothing() -> None:
-    lost = CostCurve("a", np.array([np.nan]), np.array([np.nan]), np.ones(1, bool), np.zeros(1, bool))
-    assert overview(ChartData("n", "x", "y", 0.0, (lost,)), "t") is None
-    assert by_family(ChartData("n", "x", "y", 0.0, ())) == []
+    assert overview(chart()) is None
+    assert by_family(chart()) == []
 
 
 def test_times_ratios_and_targets_read_well() -> None:

@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 
 from reports import render as reports
-from reports.chapters.crossval.agreement import laid_out
-from reports.chapters.crossval.matrix import FEW_COLUMNS, digits, engine_groups, shade
-from reports.chapters.crossval.motion import MOST_BYTES, MOST_FRAMES, DrawnChain, frame_count, moving_chain
+from reports.chapters.crossval.orbit import MOST_BYTES, MOST_FRAMES, frame_count, moving_chain
+from reports.chapters.crossval.overview import FEW_COLUMNS, digits, engine_groups, engine_marks, shade
 from reports.chapters.crossval.report import METRIC_HEADS
 from reports.chapters.crossval.summary import RunCell, Summary, show_first_orbit, summarise
 from reports.tables.crossval import read_results
@@ -119,13 +118,14 @@ def test_engines_of_unknown_kind_stand_in_one_group(summary: Summary) -> None:
 
 
 def test_the_overview_has_one_line_for_each_engine_and_one_mark_for_each_normalised_error(summary: Summary) -> None:
-    marks, headings, _ = laid_out(summary, engine_groups(summary))
+    kinds = engine_marks(summary, engine_groups(summary))
+    marks = [mark for _, own in kinds for mark in own]
     assert sorted(m.engine for m in marks) == sorted(ENGINES)
-    assert len(headings) == 2
+    assert len(kinds) == 2
     errors = [c.worst_ratio for c in summary.all if c.worst_ratio]
     assert sum(len(m.passed) + len(m.failed) for m in marks) == len(errors)
     exact = next(m for m in marks if m.engine == "pymunk-absolute")
-    assert exact.count == "0 of 2"
+    assert exact.score == "0 of 2"
 
 
 @pytest.mark.parametrize(("early", "shown"), [(1, False), (3, False), (5, True)])
@@ -152,14 +152,14 @@ def test_a_row_without_a_number_or_a_reason_is_left_out_and_a_ratio_names_its_de
     assert (ratio.name, ratio.unit_words) == ("kinetic energy about the CM", "of the largest possible")
 
 
-def drawn(angle_rad: np.ndarray) -> DrawnChain:
+def moving(angle_rad: np.ndarray) -> str:
     bars = angle_rad.shape[1]
-    return DrawnChain(np.full((len(angle_rad), 2), 50.0), angle_rad, np.full(bars, 10.0))
+    return moving_chain("some", np.full((len(angle_rad), 2), 50.0), angle_rad, np.full(bars, 10.0))
 
 
 def test_a_chain_moves_through_the_angles_of_its_bars_each_relative_to_the_bar_before() -> None:
     angle = np.linspace([0.0, 0.5], [1.0, -0.5], 5)
-    made = moving_chain("some", drawn(angle))
+    made = moving(angle)
     turns = re.findall(r"rotate\((-?[\d.]+)deg\)}", made)
     first, second = (np.array([float(t) for t in turns[k : k + 5]]) for k in (0, 5))
     np.testing.assert_allclose(first, np.degrees(angle[:, 0]), atol=0.05)
@@ -175,7 +175,7 @@ def test_faster_bars_have_more_frames_and_bars_too_fast_to_be_seen_have_none() -
 
 
 def test_a_chain_of_too_many_bars_stands_still() -> None:
-    few, many_bars = (moving_chain("some", drawn(np.zeros((33, bars)))) for bars in (5, 200))
+    few, many_bars = (moving(np.zeros((33, bars))) for bars in (5, 200))
     assert 0 < len(few) <= MOST_BYTES
     assert not many_bars
 

@@ -31,7 +31,7 @@ from barchain.studies.scaling.fit import (
 from barchain.studies.scaling.point import ScalingTask, own_point
 from barchain.studies.scaling.study import ScalingOptions, ScalingPlan, ScalingRun, ScalingStudy
 from barchain.studies.study import Reporter, run_study
-from reports.chapters.scaling.view import memory_text
+from reports.chapters.scaling import memory_text
 from reports.render import render, render_study
 from reports.tables.outcome import Outcome
 from reports.tables.scaling import FILES, POINT_COLUMNS

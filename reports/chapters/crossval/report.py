@@ -2,19 +2,30 @@
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
+from collections import Counter
 from typing import TYPE_CHECKING, Any
 
-from reports.chapter import fitting
-from reports.chapters.crossval.agreement import agreement_panel
-from reports.chapters.crossval.external_coverage import coverage_words
-from reports.chapters.crossval.facts import facts, judged_by
-from reports.chapters.crossval.matrix import DIGIT_WORDS, cell_text, digits, engine_groups, shade
-from reports.chapters.crossval.scene_view import view_scene
+import numpy as np
+
+from reports.chapters.crossval.charts import chart_groups
+from reports.chapters.crossval.orbit import DrawnMotion, Geometry, orbit_panels
+from reports.chapters.crossval.overview import (
+    DIGIT_WORDS,
+    SYMBOLS,
+    agreement_panel,
+    cell_text,
+    digits,
+    engine_groups,
+    kind,
+    shade,
+    summary_verdict,
+    why,
+)
+from reports.chapters.crossval.scene import SceneData, coverage_of, facts, judged_by
 from reports.chapters.crossval.summary import SHORT_OF_THE_RUN, WORDS, QuantityRow, RunCell, Summary, summarise
-from reports.chapters.crossval.verdict import failure_words, summary_verdict
-from reports.page import surroundings, templates
+from reports.page import fitting, surroundings, templates
 from reports.plotting.palette import engine_pen
+from reports.plotting.series import numbered
 from reports.tables.crossval import PARTED_RAD, Results, read_results
 from reports.tables.outcome import Outcome
 from reports.tables.schema import RECORD
@@ -30,40 +41,26 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from jinja2 import Environment
-
-    from reports.chapter import Chapter, ChapterView
-
-SYMBOLS = {
-    Outcome.PASS: "✓",
-    Outcome.REPORTED: "·",
-    Outcome.UNSUPPORTED: "–",
-    Outcome.ROUNDOFF_LIMITED: "≈",
-    Outcome.INCONSISTENT: "≠",
-    Outcome.EXCEEDS_BOUND: "▲",
-    Outcome.TOO_COARSE: "◌",
-    Outcome.NOTHING_COMPARED: "○",
-    Outcome.MALFORMED: "#",
-    Outcome.INCOMPLETE: "◐",
-    Outcome.NOT_FINITE: "?",
-    Outcome.JOINTS_IGNORED: "¦",
-    Outcome.TIMED_OUT: "◷",
-    Outcome.FAILED: "✗",
-    Outcome.MISSING: "∅",
-}
+    from reports.plotting.panels import Panel
+    from reports.text.record import SceneRecord
 
 PAPER = "paper"
 """Tag of the paper's scenes, which its misprints concern"""
+RUN_KEYS = ("scene", "engine", "role", "setting")
+METRIC_HEADS = (
+    "Largest", "First orbit", "RMS", "Final", "Bound", "Normalised error", "Detection limit", "Predictability limit, s"
+)  # fmt: skip
+"""Heads of the numbers in the table of metrics"""
 
 
-def write_report(folder: Path, chapters: Mapping[Chapter, ChapterView]) -> tuple[Path, Path]:
+def write_report(folder: Path, chapters: Mapping[Any, Any]) -> tuple[Path, Path]:
     """Write ``index.html`` and ``summary.md`` into a result folder, from its stored tables alone.
 
     Parameters
     ----------
     folder : Path
         As described in :mod:`reports.tables.crossval`.
-    chapters : mapping of Chapter to ChapterView
+    chapters : mapping of Chapter to its view
         Chapters of studies that the report includes, in this order.
 
     Returns
@@ -84,30 +81,46 @@ def write_report(folder: Path, chapters: Mapping[Chapter, ChapterView]) -> tuple
     return page, text
 
 
-def rendered(results: Results, chapters: Mapping[Chapter, ChapterView]) -> tuple[str, str]:
+def rendered(results: Results, chapters: Mapping[Any, Any]) -> tuple[str, str]:
     """HTML and Markdown of a comparison's report."""
     summary = summarise(results)
-    shared = (
-        context(results, summary)
-        | {"chapters": list(chapters), "parted_rad": PARTED_RAD}
-        | {c.name: v for c, v in chapters.items()}
-    )
+    shared = context(results, summary) | {"chapters": list(chapters)} | {c.name: v for c, v in chapters.items()}
     groups = engine_groups(summary)
     pictures = {
-        "views": [view_scene(results, summary, s) for s in summary.scenes],
+        "views": [scene_view(results, summary, s) for s in summary.scenes],
         "groups": groups,
         "agreement": agreement_panel(summary, groups),
     }
-    environment = report_templates()
+    environment = templates()
+    environment.filters |= {"cell_text": cell_text, "digits": digits, "facts": facts, "shade": shade, "why": why}
     html, markdown = (environment.get_template(f"crossval/{name}.j2") for name in ("report.html", "summary.md"))
     return html.render(shared | pictures, glossary=Glossary()), markdown.render(shared, glossary=Glossary())
 
 
-def report_templates() -> Environment:
-    """Jinja environment with the filters of the cross-validation's chapter."""
-    made = templates()
-    made.filters |= {"cell_text": cell_text, "digits": digits, "facts": facts, "shade": shade, "why": failure_words}
-    return made
+def scene_view(results: Results, summary: Summary, scene: SceneRecord) -> dict[str, Any]:
+    """Contents of a scene's section: its facts, drawings, charts and cells."""
+    data = SceneData(results, summary, scene)
+    return {
+        "scene": scene,
+        "anchor": data.id,
+        "facts": facts(scene, of_track=summary.of_track(scene.name)),
+        "orbits": orbits_of(data),
+        "groups": chart_groups(data),
+        "cells": summary.shown_in(scene.name),
+        "coverage": coverage_of(summary, scene),
+    }
+
+
+def orbits_of(data: SceneData) -> list[Panel]:
+    """Drawings of the chain along its orbit."""
+    s, length, mass = data.scene, data.scene.values("length_m"), data.scene.values("mass_kg")
+    angle = None if data.solution is None else numbered(data.solution, r"angle_(\d+)_rad")
+    if data.solution is None or angle is None or not len(length) == len(mass) == angle.shape[1]:
+        return []
+    radius = 0.0 if s.text("gravity") == "none" else s.value("body_radius_m") or 0.0
+    geometry = Geometry(np.array(length), np.array(mass), radius, s.period_s or 1.0, s.closed)
+    t_s, com = data.solution["t_s"].to_numpy(float), data.solution[["com_x_m", "com_y_m"]].to_numpy(float)
+    return orbit_panels(data.id, geometry, DrawnMotion(t_s, com, angle, data.solution_end_s))
 
 
 def context(results: Results, summary: Summary) -> dict[str, Any]:
@@ -117,8 +130,8 @@ def context(results: Results, summary: Summary) -> dict[str, Any]:
         "summary": summary,
         "verdict": summary_verdict(summary),
         "judges": Counter(words for scene in summary.scenes if (words := judged_by(scene))),
+        "parted_rad": PARTED_RAD,
         "digit_words": DIGIT_WORDS,
-        "hint": str(record.get("verdict_hint") or ""),
         "record": {k: str(record.get(k) or "") for k in ("barchain", "created", "command")},
         "seconds": number(record.get("seconds")),
         "engines": {e: mapping(mapping(record.get("engines")).get(e)) for e in summary.engines},
@@ -131,34 +144,26 @@ def context(results: Results, summary: Summary) -> dict[str, Any]:
         "words": WORDS,
         "symbols": SYMBOLS,
         "kind": kind,
-        "mapping": mapping,
         "engine_pen": engine_pen,
-        "orbits": orbits,
+        "compared_part": compared_part,
         "figures": figures,
         "metric_heads": METRIC_HEADS,
         "run_anchor": run_anchor,
         "settings": compared_settings(summary),
-        "coverage_words": coverage_words,
+        "coverage_of": coverage_of,
     }
 
 
 def compared_settings(summary: Summary) -> dict[str, str]:
     """Settings of each engine's compared runs, with the number of scenes where they differ."""
-    found: dict[str, Counter[str]] = defaultdict(Counter)
+    found: dict[str, Counter[str]] = {}
     for cell in summary.cells.values():
         if cell.setting:
-            found[cell.engine][unpadded(cell.setting)] += 1
-    return {engine: setting_words(counted) for engine, counted in found.items()}
-
-
-def setting_words(counted: Counter[str]) -> str:
-    """One setting, or several with their numbers of scenes."""
-    if len(counted) == 1:
-        return next(iter(counted))
-    return ", ".join(f"{setting} ({plural(count, 'scene')})" for setting, count in counted.most_common())
-
-
-RUN_KEYS = ("scene", "engine", "role", "setting")
+            found.setdefault(cell.engine, Counter())[unpadded(cell.setting)] += 1
+    return {
+        engine: ", ".join(f"{s} ({plural(n, 'scene')})" if len(counted) > 1 else s for s, n in counted.most_common())
+        for engine, counted in found.items()
+    }
 
 
 def in_order(runs: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -167,30 +172,13 @@ def in_order(runs: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return sorted(whole, key=lambda r: [str(r[k]) for k in RUN_KEYS])
 
 
-def kind(outcome: Outcome) -> str:
-    """Class of an outcome's colour."""
-    if outcome is Outcome.PASS:
-        return "pass"
-    if outcome in (Outcome.REPORTED, Outcome.UNSUPPORTED, Outcome.ROUNDOFF_LIMITED, Outcome.TOO_COARSE):
-        return "aside"
-    if outcome in (Outcome.MISSING, Outcome.NOTHING_COMPARED, Outcome.TIMED_OUT, Outcome.INCOMPLETE):
-        return "gone"
-    return "fail"
-
-
-METRIC_HEADS = (
-    "Largest", "First orbit", "RMS", "Final", "Bound", "Normalised error", "Detection limit", "Predictability limit, s"
-)  # fmt: skip
-"""Heads of the numbers in the table of metrics"""
-
-
 def figures(row: QuantityRow) -> tuple[float | None, ...]:
     """Numbers of a quantity, in the order of the heads."""
     limit_s = None if row.ratio is None else row.limit_s
     return (row.largest, row.first_orbit, row.rms, row.final, row.bound, row.ratio, row.detection_limit, limit_s)
 
 
-def orbits(summary: Summary, cell: RunCell) -> str:
+def compared_part(summary: Summary, cell: RunCell) -> str:
     """Part of the run that was compared point by point, and its continuation in restarts; empty for the whole run."""
     scene = next((s for s in summary.scenes if s.name == cell.scene), None)
     if scene is None:

@@ -17,14 +17,6 @@ WORDS = {outcome: outcome.value.replace("_", " ") for outcome in Outcome}
 SHORT_OF_THE_RUN = 0.999  # a limit beyond this share of the run counts as the whole run
 
 
-def read_outcome(text: str) -> Outcome:
-    """Outcome of a stored word; an unknown word counts as a failure rather than as nothing."""
-    try:
-        return Outcome(text)
-    except ValueError:
-        return Outcome.FAILED
-
-
 @dataclass(frozen=True)
 class QuantityRow:
     """Metrics of one quantity in one run."""
@@ -287,7 +279,7 @@ def make_row(quantity: str, rows: list[Row]) -> QuantityRow:
     """Row from all metric rows of one quantity of one run."""
     by_metric = {str(r["metric"]): r for r in rows}
     largest = by_metric.get("max", by_metric.get("drift", {}))
-    outcomes = [read_outcome(str(r["outcome"])) for r in rows]
+    outcomes = [Outcome(r["outcome"]) for r in rows]
     worst = gravest(outcomes)
     reasons = [str(r["reason"]) for r, o in zip(rows, outcomes, strict=True) if o is worst and r["reason"]]
     unit = next((str(r["unit"]) for r in rows if r["unit"]), QUANTITY_UNITS.get(quantity, ""))

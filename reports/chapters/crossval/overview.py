@@ -1,0 +1,270 @@
+"""First screen of a comparison: the verdict, the matrix of scenes and engines, and all normalised errors."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from reports.page import text_lines
+from reports.plotting.palette import COLOURS, Pen
+from reports.plotting.panels import Legend, Panel
+from reports.plotting.series import decade_range
+from reports.plotting.svg import Chart, Scale
+from reports.tables.cost import INDEPENDENT, KINDS, OWN_EQUATIONS
+from reports.tables.outcome import Outcome
+from reports.text.numerals import power_of_ten, significant
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from reports.chapters.crossval.summary import RunCell, Summary
+    from reports.text.record import SceneRecord
+
+SYMBOLS = {
+    Outcome.PASS: "✓",
+    Outcome.REPORTED: "·",
+    Outcome.UNSUPPORTED: "–",
+    Outcome.ROUNDOFF_LIMITED: "≈",
+    Outcome.INCONSISTENT: "≠",
+    Outcome.EXCEEDS_BOUND: "▲",
+    Outcome.TOO_COARSE: "◌",
+    Outcome.NOTHING_COMPARED: "○",
+    Outcome.MALFORMED: "#",
+    Outcome.INCOMPLETE: "◐",
+    Outcome.NOT_FINITE: "?",
+    Outcome.JOINTS_IGNORED: "¦",
+    Outcome.TIMED_OUT: "◷",
+    Outcome.FAILED: "✗",
+    Outcome.MISSING: "∅",
+}
+GONE = (Outcome.MISSING, Outcome.NOTHING_COMPARED, Outcome.TIMED_OUT, Outcome.INCOMPLETE)
+DIGITS_A_SHADE = 2
+DIGIT_WORDS = ("0–2", "2–4", "4–6", "6–8", "8–10", "10–12", "12+")
+"""Digits of each shade"""
+MOST_DIGITS = 16.0
+"""Of double precision"""
+FEW_COLUMNS = 12
+"""Columns up to which a laptop's window shows all kinds of engines side by side"""
+
+
+class Verdict(NamedTuple):
+    """Verdict at the top of a report."""
+
+    good: bool
+    headline: str
+    sentences: tuple[str, ...]
+    failures: tuple[RunCell, ...]
+
+
+def summary_verdict(summary: Summary) -> Verdict:
+    """Verdict of a summary, from the numbers of the metrics table alone."""
+    passed, failed = summary.with_outcome(Outcome.PASS), [c for c in summary.all if not c.outcome.ok]
+    holes, unchecked = unchecked_scenes(summary)
+    independent = [c for c in passed if summary.external(c.engine)]
+    rated = [(c, r) for c in summary.all if (r := c.worst_ratio)]
+    others = {
+        "unsupported": len(summary.with_outcome(Outcome.UNSUPPORTED)),
+        "too coarse to be judged": len(summary.with_outcome(Outcome.TOO_COARSE)),
+        "reported without a criterion": len(summary.with_outcome(Outcome.REPORTED)),
+        "not run": len(summary.scenes) * len(summary.engines) - len(summary.all),
+    }
+    headline, *sentences = text_lines(
+        "crossval/verdict.txt.j2",
+        summary=summary,
+        holes=holes,
+        unchecked=unchecked,
+        judged=[c for c in summary.all if c.outcome.judged],
+        passed=passed,
+        failed=failed,
+        others=others,
+        independent=independent,
+        shared=sum(summary.shares_equations(c) for c in independent),
+        worst=max(rated, key=lambda pair: pair[1].ratio or 0.0, default=None),
+    )
+    failures = (*summary.unsolved, *failed)
+    gaps = failures or holes or unchecked or summary.idle
+    return Verdict(summary.finished and bool(passed) and not gaps, headline, tuple(sentences), failures)
+
+
+def unchecked_scenes(summary: Summary) -> tuple[list[str], list[str]]:
+    """Solved scenes on which no engine was compared, and others that passed in no independent engine.
+
+    None of an unfinished run, whose engines may not have run yet. Where the record does not tell which engines are
+    independent, the second are those of which the table says so.
+    """
+    holes, unchecked = [], []
+    unsolved = {c.scene for c in summary.unsolved}
+    for name in (s.name for s in summary.scenes if summary.finished and s.name not in unsolved):
+        cells = summary.of_scene(name)
+        known = summary.outside_known or any(not c.outcome.ok for c in summary.of_several(name))
+        if cells and all(c.outcome is Outcome.UNSUPPORTED for c in cells):
+            holes.append(name)
+        elif cells and known and not any(c.outcome is Outcome.PASS and summary.external(c.engine) for c in cells):
+            unchecked.append(name)
+    return holes, unchecked
+
+
+def why(cell: RunCell) -> str:
+    """Reason of a failed run from its rows: as stored, or the numbers."""
+    row = next((r for r in cell.rows if r.outcome is cell.outcome), None)
+    if not cell.reason and row and cell.outcome is Outcome.INCONSISTENT and row.ratio is not None:
+        return f"{row.name}: normalised error {significant(row.ratio)}"
+    if not cell.reason and row and cell.outcome is Outcome.EXCEEDS_BOUND and row.bound is not None:
+        return f"{row.name}: {significant(row.largest)} {row.unit_words}, bound {significant(row.bound)}"
+    return cell.reason or cell.outcome.advice
+
+
+def kind(outcome: Outcome) -> str:
+    """Class of an outcome's colour."""
+    if outcome is Outcome.PASS:
+        return "pass"
+    return "aside" if outcome.ok else "gone" if outcome in GONE else "fail"
+
+
+@dataclass(frozen=True)
+class EngineGroup:
+    """Columns of one kind of engine."""
+
+    key: str
+    """Name in ids and classes"""
+    heading: str
+    engines: tuple[str, ...]
+    passed: int
+    compared: int
+    """Comparisons that passed or failed"""
+    unfolded: bool = True
+    """Whether the columns are shown at first"""
+
+
+def engine_groups(summary: Summary) -> list[EngineGroup]:
+    """Engines by kind, independent physics first; one group where the record does not tell the kinds apart.
+
+    Many columns of engines on barchain's equations are folded at first, unless one of them failed.
+    """
+    outside = tuple(e for e in summary.engines if summary.external(e))
+    own = tuple(e for e in summary.engines if not summary.external(e))
+    kinds = [("independent", KINDS[INDEPENDENT], outside), ("own", KINDS[OWN_EQUATIONS], own)]
+    found = []
+    for key, heading, engines in kinds if summary.outside_known else [("engines", "Engines", summary.engines)]:
+        judged = [c for c in summary.all if c.engine in engines and c.outcome.judged]
+        passed = sum(c.outcome.ok for c in judged)
+        many = key == "own" and bool(outside) and len(summary.engines) > FEW_COLUMNS
+        found.append(EngineGroup(key, heading, engines, passed, len(judged), passed < len(judged) or not many))
+    return [g for g in found if g.engines or not summary.outside_known]
+
+
+def digits(cell: RunCell, scene: SceneRecord) -> float | None:
+    """Digits of accuracy of a comparison that may stand: of the attitude in rad, of a track relative to its radius."""
+    row = next(iter(cell.shown), None)
+    size = {"attitude": 1.0, "com": scene.value("radius0_m")}.get(row.quantity) if row else None
+    error = None if row is None else cell.shown_value(row)
+    if not cell.outcome.ok or not size or error is None or not math.isfinite(error):
+        return None
+    return min(max(0.0, -math.log10(error / size)), MOST_DIGITS) if error > 0.0 else MOST_DIGITS
+
+
+def shade(count: float) -> int:
+    """Index of the shade of a number of digits."""
+    return min(int(count / DIGITS_A_SHADE), len(DIGIT_WORDS) - 1)
+
+
+def cell_text(cell: RunCell | None, predictability_limit: str = "") -> str:
+    """Text of one cell: outcome, errors, detection limit, compared duration."""
+    if cell is None:
+        return "not run"
+    errors = [f"{'CM ' * (r.quantity == 'com')}{significant(cell.shown_value(r))} {r.unit}" for r in cell.shown]
+    limit = cell.detection_limit
+    detects = [] if limit is None else [f"detects {significant(limit)}"]
+    return "; ".join(filter(None, [cell.word, *errors, *detects, predictability_limit]))
+
+
+WIDTH, ROW, HEADING, TOP, BOTTOM = 400.0, 16.0, 22.0, 6.0, 34.0
+LEFT, RIGHT = 142.0, 62.0
+"""Room for the names of engines, and for the counts"""
+MOST_TICKS = 5
+PENS = {
+    "independent": Pen(COLOURS["s2"], "o", hollow=True),
+    "own": Pen(COLOURS["s1"], "s", hollow=True),
+    "engines": Pen(COLOURS["s2"], "o", hollow=True),
+}
+FAILED = Pen(COLOURS["s8"], "X", hollow=True)
+TITLE = "Normalised error of every comparison"
+NOTE = (
+    "One mark for each scene, and the number of comparisons that passed. Left of the line at 1, the error estimates "
+    "explain the difference."
+)
+
+
+class EngineMarks(NamedTuple):
+    """Line of one engine in the overview of all normalised errors."""
+
+    engine: str
+    pen: Pen
+    passed: list[float]
+    """Normalised errors of comparisons that passed"""
+    failed: list[float]
+    score: str
+    """``13 of 14``: comparisons that passed, of those judged; empty without any"""
+
+
+def engine_marks(summary: Summary, groups: Sequence[EngineGroup]) -> list[tuple[str, list[EngineMarks]]]:
+    """Heading of each kind of engines, and a line for each engine."""
+    found = []
+    for group in groups:
+        lines = []
+        for engine in group.engines:
+            judged = [c for c in summary.all if c.engine == engine and c.outcome.judged]
+            errors: dict[bool, list[float]] = {True: [], False: []}
+            for cell, row in ((c, c.worst_ratio) for c in judged):
+                if row and row.ratio and math.isfinite(row.ratio) and row.ratio > 0.0:
+                    errors[cell.outcome.ok].append(row.ratio)
+            score = f"{sum(c.outcome.ok for c in judged)} of {len(judged)}" if judged else ""
+            lines.append(EngineMarks(engine, PENS[group.key], errors[True], errors[False], score))
+        found.append((group.heading, lines))
+    return found
+
+
+def agreement_panel(summary: Summary, groups: Sequence[EngineGroup]) -> Panel | None:
+    """Chart of all normalised errors, a line for each engine; None without any."""
+    found = engine_marks(summary, groups)
+    marks = [m for _, lines in found for m in lines]
+    values = np.array([v for m in marks for v in (*m.passed, *m.failed)])
+    span = decade_range([values, np.array([1.0])])
+    if not len(values) or span is None:
+        return None
+    heading = HEADING if len(found) > 1 else 0.0
+    height = len(found) * heading + len(marks) * ROW
+    chart = Chart(
+        Scale(span.low, max(span.high, 10.0), LEFT, WIDTH - RIGHT, log=True),
+        Scale(0.0, height, TOP, TOP + height),
+        (WIDTH, TOP + height + BOTTOM),
+    )
+    first, last = round(np.log10(chart.x.low)), round(np.log10(chart.x.high))
+    step = max(1, int(np.ceil((last - first) / MOST_TICKS)))
+    ticks = (*range(0, first - 1, -step), *range(step, last + 1, step))
+    chart.ticks_across([(10.0**k, power_of_ten(k) if k else "1") for k in ticks], "normalised error")
+    chart.up_at(1.0, COLOURS["muted"], 0.9)
+    at = 0.0
+    for words, lines in found:
+        if heading:
+            chart.text((2.0, TOP + at + 0.5 * heading + 4.0), words, colour="ink", more="font-weight:bold")
+        at += heading
+        for line in lines:
+            draw(chart, line, at + 0.5 * ROW)
+            at += ROW
+    legend = (Legend("failed", FAILED),) if any(m.failed for m in marks) else ()
+    engines = "; ".join(f"{m.engine}: {m.score} passed" for m in marks if m.score)
+    label = f"{TITLE}, a line for each engine; horizontal axis: normalised error. {engines}"
+    return Panel(TITLE, chart.svg(label), NOTE, legend)
+
+
+def draw(chart: Chart, line: EngineMarks, height: float) -> None:
+    """Draw one engine's line, marks, name and count."""
+    chart.across_at(height, COLOURS["grid"])
+    for values, pen in ((line.passed, line.pen), (line.failed, FAILED)):
+        chart.marks(np.array(values), np.full(len(values), height), pen.marker, pen.colour, 5.4, hollow=True)
+    chart.text((2.0, TOP + height + 4.0), line.engine, colour="ink")
+    chart.text((WIDTH - 2.0, TOP + height + 4.0), line.score, "end")

@@ -1,0 +1,140 @@
+"""Chapter of the scaling study: cost against the number of bars."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from reports.plotting.families import EngineChart, EngineCurve, by_family, overview
+from reports.plotting.panels import guide
+from reports.plotting.series import decade_range
+from reports.tables.measured import spread_rows
+from reports.tables.outcome import Outcome
+from reports.tables.rows import plain, tabled
+from reports.tables.scaling import FILES, FITTED, POINTS
+from reports.text.numerals import power_of_ten, significant
+from reports.text.record import mapping
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pandas as pd
+
+    from reports.plotting.panels import Panel
+    from reports.plotting.svg import Chart
+
+QUANTITIES = ("evaluation", "orbit", "evaluations per orbit", "steps per orbit", "memory")
+SHARED = "Outlined: a part of an orbit, scaled up."
+STEPS = "Outlined: time of a step, for engines that do not count evaluations."
+SHOWN_MEMORY_B = 2.0**20  # allocators hide less
+MARGIN = 1.3  # of the axis beyond the least and the largest N
+TICKS = [(10.0**k, str(10**k) if k < 3 else power_of_ten(k)) for k in range(6)]
+
+
+class ScalingView(NamedTuple):
+    """Contents of the chapter."""
+
+    record: dict[str, Any]
+    scene: dict[str, Any]
+    overviews: list[Panel]
+    families: list[Panel]
+    exponents: dict[str, list[dict[str, Any] | None]]
+    """Row of the fit of each engine and quantity, in the order of :data:`QUANTITIES`"""
+    bars: list[int]
+    orbits: dict[str, list[dict[str, Any] | None]]
+    """Point of each engine and number of bars whose orbit was timed"""
+    stops: list[dict[str, Any]]
+    """Skipped and failed points; of skipped orbits of an engine only the first"""
+    points: list[dict[str, Any]]
+
+
+def view_scaling(folder: Path) -> ScalingView:
+    """View of the study in a result folder."""
+    record, found = FILES.sound_record(folder), spread_rows(FILES, folder)
+    points = tabled(found, "outcome", ("engine", "bars"), POINTS).rename(columns={"text": "per"})
+    charts = charts_of(points)
+    shown = plain(points)
+    bars = sorted({int(row["bars"]) for row in shown if row["orbit_s"] is not None})
+    orbits: dict[str, list[dict[str, Any] | None]] = {}
+    stops: dict[tuple[str, str], dict[str, Any]] = {}
+    for row in shown:
+        row["memory"] = memory_text(row["memory_B"])
+        if row["orbit_s"] is not None:
+            orbits.setdefault(row["engine"], [None] * len(bars))[bars.index(int(row["bars"]))] = row
+        good = row["outcome"] == Outcome.PASS.value
+        if not good or row["reason"]:
+            stops.setdefault((row["engine"], "orbit" if good else str(row["bars"])), row)
+    return ScalingView(
+        record,
+        mapping(record.get("scene")),
+        [p for chart in charts if (p := overview(chart))],
+        [p for chart in charts for p in by_family(chart, f"{chart.title}: ")],
+        exponents(found),
+        bars,
+        orbits,
+        list(stops.values()),
+        shown,
+    )
+
+
+def charts_of(points: pd.DataFrame) -> list[EngineChart]:
+    """Charts of the time of an evaluation, the time of an orbit, and memory."""
+    none = np.zeros(len(points), bool)
+    shown = (
+        ("scaling-evaluation", "Time of one evaluation", "s", "evaluation_s", points.per == "steps", STEPS),
+        ("scaling-orbit", "Time of one orbit", "s", "orbit_s", points.share < 1.0, SHARED),
+        ("scaling-memory", "Peak memory above that of three bars", "bytes", "memory_B", none, ""),
+    )
+    curves = [curves_of(points, column, hollow) for *_, column, hollow, _ in shown]
+    engines = list(dict.fromkeys(c.engine for each in curves for c in each))
+    found = []
+    for (name, title, unit, column, _, words), each in zip(shown, curves, strict=True):
+        if each:
+            bars = np.concatenate([c.x for c in each])
+            ends = (float(bars.min()) / MARGIN, float(bars.max()) * MARGIN), decade_range([c.y for c in each])
+            below = draw_guides if column == "orbit_s" else draw_guide
+            labels = ("number of bars N", unit)
+            found.append(EngineChart(name, title, labels, each, ends, words, below, TICKS, engines))
+    return found
+
+
+def curves_of(points: pd.DataFrame, column: str, hollow: Any) -> list[EngineCurve]:
+    """Each engine's measured values of a column."""
+    least = SHOWN_MEMORY_B if column == "memory_B" else np.nextafter(0.0, 1.0)
+    good = points.assign(hollow=hollow)[points[column] >= least].sort_values("bars", kind="stable")
+    return [
+        EngineCurve(
+            engine, own.bars.to_numpy(float), own[column].to_numpy(float), own.hollow.to_numpy(bool), ~(own.bars > 0)
+        )
+        for engine in dict.fromkeys(points.engine)
+        if len(own := good[good.engine == engine])
+    ]
+
+
+def draw_guide(chart: Chart) -> None:
+    """Line of a cost in proportion to N."""
+    guide(chart, 1, "∝ N")
+
+
+def draw_guides(chart: Chart) -> None:
+    """Lines of costs in proportion to N and to its square."""
+    draw_guide(chart)
+    guide(chart, 2, "∝ N²")
+
+
+def exponents(found: pd.DataFrame) -> dict[str, list[dict[str, Any] | None]]:
+    """Fitted exponents of each engine that has any, with the range of N."""
+    ends = found[found.metric.isin(FITTED)].set_index(["engine", "quantity", "metric"])["value"]
+    fits: dict[str, dict[str, dict[str, Any]]] = {}
+    for row in plain(found[found.metric == "exponent"]):
+        place = row["engine"], row["quantity"]
+        fits.setdefault(row["engine"], {})[row["quantity"]] = row | {name: ends[*place, name] for name in FITTED}
+    return {engine: [own.get(q) for q in QUANTITIES] for engine, own in fits.items()}
+
+
+def memory_text(value: float | None) -> str:
+    """``12.3 MB``; less than one is hidden by allocators."""
+    if value is None:
+        return ""
+    return "< 1 MB" if value < SHOWN_MEMORY_B else f"{significant(value / 1e6)} MB"

@@ -1,1 +1,0 @@
-"""Chapter of the scaling study: cost against the number of bars."""
