@@ -1,14 +1,15 @@
-"""Queries of a round-off study's tables: series of errors, digits at a size, fitted laws."""
+"""Round-off study as its chapter reads it: series of errors, digits at a size, lengths of bars, numbers as text."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from reports.text.numerals import number
+from reports.text.numerals import number, prefixed, typed, typographic
+from reports.text.ratios import short
 from reports.text.record import mapping, rows
 
 if TYPE_CHECKING:
@@ -18,145 +19,39 @@ if TYPE_CHECKING:
 
 RELATIVE, ABSOLUTE, MINIMAL = "relative", "absolute", "minimal"
 ACCELERATIONS, POSITIONS, RELATIVE_POSITIONS = "absolute accelerations", "absolute positions", "relative positions"
-PRODUCTION = ("reference", "reference-fast")
 SINGLE, DOUBLE, LONG = "float32", "float64", "long double"
 GENERIC, STRAIGHT, HORIZONTAL, SPIN, UNEQUAL = "generic", "80°", "horizontal", "fast spin", "unequal masses"
 FORMULA, INPUT, BOTH = "formula", "input", "both"
 REACTION, ORDINARY = "reaction", "m n² l"
 BARS = 5  # the paper's number, shown first
+USUAL = {"arithmetic": DOUBLE, "state": GENERIC, "bars": BARS, "source": BOTH, "yardstick": REACTION}
+"""Series of an evaluation that is shown unless another is named"""
 LOST = 0.1  # an error from here on leaves no digit
-SLACK = 0.05  # of an exponent: resolution of fits over a few decades of scattered medians
 SMALLEST, LARGEST = 1e-40, 1e40  # stand-ins of zero and infinity, whose logarithms are numbers
+LARGEST_PLAIN = 1e4
+QUANTITIES = {  # title, vertical axis
+    "attitude": ("Attitude", "error, rad"),
+    "reaction": ("Reactions", "error / largest reaction"),
+    "gap": ("Joint gaps", "gap / bar's length"),
+    "com": ("Centre of mass", "error / bar's length"),
+}
+METHODS = {"rk4": "RK4", "dop853": "DOP853 at equal steps", "dop853, chosen steps": "DOP853 with step control"}
 
 
-@dataclass(frozen=True)
-class Key:
-    """Key of a series of evaluation.csv and of its law."""
-
-    formulation: str
-    arithmetic: str = DOUBLE
-    state: str = GENERIC
-    bars: int = BARS
-    source: str = BOTH
-    yardstick: str = REACTION
-
-    def of(self, table: pd.DataFrame) -> pd.DataFrame:
-        """Own rows of a table, by size where it has sizes."""
-        kept = np.ones(len(table), bool)
-        for name in ("formulation", "arithmetic", "state", "bars", "source", "yardstick"):
-            kept &= (table[name] == getattr(self, name)).to_numpy(bool)
-        own = table[kept]
-        return own.sort_values("ratio") if "ratio" in own else own
-
-
-@dataclass(frozen=True)
-class Spread:
-    """An error's median, and its quantiles at 5 and 95 %."""
-
-    low: float
-    median: float
-    high: float
-
-    @property
-    def digits(self) -> Digits:
-        """Digits that the error leaves."""
-        few, middle, many = (max(0.0, -math.log10(v)) for v in (self.high, self.median, self.low))
-        return Digits(few, middle, many)
-
-
-@dataclass(frozen=True)
-class Digits:
-    """Significant decimal digits: of the median error, and of the 95 % and 5 % quantiles."""
-
-    low: float
-    median: float
-    high: float
-
-    @property
-    def lost(self) -> bool:
-        """Whether no digit is left."""
-        return self.median < -math.log10(LOST)
-
-    @property
-    def text(self) -> str:
-        """``11.4``, or ``none``."""
-        return "none" if self.lost else f"{self.median:.1f}"
-
-    @property
-    def spread(self) -> str:
-        """``11.1 to 11.8``; empty if none are left."""
-        return "" if self.lost else f"{self.low:.1f} to {self.high:.1f}"
-
-
-@dataclass(frozen=True)
-class FittedExponent:
-    """Fitted exponent with its interval, and its expected value."""
-
-    exponent: float | None
-    low: float | None
-    high: float | None
-    expected: float
-    """NaN without an expectation"""
-    points: int
-    remark: str
-
-    @property
-    def off(self) -> bool:
-        """Whether the interval excludes the expected value by more than :data:`SLACK`."""
-        if self.low is None or self.high is None:
-            return False
-        return self.low - SLACK > self.expected or self.high + SLACK < self.expected
-
-    @property
-    def text(self) -> str:
-        """``−1.01 (−1.03 to −0.99)``; empty if there were too few points."""
-        if self.exponent is None or self.low is None or self.high is None:
-            return ""
-        value, low, high = (signed(v) for v in (self.exponent, self.low, self.high))
-        return f"{value} ({low} to {high})"
-
-
-@dataclass(frozen=True)
-class ErrorLaw(FittedExponent):
-    """A power law of an error: ``constant`` u ratio^``expected``."""
-
-    constant: float | None
-    last_digit_ratio: float | None = None
-
-
-def signed(value: float, digits: int = 2) -> str:
-    """``−1.01``: a true minus, and none before zero."""
-    return f"{value:z.{digits}f}".replace("-", "\N{MINUS SIGN}")
-
-
-def fit_of(row: dict[Any, Any]) -> FittedExponent:
-    """Exponent of a table's row."""
-    exponent, low, high = (number_or_none(row.get(k)) for k in ("exponent", "low", "high"))
-    expected, points = number_or_none(row.get("expected")), number_or_none(row.get("points"))
-    wanted = math.nan if expected is None else expected
-    return FittedExponent(exponent, low, high, wanted, int(points or 0), str(row.get("remark") or ""))
-
-
-def law_of(row: dict[Any, Any]) -> ErrorLaw:
-    """Law of a row of laws.csv or best_laws.csv."""
-    fit = fit_of(row)
-    constant, last = (number_or_none(row.get(k)) for k in ("constant", "last_digit_ratio"))
-    return ErrorLaw(fit.exponent, fit.low, fit.high, fit.expected, fit.points, fit.remark, constant, last)
-
-
-def number_or_none(value: object) -> float | None:
-    """A cell's number; None where it is empty or infinite."""
-    found = number(value)
-    return found if found is not None and math.isfinite(found) else None
-
-
-@dataclass(frozen=True)
-class NamedObject:
+class NamedObject(NamedTuple):
     """Named object of a given size."""
 
     name: str
     ratio: float
     length_m: float
+
+
+class Digits(NamedTuple):
+    """Significant decimal digits: of the error's 95 % quantile, its median, and its 5 % quantile."""
+
+    low: float
+    median: float
+    high: float
 
 
 @dataclass(frozen=True)
@@ -166,15 +61,15 @@ class RoundoffData:
     tables: RoundoffTables
 
     @property
-    def named(self) -> tuple[NamedObject, ...]:
+    def named(self) -> list[NamedObject]:
         """Named objects, from the longest."""
         found = [(str(o.get("name") or ""), number(o.get("ratio")), number(o.get("length_m"))) for o in
                  rows(self.tables.record.get("objects"))]  # fmt: skip
-        return tuple(sorted((NamedObject(n, r, m) for n, r, m in found if n and r and m), key=lambda o: -o.ratio))
+        return sorted((NamedObject(n, r, m) for n, r, m in found if n and r and m), key=lambda o: -o.ratio)
 
     @property
-    def metres(self) -> float | None:
-        """Length of a bar of size ratio 1: the body's radius."""
+    def body_radius_m(self) -> float | None:
+        """Length of a bar of size ratio 1; None without named objects."""
         named = self.named
         return named[0].length_m / named[0].ratio if named else None
 
@@ -182,33 +77,54 @@ class RoundoffData:
         """Unit round-off of an arithmetic."""
         return number_or_none(mapping(self.tables.record.get("unit_roundoff")).get(arithmetic))
 
-    def law(self, key: Key) -> ErrorLaw | None:
-        """Law of a series; None if it has none or no constant."""
-        own = key.of(self.tables.laws)
-        found = law_of(own.iloc[0].to_dict()) if len(own) else None
-        return found if found and found.constant is not None else None
+    def errors(self, **key: Any) -> pd.DataFrame:
+        """Errors of one evaluation of a series (:data:`USUAL` where the key says nothing), by size."""
+        return rows_of(self.tables.evaluation, **USUAL | key).sort_values("ratio")
 
-    def error(self, key: Key, ratio: float) -> Spread | None:
-        """Errors at a size, interpolated on log-log axes; None outside the measured sizes."""
-        own = key.of(self.tables.evaluation)
+    def digits(self, ratio: float, **key: Any) -> Digits | None:
+        """Digits left at a size, interpolated on log-log axes; None outside the measured sizes."""
+        own = self.errors(**key)
         if not len(own) or not own.ratio.min() * (1 - 1e-9) <= ratio <= own.ratio.max() * (1 + 1e-9):
             return None
-        across = np.log(own.ratio.to_numpy(float))
-        ends = [np.log(own[q].to_numpy(float).clip(SMALLEST, LARGEST)) for q in ("q05", "median", "q95")]
-        low, median, high = (float(np.exp(np.interp(np.log(ratio), across, end))) for end in ends)
-        return Spread(low, median, high)
+        across = np.log10(own.ratio.to_numpy(float))
+        ends = [np.log10(own[q].to_numpy(float).clip(SMALLEST, LARGEST)) for q in ("q95", "median", "q05")]
+        return Digits(*(max(0.0, -float(np.interp(math.log10(ratio), across, end))) for end in ends))
 
-    def digits(self, key: Key, ratio: float) -> Digits | None:
-        """Digits left at a size."""
-        found = self.error(key, ratio)
-        return found.digits if found else None
-
-    def measured(self, ratio: float) -> bool:
-        """Whether a size lies between measured sizes."""
-        sizes = self.tables.evaluation.ratio
-        return bool(len(sizes)) and float(sizes.min()) <= ratio <= float(sizes.max())
+    def size(self, ratio: float | None) -> str:
+        """Length of a bar of a size ratio: ``64 m``; the ratio itself without named objects."""
+        if ratio is None:
+            return ""
+        metres = self.body_radius_m
+        return f"ε = {spelled(ratio)}" if metres is None else length(ratio * metres)
 
 
-def other(key: Key, **changes: Any) -> Key:
-    """Key with some of its names replaced."""
-    return replace(key, **changes)
+def rows_of(table: pd.DataFrame, **key: Any) -> pd.DataFrame:
+    """Rows of a table with these values in these columns."""
+    kept = np.ones(len(table), bool)
+    for name, value in key.items():
+        kept &= (table[name] == value).to_numpy(bool)
+    return table[kept]
+
+
+def number_or_none(value: object) -> float | None:
+    """A cell's number; None where it is empty or infinite."""
+    found = number(value)
+    return found if found is not None and math.isfinite(found) else None
+
+
+def spelled(value: float | None, digits: int = 2) -> str:
+    """``5.7×10⁻¹²``; ``0.57``; ``350``: the same in HTML and in plain text."""
+    if value is None:
+        return ""
+    text = typed(value, digits)
+    if "e" not in text:
+        return text.replace("-", "\N{MINUS SIGN}")
+    if 1.0 <= abs(value) < LARGEST_PLAIN:
+        return f"{float(text):.0f}"
+    return typographic(text)
+
+
+def length(metres: float) -> str:
+    """``24 m``; ``0.15 mm``."""
+    factor, unit = prefixed(metres, "m")
+    return f"{short(metres * factor)}\N{NO-BREAK SPACE}{unit}"
