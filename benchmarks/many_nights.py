@@ -1,7 +1,6 @@
 """Size and speed of a long history: many synthetic nights made of one real night.
 
-    barchain history export --json night.json
-    python benchmarks/many_nights.py night.json --nights 1000 --history many.sqlite --out many
+    python benchmarks/many_nights.py nights/NIGHT --nights 1000 --history many --out out
 
 Each synthetic night has the figures of the real one; times and memory with noise, one engine with a step of 15 % on the
 last third and an error twice as large on the last night. What is printed is measured on this machine.
@@ -12,6 +11,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import datetime
+import resource
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,8 +21,6 @@ import numpy as np
 from barchain.cli.nightly.documents import write_documents
 from barchain.nightly.history.judged import judge
 from barchain.nightly.history.model.figures import Figure, FigureKind, Night, NightPart
-from barchain.nightly.history.night_file import read_night_file
-from barchain.nightly.history.series import figure_series, positive_values
 from barchain.nightly.history.store import open_store
 from barchain.nightly.telling.trends import SHOWN, drawn_nights
 
@@ -42,7 +40,9 @@ def synthetic(real: Night, number: int, nights: int, random: np.random.Generator
     last = number == nights - 1
     parts = tuple(newer(p) if last and p.name.startswith("adapter:") else p for p in real.parts)
     started = FIRST + datetime.timedelta(days=number)
-    return dataclasses.replace(real, started=started, figures=figures, parts=parts, void=None, complete=True)
+    return dataclasses.replace(
+        real, started=started, figures=figures, parts=parts, void=None, complete=True, label="synthetic"
+    )
 
 
 def is_clear(figure: Figure) -> bool:
@@ -89,21 +89,26 @@ def main() -> None:
     parser.add_argument("--history", type=Path, required=True)
     parser.add_argument("--out", type=Path, required=True)
     asked = parser.parse_args()
-    real, random = read_night_file(asked.night), np.random.default_rng(0)
+    random = np.random.default_rng(0)
+    real = open_store(str(asked.night.absolute().parent)).night(asked.night.name)
     with open_store(str(asked.history), create=True) as store:
         start = time.perf_counter()
         for number in range(len(store.nights()), asked.nights):
             store.add(synthetic(real, number, asked.nights, random))
         each = (time.perf_counter() - start) / asked.nights
         print(f"{asked.nights} nights of {len(real.figures)} figures, {each:.2f} s to add one")
-        print(f"size: {asked.history.stat().st_size / 1e6:.0f} MB")
+        print(f"size: {sum(file.stat().st_size for file in asked.history.rglob('*.*')) / 1e6:.0f} MB")
         name = real.figures[0].identity.name
+        timed("figures of all nights, without a cache", store.table)
+        store.loaded = None
+        timed("figures of all nights", store.table)
         timed("list of nights", store.nights)
-        timed("one figure over all nights", lambda: figure_series(store, name))
+        timed("one figure over all nights", lambda: store.table().named(name))
         timed("one whole night", lambda: store.night("latest"))
-        timed("charted figures", lambda: positive_values(store, drawn_nights(store.nights()), SHOWN))
+        timed("charted figures", lambda: store.table().positive(drawn_nights(store.nights()), SHOWN))
         timed("judgement of the last night", lambda: judge(store))
         timed("judgement and all documents", lambda: write_documents(store, "latest", asked.out))
+        print(f"peak memory: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3:.0f} MB")
         print(f"page: {(asked.out / 'nightly.html').stat().st_size / 1e6:.2f} MB")
 
 

@@ -1,6 +1,6 @@
 """Nights until a slow-down is told, planted in the real times of a history.
 
-    python benchmarks/nights_until_told.py history.sqlite --before 20
+    python benchmarks/nights_until_told.py nights --before 20
 
 The times are those of real nights, with the noise of a real machine. In each of several series, the times from one
 night on are multiplied by a factor; all other series stay as they were. The history is then judged night by night.
@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING
 
 from barchain.nightly.history.changes.times import measured, time_changes
 from barchain.nightly.history.model.figures import FigureKind
-from barchain.nightly.history.series import all_series
 from barchain.nightly.history.store import open_store
 
 if TYPE_CHECKING:
@@ -57,8 +56,8 @@ def main() -> None:
     parser.add_argument("--before", type=int, default=20, help="nights before the slow-down")
     parser.add_argument("--kind", choices=["ratio", "memory"], default="ratio")
     asked = parser.parse_args()
-    with open_store(asked.history) as store:
-        found = all_series(store, kinds=(FigureKind(asked.kind),))
+    table = open_store(asked.history).table()
+    found = table.series_at(table.rows(table.nights, [FigureKind(asked.kind)]))
     every = [one for one in map(measured, found) if len(one.nights) > asked.before + 2]
     nights = min(len(one.nights) for one in every)
     every = [until(one, nights) for one in every]

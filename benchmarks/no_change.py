@@ -75,7 +75,7 @@ def night(folder: Path, number: int) -> Path:
     out, kept = folder / "nights", folder / f"night-{number:03d}.json"
     line = (
         sys.executable, "-m", "barchain", "-q", "nightly", "--plan", str(folder / "plan.toml"),
-        "--history", str(folder / "history.sqlite"), "--out", str(out), "--fail-on", "never",
+        "--out", str(out), "--fail-on", "never",
     )  # fmt: skip
     subprocess.run(line, check=True, stdout=subprocess.DEVNULL)
     kept.write_bytes((out / "nightly.json").read_bytes())

@@ -24,8 +24,7 @@ from barchain.nightly.environments.sources import installed_tree
 EARLIER = 2
 LIMIT_S = 400.0
 NEEDED = (
-    "sqlalchemy", "alembic", "psycopg", "psycopg-binary", "threadpoolctl", "junitparser", "packaging", "pypi-simple",
-    "uv", "mujoco", "pin", "heyoka",
+    "fsspec", "threadpoolctl", "junitparser", "packaging", "pypi-simple", "uv", "mujoco", "pin", "heyoka",
 )  # fmt: skip
 ENGINES = (
     "reference", "reference-fast", "exudyn", "pymunk", "rebound", "heyoka", "mujoco", "pinocchio", "scipy-dop853",
@@ -175,8 +174,8 @@ def night(tree: Path, folder: Path, history: Path, plant: Plant | None = None) -
         environment = pinned_environment(pins, also=NEEDED)
     except PinnedEnvironmentError as error:
         return str(error)
-    line = ("-m", "barchain", "-q", "nightly", "--plan", str(folder / "plan.toml"), "--history", str(history),
-            "--out", str(history.with_suffix("")), "--fail-on", "never")  # fmt: skip
+    line = ("-m", "barchain", "-q", "nightly", "--plan", str(folder / "plan.toml"), "--out", str(history),
+            "--fail-on", "never")  # fmt: skip
     cores = os.sched_getaffinity(0)
     try:
         os.sched_setaffinity(0, {min(cores)} if plant and plant.one_core else cores)
@@ -232,7 +231,7 @@ def main() -> None:
     folder = parser.parse_args().folder.resolve()
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "plan.toml").write_text(PLAN.format(engines=json.dumps(list(ENGINES))), "utf-8")
-    base, tree = folder / "base.sqlite", folder / "tree"
+    base, tree = folder / "base", folder / "tree"
     if not base.exists():
         installed_tree(tree)
         for _ in range(EARLIER):
@@ -243,18 +242,18 @@ def main() -> None:
     plants = [*SOURCES, *WHEELS]
     for k, plant in enumerate(plants):
         own = folder / f"plant-{k}"
-        history = own / "h.sqlite"
-        if not (own / "h" / "nightly.json").is_file():
+        history = own / "nights"
+        if not (history / "told").is_file():
             shutil.rmtree(own, ignore_errors=True)
-            own.mkdir()
-            shutil.copy(base, history)
+            shutil.copytree(base, history)
             (own / "plan.toml").write_text(plant.plan, "utf-8")
             reason = night(planted_tree(plant, own / "tree"), own, history, plant)
             shutil.rmtree(own / "tree", ignore_errors=True)
             if reason:
                 print(f"| {plant.name} | could not be planted: {reason} | | |", flush=True)
                 continue
-        facts = json.loads((own / "h" / "nightly.json").read_text("utf-8"))
+            (history / "told").touch()
+        facts = json.loads((history / "nightly.json").read_text("utf-8"))
         ok, culprit, words = verdict(plant, facts)
         told += ok
         judged += culprit is not None

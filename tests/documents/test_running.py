@@ -20,7 +20,7 @@ PAGES = [
 
 @pytest.fixture(autouse=True)
 def own_history(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setenv("BARCHAIN_HISTORY", str(tmp_path / "history.sqlite"))
+    monkeypatch.setenv("BARCHAIN_HISTORY", str(tmp_path / "history"))
 
 
 @pytest.mark.parametrize("page", PAGES)

@@ -28,8 +28,7 @@ GITHUB, GITLAB, SCRIPT, SERVICE, TIMER = (
 COMMAND = re.compile(r"^[^#]*?\bbarchain (?:-q )?(nightly|history \w+) ([^|&;\n]*)", re.MULTILINE)
 INPUTS = {"CHANGE": "*:exudyn:*", "REASON": "$(touch injected)", "UNTIL": "2031-01-02", "LOGNAME": "someone"}
 needs_flock = needs("flock", there=shutil.which("flock") is not None)
-CODES = [(0, 0, True), (1, 1, True), (2, 2, False), (3, 3, True), (130, 130, False)]
-"""Exit code of a night, of a recipe, and whether the history is kept"""
+CODES = [0, 1, 2, 3, 130]
 
 
 def yaml(file: Path) -> Any:
@@ -58,8 +57,7 @@ def play(
     programs = folder / "bin"
     programs.mkdir(exist_ok=True)
     for name, body in {
-        "barchain": f'[ "$1" = history ] || code={code}\necho "$LOGNAME:$*" >> said\n'
-        "mkdir -p nights\necho of tonight > nights/history.sqlite\nexit ${code:-0}",
+        "barchain": f'[ "$1" = history ] || code={code}\necho "$LOGNAME:$*" >> said\nexit ${{code:-0}}',
         "pip": 'echo "pip $*"',
     }.items():
         (programs / name).write_text(f"#!/bin/sh\n{body}\n", "utf-8")
@@ -121,28 +119,29 @@ def test_the_shell_of_a_recipe_has_no_fault_of_syntax_and_no_expression(place: s
     assert "${{" not in text, "an expression in shell text lets inputs run commands"
 
 
-@pytest.mark.parametrize(("code", "ends", "kept"), CODES)
-def test_the_github_night_keeps_the_history_unless_it_may_be_damaged(
-    tmp_path: Path, code: int, ends: int, kept: bool
-) -> None:
+@pytest.mark.parametrize("code", CODES)
+def test_the_github_night_passes_its_exit_code_on_and_warns_of_3(tmp_path: Path, code: int) -> None:
     done = play(shell_parts()["Run the night"], tmp_path, {"PLAN": "my plan.toml"}, code)
-    assert done.returncode == (0 if ends == 3 else ends)
-    assert ("::warning::" in done.stdout) == (ends == 3)
-    assert (tmp_path / "kept.env").exists() == kept
-    assert ":nightly --plan my plan.toml --out nights\n" in (tmp_path / "said").read_text("utf-8")
+    assert done.returncode == (0 if code == 3 else code)
+    assert ("::warning::" in done.stdout) == (code == 3)
+    said = (tmp_path / "said").read_text("utf-8")
+    assert ":nightly --plan my plan.toml --out nights\n" in said
+    assert "history prune" in said
 
 
-@pytest.mark.parametrize(("code", "ends", "kept"), CODES)
-def test_the_gitlab_night_keeps_the_history_unless_it_may_be_damaged(
-    tmp_path: Path, code: int, ends: int, kept: bool
-) -> None:
-    (tmp_path / "kept").mkdir()
-    (tmp_path / "kept" / "history.sqlite").write_text("of last night\n", "utf-8")
+@pytest.mark.parametrize("code", CODES)
+def test_the_gitlab_night_passes_its_exit_code_on_and_allows_3(tmp_path: Path, code: int) -> None:
     done = play(shell_parts()["nightly"], tmp_path, code=code)
-    assert done.returncode == ends
-    now = (tmp_path / "kept" / "history.sqlite").read_text("utf-8")
-    assert now == ("of tonight\n" if kept else "of last night\n")
+    assert done.returncode == code
     assert yaml(GITLAB)["nightly"]["allow_failure"] == {"exit_codes": [3]}
+
+
+def test_the_history_is_carried_from_night_to_night_in_both_recipes() -> None:
+    github = yaml(GITHUB)["jobs"]["nightly"]
+    paths = {github_steps()[name]["with"]["path"] for name in ("Restore the history", "Keep the history")}
+    assert paths == {github["env"]["BARCHAIN_HISTORY"]} == {"history"}
+    gitlab = yaml(GITLAB)[".barchain"]
+    assert (gitlab["variables"]["BARCHAIN_HISTORY"], gitlab["cache"]["paths"]) == ("history", ["history/"])
 
 
 def test_github_accepts_a_change_on_the_default_branch_alone(tmp_path: Path) -> None:
@@ -152,14 +151,12 @@ def test_github_accepts_a_change_on_the_default_branch_alone(tmp_path: Path) -> 
     done = play(step, tmp_path, INPUTS | {"GITHUB_REF_NAME": "main", "BRANCH": "main"})
     assert done.returncode == 0, done.stderr
     assert_accepted(tmp_path)
-    assert (tmp_path / "kept.env").read_text("utf-8") == "KEEP=yes\n"
 
 
-def test_gitlab_accepts_a_change_and_keeps_the_history(tmp_path: Path) -> None:
+def test_gitlab_accepts_a_change(tmp_path: Path) -> None:
     done = play(shell_parts()["accept"], tmp_path, INPUTS | {"GITLAB_USER_LOGIN": "someone"})
     assert done.returncode == 0, done.stderr
     assert_accepted(tmp_path)
-    assert (tmp_path / "kept" / "history.sqlite").exists()
 
 
 def assert_accepted(folder: Path) -> None:

@@ -17,7 +17,7 @@ from barchain.cli.nightly.options import history_option, opened
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from barchain.nightly.history.changes.accepted import Acceptance
+    from barchain.nightly.history.acceptances import Acceptance
     from barchain.nightly.history.changes.judging import JudgedNight
     from barchain.nightly.history.changes.model import Change
 
@@ -35,7 +35,8 @@ def changes(night: str, every: bool, url: str | None, as_json: bool) -> None:
     from barchain.nightly.history.faults import need_extra  # noqa: PLC0415
 
     need_extra()
-    from barchain.nightly.history.judged import accepted, judge  # noqa: PLC0415
+    from barchain.nightly.history.acceptances import accepted  # noqa: PLC0415
+    from barchain.nightly.history.judged import judge  # noqa: PLC0415
 
     with opened(url) as store:
         judged, known = judge(store, night), accepted(store)
@@ -66,37 +67,64 @@ def accept_change(
 ) -> None:
     """Accept each CHANGE on purpose: an id of `barchain history changes`, or the name of a figure.
 
-    In a name * stands for any text: '*:exudyn:*' accepts all changes of an engine.
+    In a name * stands for any text: '*:exudyn:*' accepts all changes of an engine, with one entry for each night since
+    which they are. Entries stand in the file accepted.toml of the history.
     """
-    from barchain.nightly.history.faults import need_extra  # noqa: PLC0415
-
-    need_extra()
-    from barchain.nightly.history.changes.accepted import accepting  # noqa: PLC0415
-    from barchain.nightly.history.judged import (  # noqa: PLC0415
-        accept,
-        accepted,
-        changes_named,
-        irreproducible,
-        judge,
-    )
-    from barchain.nightly.history.kept.told import keep_judgement  # noqa: PLC0415
+    from barchain.nightly.history.acceptances import accept, acceptances_of, accepted, accepting  # noqa: PLC0415
+    from barchain.nightly.history.changes.suspects import suspicion  # noqa: PLC0415
+    from barchain.nightly.history.judged import changes_named, irreproducible, judge  # noqa: PLC0415
+    from barchain.nightly.history.told import keep_judgement  # noqa: PLC0415
     from scenarios.plural import plural  # noqa: PLC0415
 
-    end = None if until is None else until.replace(tzinfo=datetime.UTC)
+    end, now = None if until is None else until.replace(tzinfo=datetime.UTC), datetime.datetime.now(datetime.UTC)
     with opened(url) as store:
         judged = judge(store, night)
         keep_judgement(store, judged)  # a step keeps the name under which it is accepted
-        known = accepted(store)
-        chosen = {change.id: change for name in names for change in changes_named(judged, name)}
-        for made in accept(store, list(chosen.values()), user(), reason, end):
-            ending = f" until {made.until.date()}" if made.until else ""
-            say(f"{made.figure}: {made.became} (before {made.was}) accepted by {made.who}{ending}: {made.reason}")
-        for change in chosen.values():
-            if earlier := accepting(change, known, datetime.datetime.now(datetime.UTC)):
-                say(f"{earlier.figure}: replaces the acceptance by {earlier.who} on {earlier.accepted.date()}: "
-                    f"{earlier.reason}", err=True)  # fmt: skip
+        known, nights = accepted(store), {each.name: each for each in (*judged.compared_with, judged.night)}
+        every = {name: changes_named(judged, name) for name in names}  # a wrong name accepts nothing
+        acceptances_of([change for own in every.values() for change in own], user(), now, reason)  # all, or none
+        for name, chosen in every.items():
+            causes = {change.id: suspicion(change, nights).words for change in chosen}
+            for made in accept(store, chosen, user(), reason, end, name if "*" in name else "", causes):
+                say(f"accepted: {made.words}")
+            earlier = filter(None, (accepting(change, known, now) for change in chosen))
+            for words in dict.fromkeys(one.words for one in earlier):
+                say(f"replaces: {words}", err=True)
     if left := irreproducible(judged, names):
         say(f"left out: {plural(left, 'run')} that {'is' if left == 1 else 'are'} not reproducible", err=True)
+
+
+@click.command("accepted")
+@history_option
+@json_option
+def accepted_changes(url: str | None, as_json: bool) -> None:
+    """List what is accepted, as it stands in the file accepted.toml of the history."""
+    from dataclasses import asdict  # noqa: PLC0415
+
+    from barchain.nightly.history.acceptances import accepted  # noqa: PLC0415
+
+    with opened(url) as store:
+        known = accepted(store)
+    if as_json:
+        import json  # noqa: PLC0415
+
+        say(json.dumps([asdict(one) for one in known], indent=2, default=str))
+        return
+    for one in known:
+        say(one.words)
+
+
+@click.command("withdraw")
+@click.argument("pattern", metavar="PATTERN", type=WORDS)
+@click.option("--since", metavar="NIGHT", type=WORDS, help="Take back the entry of this night alone.")
+@history_option
+def withdraw_acceptance(pattern: str, since: str | None, url: str | None) -> None:
+    """Take back the acceptances of PATTERN, as `barchain history accepted` shows it."""
+    from barchain.nightly.history.acceptances import withdraw  # noqa: PLC0415
+
+    with opened(url) as store:
+        for gone in withdraw(store, pattern, since or ""):
+            say(f"withdrawn: {gone.words}")
 
 
 def in_columns(row: dict[str, Any]) -> tuple[str, ...]:
@@ -135,7 +163,7 @@ def sentence(judged: JudgedNight) -> str:
 
 def change_values(change: Change, judged: JudgedNight, known: Sequence[Acceptance]) -> dict[str, Any]:
     """Change with its suspects and its acceptance, as JSON holds it."""
-    from barchain.nightly.history.changes.accepted import accepting  # noqa: PLC0415
+    from barchain.nightly.history.acceptances import accepting  # noqa: PLC0415
     from barchain.nightly.history.changes.model import result_words  # noqa: PLC0415
     from barchain.nightly.history.changes.suspects import suspicion  # noqa: PLC0415
 

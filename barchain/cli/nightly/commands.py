@@ -10,7 +10,7 @@ import click
 from barchain.cli.common.numbers import WORDS, NamedPath, RealNumber
 from barchain.cli.common.options import json_option
 from barchain.cli.common.terminal import say
-from barchain.cli.nightly.changes import accept_change, changes
+from barchain.cli.nightly.changes import accept_change, accepted_changes, changes, withdraw_acceptance
 from barchain.cli.nightly.documents import report_night
 from barchain.cli.nightly.options import history_option, opened
 
@@ -44,9 +44,6 @@ def history(ctx: click.Context) -> None:
 @history_option
 def add(folders: tuple[Path, ...], url: str | None) -> None:
     """Add the results in each DIR as a night; a night that is there already stays as it is."""
-    from barchain.nightly.history.faults import need_extra  # noqa: PLC0415
-
-    need_extra()
     from barchain.nightly.history.folders.reading import read_night  # noqa: PLC0415
 
     nights = [read_night(folder) for folder in folders]  # all are read before one is added
@@ -63,6 +60,8 @@ def list_nights(url: str | None, as_json: bool) -> None:
     """List all nights in the order of their starts."""
     with opened(url) as store:
         nights = store.nights()
+        for torn in store.torn():
+            say(f"{torn}: left out: it is being written, or was copied in part", err=True)
     if as_json:
         print_json([summary_values(night) for night in nights])
         return
@@ -96,13 +95,8 @@ def show(night: str, url: str | None, as_json: bool) -> None:
 @json_option
 def series(figure: str, url: str | None, as_json: bool) -> None:
     """Show FIGURE over the nights: scene:engine:setting:quantity, in which * stands for any text."""
-    from barchain.nightly.history.faults import need_extra  # noqa: PLC0415
-
-    need_extra()
-    from barchain.nightly.history.series import figure_series  # noqa: PLC0415
-
     with opened(url) as store:
-        found = figure_series(store, figure)
+        found = store.table().named(figure)
     if as_json:
         print_json([series_values(each) for each in found])
         return
@@ -115,34 +109,17 @@ def series(figure: str, url: str | None, as_json: bool) -> None:
 
 
 @history.command("export")
-@click.option("--parquet", "path", metavar="FILE", type=NamedPath(path_type=Path, dir_okay=False),
+@click.option("--parquet", "path", metavar="FILE", type=NamedPath(path_type=Path, dir_okay=False), required=True,
               help="Write a row for each figure of each night into this file.")  # fmt: skip
-@click.option("--json", "single", metavar="FILE", type=NamedPath(path_type=Path, dir_okay=False),
-              help="Write one night into this file, as a baseline to be kept.")  # fmt: skip
-@click.option("--night", metavar="NIGHT", default="latest", show_default=True, type=WORDS,
-              help="With --json: take this night.")  # fmt: skip
 @history_option
-def export(path: Path | None, single: Path | None, night: str, url: str | None) -> None:
-    """Export all figures of all nights as one table, or one night as a baseline."""
+def export(path: Path, url: str | None) -> None:
+    """Export all figures of all nights as one table; a baseline to be kept is a copy of a night's folder."""
     from barchain.cli.common.result_folder import need_writable  # noqa: PLC0415
-    from barchain.nightly.history.faults import need_extra  # noqa: PLC0415
+    from barchain.nightly.history.exporting import export_parquet  # noqa: PLC0415
 
-    need_extra()
-    from barchain.nightly.history.night_file import write_night  # noqa: PLC0415
-    from barchain.nightly.history.series import export_parquet  # noqa: PLC0415
-
-    if path is None and single is None:
-        raise click.UsageError("give --parquet FILE, --json FILE, or both")
     with opened(url) as store:
-        for file, option in ((path, "--parquet"), (single, "--json")):
-            if file is not None:
-                need_writable(file, option)
-        if path is not None:
-            say(f"{path}: {export_parquet(store, path)} figures")
-        if single is not None:
-            found = store.night(night)
-            write_night(found, single)
-            say(f"{single}: {found.name}, {len(found.figures)} figures")
+        need_writable(path, "--parquet")
+        say(f"{path}: {export_parquet(store, path)} figures")
 
 
 @history.command("prune")
@@ -168,6 +145,8 @@ def prune(keep: int | None, days: float | None, url: str | None) -> None:
 
 history.add_command(changes)
 history.add_command(accept_change)
+history.add_command(accepted_changes)
+history.add_command(withdraw_acceptance)
 history.add_command(report_night)
 
 
@@ -217,7 +196,6 @@ def summary_values(night: NightSummary) -> dict[str, Any]:
     import dataclasses  # noqa: PLC0415
 
     values = dataclasses.asdict(night) | {"started": night.started.isoformat()}
-    values.pop("number")
     return values | {"machine_class": night.environment.machine_class}
 
 

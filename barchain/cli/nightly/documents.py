@@ -22,7 +22,6 @@ WORSE, CHANGED, NEVER = "worse", "changed", "never"
 PAGE, JUNIT = "nightly.html", "junit.xml"
 DOCUMENTS = (PAGE, "nightly.json", "summary.md", JUNIT)
 NIGHTS = Path("nights")
-NIGHT_FILE = ".json"
 MOST_REJECTED = 5
 """Verdicts that are printed; the page has all"""
 
@@ -31,9 +30,8 @@ junit_option = click.option(
     help="Write JUnit XML into this file; default: junit.xml beside the page.",
 )  # fmt: skip
 baseline_option = click.option(
-    "--baseline", metavar="NIGHT|FILE", type=WORDS,
-    help="Judge against this night alone, or against one of `barchain history export --json`; default: all earlier "
-    "nights.",
+    "--baseline", metavar="NIGHT|DIR", type=WORDS,
+    help="Judge against this night alone, or against a copy of a night's folder; default: all earlier nights.",
 )  # fmt: skip
 fail_option = click.option(
     "--fail-on", type=click.Choice([WORSE, CHANGED, NEVER]), default=WORSE, show_default=True,
@@ -62,19 +60,16 @@ def report_night(
 
     need_extra("junitparser")
     from barchain.cli.common.result_folder import need_writable  # noqa: PLC0415
-    from barchain.nightly.running.state import folders_by_name  # noqa: PLC0415
 
     if junit is not None:
         need_writable(junit, "--junit")
     with opened(url) as store:
         name = store.summary(night).name
-        there = folders_by_name(NIGHTS)
-        foreign = there and there.keys().isdisjoint(each.name for each in store.nights())  # nights of another history
-        folder = out or there.get(name) or NIGHTS / name
+        folder = out or (store.place.local or NIGHTS) / name
         facts = write_documents(store, name, folder, junit, baseline, fail_on)
-        if out is None and not foreign and name == store.summary("latest").name:
-            publish(folder, NIGHTS)
-            folder = NIGHTS
+        if out is None and name == store.summary("latest").name:
+            publish(folder, folder.parent)
+            folder = folder.parent
     show_night(facts, folder / PAGE)
     end_night(facts, fail_on)
 
@@ -121,12 +116,10 @@ def write_documents(
     OSError
         If a file can't be written.
     """
-    from barchain.nightly.history.judged import accepted, judge  # noqa: PLC0415
-    from barchain.nightly.history.kept.attributed import attributed_words  # noqa: PLC0415
-    from barchain.nightly.history.kept.runs import run_of_night  # noqa: PLC0415
-    from barchain.nightly.history.kept.told import keep_judgement, kept_judgements  # noqa: PLC0415
+    from barchain.nightly.history.acceptances import accepted  # noqa: PLC0415
+    from barchain.nightly.history.judged import judge  # noqa: PLC0415
     from barchain.nightly.history.pair import judge_pair  # noqa: PLC0415
-    from barchain.nightly.history.series import positive_values  # noqa: PLC0415
+    from barchain.nightly.history.told import attributed_words, keep_judgement, kept_judgements  # noqa: PLC0415
     from barchain.nightly.telling.facts import night_facts  # noqa: PLC0415
     from barchain.nightly.telling.junit import write_junit  # noqa: PLC0415
     from barchain.nightly.telling.trends import SHOWN, calendar, drawn_nights, trend_charts  # noqa: PLC0415
@@ -143,11 +136,10 @@ def write_documents(
     if before is not None:
         judged = judge_pair(before, night)
         against += f" (a night of another plan, {before.plan})" if before.plan != night.plan else ""
-    run = run_of_night(store, summary)
     confirmed = attributed_words(store, judged.changes)
-    facts = night_facts(judged, accepted(store), night.figures, run, baseline=against, confirmed=confirmed)
+    facts = night_facts(judged, accepted(store), night.figures, summary.run, baseline=against, confirmed=confirmed)
     nights = [each for each in store.nights() if each.started <= summary.started]
-    charts = trend_charts(positive_values(store, drawn_nights(nights), SHOWN), nights, judged.changes)
+    charts = trend_charts(store.table().positive(drawn_nights(nights), SHOWN), nights, judged.changes)
     out.mkdir(parents=True, exist_ok=True)
     write_atomically(out / FILE, facts.model_dump_json(indent=1) + "\n")
     write_summary(out, facts)
@@ -157,17 +149,17 @@ def write_documents(
 
 
 def baseline_night(store: NightStore, given: str) -> Night:
-    """Night of a name in the history, or of a file.
+    """Night of a name in the history, or of a folder that is a copy of a night's.
 
     Raises
     ------
     HistoryError
         If there is neither.
     """
-    from barchain.nightly.history.night_file import read_night_file  # noqa: PLC0415
+    from barchain.nightly.history.store import open_store  # noqa: PLC0415
 
-    path = Path(given)
-    return read_night_file(path) if path.suffix == NIGHT_FILE or path.is_file() else store.night(given)
+    path = Path(given).absolute()
+    return open_store(str(path.parent)).night(path.name) if path.is_dir() else store.night(given)
 
 
 def end_night(facts: NightlyFile, fail_on: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -23,7 +24,7 @@ from barchain.cli.nightly.documents import (
     withdraw,
     write_documents,
 )
-from barchain.cli.nightly.options import exists, history_option, opened
+from barchain.cli.nightly.options import history_option, opened
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -61,56 +62,54 @@ def nightly(
     from barchain.nightly.history.faults import need_extra  # noqa: PLC0415
 
     need_extra("junitparser")
+    from barchain.nightly.history.place import VARIABLE  # noqa: PLC0415
     from barchain.nightly.plan.loading import SHIPPED, load_plan  # noqa: PLC0415
 
     plan = load_plan(path)
     if shown:
         say((path or SHIPPED).read_text("utf-8").rstrip())
         return
+    url = url or os.environ.get(VARIABLE) or str(out)
     if listed:
         list_jobs(plan, url, out)
         return
     run_and_tell(plan, minutes or plan.file.minutes, url, out, junit, baseline, fail_on)
 
 
-def list_jobs(plan: NightPlan, url: str | None, out: Path) -> None:
+def list_jobs(plan: NightPlan, url: str, out: Path) -> None:
     """Print the commands of the next night."""
     for job in next_jobs(plan, url):
         say(job.shown(out / job.name))
 
 
-def next_jobs(plan: NightPlan, url: str | None) -> tuple[NightJob, ...]:
+def next_jobs(plan: NightPlan, url: str) -> tuple[NightJob, ...]:
     """Jobs of the next night."""
-    from barchain.nightly.history.kept.runs import last_run  # noqa: PLC0415
+    from barchain.nightly.history.store import last_run  # noqa: PLC0415
     from barchain.nightly.plan.jobs import night_jobs  # noqa: PLC0415
     from barchain.nightly.running.budget import leftovers, waiting_parts  # noqa: PLC0415
     from barchain.nightly.running.night import next_turn  # noqa: PLC0415
 
-    last = None
-    if exists(url):
-        with opened(url) as store:
-            last = last_run(store, plan.identity)
+    with opened(url, create=True) as store:
+        last = last_run(store, plan.identity)
     return night_jobs(plan, next_turn(last), leftovers(last), waiting_parts(last))
 
 
 def run_and_tell(
-    plan: NightPlan, minutes: float, url: str | None, out: Path, junit: Path | None, baseline: str | None, fail_on: str
+    plan: NightPlan, minutes: float, url: str, out: Path, junit: Path | None, baseline: str | None, fail_on: str
 ) -> None:
     """Run the night, write its documents, and end with the exit code of what it found."""
     from barchain.cli.common.result_folder import need_writable  # noqa: PLC0415
-    from barchain.nightly.history.location import default_url  # noqa: PLC0415
     from barchain.nightly.running.budget import process_age_s  # noqa: PLC0415
     from barchain.nightly.running.night import run_night  # noqa: PLC0415
 
     if junit is not None:
         need_writable(junit, "--junit")
     next_jobs(plan, url)  # a wrong name in the plan is told before a history begins
-    new = not exists(url)
     with opened(url, create=True) as store:
         if baseline is not None:
             baseline_night(store, baseline)  # a wrong name is told before anything runs
-        if new:
-            say(f"history: begins in {url or default_url()}", err=True)
+        if not store.nights():
+            say(f"history: begins in {store}", err=True)
         withdraw(out, junit)
         with shown_progress() as progress:
             ended = run_night(plan, minutes, store, out, progress, process_age_s())

@@ -14,8 +14,8 @@ from barchain.nightly.attribution.swaps import NightTrees, pins_of, swaps_of
 from barchain.nightly.history.changes.model import result_words
 from barchain.nightly.history.changes.suspects import suspicion
 from barchain.nightly.history.faults import HistoryError
-from barchain.nightly.history.kept.attributed import Attribution, keep_attribution
 from barchain.nightly.history.model.figures import STEPPED, FigureKind
+from barchain.nightly.history.told import Attribution, keep_attribution
 from barchain.runs.environment import one_thread_each, temporary_root
 from barchain.studies.study import ignore
 

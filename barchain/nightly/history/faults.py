@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.util
 
 EXTRA = "pip install '.[nightly]'"
-PACKAGES = {"sqlalchemy": "SQLAlchemy", "alembic": "Alembic"}
+NEEDED = ("fsspec",)
 
 
 class HistoryError(ValueError):
@@ -24,10 +24,6 @@ class UnknownFigureError(HistoryError):
     """Raised for a figure that the history does not hold."""
 
 
-class NewerSchemaError(HistoryError):
-    """Raised for a history that a later barchain wrote."""
-
-
 def need_extra(*more: str) -> None:
     """Check that the packages of the extra are installed.
 
@@ -36,6 +32,6 @@ def need_extra(*more: str) -> None:
     MissingExtraError
         If one is missing; the message says how to get it.
     """
-    for module, name in (*PACKAGES.items(), *((m, m) for m in more)):
+    for module in (*NEEDED, *more):
         if importlib.util.find_spec(module) is None:
-            raise MissingExtraError(f"the history needs {name}, which is not installed; try: {EXTRA}")
+            raise MissingExtraError(f"the history needs {module}, which is not installed; try: {EXTRA}")

@@ -1,38 +1,38 @@
-"""Judgement of a stored night, and the acceptances beside it."""
+"""Judgement of a stored night, and changes by their names."""
 
 from __future__ import annotations
 
-import datetime
-import fnmatch
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
 
-import sqlalchemy as sa
-
-from barchain.nightly.history.changes.accepted import Acceptance, acceptance_of, accepting
+from barchain.nightly.history.acceptances import NO_ACCEPTANCE, accepting, fits
 from barchain.nightly.history.changes.judging import comparable, judge_night, same_class
 from barchain.nightly.history.changes.model import Direction
 from barchain.nightly.history.changes.standing import still_holding
 from barchain.nightly.history.changes.times import FALSE_ALARMS, WINDOW
+from barchain.nightly.history.changes.vanished import Subject, subject_of
 from barchain.nightly.history.faults import HistoryError
-from barchain.nightly.history.kept.told import told_steps
 from barchain.nightly.history.model.figures import STEPPED, FigureKind
-from barchain.nightly.history.presence import StoredPresence
-from barchain.nightly.history.series import load
-from barchain.nightly.history.sparse import load_gone, load_levels
-from barchain.nightly.history.storage.connection import told, writing
-from barchain.nightly.history.storage.tables import acceptances
-from barchain.nightly.history.storage.vocabulary import insert_new
+from barchain.nightly.history.told import told_steps
+from barchain.nightly.run_facts import PartState, scene_name
 from scenarios.nearest import nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    import datetime
+    from collections.abc import Iterable, Sequence
 
+    from barchain.nightly.history.acceptances import Acceptance
     from barchain.nightly.history.changes.judging import JudgedNight
     from barchain.nightly.history.changes.model import Change
+    from barchain.nightly.history.model.figures import FigureIdentity
+    from barchain.nightly.history.model.series_model import NightSummary
     from barchain.nightly.history.store import NightStore
+    from barchain.nightly.history.table import FigureTable
+    from barchain.nightly.run_facts import NightRun, PartResult
 
-NO_ACCEPTANCE = "a run that is not reproducible can't be accepted"
-COLUMNS = ("figure", "was", "became", "value", "word", "since", "who", "accepted", "reason", "until")
+STUDY_OF_COMMAND = {"compare": "comparison"}
+"""Studies whose command has another name"""
 
 
 def judge(store: NightStore, name: str = "latest", *, false_alarms: float = FALSE_ALARMS) -> JudgedNight:
@@ -51,18 +51,92 @@ def judge(store: NightStore, name: str = "latest", *, false_alarms: float = FALS
         If there is no such night.
     """
     chosen, every = store.summary(name), store.nights()
-    before = list(every[: [night.number for night in every].index(chosen.number) + 1])
+    before = list(every[: [night.name for night in every].index(chosen.name) + 1])
     if chosen.void is not None:
         return judge_night((), before, false_alarms)
-    before = comparable(before)
+    before, table = comparable(before), store.table()
     stepped = same_class(before)[-WINDOW:]
     settled = [kind for kind in FigureKind if kind not in STEPPED]
     series = (
-        *load_levels(store, before, settled),
-        *load(store, stepped, kinds=STEPPED),
-        *load_gone(store, before, stepped, STEPPED),
+        *table.levels(before, settled),
+        *table.series_at(table.rows(stepped, STEPPED)),
+        *table.gone(before, stepped, STEPPED),
     )
-    return judge_night(series, before, false_alarms, StoredPresence(store, before), told_steps(store, chosen.name))
+    presence = StoredPresence(table, before)
+    return judge_night(series, before, false_alarms, presence, told_steps(store, chosen.name))
+
+
+@dataclass(frozen=True)
+class StoredPresence:
+    """Nights of a history on which scenes and figures were measured."""
+
+    table: FigureTable
+    nights: Sequence[NightSummary]
+
+    def of_figure(self, identity: FigureIdentity) -> frozenset[str]:
+        """Nights that have a figure."""
+        return self.nights_with([self.numbers[identity]] if identity in self.numbers else [])
+
+    def of_subject(self, subject: Subject) -> frozenset[str]:
+        """Nights on which a scene was done to its end by a study."""
+        if subject not in self.known:
+            study, scene, _ = subject
+            whole = self.nights_with(self.members.get(subject, ()))
+            self.known[subject] = frozenset(night for night in whole if self.was_done(night, study, scene))
+        return self.known[subject]
+
+    def nights_with(self, series: Sequence[int]) -> frozenset[str]:
+        """Nights that have one of some series."""
+        rows = self.table.rows(self.table.nights, series=series)
+        return frozenset(self.table.nights[k].name for k in set(self.table.night[rows].tolist()))
+
+    def was_done(self, night: str, study: str, scene: str) -> bool:
+        """Whether a night did a scene with all engines; an incomplete one tells what it left."""
+        left = self.left.get(night)
+        if left is None:
+            return night in self.complete
+        return not {(study, scene), (study, "")} & left
+
+    @cached_property
+    def known(self) -> dict[Subject, frozenset[str]]:
+        """Answers so far."""
+        return {}
+
+    @cached_property
+    def complete(self) -> frozenset[str]:
+        """Names of the complete nights."""
+        return frozenset(night.name for night in self.nights if night.complete)
+
+    @cached_property
+    def left(self) -> dict[str, frozenset[tuple[str, str]]]:
+        """Studies and scenes that each night left; of nights that know it."""
+        return {night.name: left_of(night.run) for night in self.table.nights if night.run is not None}
+
+    @cached_property
+    def numbers(self) -> dict[FigureIdentity, int]:
+        """Numbers of all series."""
+        return {identity: k for k, identity in enumerate(self.table.identities)}
+
+    @cached_property
+    def members(self) -> dict[Subject, list[int]]:
+        """Numbers of the series of each subject."""
+        found: dict[Subject, list[int]] = {}
+        for identity, number in self.numbers.items():
+            found.setdefault(subject_of(identity), []).append(number)
+        return found
+
+
+def left_of(run: NightRun) -> frozenset[tuple[str, str]]:
+    """Studies and scenes that a night did not do; an empty scene where it is not known which."""
+    return frozenset(pair for part in run.parts if part.state is not PartState.DONE for pair in left_of_part(part))
+
+
+def left_of_part(part: PartResult) -> Iterable[tuple[str, str]]:
+    """Study and scenes that a part left; without a command nothing of the part was run."""
+    for word in part.command.split()[1:2]:
+        study = STUDY_OF_COMMAND.get(word, word)
+        known = part.state is PartState.LEFT and part.left and part.left != (part.name,)
+        yield from ((study, scene_name(scene)) for scene in part.left) if known else ((study, ""),)
 
 
 def change_named(judged: JudgedNight, name: str) -> Change:
@@ -94,9 +168,9 @@ def changes_named(judged: JudgedNight, name: str) -> list[Change]:
     named = [change for change in every if change.identity.name == name]
     if named or "*" not in name:
         return named or [change_named(judged, name)]
-    fitting = [change for change in every if fits(change, name)]
+    fitting = [change for change in every if fits(change.identity.name, name)]
     if not fitting:
-        refused = any(fits(change, name) for change in judged.changes)
+        refused = any(fits(change.identity.name, name) for change in judged.changes)
         changed = len({change.identity for change in judged.changes})
         fault = NO_ACCEPTANCE if refused else f"fits none of {changed} changed figures up to {judged.night.name}"
         raise HistoryError(f"{name[:80]}: {fault}")
@@ -113,54 +187,10 @@ def acceptable(judged: JudgedNight) -> list[Change]:
     return [change for change in found if not change.irreproducible]
 
 
-def fits(change: Change, pattern: str) -> bool:
-    """Whether the name of a change's figure fits a pattern, in which * stands for any text."""
-    return fnmatch.fnmatchcase(change.identity.name, pattern.replace("[", "[[]"))
-
-
 def irreproducible(judged: JudgedNight, names: Sequence[str]) -> int:
     """Number of tonight's runs that are not reproducible and fit a pattern: an acceptance leaves them out."""
     wild = [change for change in judged.tonight if change.irreproducible]
-    return sum(any("*" in name and fits(change, name) for name in names) for change in wild)
-
-
-def accept(
-    store: NightStore, changes: Sequence[Change], who: str, reason: str, until: datetime.datetime | None = None
-) -> list[Acceptance]:
-    """Store that somebody accepts some changes: all of them, or none.
-
-    Raises
-    ------
-    HistoryError
-        If a change is that a run is not reproducible, or the end has passed already.
-    """
-    now = datetime.datetime.now(datetime.UTC)
-    refused = next((change for change in changes if change.irreproducible), None)
-    if refused is not None:
-        raise HistoryError(f"{refused.identity.name}: {NO_ACCEPTANCE}; nothing was accepted")
-    if until is not None and until <= now:
-        raise HistoryError(f"--until {until.date()}: has passed; allowed: a later date")
-    made = [acceptance_of(change, who, now, reason, until) for change in changes]
-    with told(store.given), writing(store.engine) as connection:
-        insert_new(connection, acceptances, [acceptance_row(one) for one in made])
-    return made
-
-
-def acceptance_row(made: Acceptance) -> dict[str, Any]:
-    """Row of an acceptance."""
-    row = {column: getattr(made, column) for column in COLUMNS} | {"digest": made.digest}
-    row["series"] = row.pop("figure")
-    return row
-
-
-def accepted(store: NightStore) -> tuple[Acceptance, ...]:
-    """All acceptances, in the order in which they were given."""
-    with told(store.given), store.engine.connect() as connection:
-        rows = connection.execute(sa.select(acceptances).order_by(acceptances.c.accepted, acceptances.c.id)).all()
-    return tuple(
-        Acceptance(r.series, r.was, r.became, r.value, r.word, r.since, r.who, r.accepted, r.reason, r.until)
-        for r in rows
-    )
+    return sum(any("*" in name and fits(change.identity.name, name) for name in names) for change in wild)
 
 
 def worse_and_not_accepted(judged: JudgedNight, known: Sequence[Acceptance], at: datetime.datetime) -> list[Change]:

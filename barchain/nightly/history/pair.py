@@ -28,7 +28,7 @@ def judge_pair(before: Night, after: Night) -> JudgedNight:
         Baseline.
     after : Night
     """
-    nights = (replace(summary_of(before, 0), void=None), summary_of(after, 1))
+    nights = (replace(summary_of(before), void=None), summary_of(after))
     if after.void is not None:
         return JudgedNight(nights[1], nights[:1])
     found: dict[FigureIdentity, list[tuple[NightSummary, Figure]]] = {}
@@ -61,9 +61,9 @@ def lost(series: FigureSeries, nights: tuple[NightSummary, NightSummary]) -> Cha
     return Change(series.identity, was, now, nights[0].name, nights[1].name, Direction.WORSE, reason)
 
 
-def summary_of(night: Night, number: int) -> NightSummary:
+def summary_of(night: Night) -> NightSummary:
     """Night without its figures."""
     return NightSummary(
-        number, night.name, night.started, night.duration_s, night.plan, night.barchain, night.environment,
+        night.name, night.started, night.duration_s, night.plan, night.barchain, night.environment,
         night.parts, len(night.figures), night.commit, night.complete, night.void,
     )  # fmt: skip

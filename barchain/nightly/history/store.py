@@ -1,103 +1,117 @@
-"""Store of nights behind one address: nights are added whole, read and pruned."""
+"""History of nights: a folder with a folder for each night. A night is there once its record, written last, is there.
+
+``<night>/figures.parquet``
+    a row for each figure (:mod:`barchain.nightly.history.table`);
+``<night>/record.json``
+    start, plan, environment and parts of the night, what it did of its plan, and the digest of its figures;
+``<night>/told.json``
+    what the night told (:mod:`barchain.nightly.history.told`);
+``accepted.toml``
+    changes that somebody accepted (:mod:`barchain.nightly.history.acceptances`).
+
+Nights are copied, merged and removed as folders; several machines may write into one history.
+"""
 
 from __future__ import annotations
 
 import datetime
+import hashlib
+import json
+import re
+from dataclasses import asdict
+from functools import cache
 from typing import TYPE_CHECKING, Any, Self
 
-import sqlalchemy as sa
-
 from barchain.nightly.history.faults import HistoryError, UnknownNightError
-from barchain.nightly.history.model.figures import Night
+from barchain.nightly.history.model.checked_text import FigureError
+from barchain.nightly.history.model.figures import Environment, Night, NightPart
 from barchain.nightly.history.model.series_model import NightSummary
-from barchain.nightly.history.storage.connection import connected, shown, told, writing
-from barchain.nightly.history.storage.rows import figure_rows, read_figures
-from barchain.nightly.history.storage.tables import (
-    acceptances,
-    attributions,
-    environments,
-    figures,
-    night_parts,
-    nights,
-    parts,
-    runs,
-    series,
-    texts,
-    told_changes,
-)
-from barchain.nightly.history.storage.vocabulary import (
-    environment_number,
-    environment_of,
-    link_parts,
-    parts_by_night,
-    series_numbers,
-    text_numbers,
-)
+from barchain.nightly.history.place import Place
+from barchain.nightly.history.table import FIGURES, FigureTable, figures_content, figures_in, read_table
+from barchain.nightly.run_facts import NightRun
 from scenarios.nearest import nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    from collections.abc import Collection
     from types import TracebackType
 
-    from sqlalchemy import ColumnElement, Connection, Engine, Select
-
-    from barchain.nightly.run_facts import NightRun
-
+RECORD = "record.json"
+FORMAT = 1
+NIGHT_NAME = re.compile(r"\d{4}-\d\d-\d\dT\d\d-\d\d-\d\d-\w+")
 LATEST = "latest"
 """Name that stands for the last night"""
 
 
 class NightStore:
-    """Nights behind one address."""
+    """Nights in a folder."""
 
-    def __init__(self, given: str, engine: Engine) -> None:
-        """Take an engine whose tables are there; :func:`open_store` makes it."""
-        self.given, self.engine = given, engine
+    def __init__(self, place: Place) -> None:
+        """Take a folder that is there; :func:`open_store` makes it."""
+        self.place = place
+        self.known: dict[str, tuple[bytes, NightSummary]] = {}
+        self.loaded: tuple[list[tuple[str, str]], FigureTable] | None = None
 
     def __enter__(self) -> Self:
         """Store as it is."""
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
-        """Close all connections."""
-        self.engine.dispose()
+        """Nothing is left open."""
 
     def __str__(self) -> str:
         """Address without its password."""
-        return shown(self.given)
+        return self.place.url
 
-    def add(self, night: Night, replaces: str | None = None, run: NightRun | None = None) -> bool:
-        """Add a night in one transaction.
-
-        Parameters
-        ----------
-        night : Night
-        replaces : str, optional
-            Name of an incomplete night that this one goes on from, and that is removed in the same transaction.
-        run : NightRun, optional
-            What the night did of its plan.
+    def add(self, night: Night, run: NightRun | None = None) -> bool:
+        """Add a night: its figures, then its record.
 
         Returns
         -------
         bool
-            Whether it was added: False of a night that is there already.
+            Whether it was added: False of a night that is there already and complete. An incomplete one is replaced.
 
         Raises
         ------
         HistoryError
-            If it can't be written, and then nothing is changed; or if the replaced night is complete.
+            If it can't be written; the night is not there then, or as it was.
         """
-        with told(self.given), writing(self.engine) as connection:
-            if replaces is not None and replaces != night.name:
-                remove_incomplete(connection, replaces)
-                rename_night(connection, replaces, night.name)
-            return add_night(connection, night, run)
+        name, content = night.name, figures_content(night.figures)
+        there = self.place.read(f"{name}/{RECORD}")
+        if there is not None:
+            earlier = self.summary(name)
+            if earlier.complete or earlier.digest == digest_of(content):
+                return False
+            self.place.remove(f"{name}/told.json")  # the whole night tells its changes anew
+        self.place.write(f"{name}/{FIGURES}", content)
+        self.place.write(f"{name}/{RECORD}", record_of(night, run, content))
+        return True
 
     def nights(self, last: int | None = None) -> tuple[NightSummary, ...]:
-        """Nights in the order of their starts, all or the `last` ones."""
-        with told(self.given), self.engine.connect() as connection:
-            newest = summaries().order_by(nights.c.started.desc(), nights.c.id.desc()).limit(last)
-            return summarised(connection, connection.execute(newest).all()[::-1])
+        """Nights in the order of their starts, all or the `last` ones; torn ones are left out (:meth:`torn`)."""
+        found = sorted(self.summaries().values(), key=lambda night: (night.started, night.name))
+        return tuple(found if last is None else found[-last:] if last else ())
+
+    def summaries(self) -> dict[str, NightSummary]:
+        """Whole nights by name."""
+        sizes = self.place.sizes(f"*/{FIGURES}")
+        records = self.place.read_all([name.replace(FIGURES, RECORD) for name in sizes])
+        found = {}
+        for file, content in records.items():
+            name = file.removesuffix(f"/{RECORD}")
+            if name not in self.known or self.known[name][0] != content:
+                summary = summary_of(name, content)
+                if summary is None:
+                    continue
+                self.known[name] = content, summary
+            if self.known[name][1].size_B == sizes[f"{name}/{FIGURES}"]:
+                found[name] = self.known[name][1]
+        return found
+
+    def torn(self) -> list[str]:
+        """Names of nights that are being written, or were copied in part: they count as not there."""
+        parts = {*self.place.sizes(f"*/{FIGURES}"), *self.place.sizes(f"*/{RECORD}")}
+        names = {name.partition("/")[0] for name in parts}
+        return sorted(name for name in names - self.summaries().keys() if NIGHT_NAME.fullmatch(name))
 
     def summary(self, name: str) -> NightSummary:
         """Night by its name, the beginning of it, or ``latest``.
@@ -107,24 +121,54 @@ class NightStore:
         UnknownNightError
             If there is none, or several; the message gives the nearest name.
         """
-        with told(self.given), self.engine.connect() as connection:
-            number = night_number(connection, name)
-            return summarised(connection, connection.execute(summaries().where(nights.c.id == number)).all())[0]
+        every = self.nights()
+        if name == LATEST:
+            if not every:
+                raise UnknownNightError(f"{name}: the history holds no nights")
+            return latest_first(every)[0]
+        known = {night.name: night for night in every}
+        fitting = [name] if name in known else [each for each in known if name and each.startswith(name)]
+        if len(fitting) == 1:
+            return known[fitting[0]]
+        if fitting:
+            raise UnknownNightError(f"{name[:60]}: {len(fitting)} nights begin so, e.g. {fitting[0]} and {fitting[1]}")
+        if not known:
+            raise UnknownNightError(f"{name[:60]}: no such night; the history holds no nights")
+        raise UnknownNightError(f"{name[:60]}: no such night{nearest(name, known)}; `barchain history list` shows all")
 
     def night(self, name: str) -> Night:
         """Whole night; errors as :meth:`summary`."""
         known = self.summary(name)
-        with told(self.given), self.engine.connect() as connection:
-            found = read_figures(connection, figures.c.night_id == known.number)
         return Night(
             known.started, known.duration_s, known.plan, known.barchain, known.environment, known.parts,
-            tuple(figure for _, figure in found), known.commit, known.complete, known.void,
+            figures_in(self.figures_of(known)), known.commit, known.complete, known.void, known.name.rpartition("-")[2],
         )  # fmt: skip
+
+    def figures_of(self, night: NightSummary) -> bytes:
+        """Contents of the file of a night's figures.
+
+        Raises
+        ------
+        HistoryError
+            If they are not those that the record describes.
+        """
+        content = self.place.read(f"{night.name}/{FIGURES}")
+        if content is None or digest_of(content) != night.digest:
+            raise HistoryError(f"{self}: {night.name}/{FIGURES} is damaged; copy the night again, or remove its folder")
+        return content
+
+    def table(self) -> FigureTable:
+        """Figures of all nights."""
+        every = self.nights()
+        key = [(night.name, night.digest) for night in every]
+        if self.loaded is None or self.loaded[0] != key:
+            self.loaded = key, read_table(every, self.figures_of, str(self))
+        return self.loaded[1]
 
     def prune(
         self, keep: int | None = None, before: datetime.datetime | None = None, spared: Collection[str] = ()
     ) -> tuple[str, ...]:
-        """Remove nights, and all rows that only they used.
+        """Remove nights with their folders.
 
         Parameters
         ----------
@@ -140,16 +184,12 @@ class NightStore:
         tuple of str
             Names of the removed nights: those that both rules remove, where both are given.
         """
-        with told(self.given), writing(self.engine) as connection:
-            chosen = sa.select(nights.c.id, nights.c.name).order_by(*latest_first())
-            if before is not None:
-                chosen = chosen.where(nights.c.started < before)
-            if keep is not None:
-                kept = sa.select(nights.c.id).order_by(*latest_first()).limit(keep)
-                chosen = chosen.where(nights.c.id.not_in(kept))
-            gone = [row for row in connection.execute(chosen) if row.name not in spared]
-            remove(connection, [row.id for row in gone])
-        return tuple(row.name for row in reversed(gone))
+        kept = {night.name for night in latest_first(self.nights())[: 0 if keep is None else keep]} | set(spared)
+        gone = [n.name for n in self.nights() if n.name not in kept and (before is None or n.started < before)]
+        for name in gone:
+            self.place.remove(f"{name}/{RECORD}")  # first, so that no half of a night counts
+            self.place.remove(name)
+        return tuple(gone)
 
 
 def open_store(given: str, *, create: bool = False) -> NightStore:
@@ -158,111 +198,85 @@ def open_store(given: str, *, create: bool = False) -> NightStore:
     Parameters
     ----------
     given : str
-        Path of an SQLite file, ``sqlite:///PATH`` or ``postgresql+psycopg://...``.
+        A folder, or an address that fsspec knows.
     create : bool
-        Make it if there is none.
+        Take a folder that is not there yet.
 
     Raises
     ------
     HistoryError
         If it can't be opened; the message is one line.
     """
-    return NightStore(given, connected(given, create=create))
-
-
-def add_night(connection: Connection, night: Night, run: NightRun | None = None) -> bool:
-    """Add a night and all that belongs to it; False if it is there already."""
-    there = sa.select(nights.c.id).where(nights.c.identity == night.identity)
-    if connection.execute(there).first() is not None:
-        return False
-    row = {
-        "identity": night.identity, "name": night.name, "started": night.started, "duration_s": night.duration_s,
-        "plan": night.plan, "barchain": night.barchain, "source_commit": night.commit, "complete": night.complete,
-        "void": night.void, "environment_id": environment_number(connection, night.environment),
-        "figures": len(night.figures),
-    }  # fmt: skip
-    connection.execute(sa.insert(nights), [row])
-    number = connection.execute(there).scalar_one()
-    link_parts(connection, number, night.parts)
-    known = series_numbers(connection, (figure.identity for figure in night.figures))
-    rows = figure_rows(night.figures, number, known, lambda wanted: text_numbers(connection, wanted))
-    if rows:
-        connection.execute(sa.insert(figures), rows)
-    if run is not None:
-        connection.execute(sa.insert(runs), [{"night_id": number, "plan": run.plan, "content": run.to_json()}])
-    return True
-
-
-def remove_incomplete(connection: Connection, name: str) -> None:
-    """Remove the night that another goes on from."""
-    number = night_number(connection, name)
-    if connection.execute(sa.select(nights.c.complete).where(nights.c.id == number)).scalar_one():
-        raise HistoryError(f"{name}: is complete, and no other night replaces it")
-    remove(connection, [number])
-
-
-def rename_night(connection: Connection, old: str, new: str) -> None:
-    """Let changes, acceptances, attributions and what was told begin with the night that replaces another one."""
-    connection.execute(sa.delete(told_changes).where(told_changes.c.night == old))  # the new night tells them itself
-    for table in (told_changes, acceptances, attributions):
-        connection.execute(sa.update(table).where(table.c.since == old).values(since=new))
-
-
-def remove(connection: Connection, numbers: Sequence[int]) -> None:
-    """Remove nights, and the rows that no other night uses."""
-    for number in numbers:
-        for table in (figures, night_parts):
-            connection.execute(sa.delete(table).where(table.c.night_id == number))
-        connection.execute(sa.delete(nights).where(nights.c.id == number))
-    if not numbers:
-        return
-    used = sa.union(*(sa.select(figures.c[c]).where(figures.c[c].is_not(None)) for c in
-                      ("word_id", "trajectory_id", "reason_id", "depends_id")))  # fmt: skip
-    connection.execute(sa.delete(texts).where(texts.c.id.not_in(used)))
-    for table, column in ((series, figures.c.series_id), (parts, night_parts.c.part_id)):
-        connection.execute(sa.delete(table).where(table.c.id.not_in(sa.select(column))))
-    connection.execute(sa.delete(environments).where(environments.c.id.not_in(sa.select(nights.c.environment_id))))
-
-
-def latest_first() -> tuple[ColumnElement[Any], ...]:
-    """Order of nights from the latest one on; nights that start later than now, by a wrong clock, come at the end."""
-    now = datetime.datetime.now(datetime.UTC)
-    return sa.case((nights.c.started > now, 1), else_=0), nights.c.started.desc(), nights.c.id.desc()
-
-
-def summaries() -> Select[Any]:
-    """Query of nights with their environments."""
-    own = [c.label(f"night_{c.name}") for c in nights.c]
-    below = [c for c in environments.c if c.name != "id"]
-    return sa.select(*own, *below).join(environments, nights.c.environment_id == environments.c.id)
-
-
-def summarised(connection: Connection, rows: Sequence[Any]) -> tuple[NightSummary, ...]:
-    """Nights of the rows of :func:`summaries`."""
-    own = parts_by_night(connection, [row.night_id for row in rows])
-    return tuple(
-        NightSummary(
-            r.night_id, r.night_name, r.night_started, r.night_duration_s, r.night_plan, r.night_barchain,
-            environment_of(r), own[r.night_id], r.night_figures, r.night_source_commit, r.night_complete, r.night_void,
+    place = Place(given)
+    if not create and not place.exists():
+        raise HistoryError(
+            f"{place.url}: no history there; `barchain nightly` and `barchain history add DIR` begin one"
         )
-        for r in rows
-    )  # fmt: skip
+    return NightStore(place)
 
 
-def night_number(connection: Connection, name: str) -> int:
-    """Number of a night by its name, as :meth:`NightStore.summary`."""
-    if name == LATEST:
-        last = sa.select(nights.c.id).order_by(*latest_first()).limit(1)
-        found = connection.execute(last).scalar()
-        if found is None:
-            raise UnknownNightError(f"{name}: the history holds no nights")
-        return int(found)
-    known = {row.name: row.id for row in connection.execute(sa.select(nights.c.name, nights.c.id))}
-    fitting = [name] if name in known else [each for each in known if name and each.startswith(name)]
-    if len(fitting) == 1:
-        return int(known[fitting[0]])
-    if fitting:
-        raise UnknownNightError(f"{name[:60]}: {len(fitting)} nights begin so, e.g. {fitting[0]} and {fitting[1]}")
-    if not known:
-        raise UnknownNightError(f"{name[:60]}: no such night; the history holds no nights")
-    raise UnknownNightError(f"{name[:60]}: no such night{nearest(name, known)}; `barchain history list` shows all")
+def digest_of(content: bytes) -> str:
+    """Digest of a file's contents."""
+    return hashlib.sha256(content).hexdigest()
+
+
+def record_of(night: Night, run: NightRun | None, figures: bytes) -> bytes:
+    """Record of a night, as JSON."""
+    content = {
+        "format": FORMAT, "name": night.name, "started": night.started.isoformat(), "duration_s": night.duration_s,
+        "plan": night.plan, "barchain": night.barchain, "commit": night.commit, "complete": night.complete,
+        "void": night.void, "machine_class": night.environment.machine_class,
+        "environment": asdict(night.environment), "parts": [[p.name, p.version, p.digest] for p in night.parts],
+        "figures": len(night.figures), "digest": digest_of(figures), "size_B": len(figures),
+        "run": None if run is None else json.loads(run.to_json()),
+    }  # fmt: skip
+    return json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False).encode()
+
+
+def summary_of(name: str, content: bytes) -> NightSummary | None:
+    """Night without its figures, of its record; None of something else.
+
+    Raises
+    ------
+    HistoryError
+        If a later barchain wrote it.
+    """
+    try:
+        found: dict[str, Any] = json.loads(content)
+        if found["format"] > FORMAT:
+            raise HistoryError(f"{name}: a later barchain wrote this night; update barchain")
+        run = found["run"]
+        return NightSummary(
+            name, datetime.datetime.fromisoformat(found["started"]), found["duration_s"], found["plan"],
+            found["barchain"], environment_of(json.dumps(found["environment"])),
+            tuple(part_of(*part) for part in found["parts"]), found["figures"], found["commit"], found["complete"],
+            found["void"], run and NightRun.from_json(json.dumps(run)), found["digest"], found["size_B"],
+        )  # fmt: skip
+    except HistoryError:
+        raise
+    except (ValueError, TypeError, KeyError, FigureError):
+        return None
+
+
+@cache
+def part_of(name: str, version: str, digest: str) -> NightPart:
+    """Part of a night; nights share most of them."""
+    return NightPart(name, version, digest)
+
+
+@cache
+def environment_of(text: str) -> Environment:
+    """Environment of a record."""
+    return Environment(**json.loads(text))
+
+
+def latest_first(nights: Collection[NightSummary]) -> list[NightSummary]:
+    """Nights from the latest one on; nights that start later than now, by a wrong clock, come at the end."""
+    now = datetime.datetime.now(datetime.UTC)
+    return sorted(nights, key=lambda n: (n.started <= now, n.started, n.name), reverse=True)
+
+
+def last_run(store: NightStore, plan: str) -> NightRun | None:
+    """Run of the last turn of a plan; None before the first. A clock that was wrong once does not stop the turns."""
+    runs = [night.run for night in store.nights() if night.run is not None and night.run.plan == plan]
+    return max(runs, key=lambda run: run.turn, default=None)

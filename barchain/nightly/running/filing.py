@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import datetime
 from dataclasses import replace
 from typing import TYPE_CHECKING
-
-from filelock import FileLock, Timeout
 
 from barchain.nightly.history.faults import HistoryError
 from barchain.nightly.history.folders.reading import (
@@ -20,7 +17,7 @@ from barchain.nightly.history.folders.reading import (
 )
 from barchain.nightly.run_facts import INTERRUPTED, NightRun, PartResult, PartState
 from barchain.nightly.running.alarm import alarm_test, together
-from barchain.nightly.running.state import FILE, damaged, set_aside, start_of, write_state
+from barchain.nightly.running.state import FILE, damaged, held, label_of, set_aside, start_of, write_state
 from reports.tables.reading import DamagedResultsError
 from reports.tables.schema import SchemaVersionError
 
@@ -29,21 +26,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from barchain.nightly.history.model.figures import Night
-    from barchain.nightly.history.model.series_model import NightSummary
     from barchain.nightly.history.store import NightStore
     from barchain.nightly.running.state import NightState
-
-LOCK = ".night.lock"
-
-
-def held(folder: Path) -> FileLock | None:
-    """Lock of a night's folder, taken; None if another process runs the night."""
-    lock = FileLock(folder / LOCK, timeout=0)
-    try:
-        lock.acquire()
-    except Timeout:
-        return None
-    return lock
 
 
 def has_results(folder: Path) -> bool:
@@ -66,7 +50,7 @@ def results_fault(folder: Path) -> str:
 def add(store: NightStore, folder: Path, state: NightState) -> tuple[str, NightRun]:
     """Add a night to the history, and return its name there and its run.
 
-    An earlier, incomplete state of the same night is replaced in the same transaction.
+    An earlier, incomplete state of the same night is replaced.
 
     Raises
     ------
@@ -76,10 +60,9 @@ def add(store: NightStore, folder: Path, state: NightState) -> tuple[str, NightR
     run = run_of(state, folder)
     night = night_of(folder, state, run)
     try:
-        store.add(night, replaces=state.stored or None, run=run)
+        store.add(night, run)
     except HistoryError as error:
         raise HistoryError(f"{error}; the night's results stay in {folder}, and the next call adds them") from error
-    write_state(folder, replace(state, stored=night.name))
     return night.name, run
 
 
@@ -126,6 +109,7 @@ def night_of(folder: Path, state: NightState, run: NightRun) -> Night:
         complete=run.complete,
         void=run.alarm.void if run.alarm else None,
         installation=state.installation or recorded_installation(folders),
+        label=label_of(folder),
     )
 
 
@@ -143,18 +127,10 @@ def readable_folders(folder: Path, state: NightState | None = None) -> list[Path
 
 def file_interrupted(store: NightStore, folder: Path, state: NightState, note: Callable[[str], None]) -> None:
     """Add what an interrupted night did, which does not go on, and close its folder."""
-    if is_complete(store, state.stored):  # killed between its place in the history and the end of its folder
-        write_state(folder, replace(state, finished=True))
-        return
     name, run = add(store, folder, state)
-    write_state(folder, replace(state, stored=name, finished=True))
+    write_state(folder, replace(state, finished=True))
     kept = "all that it did is kept" if run.complete else "what it did is kept as incomplete"
     note(f"the night of {state.started} was interrupted; {kept}: {name}")
-
-
-def is_complete(store: NightStore, name: str) -> bool:
-    """Whether the history holds a whole night of this name."""
-    return any(night.name == name and night.complete for night in store.nights()) if name else False
 
 
 def file_damaged(store: NightStore, out: Path, note: Callable[[str], None]) -> None:
@@ -163,12 +139,10 @@ def file_damaged(store: NightStore, out: Path, note: Callable[[str], None]) -> N
     The damaged state gets another name, and all results stay in their folder.
     """
     for folder, fault in damaged(out):
-        lock = held(folder)
-        if lock is None:
-            continue
-        with lock:
-            note(f"{folder / FILE}: is damaged ({fault}); {rescued(store, folder)}")
-            set_aside(folder)
+        with held(folder) as taken:
+            if taken:
+                note(f"{folder / FILE}: is damaged ({fault}); {rescued(store, folder)}")
+                set_aside(folder)
 
 
 def rescued(store: NightStore, folder: Path) -> str:
@@ -178,7 +152,7 @@ def rescued(store: NightStore, folder: Path) -> str:
         return "no results can be read there; the folder is kept"
     read = records_of(folders)
     start = start_of(folder) or min(started(folder, record) for _, record in read)
-    there = stored_at(store, start)
+    there = next((night for night in store.nights() if night.name == folder.name), None)
     if there is not None and there.complete:
         return f"the history holds the night already: {there.name}"
     alarm = together(test for test in map(alarm_test, folders) if test)
@@ -190,11 +164,7 @@ def rescued(store: NightStore, folder: Path) -> str:
         complete=False,
         void=alarm.void if alarm else None,
         installation=recorded_installation(folders),
+        label=label_of(folder),
     )
-    store.add(night, replaces=there.name if there else None)
+    store.add(night)
     return f"its results are kept as an incomplete night: {night.name}"
-
-
-def stored_at(store: NightStore, start: datetime.datetime) -> NightSummary | None:
-    """Night of the history that began at a time; None without one."""
-    return next((night for night in store.nights() if night.started == start.astimezone(datetime.UTC)), None)

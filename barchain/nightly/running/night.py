@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from barchain.nightly.history.faults import HistoryError
-from barchain.nightly.history.kept.runs import last_run
 from barchain.nightly.history.model.installation import code_of, installation_here
+from barchain.nightly.history.store import last_run
 from barchain.nightly.plan.jobs import NightJob, night_jobs, plan_engines
 from barchain.nightly.plan.tables import LOGS
 from barchain.nightly.run_facts import NightRun, PartResult, PartState
@@ -28,12 +28,13 @@ from barchain.nightly.running.budget import (
     working_time_s,
 )
 from barchain.nightly.running.child import GRACE_S, run_barchain
-from barchain.nightly.running.filing import add, file_damaged, file_interrupted, has_results, held, results_fault
+from barchain.nightly.running.filing import add, file_damaged, file_interrupted, has_results, results_fault
 from barchain.nightly.running.progress_made import scenes_left
 from barchain.nightly.running.state import (
     NightState,
     PlannedJob,
     goes_on,
+    held,
     new_folder,
     read_state,
     unfinished,
@@ -127,20 +128,16 @@ def run_night(
     installation = installation_here(engines, scene_names())
     code = code_of(installation, engines)
     for folder, state in list(unfinished(out)):
-        lock = held(folder)
-        if lock is None:
-            continue
-        with lock:
+        with held(folder) as taken:
+            if not taken:
+                continue
             if goes_on(state, plan.identity, code, now):
                 progress.note(f"going on with the night of {state.started}, which was interrupted")
                 return finish(Running(plan, end, store, folder, progress, last), replace(state, minutes=minutes))
             file_interrupted(store, folder, state, progress.note)
     last = last_run(store, plan.identity)
     folder = new_folder(out, now)
-    lock = held(folder)
-    if lock is None:
-        raise HistoryError(f"{folder}: another process holds this new folder; try again")
-    with lock:
+    with held(folder):
         state = NightState(
             plan.identity, minutes, next_turn(last), now.replace(microsecond=0).isoformat(), code, leftovers(last),
             [part.name for part in plan.file.parts], waiting_parts(last), installation=installation,
@@ -194,7 +191,7 @@ def finish(night: Running, state: NightState) -> NightEnd:
         add(night.store, night.folder, read_state(night.folder) or state)
         raise
     name, run = add(night.store, night.folder, state)
-    write_state(night.folder, replace(read_state(night.folder) or state, stored=name, finished=True))
+    write_state(night.folder, replace(read_state(night.folder) or state, finished=True))
     return NightEnd(night.folder, name, run)
 
 

@@ -5,10 +5,16 @@ from __future__ import annotations
 import contextlib
 import datetime
 import json
+import os
+import platform
+import time
 from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
+import psutil
+
 from barchain.nightly.history.model.figures import NIGHT_FORMAT
+from barchain.nightly.history.model.identity import content_digest
 from barchain.nightly.history.model.installation import installation_of
 from barchain.nightly.run_facts import PartResult, part_of, tuples
 from reports.tables.reading import brief
@@ -22,9 +28,10 @@ if TYPE_CHECKING:
 
 FILE = "night.json"
 SET_ASIDE = "night.json.damaged"
+HOLDER = "running.json"
 LONGEST_PAUSE = datetime.timedelta(hours=20)
 """An interrupted night goes on within this time; later a new one begins"""
-MOST_IN_A_SECOND = 100
+LABEL_DIGITS = 8
 
 
 class DamagedStateError(ValueError):
@@ -65,8 +72,6 @@ class NightState:
     """Of the start of the night: what its results come from, whenever they are filed"""
     results: dict[str, PartResult] = field(default_factory=dict)
     """Ends of jobs, by name"""
-    stored: str = ""
-    """Name under which the history holds what was done so far"""
     finished: bool = False
 
     @property
@@ -114,7 +119,7 @@ def read_state(folder: Path) -> NightState | None:
 
 def state_of(found: dict[str, Any]) -> NightState:
     """State of the entries of its file; one of an earlier barchain lacks some."""
-    content = dict(found)
+    content = {name: value for name, value in found.items() if name != "stored"}
     content["results"] = {name: part_of(entry) for name, entry in content["results"].items()}
     content["jobs"] = {name: PlannedJob(**tuples(entry)) for name, entry in content.get("jobs", {}).items()}
     content["begun"] = {name: tuple(scenes) for name, scenes in content.get("begun", {}).items()}
@@ -125,38 +130,22 @@ def state_of(found: dict[str, Any]) -> NightState:
 
 
 def new_folder(out: Path, start: datetime.datetime) -> Path:
-    """New folder of a night, named by its start; two nights never share one.
+    """New folder of a night, named by its start, and by its machine and process: two nights never share one.
 
     Raises
     ------
     OSError
         If it can't be made.
     """
-    out.mkdir(parents=True, exist_ok=True)
-    name = start.strftime(NIGHT_FORMAT)
-    for ending in ("", *(f"-{k}" for k in range(2, MOST_IN_A_SECOND))):
-        try:
-            (out / f"{name}{ending}").mkdir()
-        except FileExistsError:
-            continue
-        return out / f"{name}{ending}"
-    raise FileExistsError(17, "too many nights began in this second", str(out / name))
+    label = content_digest([platform.node(), os.getpid(), time.monotonic_ns()])[:LABEL_DIGITS]
+    folder = out / f"{start.strftime(NIGHT_FORMAT)}-{label}"
+    folder.mkdir(parents=True)
+    return folder
 
 
 def night_folders(out: Path) -> list[Path]:
     """Folders of all nights, the latest first."""
     return sorted((each for each in out.iterdir() if each.is_dir()), reverse=True) if out.is_dir() else []
-
-
-def folders_by_name(out: Path) -> dict[str, Path]:
-    """Folders with the results of nights, by the names under which a history holds the nights."""
-    found = {}
-    for folder in night_folders(out):
-        with contextlib.suppress(DamagedStateError):
-            state = read_state(folder)
-            if state is not None and state.stored:
-                found[state.stored] = folder
-    return found
 
 
 def unfinished(out: Path) -> Iterator[tuple[Path, NightState]]:
@@ -196,3 +185,47 @@ def set_aside(folder: Path) -> None:
 def goes_on(state: NightState, plan: str, code: str, now: datetime.datetime) -> bool:
     """Whether an interrupted night goes on: the same plan, code and environment, and not too long ago."""
     return state.plan == plan and state.code == code and abs(now - state.start) < LONGEST_PAUSE
+
+
+def label_of(folder: Path) -> str:
+    """Ending of the name of a night's folder that tells nights of one second apart; empty of another name."""
+    return folder.name[len("2026-01-05T02-00-00-") :]
+
+
+@contextlib.contextmanager
+def held(folder: Path) -> Iterator[bool]:
+    """Whether this process holds a night's folder: no other process that still runs does.
+
+    A file names the holder, by its machine, number and start: nothing is left over where a machine goes down, and no
+    file system has to know locks. Of another machine it is not known whether the holder still runs.
+    """
+    own = [platform.node(), os.getpid(), psutil.Process().create_time()]
+    path = folder / HOLDER
+    taken = take(path, own)
+    if not taken and not is_running(path):
+        path.unlink(missing_ok=True)
+        taken = take(path, own)
+    try:
+        yield taken
+    finally:
+        if taken:
+            path.unlink(missing_ok=True)
+
+
+def take(path: Path, own: list[object]) -> bool:
+    """Make the file of a folder's holder; False if there is one."""
+    try:
+        with path.open("x") as file:
+            json.dump(own, file)
+    except FileExistsError:
+        return False
+    return True
+
+
+def is_running(path: Path) -> bool:
+    """Whether the process that holds a folder still runs; one of another machine counts as running."""
+    try:
+        node, pid, began = json.loads(path.read_text("utf-8"))
+        return node != platform.node() or bool(psutil.Process(pid).create_time() == began)
+    except (OSError, ValueError, TypeError, psutil.Error):
+        return False

@@ -8,7 +8,7 @@ from collections import Counter
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
-from barchain.nightly.history.changes.accepted import accepting
+from barchain.nightly.history.acceptances import accepting
 from barchain.nightly.history.changes.model import result_words
 from barchain.nightly.history.changes.standing import still_holding
 from barchain.nightly.history.changes.suspects import differing, state_words, suspicion
@@ -33,7 +33,7 @@ from reports.tables.outcome import Outcome
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from barchain.nightly.history.changes.accepted import Acceptance
+    from barchain.nightly.history.acceptances import Acceptance
     from barchain.nightly.history.changes.judging import JudgedNight
     from barchain.nightly.history.changes.model import Change
     from barchain.nightly.history.changes.suspects import Suspect
@@ -134,7 +134,7 @@ def change_entry(
         last=change.last, since=change.since, reason=change.reason, irreproducible=change.irreproducible,
         suspects=tuple(map(suspect_entry, found.suspects)), unknown=found.unknown, confirmed=confirmed,
         accepted=covering and AcceptanceEntry(
-            who=covering.who, when=covering.accepted, reason=covering.reason, until=covering.until
+            who=covering.who, when=covering.date, reason=covering.reason, until=covering.until
         ),
     )  # fmt: skip
 

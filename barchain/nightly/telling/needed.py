@@ -5,18 +5,18 @@ from __future__ import annotations
 import datetime
 from typing import TYPE_CHECKING
 
-from barchain.nightly.history.changes.accepted import accepting
+from barchain.nightly.history.acceptances import accepted, accepting
 from barchain.nightly.history.changes.model import Direction
 from barchain.nightly.history.changes.rank_test import FEWEST_NEW, FEWEST_OLD
 from barchain.nightly.history.changes.standing import still_holding
 from barchain.nightly.history.changes.vanished import OCCASIONS
-from barchain.nightly.history.judged import accepted, judge
+from barchain.nightly.history.judged import judge
 from barchain.nightly.history.model.figures import STEPPED
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from barchain.nightly.history.changes.accepted import Acceptance
+    from barchain.nightly.history.acceptances import Acceptance
     from barchain.nightly.history.changes.judging import JudgedNight
     from barchain.nightly.history.changes.model import Change
     from barchain.nightly.history.store import NightStore

@@ -51,8 +51,7 @@ def trend_charts(
     changes : sequence of Change
         Their first nights with the new value are marked.
     """
-    place = {night.number: k for k, night in enumerate(nights)}
-    named = {night.name: k for k, night in enumerate(nights)}
+    place = {night.name: k for k, night in enumerate(nights)}
     grouped: dict[tuple[str, str, str], list[ValueSeries]] = defaultdict(list)
     for one in series:
         i = one.identity
@@ -60,21 +59,21 @@ def trend_charts(
             grouped[i.scene, i.engine, str(i.kind)].append(one)
     steps: dict[tuple[str, str, str], set[int]] = defaultdict(set)
     for change in changes:
-        if change.since in named:
+        if change.since in place:
             i = change.identity
-            steps[i.scene, i.engine, str(i.kind)].add(named[change.since])
+            steps[i.scene, i.engine, str(i.kind)].add(place[change.since])
     return tuple(chart(key, own, place, steps[key]) for key, own in sorted(grouped.items()))
 
 
 def chart(
-    key: tuple[str, str, str], series: Sequence[ValueSeries], place: Mapping[int, int], steps: set[int]
+    key: tuple[str, str, str], series: Sequence[ValueSeries], place: Mapping[str, int], steps: set[int]
 ) -> TrendChart:
     """Chart of one kind, of one engine in one scene."""
     found = [c for c in (curve(one, place) for one in series) if c is not None]
     return TrendChart(*key, tuple(found), len(series) - len(found), tuple(sorted(steps)))
 
 
-def curve(series: ValueSeries, place: Mapping[int, int]) -> TrendCurve | None:
+def curve(series: ValueSeries, place: Mapping[str, int]) -> TrendCurve | None:
     """Curve of one figure; None if it has the same value on all nights, or no positive one."""
     pairs = sorted((place[n], value) for n, value in zip(series.nights, series.values, strict=True) if n in place)
     if not pairs or len({value for _, value in pairs}) == 1:

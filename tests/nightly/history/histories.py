@@ -42,10 +42,10 @@ def summaries(*nights: Night) -> list[NightSummary]:
     FIGURES.update({each.name: each.figures for each in nights})
     return [
         NightSummary(
-            k, n.name, n.started, n.duration_s, n.plan, n.barchain, n.environment, n.parts, len(n.figures), n.commit,
+            n.name, n.started, n.duration_s, n.plan, n.barchain, n.environment, n.parts, len(n.figures), n.commit,
             n.complete, n.void,
         )
-        for k, n in enumerate(nights)
+        for n in nights
     ]  # fmt: skip
 
 

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import datetime
 import json
+import tomllib
 from typing import TYPE_CHECKING
 
 import pytest
 
 from barchain.cli.main import run
-from barchain.nightly.history.changes.accepted import acceptance_of, accepting
+from barchain.nightly.history.acceptances import FILE, accept, acceptances_of, accepted, accepting
 from barchain.nightly.history.changes.judging import judge_night
 from barchain.nightly.history.faults import HistoryError
-from barchain.nightly.history.judged import accept, accepted, change_named, judge, worse_and_not_accepted
-from barchain.nightly.history.location import VARIABLE
+from barchain.nightly.history.judged import change_named, changes_named, judge, worse_and_not_accepted
 from barchain.nightly.history.model.checked_text import FigureError
+from barchain.nightly.history.place import VARIABLE
 from barchain.nightly.history.store import NightStore, open_store
 from tests.nightly.history.histories import as_series, history_of
 from tests.nightly.history.synthetic import bits, count, error, night, verdict
@@ -33,17 +34,17 @@ def last_change(*values: float) -> Change:
 
 
 def test_what_was_accepted_is_accepted_numerically_and_comes_back_when_it_moves() -> None:
-    made = acceptance_of(last_change(1e-5, 3e-5), "someone", AT, "a looser tolerance")
+    (made,) = acceptances_of([last_change(1e-5, 3e-5)], "someone", AT, "a looser tolerance")
     assert accepting(last_change(1e-5, 3e-5), [made], AT) is made
     assert accepting(last_change(1e-5, 3e-5 + 1e-12), [made], AT) is made
-    assert accepting(last_change(1e-5, 4e-5), [made], AT) is None
+    assert accepting(last_change(1e-5, 3e-5, 4e-5), [made], AT) is None
     assert accepting(last_change(1e-5, 3e-5, 1e-5), [made], AT) is None
 
 
 def test_an_acceptance_ends_on_its_date() -> None:
     until = AT + datetime.timedelta(days=30)
     change = last_change(1e-5, 3e-5)
-    made = acceptance_of(change, "someone", AT, "for a month", until)
+    (made,) = acceptances_of([change], "someone", AT, "for a month", until)
     assert accepting(change, [made], until - datetime.timedelta(seconds=1)) is made
     assert accepting(change, [made], until) is None
 
@@ -58,14 +59,14 @@ def test_an_acceptance_ends_on_its_date() -> None:
 def test_verdicts_and_counts_are_accepted_exactly(was, now, later) -> None:
     nights = history_of([was], [now], [later])
     first, second = judge_night(as_series(nights), nights).changes
-    made = acceptance_of(first, "someone", AT, "known")
+    (made,) = acceptances_of([first], "someone", AT, "known")
     assert accepting(first, [made], AT) is made
     assert accepting(second, [made], AT) is None
 
 
 def test_a_reason_is_needed() -> None:
     with pytest.raises(FigureError, match="reason"):
-        acceptance_of(last_change(1e-5, 3e-5), "someone", AT, " ")
+        acceptances_of([last_change(1e-5, 3e-5)], "someone", AT, " ")
 
 
 def test_acceptances_are_stored_once_and_outlive_their_nights(store: NightStore) -> None:
@@ -90,7 +91,7 @@ def test_a_run_that_is_not_reproducible_can_not_be_accepted(store: NightStore) -
 
 @pytest.fixture
 def filled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    place = tmp_path / "history.sqlite"
+    place = tmp_path / "history"
     with open_store(str(place), create=True) as opened:
         for k, value in enumerate((1e-5, 1e-5, 3e-5)):
             opened.add(night(error(value), verdict(), number=k))
@@ -107,7 +108,7 @@ def test_changes_are_listed_accepted_and_then_shown_as_accepted(
     assert row["suspects"] == "none: all parts that the figure depends on are the same"
     assert row["accepted"] == ""
     assert run(["history", "accept", row["id"], "--reason", "a looser tolerance", "--until", "2999-01-01"]) == 0
-    assert "accepted by" in capsys.readouterr().out
+    assert "accepted: paper/fig05" in capsys.readouterr().out
     assert run(["history", "changes"]) == 0
     text = capsys.readouterr().out
     assert "1 change among 2 figures with an earlier night" in text
@@ -136,7 +137,7 @@ def test_the_same_value_after_a_recovery_is_another_change() -> None:
     nights = history_of([error(1e-5)], [error(3e-5)], [error(1e-5)], [error(3e-5)])
     first, _, second = judge_night(as_series(nights), nights).changes
     for one, other in ((first, second), (second, first)):
-        made = acceptance_of(one, "someone", AT, "a looser tolerance")
+        (made,) = acceptances_of([one], "someone", AT, "a looser tolerance")
         assert accepting(one, [made], AT) is made
         assert accepting(other, [made], AT) is None
 
@@ -147,3 +148,45 @@ def test_a_second_acceptance_says_which_one_it_replaces(filled: Path, capsys: py
     assert "replaces" not in capsys.readouterr().err
     assert run([*words, "second"]) == 0
     assert "first" in capsys.readouterr().err
+
+
+def test_one_entry_accepts_all_that_fits_a_pattern_and_ends_for_each_figure_that_moves(store: NightStore) -> None:
+    def both(number: int, first: float, second: float) -> None:
+        store.add(night(error(first, "a.max"), error(second, "b.max"), number=number))
+
+    both(0, 1e-5, 1e-5)
+    both(1, 3e-5, 3e-5)
+    accept(store, changes_named(judge(store), "*:mujoco:*"), "Ada", "looser", pattern="*:mujoco:*")
+    (entry,) = tomllib.loads((store.place.read(FILE) or b"").decode())["accepted"]
+    assert (entry["pattern"], entry["since"]) == ("*:mujoco:*", store.nights()[1].name)
+    assert worse_and_not_accepted(judge(store), accepted(store), AT) == []
+    both(2, 3e-5, 9e-5)
+    assert [c.identity.quantity for c in worse_and_not_accepted(judge(store), accepted(store), AT)] == ["b.max"]
+
+
+def test_an_acceptance_is_listed_and_taken_back(filled: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    name = error().identity.name
+    assert run(["history", "accept", name, "--reason", "a looser tolerance"]) == 0
+    capsys.readouterr()
+    assert run(["history", "accepted"]) == 0
+    said = capsys.readouterr().out
+    assert said.startswith(f"{name}: 3e-05 rad (before 1e-05 rad), since 2026-01-03")
+    assert run(["history", "withdraw", name]) == 0
+    assert run(["history", "accepted"]) == 0
+    assert capsys.readouterr().out.splitlines()[1:] == []
+    assert run(["history", "withdraw", name]) == 2
+    assert "nothing is accepted for it" in capsys.readouterr().err
+
+
+def test_an_entry_that_somebody_wrote_by_hand_is_read_and_a_wrong_key_is_one_line(store: NightStore) -> None:
+    for k, value in enumerate((1e-5, 3e-5)):
+        store.add(night(error(value), number=k))
+    text = (
+        f'[[accepted]]\npattern = "*"\nsince = "{store.nights()[1].name}"\nreason = "r"\nwho = "w"\n'
+        "date = 2026-01-05\nuntil = 2026-07-01\n"
+    )
+    store.place.write(FILE, text.encode())
+    assert worse_and_not_accepted(judge(store), accepted(store), AT) == []
+    store.place.write(FILE, text.replace("until", "untill").encode())
+    with pytest.raises(HistoryError, match=r"entry 1: untill: no such key \(did you mean until"):
+        accepted(store)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sqlite3
 import subprocess
 import sys
 from typing import TYPE_CHECKING
@@ -10,8 +11,9 @@ from typing import TYPE_CHECKING
 import pytest
 
 from barchain.cli.main import run
-from barchain.nightly.history.judged import accept, judge
-from barchain.nightly.history.location import VARIABLE, default_url
+from barchain.nightly.history.acceptances import accept
+from barchain.nightly.history.judged import judge
+from barchain.nightly.history.place import VARIABLE, default_url
 from barchain.nightly.history.store import open_store
 from tests.nightly.history.synthetic import error, night, ratio, verdict
 
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
 @pytest.fixture
 def filled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """History of three nights, which the environment variable names."""
-    place = tmp_path / "history.sqlite"
+    place = tmp_path / "history"
     with open_store(str(place), create=True) as store:
         for k in range(3):
             store.add(night(error(1e-5 * (k + 1)), verdict(), ratio(2.0, low=1.9), number=k))
@@ -74,12 +76,15 @@ def test_export_and_prune_say_how_much(filled: Path, tmp_path: Path, capsys: pyt
         ("prune", "give --keep-nights N, --older-than DAYS"),
         ("prune --keep-nights -1", "--keep-nights"),
         ("prune --older-than nan", "nan given"),
-        ("list --history mysql://somewhere/x", "no such kind of address; allowed: a path"),
+        ("list --history nosuch://somewhere/x", "allowed: a folder, or an address that fsspec knows"),
         (
-            "list --history nowhere/history.sqlite",
+            "list --history nowhere/nights",
             "no history there; `barchain nightly` and `barchain history add DIR` begin one",
         ),
-        ("list --history postgresql://me:secret@127.0.0.1:1/x", "me:***@127.0.0.1:1"),
+        (
+            "list --history postgresql://me:secret@127.0.0.1:1/x",
+            "//***@127.0.0.1:1/x: is a history of barchain 0.6",
+        ),
         ("export --parquet nowhere/all.parquet", "there is no folder nowhere"),
         ("add .", "no results there"),
         ("add", "DIR"),
@@ -100,23 +105,30 @@ def test_a_fault_is_one_line_and_exit_code_2(
 def test_a_file_of_something_else_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     place = tmp_path / "notes.txt"
     place.write_text("nothing like a history\n" * 100)
-    assert "is no history of barchain, or damaged" in printed(capsys, "list", "--history", str(place), code=2)
+    assert "is no folder; a history is a folder of nights" in printed(capsys, "list", "--history", str(place), code=2)
     assert place.read_text().startswith("nothing like")
 
 
 def test_a_missing_package_is_one_line_with_its_remedy(filled: Path) -> None:
-    code = (
-        "import sys; sys.modules['sqlalchemy'] = None; from barchain.cli.main import run; sys.exit(run(sys.argv[1:]))"
-    )
+    code = "import sys; sys.modules['fsspec'] = None; from barchain.cli.main import run; sys.exit(run(sys.argv[1:]))"
     made = subprocess.run([sys.executable, "-c", code, "history", "list"], capture_output=True, text=True, check=False)
     assert made.returncode == 2
     assert made.stderr == (
-        "barchain: the history needs SQLAlchemy, which is not installed; try: pip install '.[nightly]'\n"
+        "barchain: the history needs fsspec, which is not installed; try: pip install '.[nightly]'\n"
     )
 
 
-def test_without_option_and_variable_the_history_is_in_the_users_data_folder(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_option_and_variable_the_history_is_the_folder_of_nights(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv(VARIABLE, raising=False)
-    assert default_url().endswith("barchain/history.sqlite")
-    monkeypatch.setenv(VARIABLE, "other.sqlite")
-    assert default_url() == "other.sqlite"
+    assert default_url() == "nights"
+    monkeypatch.setenv(VARIABLE, "elsewhere")
+    assert default_url() == "elsewhere"
+
+
+def test_a_history_of_barchain_0_6_is_one_clear_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    place = tmp_path / "history.sqlite"
+    connection = sqlite3.connect(place)
+    connection.execute("CREATE TABLE nights (name TEXT)")
+    connection.close()
+    said = printed(capsys, "list", "--history", str(place), code=2)
+    assert "is a history of barchain 0.6, a database; since 0.7 a history is a folder of nights" in said

@@ -10,15 +10,15 @@ import pytest
 
 from barchain.cli.common.exit_codes import ExitCode
 from barchain.cli.nightly.documents import exit_code
+from barchain.nightly.history.acceptances import accept, accepted
 from barchain.nightly.history.changes.judging import judge_night
 from barchain.nightly.history.changes.model import Direction
 from barchain.nightly.history.changes.standing import still_holding
 from barchain.nightly.history.faults import HistoryError
-from barchain.nightly.history.judged import accept, accepted, changes_named, judge
+from barchain.nightly.history.judged import changes_named, judge
 from barchain.nightly.history.model.figures import Figure, FigureKind, FigureUnit, NightPart
 from barchain.nightly.history.pair import judge_pair
-from barchain.nightly.history.series import all_series
-from barchain.nightly.history.sparse import DENSE_NIGHTS
+from barchain.nightly.history.table import DENSE_NIGHTS
 from barchain.nightly.run_facts import NightRun, PartResult, PartState
 from barchain.nightly.telling.facts import night_facts
 from barchain.nightly.telling.needed import needed_nights
@@ -26,8 +26,8 @@ from tests.nightly.history.synthetic import ENVIRONMENT, NAMES, PARTS, bits, err
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from pathlib import Path
 
+    from barchain.nightly.history.model.series_model import FigureSeries
     from barchain.nightly.history.store import NightStore
     from reports.tables.nights.facts import NightlyFile
 
@@ -35,14 +35,13 @@ LONG = 60
 OTHER_CLASS = dataclasses.replace(ENVIRONMENT, cpu="Other CPU")
 
 
-@pytest.fixture
-def url(tmp_path: Path) -> str:
-    """Of an SQLite file alone: the rules of change know no database."""
-    return str(tmp_path / "history.sqlite")
-
-
 def facts(store: NightStore) -> NightlyFile:
     return night_facts(judge(store), accepted(store), store.night("latest").figures)
+
+
+def every_series(store: NightStore) -> tuple[FigureSeries, ...]:
+    table = store.table()
+    return table.series_at(table.rows(store.nights()))
 
 
 def red(store: NightStore) -> bool:
@@ -172,7 +171,7 @@ def test_a_history_read_without_its_quiet_nights_gives_the_changes_of_the_whole(
         gap = [] if 20 <= k < 24 else [error(1e-9 if k < 24 else 1e-8, "gap.max")]
         lost = [Figure(identity("lost.max", unit=FigureUnit.RADIAN), reason="NaN", depends=NAMES)] if k == 7 else []
         store.add(night(moving, verdict("pass" if k % 17 else "inconsistent"), *gap, *lost, number=k))
-    whole = judge_night(all_series(store), store.nights())
+    whole = judge_night(every_series(store), store.nights())
     assert {change.id for change in judge(store).changes} == {change.id for change in whole.changes}
     assert len(whole.changes) > 10
 
@@ -180,7 +179,7 @@ def test_a_history_read_without_its_quiet_nights_gives_the_changes_of_the_whole(
 def test_a_night_with_another_share_of_rounding_is_read_in_a_long_history(store: NightStore) -> None:
     for k in range(LONG):
         store.add(night(error(1e-5 if k < 5 else 2e-5, tolerance=1e-12 if k < 5 or k == 8 else 2e-5), number=k))
-    whole = judge_night(all_series(store), store.nights())
+    whole = judge_night(every_series(store), store.nights())
     assert [change.id for change in judge(store).changes] == [change.id for change in whole.changes] != []
 
 

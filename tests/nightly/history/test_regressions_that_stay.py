@@ -6,26 +6,16 @@ import datetime
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-import pytest
-
-from barchain.nightly.history.changes.accepted import acceptance_of, covers
+from barchain.nightly.history.acceptances import acceptances_of, covers
 from barchain.nightly.history.judged import judge
 from barchain.nightly.history.pair import judge_pair
 from barchain.nightly.telling.facts import still_holding
 from tests.nightly.history.synthetic import error, night, verdict
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from barchain.nightly.history.store import NightStore
 
 LATER = datetime.datetime(2100, 1, 1, tzinfo=datetime.UTC)
-
-
-@pytest.fixture
-def url(tmp_path: Path) -> str:
-    """Of an SQLite file alone: the rules of change know no database."""
-    return str(tmp_path / "history.sqlite")
 
 
 def standing(store: NightStore) -> list[str]:
@@ -78,7 +68,7 @@ def test_an_acceptance_ends_when_the_figure_moves_away(store: NightStore) -> Non
     for k, word in enumerate(("pass", "inconsistent")):
         store.add(night(verdict(word), number=k))
     (first,) = judge(store).tonight
-    kept = acceptance_of(first, "Ada", LATER, "known")
+    (kept,) = acceptances_of([first], "Ada", LATER, "known")
     assert covers(kept, first, LATER)
     for k, word in enumerate(("pass", "inconsistent"), start=2):
         store.add(night(verdict(word), number=k))

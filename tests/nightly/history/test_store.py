@@ -1,42 +1,35 @@
-"""The store over SQLite and PostgreSQL: what is added comes back, once, and goes only when it is pruned."""
+"""The folder of nights: what is added comes back, once, is merged by copying, and goes only when it is pruned."""
 
 from __future__ import annotations
 
 import datetime
-from dataclasses import replace
-from typing import TYPE_CHECKING
+import shutil
+from pathlib import Path
 
 import pandas as pd
 import pytest
-import sqlalchemy as sa
 from hypothesis import HealthCheck, given, settings
 
-from barchain.nightly.history.faults import HistoryError, NewerSchemaError, UnknownFigureError, UnknownNightError
+from barchain.nightly.history.exporting import export_parquet
+from barchain.nightly.history.faults import HistoryError, UnknownFigureError, UnknownNightError
 from barchain.nightly.history.judged import judge
-from barchain.nightly.history.kept.attributed import Attribution, attributed_words, keep_attribution
-from barchain.nightly.history.location import full_url
 from barchain.nightly.history.model.figures import FigureKind, Night
-from barchain.nightly.history.series import all_series, export_parquet, figure_series
-from barchain.nightly.history.storage.connection import new_engine, writing
-from barchain.nightly.history.storage.migrating import known_revisions
-from barchain.nightly.history.storage.tables import HEAD, metadata
-from barchain.nightly.history.store import NightStore, open_store
+from barchain.nightly.history.store import RECORD, NightStore, open_store
+from barchain.nightly.history.table import FIGURES
+from barchain.nightly.history.told import Attribution, attributed_words, keep_attribution
 from tests.nightly.history.synthetic import FIRST, bits, count, error, large_night, night, nights, ratio, verdict
 
-if TYPE_CHECKING:
-    from pathlib import Path
 
-
-def rows_in(store: NightStore) -> dict[str, int]:
-    with store.engine.connect() as connection:
-        counts = {t.name: connection.execute(sa.select(sa.func.count()).select_from(t)) for t in metadata.sorted_tables}
-        return {name: found.scalar_one() for name, found in counts.items()}
+def folder(store: NightStore, name: str = "") -> Path:
+    """Folder of a night."""
+    return Path(store.place.root) / name
 
 
 def test_a_night_comes_back_as_it_was_added(store: NightStore) -> None:
     made = night(
-        error(), bits(), verdict(), count(), ratio(2.0, low=1.9, high=2.2), commit="abc", void="a fault missed"
-    )
+        error(), bits(), verdict(), count(), ratio(2.0, low=1.9, high=2.2), commit="abc", void="a fault missed",
+        label="here",
+    )  # fmt: skip
     assert store.add(made)
     assert store.night(made.name) == made
     assert store.night("latest") == made
@@ -47,37 +40,98 @@ def test_a_night_comes_back_as_it_was_added(store: NightStore) -> None:
 def test_every_night_comes_back_bit_for_bit(store: NightStore, made: Night) -> None:
     store.add(made)
     found = store.night(made.name)
-    assert found == made
-    assert found.identity == made.identity
+    assert found.figures == made.figures
+    assert (found.name, found.parts, found.environment) == (made.name, made.parts, made.environment)
+    table = store.table()
+    rows = table.rows([one for one in table.nights if one.name == made.name])
+    assert {series.figures[0] for series in table.series_at(rows)} == set(made.figures)
 
 
 def test_adding_twice_changes_nothing(store: NightStore) -> None:
     made = large_night(0, 50)
     assert store.add(made)
-    before = rows_in(store)
+    written = [path.stat().st_mtime_ns for path in sorted(folder(store).rglob("*"))]
     assert not store.add(made)
-    assert rows_in(store) == before
+    assert [path.stat().st_mtime_ns for path in sorted(folder(store).rglob("*"))] == written
 
 
-def test_nights_that_share_figures_share_their_names(store: NightStore) -> None:
-    store.add(large_night(0, 50))
-    before = rows_in(store)
-    store.add(large_night(1, 50))
-    after = rows_in(store)
-    assert after["figures"] == 2 * before["figures"]
-    assert {t: after[t] for t in ("series", "texts", "parts", "environments")} == {
-        t: before[t] for t in ("series", "texts", "parts", "environments")
-    }
+def test_a_night_is_read_by_anybody_with_pandas(store: NightStore) -> None:
+    made = night(error(), verdict())
+    store.add(made)
+    table = pd.read_parquet(folder(store, made.name) / FIGURES)
+    assert table["quantity"].tolist() == ["attitude.max", "verdict"]
+    assert table["word"].tolist() == ["", "pass"]
 
 
 def test_a_resumed_night_replaces_the_incomplete_one(store: NightStore) -> None:
-    half, whole = night(error(), complete=False), night(error(), verdict())
+    half, whole = night(error(), complete=False, label="own"), night(error(), verdict(), label="own")
     store.add(half)
-    assert store.add(whole, replaces=half.name)
-    assert [n.name for n in store.nights()] == [whole.name]
-    with pytest.raises(HistoryError, match="is complete"):
-        store.add(night(number=1), replaces=whole.name)
-    assert [n.name for n in store.nights()] == [whole.name]
+    assert store.add(whole)
+    assert [(n.name, n.complete, n.figures) for n in store.nights()] == [(half.name, True, 2)]
+    assert not store.add(half)
+    assert [(n.name, n.complete, n.figures) for n in store.nights()] == [(half.name, True, 2)]
+
+
+def test_histories_of_two_machines_are_merged_by_copying(tmp_path: Path, store: NightStore) -> None:
+    store.add(night(error(1e-5), number=0))
+    other = open_store(str(tmp_path / "other"), create=True)
+    other.add(night(error(1e-5), number=1))
+    shutil.copytree(folder(other), folder(store), dirs_exist_ok=True)
+    assert [n.started.day for n in store.nights()] == [1, 2]
+    assert judge(store).judged == 1
+
+
+def test_a_torn_night_is_named_and_left_out(store: NightStore) -> None:
+    made = [night(error(), number=k) for k in range(4)]
+    for each in made:
+        store.add(each)
+    (folder(store, made[0].name) / RECORD).unlink()
+    (folder(store, made[1].name) / FIGURES).write_bytes(b"PAR1")
+    (folder(store, made[2].name) / FIGURES).unlink()
+    assert [n.name for n in store.nights()] == [made[3].name]
+    assert store.torn() == [each.name for each in made[:3]]
+
+
+def test_figures_that_are_not_those_of_the_record_are_one_line(store: NightStore) -> None:
+    made = night(error())
+    store.add(made)
+    path = folder(store, made.name) / FIGURES
+    path.write_bytes(b"x" * path.stat().st_size)
+    with pytest.raises(HistoryError, match=r"figures\.parquet is damaged; copy the night again"):
+        store.night(made.name)
+
+
+def test_a_night_of_a_later_barchain_is_one_line(store: NightStore) -> None:
+    made = night(error())
+    store.add(made)
+    path = folder(store, made.name) / RECORD
+    path.write_text(path.read_text("utf-8").replace('"format": 1', '"format": 99'), "utf-8")
+    with pytest.raises(HistoryError, match="a later barchain wrote this night"):
+        open_store(store.place.url).nights()
+
+
+def test_nights_lie_at_any_address_that_fsspec_knows() -> None:
+    store = open_store("memory://nights", create=True)
+    made = [night(error(1e-5 * (k + 1)), number=k) for k in range(3)]
+    for each in made:
+        assert store.add(each)
+    assert [n.name for n in store.nights()] == [each.name for each in made]
+    assert store.night("latest").figures == made[-1].figures
+    assert len(judge(store).tonight) == 1
+    assert len(store.prune(keep=1)) == 2
+    assert [n.name for n in store.nights()] == [made[-1].name]
+
+
+def test_a_read_only_history_is_read_and_can_not_be_written(store: NightStore, monkeypatch: pytest.MonkeyPatch) -> None:
+    store.add(night(error()))
+
+    def refused(*_: object) -> None:
+        raise OSError(30, "Read-only file system")
+
+    monkeypatch.setattr("os.fsync", refused)
+    assert judge(store).night.figures == 1
+    with pytest.raises(HistoryError, match="can't be written or read"):
+        store.add(night(error(), number=1))
 
 
 def test_nights_are_listed_in_the_order_of_their_starts(store: NightStore) -> None:
@@ -96,7 +150,7 @@ def test_a_night_is_found_by_the_beginning_of_its_name_and_an_unknown_one_gets_t
     made = [night(error(), number=k) for k in range(2)]
     for each in made:
         store.add(each)
-    assert store.night(made[1].name[:12]) == made[1]
+    assert store.night(made[1].name[:12]).name == made[1].name
     with pytest.raises(UnknownNightError, match="2 nights begin so"):
         store.night("2026")
     with pytest.raises(UnknownNightError, match=f"did you mean {made[0].name}"):
@@ -106,24 +160,45 @@ def test_a_night_is_found_by_the_beginning_of_its_name_and_an_unknown_one_gets_t
 def test_a_series_has_a_figure_of_each_night(store: NightStore) -> None:
     for k in range(5):
         store.add(night(error(1e-5 * (k + 1)), count(), number=k))
-    found = figure_series(store, error().identity.name)
-    assert [f.value for f in found[0].figures] == [1e-5 * (k + 1) for k in range(5)]
-    assert [n.started.day for n in found[0].nights] == [1, 2, 3, 4, 5]
-    assert {s.identity for s in figure_series(store, "paper/fig05:*")} == {error().identity, count().identity}
-    assert len(all_series(store, last=2)[0].figures) == 2
-    assert [s.identity.kind for s in all_series(store, kinds=[FigureKind.COUNT])] == [FigureKind.COUNT]
+    (found,) = store.table().named("paper/fig05:*:attitude.max")
+    assert [figure.value for figure in found.figures] == [1e-5 * (k + 1) for k in range(5)]
+    assert [one.started.day for one in found.nights] == [1, 2, 3, 4, 5]
+    table = store.table()
+    counts = table.series_at(table.rows(store.nights(), [FigureKind.COUNT]))
+    assert [series.identity.kind for series in counts] == [FigureKind.COUNT]
     with pytest.raises(UnknownFigureError, match="did you mean paper/fig05:mujoco:steps_per_orbit=1000:steps"):
-        figure_series(store, "paper/fig05:mujoco:steps_per_orbit=1000:step")
+        table.named("paper/fig05:mujoco:steps_per_orbit=1000:step")
 
 
-def test_pruning_keeps_the_last_nights_and_nothing_that_only_the_others_used(store: NightStore) -> None:
+def test_a_table_over_several_months_is_the_same_with_and_without_its_cache(store: NightStore, tmp_path: Path) -> None:
+    for k in range(0, 120, 10):
+        store.add(night(error(1e-5 * (k + 1)), *([verdict()] if k % 20 else []), number=k))
+
+    def read() -> list[tuple[str, ...]]:
+        table = open_store(store.place.url).table()
+        every = table.series_at(table.rows(table.nights))
+        return sorted(
+            (s.identity.name, n.name, str(f)) for s in every for n, f in zip(s.nights, s.figures, strict=True)
+        )
+
+    whole = read()
+    blocks = list((tmp_path / "cache").glob("*.parquet"))
+    assert len(whole) == 18
+    assert len(blocks) == 3  # of the last month the nights' own files are read
+    assert read() == whole
+    blocks[0].write_bytes(b"damaged")
+    assert read() == whole
+    store.add(night(error(), number=5))  # late, in a month that is cached
+    assert len(read()) == 19
+
+
+def test_pruning_removes_whole_folders(store: NightStore) -> None:
     for k in range(4):
         store.add(large_night(k, 20))
     store.add(night(verdict("failed", reason="only here"), number=10))
-    gone = store.prune(keep=1)
-    assert len(gone) == 4
+    assert len(store.prune(keep=1)) == 4
     assert [n.started.day for n in store.nights()] == [11]
-    assert rows_in(store)["figures"] == rows_in(store)["series"] == 1
+    assert [path.name for path in folder(store).iterdir()] == [store.nights()[0].name]
     assert store.night("latest").figures[0].reason == "only here"
 
 
@@ -156,49 +231,18 @@ def test_an_empty_history_exports_an_empty_table(store: NightStore, tmp_path: Pa
     assert len(pd.read_parquet(tmp_path / "all.parquet")) == 0
 
 
-def test_migrations_make_the_tables_that_the_store_uses(store: NightStore) -> None:
-    from alembic.autogenerate import compare_metadata
-    from alembic.runtime.migration import MigrationContext
-
-    assert known_revisions()[0] == HEAD
-    with store.engine.connect() as connection:
-        context = MigrationContext.configure(connection, opts={"compare_type": True})
-        assert compare_metadata(context, metadata) == []
-
-
-def test_a_later_schema_is_not_touched(url: str) -> None:
-    with open_store(url, create=True) as store:
-        store.add(night(error()))
-        with writing(store.engine) as connection:
-            connection.execute(sa.text("UPDATE alembic_version SET version_num = '9999'"))
-    with pytest.raises(NewerSchemaError, match="a later barchain wrote this history"):
-        open_store(url)
-
-
-def test_a_database_of_something_else_is_not_touched(url: str) -> None:
-    engine = new_engine(full_url(url))
-    with engine.begin() as connection:
-        connection.execute(sa.text("CREATE TABLE shopping (item TEXT)"))
-    engine.dispose()
-    with pytest.raises(HistoryError, match="no history of barchain"):
-        open_store(url, create=True)
-
-
-def test_a_closed_set_is_closed_in_the_database_too(store: NightStore) -> None:
-    store.add(night(error()))
-    with pytest.raises(sa.exc.IntegrityError), writing(store.engine) as connection:
-        connection.execute(sa.text("UPDATE series SET kind = 'guess'"))
-    with pytest.raises(sa.exc.IntegrityError), writing(store.engine) as connection:
-        connection.execute(sa.text("UPDATE figures SET value = NULL"))
-
-
 def test_an_attribution_goes_with_a_night_that_goes_on(store: NightStore) -> None:
     store.add(night(error(1e-5), number=0))
-    cut_off = night(error(3e-5), number=1, complete=False)
-    store.add(cut_off)
+    store.add(night(error(3e-5), number=1, complete=False, label="own"))
     (change,) = judge(store).tonight
     made = Attribution(change.id, change.identity.name, change.last, change.since, "confirmed", ("a",), "yes", FIRST)
     keep_attribution(store, made)
-    store.add(replace(cut_off, duration_s=cut_off.duration_s + 1.0, complete=True), replaces=cut_off.name)
+    store.add(night(error(3e-5), verdict(), number=1, label="own"))
     changes = judge(store).tonight
     assert attributed_words(store, changes) == {changes[0].id: "yes"}
+
+
+def test_the_place_of_a_history_shows_no_password() -> None:
+    from barchain.nightly.history.place import PASSWORD
+
+    assert PASSWORD.sub("***", "s3://me:secret@host/x") == "s3://***@host/x"

@@ -8,33 +8,25 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from barchain.nightly.history.changes.accepted import accepting
+from barchain.nightly.history.acceptances import accept, accepted, accepting
 from barchain.nightly.history.changes.model import Direction
 from barchain.nightly.history.changes.steps import LEAST_EFFECT, ToldStep, find_steps
 from barchain.nightly.history.changes.times import WINDOW
 from barchain.nightly.history.faults import HistoryError
-from barchain.nightly.history.judged import accept, accepted, change_named, changes_named, judge
-from barchain.nightly.history.kept.told import keep_judgement, kept_judgements, told_steps
+from barchain.nightly.history.judged import change_named, changes_named, judge
 from barchain.nightly.history.model.figures import FigureKind, FigureUnit
+from barchain.nightly.history.told import keep_judgement, kept_judgements, told_steps
 from barchain.nightly.telling.facts import still_holding
 from barchain.nightly.telling.needed import needed_nights
 from tests.nightly.history.noise import Array, noise, told
 from tests.nightly.history.synthetic import Figure, bits, error, identity, night, ratio
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from barchain.nightly.history.changes.judging import JudgedNight
     from barchain.nightly.history.store import NightStore
 
 QUANTITY = "time_ratio"
 LATER = datetime.datetime(2100, 1, 1, tzinfo=datetime.UTC)
-
-
-@pytest.fixture
-def url(tmp_path: Path) -> str:
-    """Of an SQLite file alone: the rules of change know no database."""
-    return str(tmp_path / "history.sqlite")
 
 
 def ratios(*values: float) -> list[Figure]:
@@ -164,13 +156,13 @@ def test_a_step_keeps_its_name_when_its_first_night_is_resumed(store: NightStore
     x = noise(17, 4, 50, 0.01, 0.0)
     x[0, 30:] += 0.3
     for k in range(50):
-        store.add(night(*ratios(*np.exp(x[:, k])), number=k, complete=k != 30))
+        store.add(night(*ratios(*np.exp(x[:, k])), number=k, complete=k != 30, label="cut"))
         keep_judgement(store, judge(store))
     (before,) = judge(store).changes
-    store.add(night(*ratios(*np.exp(x[:, 30])), error(), number=30), replaces=before.since)
+    store.add(night(*ratios(*np.exp(x[:, 30])), error(), number=30, label="cut"))
     (after,) = judge(store).changes
     assert judge(store).tonight == ()
-    assert after.since != before.since
+    assert after.id == before.id
     assert [one.since for one in told_steps(store, judge(store).night.name)[after.identity.name]] == [after.since]
 
 

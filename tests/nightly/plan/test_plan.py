@@ -181,7 +181,7 @@ def test_each_job_tells_the_command_that_repeats_it(tmp_path: Path) -> None:
 
 
 def test_the_list_of_a_night_s_commands_makes_no_history(tmp_path: Path) -> None:
-    history = tmp_path / "below" / "history.sqlite"
+    history = tmp_path / "below" / "history"
     done = CliRunner().invoke(cli, ["nightly", "--list", "--history", str(history)])
     assert done.exit_code == 0
     assert "barchain selftest" in done.output

@@ -14,11 +14,10 @@ import pytest
 
 from barchain.cli.main import run
 from barchain.nightly.history.faults import HistoryError
-from barchain.nightly.history.kept.runs import last_run
 from barchain.nightly.history.model import installation as installed
 from barchain.nightly.history.model.figures import NightPart
 from barchain.nightly.history.model.installation import code_of, installation_here, installation_of
-from barchain.nightly.history.store import NightStore, open_store
+from barchain.nightly.history.store import NightStore, last_run, open_store
 from barchain.nightly.plan.loading import load_plan
 from barchain.nightly.running import night as running
 from barchain.nightly.running.child import ChildEnd
@@ -80,7 +79,7 @@ def one_night(plan: NightPlan, folder: Path, notes: list[str] | None = None) -> 
     """A night that begins with a second of its own: nights of one second with the same content are one night."""
     time.sleep(1.0 - time.time() % 1.0)
     progress = running.NightProgress(note=([] if notes is None else notes).append)
-    with open_store(str(folder / "history.sqlite"), create=True) as store:
+    with open_store(str(folder / "history"), create=True) as store:
         return run_night(plan, 2.0, store, folder / "nights", progress)
 
 
@@ -124,7 +123,7 @@ def test_a_night_under_other_sources_or_libraries_does_not_go_on_and_keeps_the_d
     notes: list[str] = []
     second = one_night(plan, tmp_path, notes)
     assert second.folder != killed
-    with open_store(str(tmp_path / "history.sqlite")) as store:
+    with open_store(str(tmp_path / "history")) as store:
         old, new = store.nights()
     assert (old.complete, new.complete) == (False, True)
     assert old.part_named[name] == {part.name: part for part in started_with.parts}[name]
@@ -157,7 +156,7 @@ def test_a_state_of_an_earlier_barchain_is_filed_with_the_versions_of_its_record
     assert state is not None
     write_state(killed, replace(state, installation=None, code="other"))
     one_night(plan, tmp_path)
-    with open_store(str(tmp_path / "history.sqlite")) as store:
+    with open_store(str(tmp_path / "history")) as store:
         old = store.nights()[0]
     assert old.figures > 10
     assert old.part_named["adapter:reference"].digest == ""
@@ -173,7 +172,7 @@ def test_results_beside_a_damaged_state_are_kept_as_an_incomplete_night_and_told
         read_state(killed)
     notes: list[str] = []
     one_night(plan, tmp_path, notes)
-    with open_store(str(tmp_path / "history.sqlite")) as store:
+    with open_store(str(tmp_path / "history")) as store:
         old, new = store.nights()
     assert (old.complete, old.figures > 10, new.complete) == (False, True, True)
     (note,) = [each for each in notes if "damaged" in each]
@@ -192,12 +191,12 @@ def test_a_damaged_state_of_a_night_that_the_history_holds_doubles_nothing(plan:
     notes: list[str] = []
     one_night(plan, tmp_path, notes)
     assert f"the history holds the night already: {first.name}" in notes[0]
-    with open_store(str(tmp_path / "history.sqlite")) as store:
+    with open_store(str(tmp_path / "history")) as store:
         assert len(store.nights()) == 2
 
 
 def test_a_damaged_state_without_results_is_told_and_its_folder_kept(plan: NightPlan, tmp_path: Path) -> None:
-    folder = tmp_path / "nights" / "2026-01-05T02-00-00"
+    folder = tmp_path / "nights" / "2026-01-05T02-00-00-1f3a9c02"
     folder.mkdir(parents=True)
     (folder / FILE).write_text("{", "utf-8")
     notes: list[str] = []
@@ -209,7 +208,7 @@ def test_a_damaged_state_without_results_is_told_and_its_folder_kept(plan: Night
 @pytest.mark.slow
 def test_a_clock_that_was_in_the_future_once_stops_no_turns_and_is_told(plan: NightPlan, tmp_path: Path) -> None:
     ahead = datetime.datetime.now(datetime.UTC) + datetime.timedelta(days=5000)
-    with open_store(str(tmp_path / "history.sqlite"), create=True) as store:
+    with open_store(str(tmp_path / "history"), create=True) as store:
         future = replace(night(error()), started=ahead, plan=plan.identity)
         store.add(future, run=replace(one_night_run(plan), turn=7))
     notes: list[str] = []
@@ -217,7 +216,7 @@ def test_a_clock_that_was_in_the_future_once_stops_no_turns_and_is_told(plan: Ni
     assert turns == [8, 9]
     said = f"history: a night starts later than now, e.g. {future.name}; a clock was or is wrong"
     assert notes == [said, said]
-    with open_store(str(tmp_path / "history.sqlite")) as store:
+    with open_store(str(tmp_path / "history")) as store:
         found = last_run(store, plan.identity)
         latest = store.nights()[1]
         assert found is not None
@@ -239,7 +238,7 @@ def test_a_history_that_can_not_be_written_at_the_end_says_where_the_results_are
         raise HistoryError("history.sqlite: the disk is full; nothing was changed")
 
     words = ["-q", "nightly", "--plan", str(tmp_path / "plan.toml"), "--out", str(tmp_path / "nights")]
-    words += ["--history", str(tmp_path / "history.sqlite")]
+    words += ["--history", str(tmp_path / "history")]
     with monkeypatch.context() as patched:
         patched.setattr(NightStore, "add", full)
         assert run(words) == 2
@@ -248,7 +247,7 @@ def test_a_history_that_can_not_be_written_at_the_end_says_where_the_results_are
     assert said.endswith(f"nothing was changed; the night's results stay in {folder}, and the next call adds them")
     with_digest(monkeypatch, "library:scipy", "0.0.1")  # also if the night does not go on then, it is whole
     one_night(plan, tmp_path)
-    with open_store(str(tmp_path / "history.sqlite")) as store:
+    with open_store(str(tmp_path / "history")) as store:
         assert [(each.complete, each.figures > 20) for each in store.nights()] == [(True, True)] * 2
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 import json
 import re
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,21 +17,18 @@ from click.testing import CliRunner
 from junitparser import JUnitXml
 
 from barchain.cli.main import cli
-from barchain.cli.nightly.documents import withdraw
-from barchain.nightly.history.judged import accept, change_named, judge
-from barchain.nightly.history.kept.told import kept_judgements
+from barchain.nightly.history.acceptances import accept
+from barchain.nightly.history.judged import change_named, judge
 from barchain.nightly.history.model.figures import Figure, NightPart
-from barchain.nightly.history.night_file import write_night
 from barchain.nightly.history.store import open_store
+from barchain.nightly.history.told import kept_judgements
 from barchain.nightly.run_facts import AlarmTest, NightRun, PartResult, PartState
-from barchain.nightly.running.state import NightState, write_state
 from reports.tables.nights.facts import NightlyFile, read_nightly
 from tests.nightly.history.synthetic import PARTS, bits, count, error, night, ratio, verdict
 
 NOW = datetime.datetime.now(datetime.UTC)
 SCHEMA = Path(__file__).with_name("junit-10.xsd")
 NEWER = (NightPart("engine:mujoco", "4.0.0", "ee"), *PARTS[1:])
-STATE = NightState("plan", 15.0, 0, "2026-01-01T02:00:00+00:00", "code", {}, [])
 RUN = NightRun(
     "plan", 15.0,
     (
@@ -50,7 +48,7 @@ def report(url: str, out: Path, *more: str) -> tuple[int, NightlyFile]:
 
 @pytest.fixture
 def history(tmp_path: Path) -> str:
-    return str(tmp_path / "history.sqlite")
+    return str(tmp_path / "history")
 
 
 def add(url: str, *nights: Any, run: NightRun | None = None) -> None:
@@ -203,16 +201,6 @@ def test_an_earlier_change_for_the_worse_no_longer_fails_once_it_is_accepted(his
     assert "One accepted change for the worse still holds" in (tmp_path / "out" / "summary.md").read_text("utf-8")
 
 
-def test_documents_of_the_night_before_are_gone_while_a_night_runs(tmp_path: Path) -> None:
-    own = tmp_path / "2026-01-01" / "nightly.html"
-    own.parent.mkdir()
-    paths = [tmp_path / "nightly.html", tmp_path / "junit.xml", tmp_path / "ci.xml", own]
-    for path in paths:
-        path.touch()
-    withdraw(tmp_path, tmp_path / "ci.xml")
-    assert [path.exists() for path in paths] == [False, False, False, True]
-
-
 def test_junit_agrees_with_the_schema_of_jenkins(history: str, tmp_path: Path) -> None:
     add(history, usual(number=0), usual(2.0, number=1, parts=NEWER), run=RUN)
     add(history, night(error(3e-5), verdict("unsupported", reason="no <gravity> & such"), number=2), run=RUN)
@@ -240,42 +228,25 @@ def test_the_page_loads_nothing_and_shows_no_markup_of_the_data(history: str, tm
     assert not re.search(r"<script|https?://", page)
 
 
-def test_a_baseline_is_a_night_or_a_file_that_the_user_keeps(history: str, tmp_path: Path) -> None:
+def test_a_baseline_is_a_night_or_a_copy_of_its_folder_that_the_user_keeps(history: str, tmp_path: Path) -> None:
     first = usual(number=0)
     add(history, first, usual(2.0, number=1, parts=NEWER), usual(2.0, number=2, parts=NEWER))
     assert report(history, tmp_path / "out")[1].changes == ()
     code, facts = report(history, tmp_path / "out", "--baseline", first.name)
     assert (code, facts.against.baseline) == (1, first.name)
-    write_night(first, tmp_path / "release.json")
-    assert report(history, tmp_path / "out", "--baseline", str(tmp_path / "release.json"))[0] == 1
+    shutil.copytree(Path(history) / first.name, tmp_path / "kept" / "release")
+    assert report(history, tmp_path / "out", "--baseline", str(tmp_path / "kept" / "release"))[0] == 1
 
 
-@pytest.mark.parametrize("content", ["", "{}", "[1]", '{"format": "barchain night 1"}', "\x00"])
-def test_a_file_that_is_no_baseline_is_told_in_one_line(history: str, tmp_path: Path, content: str) -> None:
+@pytest.mark.parametrize("content", ["", "{}", "[1]", '{"format": 1}', "\x00"])
+def test_a_folder_that_is_no_baseline_is_told_in_one_line(history: str, tmp_path: Path, content: str) -> None:
     add(history, usual(number=0))
-    path = tmp_path / "base.json"
-    path.write_text(content, "utf-8")
-    ended = CliRunner().invoke(
-        cli, ["history", "report", "--history", history, "--out", str(tmp_path), "--baseline", str(path)]
-    )
-    assert type(ended.exception).__name__ == "HistoryError"
+    (tmp_path / "base").mkdir()
+    (tmp_path / "base" / "record.json").write_text(content, "utf-8")
+    words = ["history", "report", "--history", history, "--out", str(tmp_path), "--baseline", str(tmp_path / "base")]
+    ended = CliRunner().invoke(cli, words)
+    assert type(ended.exception).__name__ == "UnknownNightError"
     assert "\n" not in str(ended.exception)
-
-
-def test_a_night_of_a_file_is_the_night_that_was_written(tmp_path: Path) -> None:
-    from barchain.nightly.history.night_file import read_night_file
-
-    made = usual(1.5, number=3, parts=NEWER, void="why")
-    write_night(made, tmp_path / "n.json")
-    assert read_night_file(tmp_path / "n.json") == made
-
-
-def test_the_exported_baseline_of_the_command_line_can_be_used(history: str, tmp_path: Path) -> None:
-    add(history, usual(number=0), usual(2.0, number=1))
-    path = str(tmp_path / "base.json")
-    first = ["history", "export", "--json", path, "--night", "2026-01-01", "--history", history]
-    assert CliRunner().invoke(cli, first).exit_code == 0
-    assert report(history, tmp_path / "out", "--baseline", path)[0] == 1
 
 
 def test_a_case_of_several_changes_has_one_failure_and_the_times_add_up(history: str, tmp_path: Path) -> None:
@@ -327,21 +298,14 @@ def test_page_and_summary_group_the_changes_by_their_cause(history: str, tmp_pat
     assert "| judge 0.6.0 → 0.7.0 | 20 worse | mujoco in 1 scene |" in summary
 
 
-def test_a_night_is_reported_in_the_folder_of_its_results_and_the_latest_one_beside_all(
-    history: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_a_night_is_reported_in_its_folder_and_the_latest_one_beside_all(history: str, tmp_path: Path) -> None:
     add(history, usual(number=0), usual(2.0, number=1, parts=NEWER))
     with open_store(history) as store:
         first, last = (each.name for each in store.nights())
-    kept = Path("nights") / "2026-01-01T02-00-00"
-    kept.mkdir(parents=True)
-    write_state(kept, replace(STATE, stored=first))
     for name in (first, last):
         CliRunner().invoke(cli, ["history", "report", name, "--history", history])
-    assert read_nightly(kept / "nightly.json").night.name == first
-    assert read_nightly(Path("nights") / "nightly.json").night.name == last
-    assert not (Path("nights") / first).exists()
+    assert read_nightly(Path(history) / first / "nightly.json").night.name == first
+    assert read_nightly(Path(history) / "nightly.json").night.name == last
 
 
 def test_an_accepted_change_is_told_apart_from_a_confirmed_one(history: str, tmp_path: Path) -> None:
@@ -365,16 +329,3 @@ def test_a_part_that_was_exchanged_is_told_also_where_nothing_changed(history: s
     told = "engine:mujoco 3.3.0 → 4.0.0"
     assert f"Parts that differ from {facts.against.last}: {told}." in (tmp_path / "summary.md").read_text("utf-8")
     assert told in (tmp_path / "nightly.html").read_text("utf-8")
-
-
-def test_nights_of_another_history_keep_their_page(
-    history: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    add(history, usual(number=0))
-    kept = Path("nights") / "2026-01-01T02-00-00"
-    kept.mkdir(parents=True)
-    write_state(kept, replace(STATE, stored="2026-01-01T02-00-00-of-others"))
-    assert CliRunner().invoke(cli, ["history", "report", "--history", history]).exit_code == 0
-    assert not (Path("nights") / "nightly.json").exists()
-    assert len(list(Path("nights").glob("*/nightly.json"))) == 1

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import pytest
 
 from barchain.nightly.history.model.figures import FigureKind
-from barchain.nightly.history.series import positive_values
 from barchain.nightly.telling.trends import MOST_POINTS, SHOWN, drawn_nights, trend_charts
 from tests.nightly.history.synthetic import count, error, night
 
@@ -20,7 +19,7 @@ def test_each_night_of_a_short_history_is_drawn(store: NightStore) -> None:
     for k in range(5):
         store.add(night(error(1e-5 * (k + 1)), count(), number=k))
     nights = store.nights()
-    charts = trend_charts(positive_values(store, drawn_nights(nights), SHOWN), nights, ())
+    charts = trend_charts(store.table().positive(drawn_nights(nights), SHOWN), nights, ())
     (drawn,) = [c for c in charts if c.kind == FigureKind.ERROR]
     assert drawn.curves[0].night == (0.0, 1.0, 2.0, 3.0, 4.0)
     assert drawn.curves[0].factor == pytest.approx([k / 3.0 for k in (1, 2, 3, 4, 5)])
@@ -35,7 +34,7 @@ def test_a_step_years_ago_shows_in_a_long_history_of_which_few_nights_are_read(s
     read = drawn_nights(nights)
     assert len(read) < total / 2
     assert read[-1] == nights[-1]
-    (chart,) = trend_charts(positive_values(store, read, SHOWN), nights, ())
+    (chart,) = trend_charts(store.table().positive(read, SHOWN), nights, ())
     (curve,) = chart.curves
     assert len(curve.night) <= MOST_POINTS
     before = [f for n, f in zip(curve.night, curve.factor, strict=True) if n < step - 10]

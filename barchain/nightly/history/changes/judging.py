@@ -81,7 +81,7 @@ def judge_night(
     kept = comparable(nights)
     own = [one for one in (restricted(each, kept) for each in series) if one.nights]
     alike = same_class(kept)
-    current = [one for one in own if one.nights[-1].number == tonight.number]
+    current = [one for one in own if one.nights[-1].name == tonight.name]
     settled = without_mended(
         change
         for one in own
@@ -106,7 +106,7 @@ def left_out(series: Sequence[FigureSeries], nights: Sequence[NightSummary]) -> 
     """Number of figures that the night before had last, if it had another plan than the last one."""
     if len(nights) < 2 or nights[-2].plan == nights[-1].plan:
         return 0
-    return sum(one.nights[-1].number == nights[-2].number for one in series)
+    return sum(one.nights[-1].name == nights[-2].name for one in series)
 
 
 def comparable(nights: Sequence[NightSummary]) -> list[NightSummary]:
@@ -126,8 +126,8 @@ def same_class(nights: Sequence[NightSummary]) -> list[NightSummary]:
 
 def restricted(series: FigureSeries, nights: Sequence[NightSummary]) -> FigureSeries:
     """Series over some nights only."""
-    numbers = {night.number for night in nights}
-    kept = [k for k, night in enumerate(series.nights) if night.number in numbers]
+    names = {night.name for night in nights}
+    kept = [k for k, night in enumerate(series.nights) if night.name in names]
     if len(kept) == len(series.nights):
         return series
     return replace(series, nights=tuple(series.nights[k] for k in kept), figures=tuple(series.figures[k] for k in kept))

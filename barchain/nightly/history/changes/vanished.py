@@ -29,12 +29,12 @@ Subject = tuple[str, str, str]
 
 
 class Presence(Protocol):
-    """Nights on which scenes and figures were measured, as their numbers."""
+    """Nights on which scenes and figures were measured, by name."""
 
-    def of_figure(self, identity: FigureIdentity) -> frozenset[int]:
+    def of_figure(self, identity: FigureIdentity) -> frozenset[str]:
         """Nights that have a figure, with or without a result."""
 
-    def of_subject(self, subject: Subject) -> frozenset[int]:
+    def of_subject(self, subject: Subject) -> frozenset[str]:
         """Nights on which a scene was done to its end by a study."""
 
 
@@ -45,14 +45,14 @@ class PresenceInSeries:
     series: Sequence[FigureSeries]
     nights: Sequence[NightSummary]
 
-    def of_figure(self, identity: FigureIdentity) -> frozenset[int]:
+    def of_figure(self, identity: FigureIdentity) -> frozenset[str]:
         """Nights that have a figure."""
-        return frozenset(night.number for one in self.series if one.identity == identity for night in one.nights)
+        return frozenset(night.name for one in self.series if one.identity == identity for night in one.nights)
 
-    def of_subject(self, subject: Subject) -> frozenset[int]:
+    def of_subject(self, subject: Subject) -> frozenset[str]:
         """Complete nights that have a figure of the subject."""
         own = [one for one in self.series if subject_of(one.identity) == subject]
-        return frozenset(night.number for one in own for night in one.nights if night.complete)
+        return frozenset(night.name for one in own for night in one.nights if night.complete)
 
 
 def vanished(
@@ -74,11 +74,11 @@ def vanished(
     presence = presence or PresenceInSeries(series, nights)
     tonight = nights[-1]
     plans = [[night for night in nights if night.plan == plan] for plan in {night.plan: None for night in nights}]
-    current = [one for one in series if one.nights and one.nights[-1].number == tonight.number]
+    current = [one for one in series if one.nights and one.nights[-1].name == tonight.name]
     not_run = {place(one.identity) for one in current if one.figures[-1].not_run}
     found = []
     for one in series:
-        absent = bool(one.nights) and one.nights[-1].number != tonight.number and not one.figures[-1].missing
+        absent = bool(one.nights) and one.nights[-1].name != tonight.name and not one.figures[-1].missing
         changes = [vanished_figure(one, plan, presence) for plan in plans] if absent else []
         gone = min((c for c in changes if c), key=lambda c: c.since, default=None)
         if gone and not (gone.since == tonight.name and place(one.identity) in not_run):
@@ -89,17 +89,17 @@ def vanished(
 def vanished_figure(one: FigureSeries, plan: Sequence[NightSummary], presence: Presence) -> Change | None:
     """Change of a figure that no night of the plan has any more; None if no night should have had it."""
     last, whole = one.nights[-1], presence.of_subject(subject_of(one.identity))
-    occasions = [night for night in plan if night.number in whole]
+    occasions = [night for night in plan if night.name in whole]
     if not any(night.started > last.started for night in occasions):
         if one.identity.quantity.startswith(SAMPLED):
             return None
         occasions = [night for night in plan if night.complete]  # nothing of its scene was measured since
     before = [night for night in occasions if night.started <= last.started][-OCCASIONS:]
     after = next((night for night in occasions if night.started > last.started), None)
-    if after is None or len(before) < OCCASIONS or not all(night.number in whole for night in before):
+    if after is None or len(before) < OCCASIONS or not all(night.name in whole for night in before):
         return None
     own = presence.of_figure(one.identity)
-    if not all(night.number in own for night in before):
+    if not all(night.name in own for night in before):
         return None
     reason = f"not measured, though each of the {OCCASIONS} nights before that did its scene had it"
     was = one.figures[-1]

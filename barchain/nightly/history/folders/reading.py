@@ -77,6 +77,7 @@ def night_here(
     complete: bool = True,
     void: str | None = None,
     installation: Installation | None = None,
+    label: str = "",
 ) -> Night:
     """Night of result folders that this installation has just written: parts have the digests of the installed files.
 
@@ -95,6 +96,8 @@ def night_here(
         Why the night can't be believed.
     installation : Installation, optional
         That the results come from; the one of this process by default.
+    label : str
+        Ending of the night's name; the first digits of its content by default.
 
     Raises
     ------
@@ -107,7 +110,9 @@ def night_here(
     needed = {name for figure in figures for name in figure.depends}
     parts = known_parts(records, [part for part in own.parts if part.name in needed], figures)
     done = complete and all(bool(record.get("complete")) for record in records)
-    return Night(started, duration_s, plan, own.barchain, own.environment, parts, figures, own.commit, done, void)
+    return Night(
+        started, duration_s, plan, own.barchain, own.environment, parts, figures, own.commit, done, void, label
+    )
 
 
 def records_of(folders: Iterable[Path]) -> list[tuple[StudyFiles, dict[str, Any]]]:

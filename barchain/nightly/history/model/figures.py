@@ -259,6 +259,8 @@ class Night:
     complete: bool = True
     void: str | None = None
     """Why the night can't be believed; None if it can"""
+    label: str = ""
+    """Ending of the name, of a night that has a folder already; the first digits of the identity by default"""
 
     def __post_init__(self) -> None:
         """Put parts and figures in order, and check that they belong together."""
@@ -267,7 +269,7 @@ class Night:
             raise FigureError(f"start {self.started.isoformat()} given, allowed: UTC")
         if not (math.isfinite(self.duration_s) and self.duration_s >= 0.0):
             raise FigureError(f"duration {self.duration_s} s given, allowed: at least 0 s")
-        for field in ("plan", "barchain", "commit", "void"):
+        for field in ("plan", "barchain", "commit", "void", "label"):
             need_text(field, getattr(self, field) or "")
         if MACHINE in {p.name for p in self.parts}:
             raise FigureError(f"part {MACHINE}: follows from the environment")
@@ -301,8 +303,8 @@ class Night:
 
     @cached_property
     def name(self) -> str:
-        """Name by which a night is called: its start, and the first digits of its identity."""
-        return f"{self.started.strftime(NIGHT_FORMAT)}-{self.identity[:8]}"
+        """Name of the night and of its folder: its start, and some digits that tell nights of one second apart."""
+        return f"{self.started.strftime(NIGHT_FORMAT)}-{self.label or self.identity[:8]}"
 
 
 def order_of(figure: Figure) -> tuple[str, ...]:

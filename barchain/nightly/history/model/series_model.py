@@ -14,14 +14,13 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from barchain.nightly.history.model.figures import Environment, Figure, FigureIdentity
+    from barchain.nightly.run_facts import NightRun
 
 
 @dataclass(frozen=True)
 class NightSummary:
     """Night without its figures."""
 
-    number: int
-    """Of the row in this store"""
     name: str
     started: datetime.datetime
     duration_s: float
@@ -34,6 +33,11 @@ class NightSummary:
     commit: str | None = None
     complete: bool = True
     void: str | None = None
+    run: NightRun | None = None
+    """What the night did of its plan; None of a night that was added as a result folder"""
+    digest: str = ""
+    size_B: int = 0
+    """Of the file of its figures"""
 
     @cached_property
     def part_named(self) -> Mapping[str, NightPart]:
@@ -52,8 +56,8 @@ class ValueSeries:
     """Positive values of one figure, for drawing."""
 
     identity: FigureIdentity
-    nights: tuple[int, ...]
-    """Numbers of the nights in this store"""
+    nights: tuple[str, ...]
+    """Names of the nights"""
     values: tuple[float, ...]
 
 

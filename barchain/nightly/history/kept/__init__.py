@@ -1,1 +1,0 @@
-"""Records beside the figures of nights: runs, told changes, attributions."""

@@ -1,1 +1,0 @@
-"""Tables of the history, their migrations, connections, and rows."""

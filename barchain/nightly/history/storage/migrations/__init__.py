@@ -1,1 +1,0 @@
-"""Migrations of the history's tables; the folder is Alembic's own layout."""

@@ -1,1 +1,0 @@
-"""Migrations, one module each, numbered in their order."""
