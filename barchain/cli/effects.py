@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from barchain.runs.executors import Executor
-    from reports.chapters.effects.view import BudgetTable, EffectsView
+    from reports.chapters.effects import BudgetTable
 
 SCREEN, WORDS, NUMBERS = 120, 20, 28  # columns of the screen, and at most of a cell of words or of numbers
 
@@ -67,7 +67,6 @@ def effects(
     from barchain.runs.environment import kept_or_temporary  # noqa: PLC0415
     from barchain.studies.effects.study import EffectsOptions, EffectsStudy  # noqa: PLC0415  # statistics no other needs
     from barchain.studies.study import Reporter  # noqa: PLC0415
-    from reports.chapters.effects.view import EffectsView  # noqa: PLC0415
     from scenarios import load_scene  # noqa: PLC0415
 
     need_kept(out, resume=resume)
@@ -82,24 +81,26 @@ def effects(
     with kept_or_temporary(out) as folder, verdicts_shown(plan.turns) as show:
         reporter = Reporter(show, show.note)
         result, rendered = run_study_in(folder, study, plan, reporter, resume=resume, overwrite=overwrite)
-    assert isinstance(rendered.view, EffectsView)
     show_view(rendered.view)
     if out:
         say(f"effects: {rendered.page}")
     end_study(result, result.failures)
 
 
-def show_view(view: EffectsView) -> None:
-    """Print the tables and the advice."""
+def show_view(view: Any) -> None:
+    """Print the tables, the effects by relevance, and what limits the conclusions."""
     from barchain.cli.common.terminal import show  # noqa: PLC0415
 
     for table in view.tables:
         show(printed(table))
-    say(view.headline)
-    for advice in view.advice:
-        say(f"  {advice.text}")
-    if view.timing:
-        say(view.timing)
+    for name, titles in view.groups.items():
+        say(f"{name}: {', '.join(titles)}")
+    for effect in view.remarked:
+        wide = f" on bars {' to '.join(effect['widths'])} wide" if effect["widths"] else ""
+        over = f", compared over the first {effect['compared']} of {view.duration}" if effect["compared"] else ""
+        say(f"  {effect['title']}{wide}{over}. {effect['ended']} {effect['caveat']}".rstrip())
+    if view.rounds:
+        say(f"rounds of timing: {view.rounds}; more --minutes, and more --repeats, narrow the intervals")
 
 
 def printed(table: BudgetTable) -> Table:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from reports.chapters.campaign.view import view_campaign
 from reports.chapters.cost import view_cost
-from reports.chapters.effects.view import view_effects
+from reports.chapters.effects import view_effects
 from reports.chapters.ensemble.view import view_ensemble
 from reports.chapters.releases.view import view_releases
 from reports.chapters.roundoff.view import view_roundoff

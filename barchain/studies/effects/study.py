@@ -56,7 +56,7 @@ class EffectsOptions:
     rtol: float = RTOL
     """Accuracy of a step of the tighter run"""
     matters: float = MATTERS
-    """Change from which an effect is relevant: see :mod:`reports.chapters.effects.advice`"""
+    """Change from which an effect is relevant: see :mod:`reports.chapters.effects`"""
     repeats: int = EFFECTS.repeats
     """Rounds of timing"""
     seconds: float = 60.0 * EFFECTS.minutes
