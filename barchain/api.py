@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from adapters.engine import EngineError
 from adapters.registry import engines as registered_engines
 from adapters.registry import find_engine
-from barchain.record.folder_lock import locked_if_there
+from barchain.record.claim import locked_if_there
 from barchain.runs.arguments import (
     ArgumentError,
     check_callable,

@@ -1,4 +1,4 @@
-"""Folders and files that hold results: never overwritten unasked."""
+"""Folders and files that hold results: one writer at a time, and never overwritten unasked."""
 
 from __future__ import annotations
 
@@ -7,18 +7,58 @@ import os
 import shutil
 from typing import TYPE_CHECKING
 
-from barchain.record.folder_lock import locked
+from filelock import FileLock, Timeout
+
 from reports.tables.files import ANSWERS
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator
+    from contextlib import AbstractContextManager
     from pathlib import Path
 
     from reports.tables.files import StudyFiles
 
 
+LOCK = ".barchain.lock"
+"""Empty file in a result folder; the operating system's lock on it counts, and its presence does not"""
+
+
 class ResultsInPlaceError(ValueError):
     """Raised for results that would be overwritten unasked; the message is one line."""
+
+
+class FolderInUseError(ValueError):
+    """Raised for a result folder that another process, or another thread, writes into; the message is one line."""
+
+
+def locked_if_there(folder: Path) -> AbstractContextManager[None]:
+    """Lock of a result folder that exists; nothing of one that does not."""
+    return locked(folder) if folder.is_dir() else contextlib.nullcontext()
+
+
+@contextlib.contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Hold the lock of a result folder, which is made if need be; the same thread may hold it several times.
+
+    Raises
+    ------
+    FolderInUseError
+        If somebody else holds it.
+    OSError
+        If the folder can't be made or written into.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    place = folder.resolve() / LOCK
+    lock = FileLock(place, timeout=0, is_singleton=True, thread_local=True)
+    try:
+        lock.acquire()
+    except Timeout:
+        said = "another barchain writes into this folder; wait for its end, or give another --out"
+        raise FolderInUseError(f"{folder}: {said}") from None
+    try:
+        yield
+    finally:
+        lock.release()
 
 
 @contextlib.contextmanager
@@ -27,7 +67,7 @@ def claimed(
 ) -> Iterator[None]:
     """Hold the lock of the result folder `out`, in which a study, or a comparison, may write.
 
-    Arguments and errors are those of :func:`claim_results` and :func:`barchain.record.folder_lock.locked`.
+    Arguments and errors are those of :func:`claim_results` and :func:`locked`.
     """
     need_one_mode(resume=resume, overwrite=overwrite)
     with locked(out):
@@ -67,7 +107,7 @@ def claim_results(
     rendered = [out / name for name in files.pages] if overwrite else []
     named = out if not files.study else files.folder(out)
     what = "a comparison" if not files.study else "results of these parts" if files.parts else "results"
-    claim(places, f"{named} holds {what}", resume=resume if files.resumes else None, overwrite=overwrite)
+    claim(places, f"{named} holds {what}", resume=resume, overwrite=overwrite)
     for page in (p for p in rendered if os.path.lexists(p)):
         delete(page)
 

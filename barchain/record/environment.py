@@ -5,6 +5,8 @@ from __future__ import annotations
 import datetime
 import os
 import platform
+import shlex
+import sys
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -98,6 +100,11 @@ def package_version(name: str) -> str:
 def now() -> str:
     """Date and time, to the second, with the offset from UTC."""
     return datetime.datetime.now().astimezone().isoformat(timespec="seconds")
+
+
+def typed() -> str:
+    """Command line of this process, for records."""
+    return shlex.join(["barchain", *sys.argv[1:]])
 
 
 def provenance(command: str, extra: dict[str, str] | None = None) -> dict[str, Any]:

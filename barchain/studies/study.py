@@ -9,7 +9,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from barchain.record.claim import claimed
@@ -40,8 +40,23 @@ ResultT_co = TypeVar("ResultT_co", bound=StudyResult, covariant=True)
 RenderedT = TypeVar("RenderedT")
 
 
+@dataclass(frozen=True)
+class StudyEnd:
+    """Findings of a study beside its tables, where failures alone decide."""
+
+    failures: tuple[str, ...] = ()
+    """One line each"""
+    idle: dict[str, str] = field(default_factory=dict)
+    """Engines that ran nowhere, with the reason"""
+
+    @property
+    def passed(self) -> bool:
+        """Whether nothing failed."""
+        return not self.failures
+
+
 def ignore(*_: object) -> None:
-    """Report nothing."""
+    """Report nothing, and render nothing."""
 
 
 @contextlib.contextmanager
@@ -80,77 +95,18 @@ class Study(Protocol[OptionsT_contra, PlanT, ResultT_co]):
         """
 
     def record(self, plan: PlanT) -> dict[str, Any]:
-        """Entries of the record that are known before the first run."""
+        """Entries of the record that are known before the first run.
+
+        Versions of further ``packages`` are added to those of the provenance.
+        """
 
     def run(self, plan: PlanT, store: StudyStore, reporter: Reporter) -> ResultT_co:
         """Run the plan, and write tables as results come."""
 
 
-class Limited(Protocol):
-    """A plan whose measurements are repeated within a budget."""
-
-    @property
-    def repeats(self) -> int:
-        """Times that each point is measured."""
-
-    @property
-    def minutes(self) -> float:
-        """Budget of the study."""
-
-    @property
-    def time_limit_s(self) -> float:
-        """Longest run."""
-
-
-def limits_of(plan: Limited) -> dict[str, float]:
-    """Entry ``limits`` of the record."""
-    return {"repeats": plan.repeats, "minutes": plan.minutes, "time_limit_s": plan.time_limit_s}
-
-
-def run_study(
-    study: Study[Any, PlanT, ResultT_co],
-    plan: PlanT,
-    out: Path,
-    *,
-    command: str = "",
-    reporter: Reporter | None = None,
-    resume: bool = False,
-    overwrite: bool = False,
-) -> ResultT_co:
-    """Run a planned study, and write its tables and record into ``out/<name>``.
-
-    Parameters
-    ----------
-    study : Study
-    plan : plan of the study
-        From ``study.plan(options)``.
-    out : Path
-        Result folder; tables of other studies and of comparisons in it stay as they are.
-    command : str
-        Command line, for the record.
-    reporter : Reporter, optional
-        Callbacks for progress; none by default.
-    resume : bool
-        Continue from the tables that an interrupted study left in `out`.
-    overwrite : bool
-        Delete the study's earlier results in `out` first.
-
-    Returns
-    -------
-    result of the study
-
-    Raises
-    ------
-    ResultsInPlaceError
-        If `out` holds results of the study, and neither `resume` nor `overwrite` is given.
-    """
-    return run_and_render(
-        study, plan, out, nothing, command=command, reporter=reporter, resume=resume, overwrite=overwrite
-    )[0]
-
-
-def nothing(_: Path) -> None:
-    """Render nothing."""
+def run_study(study: Study[Any, PlanT, ResultT_co], plan: PlanT, out: Path, **how: Any) -> ResultT_co:
+    """Result of a study; arguments are those of :func:`run_and_render` without `render`."""
+    return run_and_render(study, plan, out, ignore, **how)[0]
 
 
 def run_and_render(
@@ -164,51 +120,55 @@ def run_and_render(
     resume: bool = False,
     overwrite: bool = False,
 ) -> tuple[ResultT_co, RenderedT]:
-    """Run a planned study, and render its tables before another command may write into the folder.
+    """Run a planned study, and write its tables and record into ``out/<name>``.
 
-    Arguments and errors are those of :func:`run_study`; `render` is called with `out`.
+    Parameters
+    ----------
+    study : Study
+    plan : plan of the study
+        From ``study.plan(options)``. Its executor, if it has one, keeps answers in the study's folder.
+    out : Path
+        Result folder; tables of other studies and of comparisons in it stay as they are.
+    render : callable
+        Renders the tables in `out` before another command may write into the folder.
+    command : str
+        Command line, for the record.
+    reporter : Reporter, optional
+        Callbacks for progress; none by default.
+    resume : bool
+        Take the answers that an earlier study left in `out`, and make what is missing.
+    overwrite : bool
+        Delete the study's earlier results in `out` first.
 
     Returns
     -------
     tuple
         The results of the study and of `render`.
 
+    Raises
+    ------
+    ResultsInPlaceError
+        If `out` holds results of the study, and neither `resume` nor `overwrite` is given.
+
     Notes
     -----
     The record is written before the first run and after the last, also when the run is interrupted. ``complete`` is
     true only if the run came to its end, ``finished`` only if `render` did too.
     """
-    start = time.perf_counter()
-    reporter = reporter or Reporter()
-    complete = False
-    record = new_record(study, plan, command)
+    start, complete = time.perf_counter(), False
+    own = study.record(plan)
+    record = provenance(command, own.pop("packages", None)) | own
     with claimed(study.files, out, record.get(PARTS), resume=resume, overwrite=overwrite):
         store = StudyStore(study.files, out, record, resume=resume)
-        plan = keeping_answers(plan, store)
+        placed: Any = plan
+        if study.files.keeps_answers and hasattr(plan, "executor"):
+            placed = dataclasses.replace(placed, executor=KeptAnswers(store.folder, placed.executor))
         store.write_record()
         try:
-            result = study.run(plan, store, reporter)
+            result = study.run(placed, store, reporter or Reporter())
             complete = True
         finally:
             store.end(time.perf_counter() - start, complete=complete)
         rendered = render(out)
         store.finish()
     return result, rendered
-
-
-def keeping_answers(plan: PlanT, store: StudyStore) -> PlanT:
-    """Plan whose executor, if it has one, keeps answers in the study's folder."""
-    placed: Any = plan
-    if not store.files.keeps_answers or not hasattr(plan, "executor"):
-        return plan
-    return dataclasses.replace(placed, executor=KeptAnswers(store.folder, placed.executor))  # type: ignore[no-any-return]
-
-
-def new_record(study: Study[Any, PlanT, Any], plan: PlanT, command: str) -> dict[str, Any]:
-    """Record of a study before its first run: provenance, then the study's own entries.
-
-    Versions of further ``packages`` in the study's entries are added to those of the provenance.
-    """
-    own = study.record(plan)
-    packages = own.pop("packages", None)
-    return provenance(command, packages) | own

@@ -79,8 +79,6 @@ FILES = StudyFiles(
     optional=frozenset({"loads"}),
     flags=("on_front",),
     model=CostRecord,
-    resumes=True,
-    keeps_answers=True,
     pages=("cost.html",),
 )
 

@@ -99,8 +99,6 @@ FILES = StudyFiles(
     {"metrics": METRIC_COLUMNS},
     METRIC_WORDS,
     model=ComparisonRecord,
-    resumes=True,
-    keeps_answers=True,
     folders=("trajectories", "differences"),
     pages=("index.html", "summary.md"),
 )

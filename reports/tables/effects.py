@@ -58,8 +58,6 @@ FILES = StudyFiles(
     flags=("on",),
     model=EffectsRecord,
     pages=("effects.html",),
-    resumes=True,
-    keeps_answers=True,
 )
 UNITS = {"com": "m", "attitude": "rad", "reaction": "N"}
 

@@ -53,7 +53,7 @@ FILES = StudyFiles(
     {"quantiles": QUANTILE_COLUMNS, "runs": ()},
     WORDS,
     model=EnsembleRecord,
-    resumes=True,
+    keeps_answers=False,
     pages=("ensemble.html",),
 )
 

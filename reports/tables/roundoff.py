@@ -117,8 +117,6 @@ FILES = StudyFiles(
     model=RoundoffRecord,
     parts=PARTS,
     pages=("roundoff.html",),
-    resumes=True,
-    keeps_answers=True,
 )
 
 

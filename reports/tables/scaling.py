@@ -48,8 +48,6 @@ FILES = StudyFiles(
     {"points": POINT_COLUMNS},
     WORDS,
     model=ScalingRecord,
-    resumes=True,
-    keeps_answers=True,
     pages=("scaling.html",),
 )
 

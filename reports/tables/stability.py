@@ -78,8 +78,6 @@ FILES = StudyFiles(
     frozenset(TABLES),
     ("slow",),
     StabilityRecord,
-    resumes=True,
-    keeps_answers=True,
     folders=("trajectories", "differences"),
     pages=("stability.html",),
 )

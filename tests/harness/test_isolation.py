@@ -13,9 +13,9 @@ from barchain.crossval.record import new_record
 from barchain.crossval.run import run_comparison
 from barchain.crossval.suite import Suite
 from barchain.record.study_store import StudyStore
-from barchain.runs.cases import Known
 from barchain.runs.executors import LocalProcesses
 from barchain.runs.job import Job, Role, failure
+from barchain.runs.local import LocalSession
 from barchain.runs.pool import PoolGroup, pool_group
 from barchain.solutions.reference_runs import solution_jobs
 from reports.chapters.crossval.overview import summary_verdict
@@ -214,11 +214,11 @@ def test_results_so_far_are_kept_and_resumed(tmp_path, monkeypatch):
     first = run_comparison([SCENE], out=tmp_path, registered=registered(["Unmodified", "GivesUp"]))
     record = json.loads((tmp_path / "record.json").read_text())
     assert record["finished"]
-    made = []
-    gone = Known(failure(Outcome.FAILED, "not made"))
-    monkeypatch.setattr("barchain.crossval.suite.run_task", lambda job, *_, **__: made.append(job) or gone)
+    made, start = [], LocalSession.start
+    monkeypatch.setattr(LocalSession, "start", lambda *given: made.append(given[2]) or start(*given))
     second = run_comparison([SCENE], out=tmp_path, resume=True, registered=registered(["Unmodified", "GivesUp"]))
-    assert [job.engine for job in made] == ["GivesUp", "GivesUp"]  # only what failed is tried again
+    targets = [call.given[2][0].target for call in made]
+    assert targets == ["tests.support.faulty_engines:GivesUp"] * 2  # only what failed is tried again
     kept = first.metrics.query("engine == 'Unmodified'")
     pd.testing.assert_frame_equal(second.metrics.query("engine == 'Unmodified'"), kept)
 

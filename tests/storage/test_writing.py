@@ -12,7 +12,7 @@ import click
 import pytest
 
 from barchain.cli.main import cli, main, run
-from barchain.record.folder_lock import FolderInUseError, locked
+from barchain.record.claim import FolderInUseError, locked
 from barchain.record.study_store import StudyStore
 from barchain.runs.call import Answer, Call
 from barchain.runs.kept_answers import AnswerStore
@@ -23,8 +23,8 @@ from reports.tables.writing import RecordedFolder, append_whole, write_atomicall
 if TYPE_CHECKING:
     from pathlib import Path
 
-FILES = StudyFiles("squares", {"squares": ("number", "square")}, resumes=True, keeps_answers=True)
-HOLDER = "import sys, time; from pathlib import Path; from barchain.record.folder_lock import locked\n\
+FILES = StudyFiles("squares", {"squares": ("number", "square")})
+HOLDER = "import sys, time; from pathlib import Path; from barchain.record.claim import locked\n\
 with locked(Path(sys.argv[1])): print('held', flush=True); time.sleep(60)"
 
 

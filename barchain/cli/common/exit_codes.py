@@ -82,8 +82,7 @@ def domain_failure(error: Exception) -> tuple[str, ExitCode] | None:
     from adapters.engine import EngineError
     from adapters.registry import UnknownEngineError
     from barchain.nightly.history.faults import HistoryError
-    from barchain.record.claim import ResultsInPlaceError
-    from barchain.record.folder_lock import FolderInUseError
+    from barchain.record.claim import FolderInUseError, ResultsInPlaceError
     from barchain.runs.cluster.connection import ClusterError, ClusterLostError
     from barchain.runs.settings import SettingError
     from barchain.solutions.certified_table import DamagedTableError

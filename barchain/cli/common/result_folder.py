@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from barchain.record.command import typed
+from barchain.record.environment import typed
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -22,7 +22,7 @@ from barchain.cli.common.options import (
     time_limit_option,
 )
 from barchain.cli.common.terminal import say
-from barchain.record.command import typed
+from barchain.record.environment import typed
 from barchain.runs.time_limits import SOLUTION_PATIENCE, TIME_LIMIT_S
 
 if TYPE_CHECKING:

@@ -36,7 +36,7 @@ from barchain.studies.cost.plan import (
     too_fine,
     too_long,
 )
-from barchain.studies.study import limits_of
+from barchain.studies.study import StudyEnd
 from reports.tables.cost import FILES
 from reports.tables.outcome import Outcome
 from reports.tables.rows import NOT_RUN
@@ -62,21 +62,6 @@ FIRST_SHARE = 0.5  # of a scene's time: then the first pass skips long runs, or 
 CHECK_SHARE = 0.25  # a prediction is trusted to this much over the limit before the run itself is ended
 LOAD_TURNS = range(1000, 1007)
 """Turns of a run whose loads are timed, numbered apart from its turns in rounds"""
-
-
-@dataclass(frozen=True)
-class CostResult:
-    """Findings of a study beside its tables."""
-
-    idle: dict[str, str]
-    """Engines that ran on none of the scenes, with the reason"""
-    failures: tuple[str, ...] = ()
-    """One line each; see :func:`barchain.runs.timing.left_out.failures`"""
-
-    @property
-    def passed(self) -> bool:
-        """Whether every engine ran where it is supported."""
-        return not self.failures
 
 
 @dataclass(frozen=True)
@@ -114,10 +99,10 @@ class CostStudy:
             "certified_solutions": {},
             "left_out": [],
             "shortened_limits_s": {},
-            "limits": limits_of(plan),
+            "limits": {name: getattr(plan, name) for name in ("repeats", "minutes", "time_limit_s")},
         }
 
-    def run(self, plan: CostPlan, store: StudyStore, reporter: Reporter) -> CostResult:
+    def run(self, plan: CostPlan, store: StudyStore, reporter: Reporter) -> StudyEnd:
         """Measure every point, round after round."""
         solution_of = self.solution_of
         if solution_of is None:
@@ -143,7 +128,7 @@ class CostRun:
         self.equal_steps: list[Row] = []
         self.loads: list[Row] = []
 
-    def run(self) -> CostResult:
+    def run(self) -> StudyEnd:
         """Measure everything and write the tables; an interrupted run leaves the points measured so far."""
         start, load = time.perf_counter(), OtherLoad()
         left_out: list[Row] = self.store.record["left_out"]
@@ -159,7 +144,7 @@ class CostRun:
             self.write_tables()
         ran = {engine for _, engine, _ in self.rows}
         idle = {out["engine"]: out["reason"] for out in left_out if out["engine"] not in ran}
-        return CostResult(idle, failures((*self.rows.values(), *left_out), self.plan.named))
+        return StudyEnd(failures((*self.rows.values(), *left_out), self.plan.named), idle)
 
     def scene(self, bench: TimingBench, scene: Scene, deadline: float) -> None:
         """First pass and rounds on one scene."""

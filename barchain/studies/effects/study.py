@@ -32,6 +32,7 @@ from barchain.studies.effects.timing import (
     timed_rounds,
     timed_span_s,
 )
+from barchain.studies.study import StudyEnd
 from reports.tables.crossval import PARTED_RAD
 from reports.tables.effects import COLUMNS, FILES, UNITS
 from reports.tables.outcome import Outcome
@@ -126,19 +127,6 @@ def compiled_can(scenes: Iterable[Scene]) -> bool:
 
 
 @dataclass(frozen=True)
-class EffectsResult:
-    """Findings of a study beside its table."""
-
-    failures: tuple[str, ...]
-    """Runs that failed, one line each"""
-
-    @property
-    def passed(self) -> bool:
-        """Whether all runs ended well or are declared unsupported, the scene's own among them."""
-        return not self.failures
-
-
-@dataclass(frozen=True)
 class EffectsStudy:
     """The effects study."""
 
@@ -182,7 +170,7 @@ class EffectsStudy:
             "width_m": plan.width_m,
         }
 
-    def run(self, plan: EffectsPlan, store: StudyStore, reporter: Reporter) -> EffectsResult:
+    def run(self, plan: EffectsPlan, store: StudyStore, reporter: Reporter) -> StudyEnd:
         """Run the scene with each effect switched, then time the runs; the table is written after both."""
         budget = Budget(plan, reporter)
         try:
@@ -191,7 +179,7 @@ class EffectsStudy:
             budget.time(store)
         finally:
             budget.write(store)
-        return EffectsResult(budget.failures())
+        return StudyEnd(budget.failures())
 
 
 @dataclass

@@ -32,7 +32,7 @@ from barchain.runs.workers import Slot
 from barchain.studies.defaults import BARS, SCALING
 from barchain.studies.scaling.fit import SHARES, add_fits, affordable, fits_table, predicted, targets
 from barchain.studies.scaling.point import BUILDS, ScalingTask, measured_point
-from barchain.studies.study import limits_of
+from barchain.studies.study import StudyEnd
 from reports.tables.outcome import Outcome
 from reports.tables.rows import NOT_RUN
 from reports.tables.scaling import FILES
@@ -106,21 +106,6 @@ class ScalingPlan:
 
 
 @dataclass(frozen=True)
-class ScalingResult:
-    """Findings of a study beside its tables."""
-
-    idle: dict[str, str]
-    """Engines that could not be run at all, with the reason"""
-    failures: tuple[str, ...] = ()
-    """One line each; see :func:`barchain.runs.timing.left_out.failures`"""
-
-    @property
-    def passed(self) -> bool:
-        """Whether every engine that supports the chain ran."""
-        return not self.failures
-
-
-@dataclass(frozen=True)
 class ScalingStudy:
     """The scaling study."""
 
@@ -152,10 +137,10 @@ class ScalingStudy:
             "bars": list(plan.bars),
             "scene": scene_words(plan.scene) | {"name": plan.scene.name, "size_m": plan.scene.size_m},
             "targets": [],
-            "limits": limits_of(plan),
+            "limits": {name: getattr(plan, name) for name in ("repeats", "minutes", "time_limit_s")},
         }
 
-    def run(self, plan: ScalingPlan, store: StudyStore, reporter: Reporter) -> ScalingResult:
+    def run(self, plan: ScalingPlan, store: StudyStore, reporter: Reporter) -> StudyEnd:
         """Measure points in the order of their expected time."""
         return ScalingRun(plan, store, reporter).run()
 
@@ -173,7 +158,7 @@ class ScalingRun:
         self.failed: dict[str, int] = {}
         self.deadline = math.inf
 
-    def run(self) -> ScalingResult:
+    def run(self) -> StudyEnd:
         """Measure everything and write the tables; an interrupted run leaves the points measured so far."""
         self.deadline, load = time.perf_counter() + 60.0 * self.plan.minutes, OtherLoad()
         with contextlib.closing(self.slot):
@@ -191,7 +176,7 @@ class ScalingRun:
         out = (str(Outcome.MISSING), str(Outcome.UNSUPPORTED))
         ran = {row["engine"] for row in self.rows if row["outcome"] not in out}
         idle = {row["engine"]: row["reason"] for row in self.rows if row["engine"] not in ran}
-        return ScalingResult(idle, failures(self.rows, self.plan.named))
+        return StudyEnd(failures(self.rows, self.plan.named), idle)
 
     def points(self) -> pd.DataFrame:
         """All points so far, engine by engine as they first came."""

@@ -58,8 +58,6 @@ FILES = StudyFiles(
     WORDS,
     model=CampaignRecord,
     pages=("campaign.html",),
-    resumes=True,
-    keeps_answers=True,
 )
 
 

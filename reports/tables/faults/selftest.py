@@ -50,8 +50,6 @@ FILES = StudyFiles(
     flags=("killed",),
     model=SelftestRecord,
     pages=("selftest.html",),
-    resumes=True,
-    keeps_answers=True,
 )
 
 

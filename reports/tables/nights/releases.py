@@ -67,8 +67,6 @@ FILES = StudyFiles(
     WORDS,
     frozenset({"errors", "runs", "times"}),
     model=ReleasesRecord,
-    resumes=True,
-    keeps_answers=True,
     pages=("releases.html",),
 )
 
