@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
@@ -59,9 +60,10 @@ class StudyStore:
             self.keep_other_parts()
         elif not files.keeps_answers:
             self.record[TABLES] = dict(self.earlier.get(TABLES) or {})
-        else:
-            for name in self.earlier.get(TABLES) or ():
-                self.writer.remove(name)
+        elif resume:
+            self.remove(*files.tables)
+            for name in files.folders:
+                shutil.rmtree(self.folder / name, ignore_errors=True)
         for name in files.folders:
             make_folder(self.folder, name)
         sweep(self.folder)

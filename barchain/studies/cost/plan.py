@@ -10,17 +10,13 @@ import numpy as np
 
 from adapters.common.equal_steps import step_s
 from adapters.engine import AccuracyParameter
-from adapters.registry import engines
 from barchain.runs.declared import engine_class
 from barchain.runs.job import Job, Role
-from barchain.runs.selection import chosen_engines, unique_names
-from barchain.runs.timing.estimate import need_runnable
 from barchain.runs.timing.left_out import LeftOut, cannot
 from barchain.studies.cost.errors import UNITS
 from barchain.studies.defaults import COST
 from reports.tables.cost import INDEPENDENT, OWN_EQUATIONS
 from reports.tables.outcome import Outcome
-from scenarios import Scene, load_scene, scene_names
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -28,8 +24,8 @@ if TYPE_CHECKING:
 
     from adapters.engine import AccuracySweep, Setting
     from adapters.registry import Registration
+    from scenarios import Scene
 
-DEFAULT_SCENES = "paper/"
 SAMPLES = 21  # few, so that no engine is timed at interpolating samples; certified solutions have these instants
 LONGER = "past the time limit"  # in the reason of a point that is not tried
 SHORTENED = "the time budget is half used"  # in that of one past the limit that is shortened then
@@ -79,17 +75,6 @@ class CostPlan:
         """Number of first runs and rounds to be reported, engines left out among them."""
         found = [sweeps(s, self.engines) for s in self.scenes]
         return sum(sum(map(len, runs.values())) + len(out) + self.repeats for runs, out in found)
-
-
-def make_plan(options: CostOptions) -> CostPlan:
-    """Scenes cut to their first orbits, engines and limits; errors as :meth:`CostStudy.plan`."""
-    names = [n for n in scene_names() if n.startswith(DEFAULT_SCENES)] if options.scenes is None else options.scenes
-    loaded = unique_names([s if isinstance(s, Scene) else load_scene(s) for s in names])
-    chosen = engines() if options.engines is None else chosen_engines(options.engines)
-    scenes = [shortened(s, options.orbits) for s in loaded]
-    need_runnable(scenes, options.time_limit_s)
-    named = frozenset(() if options.engines is None else chosen)
-    return CostPlan(scenes, chosen, options.repeats, options.minutes, options.time_limit_s, named)
 
 
 def kind_of(registration: Registration) -> str:

@@ -17,9 +17,12 @@ import numpy as np
 
 from adapters.common.equal_steps import step_s
 from adapters.engine import AccuracyParameter
+from adapters.registry import engines
 from barchain.runs.facts import engine_facts, external_versions, scene_words
 from barchain.runs.kept_answers import AnswerStore
+from barchain.runs.selection import chosen_engines, unique_names
 from barchain.runs.timing.bench import LONG_S, TimingBench
+from barchain.runs.timing.estimate import need_runnable
 from barchain.runs.timing.left_out import failures
 from barchain.runs.timing.load import OtherLoad
 from barchain.runs.timing.statistics import interval, median_time
@@ -28,10 +31,11 @@ from barchain.studies.cost.findings import equal_steps_row, front_of, orders_tab
 from barchain.studies.cost.plan import (
     REPEATED_LOAD,
     SHORTENED,
+    CostPlan,
     kind_of,
     load_jobs,
-    make_plan,
     name_of,
+    shortened,
     sweeps,
     too_fine,
     too_long,
@@ -40,6 +44,7 @@ from barchain.studies.study import StudyEnd
 from reports.tables.cost import FILES
 from reports.tables.outcome import Outcome
 from reports.tables.rows import NOT_RUN
+from scenarios import Scene, load_scene, scene_names
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -50,11 +55,11 @@ if TYPE_CHECKING:
     from barchain.record.study_store import StudyStore
     from barchain.runs.job import Job, RunResult
     from barchain.studies.cost.errors import BoundedSolution
-    from barchain.studies.cost.plan import CostOptions, CostPlan, PointName, Row
+    from barchain.studies.cost.plan import CostOptions, PointName, Row
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
-    from scenarios import Scene
 
+DEFAULT_SCENES = "paper/"
 FEWEST_TURNS = 3  # even where time is short: a median with its range
 FEWEST_LONG_TURNS, LONG_TURNS = 1, 3  # of runs over LONG_S, the first pass counted
 BRIEF_S = 0.03  # runs that take no longer get all their turns, even when time is short
@@ -82,13 +87,19 @@ class CostStudy:
         CertifiedSolutionError
             For a scene whose certified solution can't be had here.
         """
-        plan = make_plan(options)
+        paper = (name for name in scene_names() if name.startswith(DEFAULT_SCENES))
+        named = paper if options.scenes is None else options.scenes
+        loaded = unique_names([s if isinstance(s, Scene) else load_scene(s) for s in named])
+        chosen = engines() if options.engines is None else chosen_engines(options.engines)
+        scenes = [shortened(s, options.orbits) for s in loaded]
+        need_runnable(scenes, options.time_limit_s)
         if self.solution_of is None:
             from barchain.solutions.certified import need_certifiable  # noqa: PLC0415  # heyoka is an extra
 
-            for scene in plan.scenes:
+            for scene in scenes:
                 need_certifiable(scene)
-        return plan
+        asked_for = frozenset(() if options.engines is None else chosen)
+        return CostPlan(scenes, chosen, options.repeats, options.minutes, options.time_limit_s, asked_for)
 
     def record(self, plan: CostPlan) -> dict[str, Any]:
         """Engines, scenes and limits."""

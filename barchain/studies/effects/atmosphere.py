@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from scenarios import Gravity
-from scenarios.toml.effect_tables import DragTable
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -124,23 +123,6 @@ def density_kg_m3(altitude_m: float, layer: Layer | None = None) -> float:
     """Density of the standard table at an altitude, or of one entry's exponential there."""
     entry = layer or layer_at(altitude_m)
     return entry.density_kg_m3 * math.exp(-(altitude_m / 1e3 - entry.base_km) / entry.scale_height_km)
-
-
-def standard_drag(layer: Layer, width_m: list[float]) -> DragTable:
-    """Drag in the air of one entry: its exponential is taken for the whole run.
-
-    Parameters
-    ----------
-    layer : Layer
-    width_m : list of float
-        One for each bar.
-    """
-    return DragTable(
-        density_kg_m3=layer.density_kg_m3,
-        altitude_m=1e3 * layer.base_km,
-        scale_height_m=1e3 * layer.scale_height_km,
-        width_m=width_m,
-    )
 
 
 def caveat(layer: Layer, heights: Heights) -> str:

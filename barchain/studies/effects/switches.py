@@ -16,12 +16,11 @@ from barchain.studies.effects.atmosphere import (
     caveat,
     expected_heights,
     layer_at,
-    standard_drag,
 )
 from reports.tables.effects import EffectKind
 from scenarios import Effects, Gravity, Oblateness
 from scenarios.toml.checks import SLENDER_SLACK
-from scenarios.toml.effect_tables import EARTH_J2, SUNLIGHT_PA, SolarPressureTable, ThirdBodyTable
+from scenarios.toml.effect_tables import EARTH_J2, SUNLIGHT_PA, DragTable, SolarPressureTable, ThirdBodyTable
 from scenarios.toml.resolve import resolve_drag, resolve_solar_pressure, resolve_third_body
 from scenarios.toml.scene_tables import EARTH_MU_M3_S2, EARTH_RADIUS_M
 
@@ -155,8 +154,11 @@ def default_drag(scene: Scene, heights: Heights, width_m: float | None = None) -
         f"{layer.density_kg_m3:g} kg/m³ at {layer.base_km:g} km, scale height {layer.scale_height_km:g} km ({SOURCE}, "
         f"the entry of the lowest height of the run without drag, {lowest_km:.1f} km); C_n = C_t = 2"
     )
-    drag = resolve_drag(standard_drag(layer, list(width)), scene.bars)
-    return Default(drag, said, caveat(layer, heights), width)
+    air = DragTable(
+        density_kg_m3=layer.density_kg_m3, altitude_m=1e3 * layer.base_km, scale_height_m=1e3 * layer.scale_height_km,
+        width_m=list(width),
+    )  # fmt: skip
+    return Default(resolve_drag(air, scene.bars), said, caveat(layer, heights), width)
 
 
 def default_solar_pressure(scene: Scene, width_m: float | None = None) -> Default:

@@ -13,8 +13,6 @@ from adapters.registry import COMPILED, ENGINES, engines, find_engine
 from barchain.runs.declared import engine_class
 from barchain.runs.executors import ALL_CORES
 from barchain.runs.job import Job, Role
-from barchain.runs.selection import unique_names
-from barchain.runs.timing.estimate import need_runnable
 from barchain.runs.timing.left_out import cannot
 from barchain.solutions.reference_runs import solution_jobs
 from barchain.studies.defaults import STABILITY_LIMIT_S
@@ -90,17 +88,6 @@ class StabilityPlan:
         ]
         solutions = sum(len(solution_jobs(s)) + len(exact_jobs(s)) for s in self.scenes)
         return solutions + sum(len(settings(s, e)) for s, e in able)
-
-
-def make_plan(options: StabilityOptions) -> StabilityPlan:
-    """Scenes, engines and limits; errors as :meth:`StabilityStudy.plan`."""
-    scenes = unique_names([load_scene(s) for s in options.scenes or hard_scenes()])
-    need_runnable(scenes, options.time_limit_s)
-    chosen = chosen_engines(options.engines, full=options.full)
-    whole = options.full or bool(options.engines)
-    left = frozenset() if whole else left_to_a_full_study(scenes, chosen)
-    options.executor.check()
-    return StabilityPlan(tuple(scenes), chosen, options.time_limit_s, options.executor, left)
 
 
 def hard_scenes() -> list[str]:

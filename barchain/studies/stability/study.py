@@ -14,15 +14,26 @@ from barchain.runs.declared import engine_class
 from barchain.runs.facts import engine_facts
 from barchain.runs.job import JUDGING_ROLES, Job, Role, RunResult, failure
 from barchain.runs.pool import run_task
+from barchain.runs.selection import unique_names
 from barchain.runs.store import keep_run
 from barchain.runs.time_limits import TimeLimit
+from barchain.runs.timing.estimate import need_runnable
 from barchain.runs.timing.left_out import cannot
 from barchain.solutions.reference import SOLUTION_RTOL, ReferenceSolution
 from barchain.solutions.reference_runs import SolutionFailedError, judging_engine, solution_jobs, solution_of
 from barchain.studies.stability import expected
 from barchain.studies.stability.evidence import condition_range, evidence, laws, plain_row
 from barchain.studies.stability.growth import linear_rate
-from barchain.studies.stability.plan import LONG, SOLUTION_LIMIT_S, exact_jobs, make_plan, settings
+from barchain.studies.stability.plan import (
+    LONG,
+    SOLUTION_LIMIT_S,
+    StabilityPlan,
+    chosen_engines,
+    exact_jobs,
+    hard_scenes,
+    left_to_a_full_study,
+    settings,
+)
 from barchain.studies.stability.rules import (
     ILL_POSED,
     LEVEL_WORDS,
@@ -34,13 +45,14 @@ from barchain.studies.stability.rules import (
 )
 from reports.tables.outcome import Outcome
 from reports.tables.stability import FILES, Stability
+from scenarios import load_scene
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from adapters.trajectory import Trajectory
     from barchain.record.study_store import StudyStore
-    from barchain.studies.stability.plan import StabilityOptions, StabilityPlan
+    from barchain.studies.stability.plan import StabilityOptions
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
     from scenarios import Scene
@@ -92,7 +104,13 @@ class StabilityStudy:
         ClusterError
             For a Dask cluster that can't be used.
         """
-        return make_plan(options)
+        scenes = unique_names([load_scene(s) for s in options.scenes or hard_scenes()])
+        need_runnable(scenes, options.time_limit_s)
+        chosen = chosen_engines(options.engines, full=options.full)
+        whole = options.full or bool(options.engines)
+        left = frozenset() if whole else left_to_a_full_study(scenes, chosen)
+        options.executor.check()
+        return StabilityPlan(tuple(scenes), chosen, options.time_limit_s, options.executor, left)
 
     def record(self, plan: StabilityPlan) -> dict[str, Any]:
         """Scenes, engines and limits; runs are added as they come."""
