@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import ast
 import hashlib
-import importlib.util
 import io
 import pickle
 import platform
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from types import FunctionType
 from typing import TYPE_CHECKING, Any
@@ -49,8 +49,9 @@ class Ingredients(pickle.Pickler):
         self.registrations: set[Registration] = set()
         self.dump((call.function, call.given, call.repetition))
         self.content = self.sink.getvalue()
-        known = other_engines() | ENGINES
-        self.registrations |= {found for name, found in known.items() if text_token(name) in self.content}
+        for name, found in (other_engines() | ENGINES).items():  # some functions know engines by name: a short text
+            if b"\x8c%c%s" % (len(name), name.encode("ascii")) in self.content:
+                self.registrations.add(found)
 
     def reducer_override(self, found: Any) -> Any:
         """Note an object, and pickle it as usual."""
@@ -65,11 +66,6 @@ class Ingredients(pickle.Pickler):
 def other_engines() -> dict[str, Registration]:
     """Engines of other packages, which are looked for once in a process."""
     return {name: found for name, found in engines().items() if name not in ENGINES}
-
-
-def text_token(name: str) -> bytes:
-    """Bytes of a short text among pickled arguments: some functions know engines by name."""
-    return b"\x8c" + bytes([len(name)]) + name.encode("ascii")
 
 
 def answer_key(call: Call) -> str:
@@ -130,18 +126,15 @@ def known_module(name: str) -> tuple[str, tuple[str, ...]]:
 @cache
 def root_of(top: str) -> Path:
     """Folder of a top-level package."""
-    spec = importlib.util.find_spec(top)
-    assert spec is not None
-    assert spec.submodule_search_locations
-    return Path(spec.submodule_search_locations[0])
+    return Path(import_module(top).__path__[0])
 
 
 def source_of(module: str) -> Path | None:
     """Source of a module of ours; None if it is none."""
     top, *inside = module.split(".")
-    folder = root_of(top).joinpath(*inside) if top in OURS else None
-    if folder is None:
+    if top not in OURS:
         return None
+    folder = root_of(top).joinpath(*inside)
     place = folder / "__init__.py" if folder.is_dir() else folder.with_suffix(".py")
     return place if place.is_file() else None
 
