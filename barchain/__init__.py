@@ -60,7 +60,7 @@ RENDERERS = {
     "scene": "reports.notebook.scene:html",
     "trajectory": "reports.notebook.trajectory:html",
     "plot": "reports.notebook.trajectory:plot",
-    "comparison": "reports.notebook.comparison:html",
+    "comparison": "reports.notebook.card:comparison_html",
 }
 """Functions that draw scenes, trajectories and comparisons in notebooks"""
 

@@ -6,13 +6,11 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
-from markupsafe import Markup, escape
+from markupsafe import Markup
 
 from reports.plotting.palette import variables
 from reports.tables.reading import DamagedResultsError, brief, damaged
 from reports.tables.schema import SchemaVersionError
-from reports.text.markdown import escape_text, table_row
-from reports.text.mathematics import effect
 from reports.text.numerals import (
     as_given,
     each,
@@ -26,8 +24,7 @@ from reports.text.numerals import (
 )
 from reports.text.ratios import decade, ratio_text, span_text
 from reports.text.record import is_complete, mapping
-from reports.text.visible import written
-from reports.text.words import anchor, breakable, engine_anchor
+from reports.text.words import anchor, breakable, effect, engine_anchor, escape_text, shown, table_row
 from scenarios.plural import plural
 
 if TYPE_CHECKING:
@@ -64,7 +61,7 @@ def templates() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
         undefined=StrictUndefined,
-        finalize=written,
+        finalize=shown,
     )
     made.filters |= {
         "typeset": lambda v, digits=3: typeset(number(v), digits),
@@ -72,8 +69,7 @@ def templates() -> Environment:
         "md": escape_text,
         "row": table_row,
         "number": number,
-        "effect": effect,
-        "effect_markup": effect_markup,
+        "relative_effect": relative_effect,
         "value": lambda v: typographic(as_given(v)) if number(v) is not None else as_given(v),
         "nice": given_markup,
         "typed": as_given,
@@ -105,10 +101,10 @@ def text_lines(name: str, **shown: Any) -> list[str]:
     return [line for line in text_template(name).render(shown).splitlines() if line.strip()]
 
 
-def effect_markup(value: object) -> Markup:
-    """Relative effect of a misprint, as HTML."""
+def relative_effect(value: object) -> str:
+    """Relative effect of a misprint; in words if it is zero up to round-off."""
     found = effect(value)
-    return escape(found) if isinstance(found, str) else typeset(found)
+    return found if isinstance(found, str) else typeset(found)
 
 
 def surroundings(record: Mapping[str, Any]) -> dict[str, Any]:

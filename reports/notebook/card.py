@@ -1,16 +1,25 @@
-"""Frame of an object in a notebook: light in every theme, without a style sheet."""
+"""Comparisons in a notebook, and the frame of every object there: light in every theme, without a style sheet."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from markupsafe import Markup
 
+from reports.chapters.crossval.overview import SYMBOLS, agreement_panel, engine_groups, kind, summary_verdict
+from reports.chapters.crossval.summary import summarise
 from reports.plotting.palette import COLOURS, PAPER
-from reports.text.visible import LAYOUT, visible
+from reports.tables.files import StudyTables
+from reports.text.words import LAYOUT, visible
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
+
+    import pandas as pd
+
+    from reports.chapters.crossval.overview import EngineGroup
+    from reports.chapters.crossval.summary import RunCell, Summary
 
 INK, MUTED, RULE, GRID = (COLOURS[name].light for name in ("ink", "muted", "rule", "grid"))
 FRAME = (
@@ -48,16 +57,54 @@ def facts_table(facts: Iterable[tuple[str, object]]) -> Markup:
     return table(row.format(f"{CELL};color:{MUTED}", name, CELL, value) for name, value in facts)
 
 
-def grid_table(heads: Sequence[object], rows: Iterable[Sequence[object]]) -> Markup:
-    """Table with a line of heads; the first cell of each row is a head, too."""
-    head = Markup(f'<th scope="col" style="{CELL}">{{}}</th>')
-    first = Markup(f'<th scope="row" style="{CELL};font-weight:400">{{}}</th>')
-    cell = Markup(f'<td style="{CELL}">{{}}</td>')
-    lines = [[head.format(h) for h in heads], *([first.format(r[0]), *map(cell.format, r[1:])] for r in rows)]
-    return table(Markup("<tr>{}</tr>").format(Markup("").join(line)) for line in lines)
-
-
 def table(rows: Iterable[Markup]) -> Markup:
     """Table of some rows."""
     style = "border-collapse:collapse;margin:.4em 0;background:transparent"
     return Markup('<table style="{}"><tbody>{}</tbody></table>').format(style, Markup("").join(rows))
+
+
+WIDTH_PX = 400.0
+KIND_COLOURS = {"pass": "#0d6b4d", "fail": "#a3261c", "gone": "#7c5200", "aside": MUTED}
+
+
+def comparison_html(metrics: pd.DataFrame, external: Mapping[str, bool], report: Path | None) -> Markup:
+    """HTML of a comparison from its table of metrics.
+
+    Parameters
+    ----------
+    metrics : DataFrame
+        Columns :data:`reports.tables.crossval.METRIC_COLUMNS`.
+    external : mapping of str to bool
+        Whether each engine has independent physics.
+    report : Path or None
+        Page of the comparison.
+    """
+    compared = {e: {"external": external[e]} for e in dict.fromkeys(metrics["engine"]) if e in external}
+    summary = summarise(StudyTables(Path(), {"metrics": metrics}, {"engines": compared}))
+    verdict, groups = summary_verdict(summary), engine_groups(summary)
+    panel = agreement_panel(summary, groups)
+    pictures = [picture(panel.svg, WIDTH_PX)] if panel else []
+    where = [Markup("<p>Report: <code>{}</code></p>").format(report)] if report else []
+    return card(verdict.headline, " ".join(verdict.sentences), pictures, matrix(summary, groups), *where)
+
+
+def matrix(summary: Summary, groups: Sequence[EngineGroup]) -> Markup:
+    """Outcomes of all scenes and engines: a line of heads, and a line for each scene."""
+    engines = [e for group in groups for e in group.engines]
+    head = Markup(f'<th scope="col" style="{CELL}">{{}}</th>')
+    first = Markup(f'<th scope="row" style="{CELL};font-weight:400">{{}}</th>')
+    cell = Markup(f'<td style="{CELL}">{{}}</td>')
+    lines = [[head.format(name) for name in ("Scene", *engines)]]
+    lines += [
+        [first.format(s.name), *(cell.format(outcome(summary.cell(s.name, e))) for e in engines)]
+        for s in summary.scenes
+    ]
+    return table(Markup("<tr>{}</tr>").format(Markup("").join(line)) for line in lines)
+
+
+def outcome(cell: RunCell | None) -> Markup:
+    """One cell: sign and word, and the reason as a title."""
+    if cell is None:
+        return Markup("not run")
+    shown = Markup('<span style="color:{}" title="{}">{} {}</span>')
+    return shown.format(KIND_COLOURS[kind(cell.outcome)], cell.reason, SYMBOLS[cell.outcome], cell.word)

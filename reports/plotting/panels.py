@@ -128,15 +128,10 @@ def log_panel(frame: ChartFrame) -> Panel | None:
         if line.tolerance is not None:
             x, tolerance = thin(line.x, floor.lift(line.tolerance)[0], TOLERANCE_POINTS)
             chart.line(x, tolerance, line.pen.colour, 0.9, TOLERANCE_DASH)
-    notes = []
-    if lifted:
-        below_words = power_of_ten(round(np.log10(floor.low)))
-        notes.append(
-            f"{lifted} sample{'s'[: lifted > 1]} below {below_words} lie{'s'[: lifted == 1]} on the lower edge."
-        )
-    if zeros:
-        words = "sample that is exactly zero is" if zeros == 1 else "samples that are exactly zero are"
-        notes.append(f"{zeros} {words} left out.")
+    notes = (
+        [f"Samples below {power_of_ten(round(np.log10(floor.low)))}, on the lower edge: {lifted}."] if lifted else []
+    )
+    notes += [f"Samples that are exactly zero, left out: {zeros}."] if zeros else []
     return Panel(frame.title, chart.svg(frame.title), " ".join(notes))
 
 

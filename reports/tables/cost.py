@@ -17,7 +17,6 @@ A folder ``cost`` inside a result folder holds
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    import pandas as pd
+    from reports.tables.files import StudyTables
 
 BASELINE = "reference-fast"  # times are also given relative to this engine's
 INDEPENDENT, OWN_EQUATIONS = "independent physics", "barchain's equations"
@@ -83,30 +82,9 @@ FILES = StudyFiles(
 )
 
 
-@dataclass(frozen=True)
-class CostTables:
-    """Contents of a cost study's folder."""
-
-    points: pd.DataFrame
-    orders: pd.DataFrame
-    reach: pd.DataFrame
-    price: pd.DataFrame
-    loads: pd.DataFrame
-    record: dict[str, Any]
-
-
-def read_cost(folder: Path) -> CostTables:
-    """Read the cost study in a result folder.
-
-    Raises
-    ------
-    FileNotFoundError
-        If a table is missing.
-    SchemaVersionError
-        If the record has another schema version.
-    """
-    tables = FILES.read_all(folder, "points", "orders", "reach", "price", "loads")
-    return CostTables(**tables, record=FILES.sound_record(folder))
+def read_cost(folder: Path) -> StudyTables:
+    """Record and tables of the study in a result folder, without single times; errors as `FILES.contents`."""
+    return FILES.contents(folder, "points", "orders", "reach", "price", "loads")
 
 
 POINTS = {

@@ -20,14 +20,13 @@ A result folder holds
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from reports.tables.files import StudyFiles
 from reports.tables.outcome import Outcome, gravest
-from reports.tables.reading import brief, damaged, recorded_parquet
+from reports.tables.reading import brief, damaged
 from reports.tables.rows import Followed, Rows, records
 from reports.tables.run_rows import FOLLOWED as RUNS_FOLLOWED
 from reports.tables.run_rows import add_runs
@@ -36,7 +35,7 @@ from reports.tables.schema import RECORD, RunsRecord
 if TYPE_CHECKING:
     from pathlib import Path
 
-    import pandas as pd
+    from reports.tables.files import StudyTables
 
 METRICS = "metrics.csv"
 
@@ -104,30 +103,12 @@ FILES = StudyFiles(
 )
 
 
-@dataclass(frozen=True)
-class Results:
-    """Contents of a result folder."""
-
-    folder: Path
-    metrics: pd.DataFrame
-    record: dict[str, Any]
-    """Contents of record.json"""
-
-    def trajectory(self, scene: str, engine: str) -> pd.DataFrame | None:
-        """Samples of one run, or None if it left none."""
-        return recorded_parquet(self.folder, f"trajectories/{scene}/{engine}.parquet", self.record)
-
-    def differences(self, scene: str, engine: str) -> pd.DataFrame | None:
-        """Differences from the judging solution over time, or None without any."""
-        return recorded_parquet(self.folder, f"differences/{scene}/{engine}.parquet", self.record)
-
-
 def is_engine(name: str) -> bool:
     """Whether a name in the engine column is that of one engine."""
     return bool(name) and not name.startswith("(")
 
 
-def read_results(folder: Path) -> Results:
+def read_results(folder: Path) -> StudyTables:
     """Read a result folder.
 
     Raises
@@ -142,20 +123,8 @@ def read_results(folder: Path) -> Results:
     for name in (METRICS, RECORD):
         if not os.path.lexists(folder / name):
             raise FileNotFoundError(f"{folder}: no {name} there; give a folder that compare or crossval wrote")
-    record = FILES.sound_record(folder)
-    metrics = FILES.recorded(folder, "metrics", record)
-    check_outcomes(folder / METRICS, metrics)
-    return Results(folder, metrics, record)
-
-
-def check_outcomes(path: Path, metrics: pd.DataFrame) -> None:
-    """Check that outcomes are known, and that a row that passed holds a number.
-
-    Raises
-    ------
-    DamagedResultsError
-        If not.
-    """
+    found = FILES.contents(folder)
+    path, metrics = folder / METRICS, found.metrics
     unknown = metrics[~metrics["outcome"].isin(list(Outcome))]
     if len(unknown):
         raise damaged(path, f"{brief(unknown['outcome'].iloc[0])[:40]!r} in row {unknown.index[0] + 1} is no outcome")
@@ -163,6 +132,7 @@ def check_outcomes(path: Path, metrics: pd.DataFrame) -> None:
     empty = passed[~np.isfinite(passed["value"].to_numpy(float))]
     if len(empty):
         raise damaged(path, f"row {empty.index[0] + 1} passed without a number")
+    return found
 
 
 ERROR = Followed("error", "{quantity}.{metric}", within=ROUNDING, trajectory=True, besides=("relative_energy",))

@@ -10,19 +10,16 @@ A folder ``effects`` inside a result folder holds
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.files import StudyFiles
+from reports.tables.files import StudyFiles, StudyTables
 from reports.tables.rows import Followed, Rows, known, records
 from reports.tables.run_rows import COUNT
 from reports.tables.schema import Record
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-    import pandas as pd
 
 SIZES = ("between", "torque", "common")
 """Of an effect's accelerations: differences between bars relative to the tide's, torque relative to 3 n² J, mean
@@ -73,27 +70,8 @@ class EffectKind(StrEnum):
     """Effect of the chain's design or control"""
 
 
-@dataclass(frozen=True)
-class EffectsTables:
-    """Contents of an effect budget's folder."""
-
-    effects: pd.DataFrame
-    record: dict[str, Any]
-
-
-def read_effects(folder: Path) -> EffectsTables:
-    """Read the effect budget in a result folder.
-
-    Raises
-    ------
-    FileNotFoundError
-        If a table is missing.
-    SchemaVersionError
-        If the record has another schema version.
-    """
-    table = FILES.read(folder, "effects").reindex(columns=COLUMNS)
-    table = table.astype(dict.fromkeys(WORDS, object)).fillna(dict.fromkeys(WORDS, ""))
-    return EffectsTables(table, FILES.sound_record(folder))
+EffectsTables = StudyTables
+read_effects = FILES.contents
 
 
 WITHOUT = "without"

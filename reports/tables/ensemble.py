@@ -14,7 +14,6 @@ A folder ``ensemble`` inside a result folder holds
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
@@ -25,7 +24,7 @@ from reports.tables.schema import Record
 if TYPE_CHECKING:
     from pathlib import Path
 
-    import pandas as pd
+    from reports.tables.files import StudyTables
 
 QUANTILE_COLUMNS = ("t_s", "quantity", "item", "quantile", "value", "unit", "runs", "error_bound")
 
@@ -58,25 +57,9 @@ FILES = StudyFiles(
 )
 
 
-@dataclass(frozen=True)
-class EnsembleTables:
-    """Contents of an ensemble's folder."""
-
-    quantiles: pd.DataFrame
-    record: dict[str, Any]
-
-
-def read_ensemble(folder: Path) -> EnsembleTables:
-    """Read the ensemble in a result folder.
-
-    Raises
-    ------
-    FileNotFoundError
-        If a file is missing.
-    SchemaVersionError
-        If the record has another schema version.
-    """
-    return EnsembleTables(FILES.read(folder, "quantiles"), FILES.sound_record(folder))
+def read_ensemble(folder: Path) -> StudyTables:
+    """Record and quantiles of the ensemble in a result folder, without its runs; errors as `FILES.contents`."""
+    return FILES.contents(folder, "quantiles")
 
 
 ENGINE = "reference-fast"

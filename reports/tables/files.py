@@ -6,7 +6,7 @@ import os
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.reading import TABLES, check_recorded, damaged, needed_content, read_csv, recorded_content
+from reports.tables.reading import TABLES, check_recorded, damaged, read_csv, recorded_content, recorded_parquet
 from reports.tables.schema import RECORD, Record, read_record
 
 if TYPE_CHECKING:
@@ -20,6 +20,27 @@ if TYPE_CHECKING:
 
 ANSWERS = "answers"
 """Folder of the kept answers inside a study's folder"""
+
+
+class StudyTables:
+    """Record of a study in a folder, and its tables, each an attribute of its name."""
+
+    def __init__(self, folder: Path, tables: Mapping[str, pd.DataFrame], record: dict[str, Any]) -> None:
+        self.folder, self.tables, self.record = folder, tables, record
+
+    def __getattr__(self, name: str) -> Any:
+        """Table of a name."""
+        if name.startswith("_") or name not in self.tables:
+            raise AttributeError(name)
+        return self.tables[name]
+
+    def trajectory(self, scene: str, engine: str) -> pd.DataFrame | None:
+        """Samples of one run, or None if it left none."""
+        return recorded_parquet(self.folder, f"trajectories/{scene}/{engine}.parquet", self.record)
+
+    def differences(self, scene: str, engine: str) -> pd.DataFrame | None:
+        """Differences from the judging solution over time, or None without any."""
+        return recorded_parquet(self.folder, f"differences/{scene}/{engine}.parquet", self.record)
 
 
 @dataclass(frozen=True)
@@ -89,21 +110,26 @@ class StudyFiles:
         import pandas as pd
 
         path, needed = self.path(out, table), table not in self.optional
-        content = (needed_content if needed else recorded_content)(self.folder(out), path.name, record)
+        content = recorded_content(self.folder(out), path.name, record, needed=needed)
         if content is None:
             return pd.DataFrame(columns=list(self.tables[table]))
-        return read_csv(path, self.tables[table], words=self.words, flags=self.flags, content=content)
+        return read_csv(path, content, self.tables[table], words=self.words, flags=self.flags)
 
-    def read_all(self, out: Path, *tables: str) -> dict[str, pd.DataFrame]:
-        """Read several tables by name, all of them by default.
+    def contents(self, out: Path, *tables: str) -> StudyTables:
+        """Read the record and several tables, all of them by default.
 
         Raises
         ------
         FileNotFoundError
-            If a table is missing and not optional.
+            If the record is missing, or a table that is not optional.
+        DamagedResultsError
+            If the record or a table is damaged, or a table is another than the record describes.
+        SchemaVersionError
+            If the record has another schema version.
         """
-        record = self.read_record(out) if self.has_record(out) else {}
-        return {name: self.recorded(out, name, record) for name in tables or self.tables}
+        record = self.sound_record(out)
+        found = {name: self.recorded(out, name, record) for name in tables or self.tables}
+        return StudyTables(self.folder(out), found, record)
 
     def read_record(self, out: Path) -> dict[str, Any]:
         """Read the record.

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import io
 import os
 from typing import TYPE_CHECKING, NamedTuple
 
 from reports.tables import cost, crossval, effects, ensemble, roundoff, scaling, stability
 from reports.tables.faults import campaign, selftest
 from reports.tables.nights import releases
-from reports.tables.reading import TABLES, damaged, recorded_content
-from reports.tables.rows import COLUMNS, FOLDER, NUMBERS, spread
+from reports.tables.reading import TABLES, parquet_frame, recorded_content
+from reports.tables.rows import COLUMNS, FOLDER, spread, typed
 from reports.tables.writing import parquet
 
 if TYPE_CHECKING:
@@ -95,28 +94,8 @@ def study_rows(study: Measuring, folder: Path) -> pd.DataFrame:
         record = study.files.sound_record(folder)
         content = recorded_content(own, name, record) if record.get(TABLES) else None
         if content is not None:
-            return read_rows(own / name, content)
+            return typed(parquet_frame(own / name, content, COLUMNS))
     return study.rows(folder).frame()
-
-
-def read_rows(path: Path, content: bytes) -> pd.DataFrame:
-    """Rows of a file's contents.
-
-    Raises
-    ------
-    DamagedResultsError
-        If they are none.
-    """
-    import pandas as pd  # noqa: PLC0415
-
-    try:
-        found = pd.read_parquet(io.BytesIO(content))
-    except Exception as error:  # Arrow's errors have several bases
-        raise damaged(path, f"is no Parquet table: {error}") from None
-    lacking = [name for name in COLUMNS if name not in found]
-    if lacking:
-        raise damaged(path, f"lacks {', '.join(lacking)}")
-    return found.astype({c: "float64" if c in NUMBERS else object for c in COLUMNS})
 
 
 def rows_of(folder: Path) -> pd.DataFrame:

@@ -6,13 +6,11 @@ import hashlib
 import io
 import json
 import os
-import stat
 import warnings
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
-    from hashlib import _Hash as Hash
     from pathlib import Path
 
     import pandas as pd
@@ -54,13 +52,9 @@ def read_bytes(path: Path) -> bytes:
 
 def need_regular(path: Path) -> None:
     """Check that a path is a regular file, as :func:`read_bytes`."""
-    if not stat.S_ISREG(path.stat().st_mode):
+    path.stat()
+    if not path.is_file():
         raise damaged(path, "is no regular file")
-
-
-def read_text(path: Path) -> str:
-    """Text of a UTF-8 file, as :func:`read_bytes`."""
-    return decoded(path, read_bytes(path))
 
 
 def decoded(path: Path, content: bytes) -> str:
@@ -81,7 +75,7 @@ def read_json(path: Path) -> Any:
     DamagedResultsError
         If it is no JSON.
     """
-    text = read_text(path)
+    text = decoded(path, read_bytes(path))
     try:
         return json.loads(text)
     except (ValueError, RecursionError) as error:
@@ -89,52 +83,29 @@ def read_json(path: Path) -> Any:
 
 
 def read_csv(
-    path: Path,
-    columns: Collection[str],
-    *,
-    words: Collection[str] = (),
-    flags: Collection[str] = (),
-    content: bytes | None = None,
+    path: Path, content: bytes, columns: Collection[str], *, words: Collection[str] = (), flags: Collection[str] = ()
 ) -> pd.DataFrame:
     """Table of a CSV file with columns of declared types.
 
     Parameters
     ----------
     path : Path
+        For messages.
+    content : bytes
     columns : collection of str
         Required columns; empty: whatever columns there are.
     words, flags : collection of str
         Columns of text, whose empty cells are empty strings, and of True and False. All other columns are numbers;
         an empty cell is NaN.
-    content : bytes, optional
-        Contents of the file, if they were read already.
 
     Raises
     ------
-    OSError
-        If the file is missing or can't be read.
     DamagedResultsError
         If it is no such table.
     """
-    text = decoded(path, read_bytes(path) if content is None else content)
-    found = parsed_csv(path, text, words)
-    lacking = [name for name in columns if name not in found]
-    if lacking:
-        raise damaged(path, f"lacks {', '.join(lacking)}; it has: {', '.join(map(str, found.columns))}")
-    for name in columns or found.columns:
-        if name in words:
-            found[name] = found[name].astype(object).fillna("").astype(str)
-        elif name in flags:
-            need_flags(path, found[name])
-        else:
-            need_numbers(path, found[name])
-    return found
-
-
-def parsed_csv(path: Path, text: str, words: Collection[str]) -> pd.DataFrame:
-    """Cells of a CSV text, columns of words as text."""
     import pandas as pd
 
+    text = decoded(path, content)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", pd.errors.DtypeWarning)
@@ -146,6 +117,18 @@ def parsed_csv(path: Path, text: str, words: Collection[str]) -> pd.DataFrame:
         raise damaged(path, f"is no CSV table: {brief(error)}") from None
     if not isinstance(found.index, pd.RangeIndex):
         raise damaged(path, "has rows with more cells than columns")
+    lacking = [name for name in columns if name not in found]
+    if lacking:
+        raise damaged(path, f"lacks {', '.join(lacking)}; it has: {', '.join(map(str, found.columns))}")
+    for name in columns or found.columns:
+        column = found[name]
+        if name in words:
+            found[name] = column.astype(object).fillna("").astype(str)
+        elif name in flags:
+            other = column.notna() & ~column.astype(str).isin(("True", "False"))
+            need_none(path, column[other], f"column {name} holds other than True and False")
+        else:
+            need_numbers(path, column)
     return found
 
 
@@ -153,60 +136,52 @@ def need_numbers(path: Path, column: pd.Series[Any]) -> None:
     """Check that a column holds numbers and empty cells only."""
     import pandas as pd
 
-    numeric = pd.api.types.is_numeric_dtype(column) and not pd.api.types.is_bool_dtype(column)
-    if numeric or column.isna().all():
-        return
-    cells = column[pd.to_numeric(column.astype(object), errors="coerce").isna() & column.notna()]
-    shown = f": {brief(cells.iloc[0])[:40]!r} in row {int(cells.index[0]) + 1}" if len(cells) else ""
-    raise damaged(path, f"column {column.name} holds no numbers{shown}")
+    if not pd.api.types.is_numeric_dtype(column) or pd.api.types.is_bool_dtype(column):
+        other = column.notna() & pd.to_numeric(column.astype(object), errors="coerce").isna()
+        wrong = column[other] if other.any() else column.dropna()
+        need_none(path, wrong, f"column {column.name} holds no numbers")
 
 
-def need_flags(path: Path, column: pd.Series[Any]) -> None:
-    """Check that a column holds True, False and empty cells only."""
-    wrong = column[~column.astype(str).isin(("True", "False")) & column.notna()]
-    if len(wrong):
-        shown = f"{brief(wrong.iloc[0])[:40]!r} in row {int(wrong.index[0]) + 1}"
-        raise damaged(path, f"column {column.name} holds other than True and False: {shown}")
+def need_none(path: Path, cells: pd.Series[Any], what: str) -> None:
+    """Check that there are no such cells; the message shows the first."""
+    if len(cells):
+        raise damaged(path, f"{what}: {brief(cells.iloc[0])[:40]!r} in row {int(cells.index[0]) + 1}")
+
+
+def parquet_frame(path: Path, content: bytes, needed: Collection[str]) -> pd.DataFrame:
+    """Table of a Parquet file's contents with some needed columns; errors as :func:`read_csv`."""
+    import pandas as pd
+
+    try:
+        found = pd.read_parquet(io.BytesIO(content))
+    except Exception as error:  # Arrow's errors have several bases
+        raise damaged(path, f"is no Parquet table: {brief(error)}") from None
+    lacking = [name for name in needed if name not in found]
+    if lacking:
+        raise damaged(path, f"lacks {', '.join(lacking)}")
+    return found
 
 
 def read_parquet(path: Path, content: bytes | None = None) -> pd.DataFrame:
     """Table of numbers over time ``t_s`` of a Parquet file; errors as :func:`read_csv`."""
-    import pandas as pd
-
-    data = read_bytes(path) if content is None else content
-    try:
-        found = pd.read_parquet(io.BytesIO(data))
-    except Exception as error:  # Arrow's errors have several bases
-        raise damaged(path, f"is no Parquet table: {brief(error)}") from None
-    if "t_s" not in found:
-        raise damaged(path, "lacks t_s")
+    found = parquet_frame(path, read_bytes(path) if content is None else content, ("t_s",))
     for name in found.columns:
         need_numbers(path, found[name])
     return found
 
 
-def new_hash() -> Hash:
-    """Hash of contents that come one after another."""
-    return hashlib.sha256()
-
-
-def hash_text(content: Hash) -> str:
-    """Hash of a file's contents, as records hold it."""
-    return content.hexdigest()[:DIGITS]
-
-
 def digest(content: bytes) -> str:
     """Hash of a file's contents, as records hold it."""
-    return hash_text(hashlib.sha256(content))
+    return hashlib.sha256(content).hexdigest()[:DIGITS]
 
 
 def file_digest(path: Path) -> str:
     """Hash of a file's contents, which are not held at once."""
     with path.open("rb") as file:
-        return hash_text(hashlib.file_digest(file, "sha256"))
+        return hashlib.file_digest(file, "sha256").hexdigest()[:DIGITS]
 
 
-def recorded_content(folder: Path, name: str, record: Mapping[str, Any]) -> bytes | None:
+def recorded_content(folder: Path, name: str, record: Mapping[str, Any], *, needed: bool = False) -> bytes | None:
     """Contents of a table that belongs to a record.
 
     Parameters
@@ -217,6 +192,8 @@ def recorded_content(folder: Path, name: str, record: Mapping[str, Any]) -> byte
         Table, relative to it.
     record : mapping
         A record without digests, from an earlier barchain, is taken at its word.
+    needed : bool
+        Whether a table that does not belong to the record is an error.
 
     Returns
     -------
@@ -225,25 +202,25 @@ def recorded_content(folder: Path, name: str, record: Mapping[str, Any]) -> byte
 
     Raises
     ------
+    FileNotFoundError
+        If it is needed, and there is no such file.
     DamagedResultsError
         If the contents differ from those that the record describes, or a complete record lists a missing file.
     """
     path = recorded_path(folder, name, record)
-    if path is None:
-        return None
-    content = read_bytes(path)
-    need_digest(path, digest(content), record.get(TABLES), name)
-    return content
+    if path is not None:
+        content = read_bytes(path)
+        need_digest(path, digest(content), record.get(TABLES), name)
+        return content
+    if needed and not os.path.lexists(folder / name):
+        raise FileNotFoundError(f"{folder}: no {name} there; give a folder with results")
+    if needed:
+        raise damaged(folder / name, "is left from another run than the record's")
+    return None
 
 
 def recorded_parquet(folder: Path, name: str, record: Mapping[str, Any]) -> pd.DataFrame | None:
-    """Table over time that belongs to a record; None without a file.
-
-    Raises
-    ------
-    DamagedResultsError
-        If it is damaged, or another than the record describes.
-    """
+    """Table over time that belongs to a record; None without a file. Errors as :func:`recorded_content`."""
     content = recorded_content(folder, name, record)
     return None if content is None else read_parquet(folder / name, content)
 
@@ -278,20 +255,3 @@ def need_digest(path: Path, found: str, known: Mapping[str, list[str]] | None, n
     """Check that a table has a digest that its record lists."""
     if known is not None and found not in known[name]:
         raise damaged(path, "is not the table that the record describes: damaged, changed, or of another run")
-
-
-def needed_content(folder: Path, name: str, record: Mapping[str, Any]) -> bytes:
-    """Contents of a required table, as :func:`recorded_content`.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such file.
-    """
-    content = recorded_content(folder, name, record)
-    if content is None:
-        path = folder / name
-        if not os.path.lexists(path):
-            raise FileNotFoundError(f"{folder}: no {name} there; give a folder with results")
-        raise damaged(path, "is left from another run than the record's")
-    return content

@@ -26,17 +26,14 @@ A folder ``roundoff`` inside a result folder holds, each error as quantiles over
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.files import StudyFiles
+from reports.tables.files import StudyFiles, StudyTables
 from reports.tables.rows import Followed, Rows, known, records
 from reports.tables.schema import Part, Record
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-    import pandas as pd
 
 SPREAD = ("q05", "median", "q95", "largest", "members")
 FIT = ("exponent", "low", "high", "expected", "points", "first", "last", "remark")
@@ -120,36 +117,8 @@ FILES = StudyFiles(
 )
 
 
-@dataclass(frozen=True)
-class RoundoffTables:
-    """Contents of a round-off study's folder; missing tables are empty."""
-
-    evaluation: pd.DataFrame
-    laws: pd.DataFrame
-    longitudes: pd.DataFrame
-    trajectories: pd.DataFrame
-    best: pd.DataFrame
-    best_laws: pd.DataFrame
-    growth: pd.DataFrame
-    growth_laws: pd.DataFrame
-    engines: pd.DataFrame
-    engine_laws: pd.DataFrame
-    times: pd.DataFrame
-    record: dict[str, Any]
-
-
-def read_roundoff(folder: Path) -> RoundoffTables:
-    """Read the round-off study in a result folder.
-
-    Raises
-    ------
-    FileNotFoundError
-        If it holds none.
-    SchemaVersionError
-        If the record has another schema version.
-    """
-    record = FILES.sound_record(folder)
-    return RoundoffTables(**FILES.read_all(folder), record=record)
+RoundoffTables = StudyTables
+read_roundoff = FILES.contents
 
 
 KEYS = {

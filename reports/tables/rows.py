@@ -136,12 +136,16 @@ class Rows:
         """
         import pandas as pd  # noqa: PLC0415
 
-        found = pd.DataFrame(self.found, columns=list(COLUMNS))
-        found = found.astype({c: "float64" if c in NUMBERS else object for c in COLUMNS})
+        found = typed(pd.DataFrame(self.found, columns=list(COLUMNS)))
         twice = found[found.duplicated(list(IDENTITY))]
         if len(twice):
             raise RowError(f"two rows have one identity: {', '.join(map(str, twice[list(IDENTITY)].iloc[0]))}")
         return found
+
+
+def typed(frame: pd.DataFrame) -> pd.DataFrame:
+    """Rows whose columns have the types of the relation."""
+    return frame.astype({c: "float64" if c in NUMBERS else object for c in COLUMNS})
 
 
 def split_not_run(outcome: str, reason: str) -> tuple[str, str]:

@@ -20,12 +20,10 @@ A folder ``stability`` inside a result folder holds
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.files import StudyFiles
-from reports.tables.reading import recorded_parquet
+from reports.tables.files import StudyFiles, StudyTables
 from reports.tables.rows import Followed, Rows, known, records
 from reports.tables.run_rows import COUNT, add_runs
 from reports.tables.run_rows import FOLLOWED as RUNS_FOLLOWED
@@ -33,8 +31,6 @@ from reports.tables.schema import RunsRecord
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-    import pandas as pd
 
 OUTCOMES = (
     "scene", "engine", "stability", "slow", "reason",
@@ -113,34 +109,8 @@ ADVICE = {
 }
 
 
-@dataclass(frozen=True)
-class StabilityTables:
-    """Contents of a stability study's folder."""
-
-    folder: Path
-    outcomes: pd.DataFrame
-    evidence: pd.DataFrame
-    laws: pd.DataFrame
-    long: pd.DataFrame
-    plain: pd.DataFrame
-    record: dict[str, Any]
-
-    def trajectory(self, scene: str, name: str) -> pd.DataFrame | None:
-        """Samples of one run; None without any."""
-        return recorded_parquet(self.folder, f"trajectories/{scene}/{name}.parquet", self.record)
-
-
-def read_stability(folder: Path) -> StabilityTables:
-    """Read the stability study in a result folder.
-
-    Raises
-    ------
-    FileNotFoundError
-        If a table is missing.
-    SchemaVersionError
-        If the record has another schema version.
-    """
-    return StabilityTables(FILES.folder(folder), **FILES.read_all(folder), record=FILES.sound_record(folder))
+StabilityTables = StudyTables
+read_stability = FILES.contents
 
 
 MEASURED = {

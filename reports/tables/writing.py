@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import hashlib
 import io
 import json
 import os
@@ -11,7 +12,7 @@ import stat
 from pathlib import Path, PurePath
 from typing import IO, TYPE_CHECKING, Any
 
-from reports.tables.reading import TABLES, digest, file_digest, hash_text, new_hash, read_bytes
+from reports.tables.reading import DIGITS, TABLES, digest, file_digest, read_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -87,7 +88,7 @@ class DigestedFile(io.BufferedIOBase):
 
     def __init__(self, path: Path, file: IO[bytes]) -> None:
         """Begin before the first byte; errors name `path`."""
-        self.path, self.file, self.hash = path, file, new_hash()
+        self.path, self.file, self.hash = path, file, hashlib.sha256()
 
     def writable(self) -> bool:
         """Whether it is written: always."""
@@ -102,7 +103,7 @@ class DigestedFile(io.BufferedIOBase):
     @property
     def digest(self) -> str:
         """Digest, as records hold it."""
-        return hash_text(self.hash)
+        return self.hash.hexdigest()[:DIGITS]
 
 
 def append_whole(path: Path, content: bytes) -> None:

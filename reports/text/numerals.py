@@ -6,8 +6,6 @@ import math
 import re
 from typing import TYPE_CHECKING
 
-from markupsafe import Markup, escape
-
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -56,8 +54,8 @@ def significant(value: float | None, digits: int = 3) -> str:
     return typographic(typed(value, digits))
 
 
-def typeset(value: float | None, digits: int = 3) -> Markup:
-    """HTML of a number: a true minus, powers of ten with superscripts."""
+def typeset(value: float | None, digits: int = 3) -> str:
+    """``−5.40×10⁻⁷``, ``∞`` as on a page, with a true minus."""
     return powers(typed(value, digits))
 
 
@@ -70,15 +68,14 @@ def typographic(text: str) -> str:
     return f"{mantissa[:-1]}{power}" if mantissa in ("1", "-1") else f"{mantissa}×{power}"
 
 
-def powers(text: str) -> Markup:
-    """HTML of a number given as text."""
-    return escape(typographic(text).replace("-", "−").replace("inf", "∞"))
+def powers(text: str) -> str:
+    """Number given as text, as :func:`typeset`."""
+    return typographic(text).replace("-", "−").replace("inf", "∞")
 
 
-def powers_in(text: str) -> Markup:
-    """HTML of a sentence with its powers of ten as superscripts."""
-    parts = re.split(r"(?<![\w.])(\d[\d.]*e[-+]?\d+)", text)
-    return Markup("").join(powers(part) if k % 2 else escape(part) for k, part in enumerate(parts))
+def powers_in(text: str) -> str:
+    """Sentence with its powers of ten as superscripts."""
+    return re.sub(r"(?<![\w.])\d[\d.]*e[-+]?\d+", lambda found: powers(found[0]), text)
 
 
 def unpadded(text: str) -> str:
@@ -132,13 +129,13 @@ def as_given(value: object) -> str:
     return typed(found, digits)
 
 
-def given_markup(value: object) -> Markup:
-    """HTML of a stored setting or count."""
+def given_markup(value: object) -> str:
+    """Stored setting or count as on a page."""
     text, found = as_given(value), number(value)
     if found is None:
-        return escape(text)
+        return text
     if text.lstrip("-").isdigit():
-        return escape(f"{found:,.0f}".replace(",", "\N{NARROW NO-BREAK SPACE}"))
+        return f"{found:,.0f}".replace(",", "\N{NARROW NO-BREAK SPACE}")
     return powers(text)
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from reports.text.mathematics import written
 from reports.text.numerals import number
+from reports.text.words import written
 
 LEAST_ORBITS = 0.25  # a shorter time is told in seconds
 

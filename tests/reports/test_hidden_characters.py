@@ -10,8 +10,7 @@ from markupsafe import Markup
 
 from reports.page import templates
 from reports.render import render_all
-from reports.text.markdown import escape_text
-from reports.text.visible import visible, written
+from reports.text.words import escape_text, shown, visible
 from scenarios.text import is_hidden
 from tests.support.page_policy import check_policy
 from tests.support.report_fixture import build
@@ -29,7 +28,7 @@ def test_hidden_characters_are_written_as_codes_in_html_and_markdown() -> None:
     page = templates().from_string("{{ a }}|{{ b }}|{{ 1.5 }}")
     assert page.render(a="x\u202ey\x1b", b=Markup("<b>\u200b\n</b>")) == r"x\u202ey\x1b|<b>\u200b" + "\n</b>|1.5"
     assert escape_text("a\u202e\nb &lt; <i>") == r"a\\u202e b \&lt; \<i\>"
-    assert isinstance(written(Markup("<b>")), Markup)
+    assert isinstance(shown(Markup("<b>")), Markup)
 
 
 @pytest.fixture(scope="module")

@@ -180,10 +180,8 @@ def test_the_papers_misprints_stand_only_beside_a_scene_of_the_paper(
     tags: list[str], shown: bool, tmp_path: Path
 ) -> None:
     record = {"scenes": {"s": {"tags": tags}}, "misprints": [{"place": "(17)", "printed": "a", "right": "b"}]}
-    page, text = (path.read_text() for path in reports.render(write_tables(tmp_path, [one_row("pass")], record)))
-    assert ("Misprints in the paper" in page) == ("#misprints" in page) == shown
-    assert ("## Misprints in the paper" in text) == ("(17)" in text) == shown
-    assert "\n## Tolerances\n" in text
+    page = reports.render(write_tables(tmp_path, [one_row("pass")], record))[0].read_text()
+    assert ("Misprints in the paper" in page) == ("#misprints" in page) == ("(17)" in page) == shown
 
 
 def test_a_run_without_its_names_stops_a_render(tmp_path: Path) -> None:
@@ -216,7 +214,7 @@ def test_a_hostile_title_is_only_text(small: Path) -> None:
     assert not {"script", "img"} & set(Page(page).tags)
     assert html.escape(hostile, quote=False).split(" onerror")[0] in page
     assert not re.search(r"(?<!\\)<(script|img)", text)
-    matrix = text.split("## Matrix")[1].split("| outcome | meaning |")[0]
+    matrix = text.split("## Matrix")[1].split("## Scenes")[0]
     rows = [line for line in matrix.splitlines() if line.startswith("|")]
     assert len({len(re.findall(r"(?<!\\)\|", line)) for line in rows}) == 1
 

@@ -23,7 +23,7 @@ def plain(text: str, but: str = "\n\t") -> str:
     """Text with hidden characters escaped, except those in `but`."""
     if text.isprintable():  # quick, and without an import
         return text
-    from reports.text.visible import visible  # noqa: PLC0415
+    from reports.text.words import visible  # noqa: PLC0415
 
     return visible(text, but=but)
 

@@ -157,13 +157,9 @@ def orbit_panel(name: str, title: str, shown: Enlarged, *, moves: bool = True) -
     note = f"Chain enlarged {size} times; bar 1 in colour.{beyond(geometry, motion, end)}"
     within = (motion.t_s >= start) & (motion.t_s <= end)
     frames = frame_count(motion.angle_rad[within]) if moves else 0
-    moving = Markup("")
-    if frames:
-        at = np.linspace(start, end, frames + 1)
-        ends = shown.chain(at)[:, 0]
-        end_px = np.stack([drawn.x(ends[:, 0]), drawn.y(ends[:, 1])], axis=-1)
-        length_px = SIZE / (drawn.x.high - drawn.x.low) * shown.factor * geometry.length_m
-        moving = moving_chain(name, end_px, -along(at, motion.t_s, motion.angle_rad), length_px)
+    at = np.linspace(start, end, frames + 1)
+    length_px = SIZE / (drawn.x.high - drawn.x.low) * shown.factor * geometry.length_m
+    moving = moving_chain(name, drawn, shown.chain(at)[:, 0], along(at, motion.t_s, motion.angle_rad), length_px)
     return Panel(title, drawn.svg(title, more=moving), note, moving=f"{name}-moves" if moving else "")
 
 
@@ -194,12 +190,9 @@ def centred_panel(name: str, geometry: Geometry, motion: DrawnMotion) -> Panel:
     title = "Chain about its centre of mass"
     upwards = "; vertical upwards" if geometry.body_radius_m > 0.0 else ""
     note = f"To scale; bar 1 in colour{upwards}.{beyond(geometry, motion, end)}"
-    moving = Markup("")
-    if frames:
-        angles = along(np.linspace(start, end, frames + 1), motion.t_s, angle)
-        end_px = centre_px[0] + px_per_m * (joints(geometry, angles)[:, 0] - middle)
-        end_px[:, 1] = SIZE - end_px[:, 1]
-        moving = moving_chain(name, end_px, -angles, px_per_m * geometry.length_m)
+    angles = along(np.linspace(start, end, frames + 1), motion.t_s, angle)
+    ends = centre_px[0] + px_per_m * (joints(geometry, angles)[:, 0] - middle)
+    moving = moving_chain(name, drawn, ends, angles, px_per_m * geometry.length_m)
     return Panel(title, drawn.svg(title, more=moving), note, moving=f"{name}-moves" if moving else "")
 
 
@@ -269,8 +262,8 @@ def frame_count(angle_rad: Array) -> int:
     return int(np.clip(np.ceil(turned / TURN_RAD), LEAST_FRAMES, MOST_FRAMES))
 
 
-def moving_chain(name: str, end_px: Array, angle_rad: Array, length_px: Array) -> Markup:
-    """Group of SVG elements that moves while the page lets it; empty for a chain of too many bars.
+def moving_chain(name: str, drawn: Chart, end: Array, angle_rad: Array, length_px: Array) -> Markup:
+    """Group of SVG elements that moves while the page lets it; empty for one frame, or a chain of too many bars.
 
     Each bar is a group inside the group of the bar before it, so that joints never open between two frames.
 
@@ -278,15 +271,18 @@ def moving_chain(name: str, end_px: Array, angle_rad: Array, length_px: Array) -
     ----------
     name : str
         Unique in the page: names of the animations are derived from it.
-    end_px : ndarray, shape (k, 2)
-        First end of bar 1 at equal intervals of time; the second axis points downwards.
+    drawn : Chart
+    end : ndarray, shape (k, 2)
+        First end of bar 1 at equal intervals of time, on the scales of `drawn`.
     angle_rad : ndarray, shape (k, N)
-        Unwrapped, clockwise.
+        Unwrapped.
     length_px : ndarray, shape (N,)
     """
+    if len(end) < 2:
+        return Markup("")
     tag = "m" + hashlib.sha256(name.encode()).hexdigest()[:7]
-    places = [f"translate({x:.1f}px,{y:.1f}px)" for x, y in end_px]
-    steps = np.degrees(np.diff(angle_rad, axis=1, prepend=0.0))
+    places = [f"translate({drawn.x(x):.1f}px,{drawn.y(y):.1f}px)" for x, y in end]
+    steps = np.degrees(np.diff(-angle_rad, axis=1, prepend=0.0))
     turns = [[f"rotate({a:.1f}deg)" for a in column] for column in steps.T]
     rules = [keyframes(f"{tag}-{k}", states) for k, states in enumerate([places, *turns])]
     bars = ""

@@ -26,15 +26,14 @@ from reports.chapters.crossval.summary import SHORT_OF_THE_RUN, WORDS, QuantityR
 from reports.page import fitting, surroundings, templates
 from reports.plotting.palette import engine_pen
 from reports.plotting.series import numbered
-from reports.tables.crossval import PARTED_RAD, Results, read_results
+from reports.tables.crossval import PARTED_RAD, read_results
 from reports.tables.outcome import Outcome
 from reports.tables.schema import RECORD
 from reports.tables.writing import write_atomically
 from reports.text.glossary import Glossary
-from reports.text.mathematics import written, written_row
 from reports.text.numerals import number, unpadded
 from reports.text.record import mapping, rows
-from reports.text.words import run_anchor
+from reports.text.words import run_anchor, written, written_row
 from scenarios.plural import plural
 
 if TYPE_CHECKING:
@@ -42,6 +41,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from reports.plotting.panels import Panel
+    from reports.tables.files import StudyTables
     from reports.text.record import SceneRecord
 
 PAPER = "paper"
@@ -81,7 +81,7 @@ def write_report(folder: Path, chapters: Mapping[Any, Any]) -> tuple[Path, Path]
     return page, text
 
 
-def rendered(results: Results, chapters: Mapping[Any, Any]) -> tuple[str, str]:
+def rendered(results: StudyTables, chapters: Mapping[Any, Any]) -> tuple[str, str]:
     """HTML and Markdown of a comparison's report."""
     summary = summarise(results)
     shared = context(results, summary) | {"chapters": list(chapters)} | {c.name: v for c, v in chapters.items()}
@@ -97,7 +97,7 @@ def rendered(results: Results, chapters: Mapping[Any, Any]) -> tuple[str, str]:
     return html.render(shared | pictures, glossary=Glossary()), markdown.render(shared, glossary=Glossary())
 
 
-def scene_view(results: Results, summary: Summary, scene: SceneRecord) -> dict[str, Any]:
+def scene_view(results: StudyTables, summary: Summary, scene: SceneRecord) -> dict[str, Any]:
     """Contents of a scene's section: its facts, drawings, charts and cells."""
     data = SceneData(results, summary, scene)
     return {
@@ -123,7 +123,7 @@ def orbits_of(data: SceneData) -> list[Panel]:
     return orbit_panels(data.id, geometry, DrawnMotion(t_s, com, angle, data.solution_end_s))
 
 
-def context(results: Results, summary: Summary) -> dict[str, Any]:
+def context(results: StudyTables, summary: Summary) -> dict[str, Any]:
     """Names that both templates see."""
     record = results.record
     return surroundings(record) | {

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from reports.chapters.crossval.summary import Summary
     from reports.plotting.panels import Legend, Line, Panel
-    from reports.tables.crossval import Results
+    from reports.tables.files import StudyTables
     from reports.text.record import SceneRecord
 
 MANOEUVRES = 4.0  # durations of a prescribed rotation that its own charts cover
@@ -87,7 +87,7 @@ def group(heading: str, text: str, legend: Iterable[Legend], panels: Iterable[Pa
 class SceneData:
     """Tables of one scene with the shared axes of its charts."""
 
-    def __init__(self, results: Results, summary: Summary, scene: SceneRecord) -> None:
+    def __init__(self, results: StudyTables, summary: Summary, scene: SceneRecord) -> None:
         self.results, self.summary, self.scene = results, summary, scene
         self.solution = results.trajectory(scene.name, SOLUTION)
         self.id = anchor(scene.name)

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections import defaultdict
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
-from reports.tables.crossval import ALL_SCENES, JUDGING_SOLUTION, QUANTITY_UNITS, Results, is_engine
+from reports.tables.crossval import ALL_SCENES, JUDGING_SOLUTION, QUANTITY_UNITS, is_engine
 from reports.tables.outcome import Outcome, gravest
 from reports.tables.rows import Row, known, records
 from reports.text.numerals import number
 from reports.text.record import SceneRecord, is_complete, mapping
+
+if TYPE_CHECKING:
+    from reports.tables.files import StudyTables
 
 WORDS = {outcome: outcome.value.replace("_", " ") for outcome in Outcome}
 SHORT_OF_THE_RUN = 0.999  # a limit beyond this share of the run counts as the whole run
@@ -138,13 +141,6 @@ class RunCell:
         found = [r for r in self.rows if r.ratio is not None]
         return max(found, key=lambda r: r.ratio or 0.0, default=None)
 
-    @property
-    def compared(self) -> bool:
-        """Whether a difference of this run was judged."""
-        return any(r.quantity != "run" and r.outcome is not Outcome.REPORTED for r in self.rows) or (
-            self.outcome is Outcome.PASS
-        )
-
 
 @dataclass(frozen=True)
 class Summary:
@@ -213,28 +209,28 @@ class Summary:
         return [c for c in self.all if c.outcome in outcomes]
 
 
-def summarise(results: Results) -> Summary:
-    """Gather the metrics of a result folder."""
+def summarise(results: StudyTables) -> Summary:
+    """Gather the metrics of a result folder: the paper's scenes come first, then the others, each by name."""
     metrics, record = results.metrics, results.record
-    known = mapping(record.get("scenes"))
-    names = [n for n in dict.fromkeys([*known, *metrics["scene"].astype(str)]) if n != ALL_SCENES]
-    scenes = sorted((SceneRecord(n, mapping(known.get(n))) for n in names), key=paper_first)
-    engines = list(dict.fromkeys([*mapping(record.get("engines")), *sorted(set(metrics["engine"].astype(str)))]))
+    recorded, facts = mapping(record.get("scenes")), mapping(record.get("engines"))
+    names = [n for n in dict.fromkeys([*recorded, *metrics["scene"].astype(str)]) if n != ALL_SCENES]
+    scenes = [SceneRecord(n, mapping(recorded.get(n))) for n in names]
+    scenes.sort(key=lambda s: ("paper" not in s.tags and not s.name.startswith("paper/"), s.name))
     durations = {s.name: s.value("duration_s") for s in scenes}
-    pairs: dict[tuple[str, str], list[Row]] = defaultdict(list)
+    engines = list(dict.fromkeys([*facts, *sorted(set(metrics["engine"].astype(str)))]))
+    pairs: dict[tuple[str, str], list[Row]] = {}
     for row in records(metrics):
-        pairs[str(row["scene"]), str(row["engine"])].append(row)
+        pairs.setdefault((str(row["scene"]), str(row["engine"])), []).append(row)
     cells = {pair: make_cell(*pair, pairs[pair], durations.get(pair[0])) for pair in sorted(pairs)}
     for scene in scenes:
         show_first_orbit(cells, scene)
-    facts = {e: mapping(f) for e, f in mapping(record.get("engines")).items()}
     return Summary(
         tuple(scenes),
         tuple(e for e in engines if is_engine(e)),
         cells,
         finished=is_complete(record) or "finished" not in record,
-        outside=frozenset(e for e, f in facts.items() if f.get("external")),
-        outside_known=any("external" in f for f in facts.values()),
+        outside=frozenset(e for e, f in facts.items() if mapping(f).get("external")),
+        outside_known=any("external" in mapping(f) for f in facts.values()),
     )
 
 
@@ -254,19 +250,11 @@ def show_first_orbit(cells: dict[tuple[str, str], RunCell], scene: SceneRecord) 
             cells[key] = replace(cell, shows_first_orbit=True)
 
 
-def paper_first(scene: SceneRecord) -> tuple[bool, str]:
-    """Sort key: the paper's scenes, then the others, each by name."""
-    return "paper" not in scene.tags and not scene.name.startswith("paper/"), scene.name
-
-
 def make_cell(scene: str, engine: str, rows: list[Row], duration_s: float | None) -> RunCell:
     """Cell from all metric rows of one run."""
-    by_quantity: dict[str, list[Row]] = defaultdict(list)
-    for row in rows:
-        by_quantity[str(row["quantity"])].append(row)
-    found = [make_row(quantity, own) for quantity, own in by_quantity.items()]
-    order = list(QUANTITY_UNITS)
-    found.sort(key=lambda r: (order.index(r.quantity) if r.quantity in order else len(order), r.quantity))
+    order = [*QUANTITY_UNITS, *sorted({str(r["quantity"]) for r in rows} - set(QUANTITY_UNITS))]
+    own = {q: [r for r in rows if r["quantity"] == q] for q in order}
+    found = [make_row(quantity, of) for quantity, of in own.items() if of]
     worst = gravest(r.outcome for r in found)
     reason = "; ".join(
         r.reason if r.quantity == "run" else f"{r.name}: {r.reason}" for r in found if r.outcome is worst and r.reason
@@ -276,37 +264,31 @@ def make_cell(scene: str, engine: str, rows: list[Row], duration_s: float | None
 
 
 def make_row(quantity: str, rows: list[Row]) -> QuantityRow:
-    """Row from all metric rows of one quantity of one run."""
-    by_metric = {str(r["metric"]): r for r in rows}
+    """Row from all metric rows of one quantity of one run; NaN where a metric has a row without a number."""
+    by_metric = {str(r["metric"]): r for r in rows if r["metric"] != "outcome"}
     largest = by_metric.get("max", by_metric.get("drift", {}))
-    outcomes = [Outcome(r["outcome"]) for r in rows]
-    worst = gravest(outcomes)
-    reasons = [str(r["reason"]) for r, o in zip(rows, outcomes, strict=True) if o is worst and r["reason"]]
-    unit = next((str(r["unit"]) for r in rows if r["unit"]), QUANTITY_UNITS.get(quantity, ""))
+    bound = largest.get("tolerance")
+    worst = gravest(Outcome(r["outcome"]) for r in rows)
+    reasons = [str(r["reason"]) for r in rows if r["outcome"] == worst and r["reason"]]
+
+    def value(row: Row) -> float | None:
+        return (math.nan if (found := number(row.get("value"))) is None else found) if row else None
+
+    rms, final, ratio, first_orbit, detection_limit = (
+        value(by_metric.get(name, {}))
+        for name in ("rms", "final", "normalised_error", "first_orbit_max", "detection_limit")
+    )
     return QuantityRow(
         quantity=quantity,
-        unit=largest.get("unit") or unit,
-        largest=stored(largest, "value"),
-        rms=stored(by_metric.get("rms", {}), "value"),
-        final=stored(by_metric.get("final", {}), "value"),
-        bound=finite(stored(largest, "tolerance")),
-        ratio=stored(by_metric.get("normalised_error", {}), "value"),
-        first_orbit=stored(by_metric.get("first_orbit_max", {}), "value"),
-        detection_limit=stored(by_metric.get("detection_limit", {}), "value"),
+        unit=largest.get("unit") or next((str(r["unit"]) for r in rows if r["unit"]), QUANTITY_UNITS.get(quantity, "")),
+        largest=value(largest),
+        rms=rms,
+        final=final,
+        bound=bound if known(bound) else None,
+        ratio=ratio,
+        first_orbit=first_orbit,
+        detection_limit=detection_limit,
         limit_s=min((float(r["limit_s"]) for r in rows if known(r["limit_s"])), default=None),
         outcome=worst,
         reason="; ".join(dict.fromkeys(reasons)),
     )
-
-
-def stored(row: Row, key: str) -> float | None:
-    """Return the number of a stored row: NaN if the row is there without one, None if there is no row."""
-    if not row or row.get("metric") == "outcome":
-        return None
-    value = number(row.get(key))
-    return math.nan if value is None else value
-
-
-def finite(value: float | None) -> float | None:
-    """Return a number, or None for NaN: a tolerance that is not given."""
-    return None if value is None or not math.isfinite(value) else value

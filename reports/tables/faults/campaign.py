@@ -14,18 +14,15 @@ A folder ``campaign`` inside a result folder holds
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.files import StudyFiles
+from reports.tables.files import StudyFiles, StudyTables
 from reports.tables.rows import Followed, Rows, known, records
 from reports.tables.schema import Record
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-    import pandas as pd
 
 COLUMNS = (
     "scene", "engine", "fault", "outcome", "class", "quantity", "reason", "size", "detection_limit", "own_limit",
@@ -96,27 +93,10 @@ FAULT_CLASSES = (
 """Classes of faulty engines"""
 
 
-@dataclass(frozen=True)
-class CampaignTables:
-    """Contents of a campaign's folder."""
-
-    cells: pd.DataFrame
-    rates: pd.DataFrame
-    record: dict[str, Any]
-
-
-def read_campaign(folder: Path) -> CampaignTables:
-    """Read the campaign in a result folder.
-
-    Raises
-    ------
-    FileNotFoundError
-        If a file is missing.
-    SchemaVersionError
-        If the record has another schema version.
-    """
-    found = FILES.read_all(folder)
-    return CampaignTables(found["campaign"], found["rates"], FILES.sound_record(folder))
+def read_campaign(folder: Path) -> StudyTables:
+    """Record, ``cells`` and ``rates`` of the campaign in a result folder; errors as `FILES.contents`."""
+    found = FILES.contents(folder)
+    return StudyTables(found.folder, {"cells": found.campaign, "rates": found.rates}, found.record)
 
 
 SIZES = {

@@ -10,18 +10,15 @@ A folder ``selftest`` inside a result folder holds
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.files import StudyFiles
+from reports.tables.files import StudyFiles, StudyTables
 from reports.tables.rows import Followed, Rows, known, records
 from reports.tables.schema import Record
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-    import pandas as pd
 
 COLUMNS = ("fault", "scene", "fate", "why", "quantity", "check", "ratio", "killed", "reason")
 """`fate`: outcome of the fault in the scene; `why`: reason of an undetected fault; `ratio`: value found relative to the
@@ -81,25 +78,10 @@ ADVICE = {
 }
 
 
-@dataclass(frozen=True)
-class SelftestTables:
-    """Contents of a self-test's folder."""
-
-    cells: pd.DataFrame
-    record: dict[str, Any]
-
-
-def read_selftest(folder: Path) -> SelftestTables:
-    """Read the self-test in a result folder.
-
-    Raises
-    ------
-    FileNotFoundError
-        If a table is missing.
-    SchemaVersionError
-        If the record has another schema version.
-    """
-    return SelftestTables(FILES.read(folder, "selftest"), FILES.sound_record(folder))
+def read_selftest(folder: Path) -> StudyTables:
+    """Record and ``cells`` of the self-test in a result folder; errors as `FILES.contents`."""
+    found = FILES.contents(folder)
+    return StudyTables(found.folder, {"cells": found.selftest}, found.record)
 
 
 FOLLOWED = {"fate": Followed("verdict", setting="{fault}")}

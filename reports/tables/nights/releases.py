@@ -92,8 +92,8 @@ def read_releases(folder: Path) -> ReleasesTables:
     SchemaVersionError
         If the record has another schema version.
     """
-    found = FILES.read_all(folder)
-    return ReleasesTables(**found, record=FILES.sound_record(folder))
+    found = FILES.contents(folder)
+    return ReleasesTables(**found.tables, record=found.record)
 
 
 MEASURED = {
