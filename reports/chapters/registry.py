@@ -14,7 +14,7 @@ from reports.chapters.releases.view import view_releases
 from reports.chapters.roundoff.view import view_roundoff
 from reports.chapters.scaling import view_scaling
 from reports.chapters.selftest.view import view_selftest
-from reports.chapters.stability.view import view_stability
+from reports.chapters.stability import view_stability
 from reports.page import fitting
 from reports.tables.reading import DamagedResultsError, read_json
 from reports.tables.schema import RECORD

@@ -1,1 +1,0 @@
-"""Chapter of the stability study: outcomes of every engine on hard scenes, and drifts of long runs."""
