@@ -85,15 +85,6 @@ def show_night(facts: NightlyFile, page: Path) -> None:
     say(f"page: {page}")
 
 
-def withdraw(out: Path, junit: Path | None) -> None:
-    """Remove the documents of the night before from beside the nights: a night that is killed must not show them.
-
-    Each night's own folder keeps its documents.
-    """
-    for path in (*(out / name for name in DOCUMENTS), *([junit] if junit else [])):
-        path.unlink(missing_ok=True)
-
-
 def publish(folder: Path, out: Path) -> None:
     """Copy the documents of a night beside the folders of all nights, where they stand for the latest one."""
     from reports.tables.writing import write_atomically  # noqa: PLC0415

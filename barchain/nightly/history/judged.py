@@ -14,7 +14,7 @@ from barchain.nightly.history.changes.times import FALSE_ALARMS, WINDOW
 from barchain.nightly.history.changes.vanished import Subject, subject_of
 from barchain.nightly.history.faults import HistoryError
 from barchain.nightly.history.model.figures import STEPPED, FigureKind
-from barchain.nightly.history.told import told_steps
+from barchain.nightly.history.told import comparable_nights, steps_before, told_by
 from barchain.nightly.run_facts import PartState, scene_name
 from scenarios.nearest import nearest
 
@@ -50,8 +50,8 @@ def judge(store: NightStore, name: str = "latest", *, false_alarms: float = FALS
     UnknownNightError
         If there is no such night.
     """
-    chosen, every = store.summary(name), store.nights()
-    before = list(every[: [night.name for night in every].index(chosen.name) + 1])
+    chosen, told = store.summary(name), told_by(store)
+    before = comparable_nights(store.nights(), chosen, told)
     if chosen.void is not None:
         return judge_night((), before, false_alarms)
     before, table = comparable(before), store.table()
@@ -63,7 +63,7 @@ def judge(store: NightStore, name: str = "latest", *, false_alarms: float = FALS
         *table.gone(before, stepped, STEPPED),
     )
     presence = StoredPresence(table, before)
-    return judge_night(series, before, false_alarms, presence, told_steps(store, chosen.name))
+    return judge_night(series, before, false_alarms, presence, steps_before(told, chosen.name))
 
 
 @dataclass(frozen=True)

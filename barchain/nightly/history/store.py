@@ -75,15 +75,16 @@ class NightStore:
         HistoryError
             If it can't be written; the night is not there then, or as it was.
         """
-        name, content = night.name, figures_content(night.figures)
+        name, content, added = night.name, figures_content(night.figures), now()
         there = self.place.read(f"{name}/{RECORD}")
         if there is not None:
             earlier = self.summary(name)
             if earlier.complete or earlier.digest == digest_of(content):
                 return False
+            added = earlier.added
             self.place.remove(f"{name}/told.json")  # the whole night tells its changes anew
         self.place.write(f"{name}/{FIGURES}", content)
-        self.place.write(f"{name}/{RECORD}", record_of(night, run, content))
+        self.place.write(f"{name}/{RECORD}", record_of(night, run, content, added))
         return True
 
     def nights(self, last: int | None = None) -> tuple[NightSummary, ...]:
@@ -215,12 +216,17 @@ def open_store(given: str, *, create: bool = False) -> NightStore:
     return NightStore(place)
 
 
+def now() -> str:
+    """Present instant in UTC, as text that is ordered as instants are."""
+    return datetime.datetime.now(datetime.UTC).isoformat(timespec="microseconds")
+
+
 def digest_of(content: bytes) -> str:
     """Digest of a file's contents."""
     return hashlib.sha256(content).hexdigest()
 
 
-def record_of(night: Night, run: NightRun | None, figures: bytes) -> bytes:
+def record_of(night: Night, run: NightRun | None, figures: bytes, added: str) -> bytes:
     """Record of a night, as JSON."""
     content = {
         "format": FORMAT, "name": night.name, "started": night.started.isoformat(), "duration_s": night.duration_s,
@@ -228,7 +234,7 @@ def record_of(night: Night, run: NightRun | None, figures: bytes) -> bytes:
         "void": night.void, "machine_class": night.environment.machine_class,
         "environment": asdict(night.environment), "parts": [[p.name, p.version, p.digest] for p in night.parts],
         "figures": len(night.figures), "digest": digest_of(figures), "size_B": len(figures),
-        "run": None if run is None else json.loads(run.to_json()),
+        "run": None if run is None else json.loads(run.to_json()), "added": added,
     }  # fmt: skip
     return json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False).encode()
 
@@ -251,6 +257,7 @@ def summary_of(name: str, content: bytes) -> NightSummary | None:
             found["barchain"], environment_of(json.dumps(found["environment"])),
             tuple(part_of(*part) for part in found["parts"]), found["figures"], found["commit"], found["complete"],
             found["void"], run and NightRun.from_json(json.dumps(run)), found["digest"], found["size_B"],
+            found["added"],
         )  # fmt: skip
     except HistoryError:
         raise
@@ -271,9 +278,9 @@ def environment_of(text: str) -> Environment:
 
 
 def latest_first(nights: Collection[NightSummary]) -> list[NightSummary]:
-    """Nights from the latest one on; nights that start later than now, by a wrong clock, come at the end."""
-    now = datetime.datetime.now(datetime.UTC)
-    return sorted(nights, key=lambda n: (n.started <= now, n.started, n.name), reverse=True)
+    """Nights from the latest one on; those without figures, or with a start later than now, come at the end."""
+    here = datetime.datetime.now(datetime.UTC)
+    return sorted(nights, key=lambda n: (n.figures > 0 and n.started <= here, n.started, n.name), reverse=True)
 
 
 def last_run(store: NightStore, plan: str) -> NightRun | None:

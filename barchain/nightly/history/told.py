@@ -11,6 +11,7 @@ from barchain.nightly.history.acceptances import accepted, is_step
 from barchain.nightly.history.changes.model import Direction, ToldChange
 from barchain.nightly.history.model.checked_text import MOST_TEXT
 from barchain.nightly.history.model.figures import STEPPED
+from barchain.nightly.history.store import now
 
 if TYPE_CHECKING:
     import datetime
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from barchain.nightly.history.acceptances import Acceptance
     from barchain.nightly.history.changes.judging import JudgedNight
     from barchain.nightly.history.changes.model import Change
+    from barchain.nightly.history.model.series_model import NightSummary
     from barchain.nightly.history.store import NightStore
 
 FILE = "told.json"
@@ -42,7 +44,7 @@ def keep_judgement(store: NightStore, judged: JudgedNight) -> None:
     later = any(name > night.name and facts["changes"] for name, facts in told.items())
     content = {
         "worse": sum(change.direction is Direction.WORSE for change in judged.tonight), "judged": judged.judged,
-        "changed": len(judged.tonight),
+        "changed": len(judged.tonight), "told": now(),
         "changes": [told_entry(c, c.id in tonight) for c in kept if not (later and is_step(c))],
     }  # fmt: skip
     store.place.write(f"{night.name}/{FILE}", json.dumps(content, indent=1, ensure_ascii=False).encode())
@@ -52,6 +54,30 @@ def told_by(store: NightStore) -> dict[str, dict[str, Any]]:
     """What each night told, by the name of the night."""
     found = store.place.read_all(list(store.place.sizes(f"*/{FILE}")))
     return {name.removesuffix(f"/{FILE}"): json.loads(content) for name, content in sorted(found.items())}
+
+
+def comparable_nights(
+    nights: Sequence[NightSummary], chosen: NightSummary, told: Mapping[str, Mapping[str, Any]]
+) -> list[NightSummary]:
+    """Nights that a night is judged from, itself the last one: those that the history had when it told its changes.
+
+    A night that is added late, after a later night has told, is judged itself and counts for no other: it makes no
+    regression of today's, and what was told stays true.
+    """
+    at = told.get(chosen.name, {}).get("told", "")
+    found: list[NightSummary] = []
+    first_told = ""  # the earliest instant at which a later night of the machine class told its changes
+    for night in reversed(nights):
+        if night.environment.machine_class != chosen.environment.machine_class:
+            late = False
+        else:
+            late = bool(first_told) and night.added > first_told
+            instant = told.get(night.name, {}).get("told", "")
+            first_told = min(filter(None, (first_told, instant)), default="")
+        if night is chosen or (not late and not (at and night.added > at)):
+            found.append(night)
+    found.reverse()
+    return found[: found.index(chosen) + 1]
 
 
 def told_change(change: Change) -> ToldChange:

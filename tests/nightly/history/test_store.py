@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 import shutil
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pandas as pd
 import pytest
@@ -16,8 +17,11 @@ from barchain.nightly.history.judged import judge
 from barchain.nightly.history.model.figures import FigureKind, Night
 from barchain.nightly.history.store import RECORD, NightStore, open_store
 from barchain.nightly.history.table import FIGURES
-from barchain.nightly.history.told import Attribution, attributed_words, keep_attribution
+from barchain.nightly.history.told import Attribution, attributed_words, keep_attribution, keep_judgement
 from tests.nightly.history.synthetic import FIRST, bits, count, error, large_night, night, nights, ratio, verdict
+
+if TYPE_CHECKING:
+    from barchain.nightly.history.changes.judging import JudgedNight
 
 
 def folder(store: NightStore, name: str = "") -> Path:
@@ -246,3 +250,37 @@ def test_the_place_of_a_history_shows_no_password() -> None:
     from barchain.nightly.history.place import PASSWORD
 
     assert PASSWORD.sub("***", "s3://me:secret@host/x") == "s3://***@host/x"
+
+
+def test_the_latest_night_is_one_with_figures(store: NightStore) -> None:
+    store.add(night(error(), number=0))
+    store.add(night(number=1, complete=False))
+    assert store.summary("latest").figures == 1
+
+
+def judged_and_told(store: NightStore, name: str = "latest") -> JudgedNight:
+    """Judgement of a night, which is kept."""
+    judged = judge(store, name)
+    keep_judgement(store, judged)
+    return judged
+
+
+def test_a_night_that_is_added_late_is_judged_itself_and_makes_no_later_one_red(store: NightStore) -> None:
+    for k in (0, 1, 3):
+        store.add(night(error(3e-5), number=k))
+        judged_and_told(store)
+    late = night(error(1e-5), number=2)
+    store.add(late)
+    assert [c.direction for c in judged_and_told(store, late.name).tonight] == ["better"]
+    assert judge(store).changes == ()
+    store.add(night(error(3e-5), number=4))
+    assert judged_and_told(store).changes == ()
+
+
+def test_changes_after_the_fact_are_those_that_were_told(store: NightStore) -> None:
+    for k, value in enumerate((1e-5, 1e-5, 3e-5)):
+        store.add(night(error(value), number=k))
+        before = [c.id for c in judged_and_told(store).tonight]
+    name = store.nights()[-1].name
+    store.add(night(error(9e-5), number=1, label="late"))
+    assert [c.id for c in judge(store, name).tonight] == before != []

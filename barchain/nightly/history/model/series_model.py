@@ -38,6 +38,8 @@ class NightSummary:
     digest: str = ""
     size_B: int = 0
     """Of the file of its figures"""
+    added: str = ""
+    """Instant at which the history got the night, UTC, ISO 8601; empty where it is not known"""
 
     @cached_property
     def part_named(self) -> Mapping[str, NightPart]:
