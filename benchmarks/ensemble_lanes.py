@@ -26,8 +26,8 @@ from adapters.heyoka.compiled import DOUBLE, symbols
 from adapters.heyoka.structure import parameters_of, start_of, structure_of
 from adapters.heyoka.units import units_of
 from barchain.record.environment import processor
-from barchain.studies.ensemble.plan import shortened
 from barchain.studies.ensemble.population import batch, populate
+from barchain.studies.ensemble.study import shortened
 from barchain.studies.ensemble.variation import parse
 from reference_impl.kernel.batch import run_batch, run_lanes
 from reports.text.ratios import span_text

@@ -25,7 +25,7 @@ from barchain.studies.cost.findings import curve_of
 from barchain.studies.cost.plan import CostOptions
 from barchain.studies.cost.study import CostStudy
 from barchain.studies.defaults import BARS, FAST
-from barchain.studies.ensemble.execution import ensemble
+from barchain.studies.ensemble.study import ensemble
 from barchain.studies.scaling.fit import FAST_BARS, exponent
 from barchain.studies.study import Reporter, run_study
 from reports.tables.cost import FILES, read_cost

@@ -59,8 +59,7 @@ def ensemble(
 
     need_loaded(ENGINE)
     from barchain.cli.common.progress import counted  # noqa: PLC0415
-    from barchain.studies.ensemble.plan import EnsembleOptions  # noqa: PLC0415
-    from barchain.studies.ensemble.study import EnsembleStudy  # noqa: PLC0415  # compiled code
+    from barchain.studies.ensemble.study import EnsembleOptions, EnsembleStudy  # noqa: PLC0415  # compiled code
     from barchain.studies.ensemble.variation import VariationError  # noqa: PLC0415
     from barchain.studies.study import Reporter  # noqa: PLC0415
 

@@ -52,7 +52,6 @@ FILES = StudyFiles(
     {"quantiles": QUANTILE_COLUMNS, "runs": ()},
     WORDS,
     model=EnsembleRecord,
-    keeps_answers=False,
     pages=("ensemble.html",),
 )
 

@@ -13,8 +13,8 @@ from adapters.registry import ENGINES, Registration
 from barchain.cli.common.exit_codes import ExitCode, end_study
 from barchain.cli.main import run
 from barchain.runs.timing.left_out import failures
-from barchain.studies.ensemble.execution import EnsembleSummary
-from barchain.studies.ensemble.rows import RunTally
+from barchain.studies.ensemble.statistics import RunTally
+from barchain.studies.ensemble.study import EnsembleSummary
 from barchain.studies.roundoff.run import RoundoffResult
 from barchain.studies.selftest.trial import SceneRuns
 from barchain.studies.stability.expected import recorded
@@ -59,7 +59,7 @@ def test_a_study_of_times_that_measured_nothing_has_failed():
 def test_a_failed_run_of_an_ensemble_and_a_failed_task_of_the_roundoff_study_do_not_pass():
     tally = RunTally()
     tally.add({"run": [1, 2], "outcome": ["finished", "failed"], "reason": ["", "diverged"], "evaluations": [3, 4]})
-    ensemble = EnsembleSummary(None, None, False, tally, {})
+    ensemble = EnsembleSummary(None, None, tally, {})
     assert ensemble.failures == ("1 of 2 runs failed, the first of them run 2: diverged",)
     assert not ensemble.passed
     assert not RoundoffResult(("times: x: y",)).passed

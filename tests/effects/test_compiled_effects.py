@@ -13,7 +13,7 @@ from adapters.common.initial_state import chain_model
 from adapters.reference.compiled_engine import ReferenceFast
 from adapters.reference.numpy_engines import Reference
 from barchain.runs.executors import LocalProcesses
-from barchain.studies.ensemble.execution import ensemble
+from barchain.studies.ensemble.study import ensemble
 from barchain.studies.ensemble.variation import VariationError
 from reference_impl.effects.drag import DragEffect
 from reference_impl.effects.joint_spring_damper import JointSpringDamperEffect

@@ -10,13 +10,12 @@ import pytest
 from adapters.engine import Setting
 from adapters.reference.compiled_engine import ReferenceFast
 from barchain.cli.main import run as barchain
-from barchain.runs.call import Answer, CallFailedError
+from barchain.runs.call import CallFailedError
 from barchain.runs.cluster.connection import ClusterError
 from barchain.runs.executors import DaskCluster, LocalProcesses
-from barchain.studies.ensemble.execution import ensemble
+from barchain.studies.ensemble.chunks import Chunk, chunk_bytes, need_sound, run_chunk
 from barchain.studies.ensemble.population import populate
-from barchain.studies.ensemble.task_results import packed
-from barchain.studies.ensemble.tasks import EnsembleTask, needed_result, run_task
+from barchain.studies.ensemble.study import ensemble
 from barchain.studies.ensemble.variation import VariationError, parse
 from scenarios import load_scene
 from tests.support.kernel import needs_kernel
@@ -43,14 +42,14 @@ def test_every_copy_moves_as_the_engine_moves_it_bit_for_bit(name):
     scene = short(name)
     vary = [v for v in EVERYTHING if not v.startswith("speed_factor") or scene.bound]
     population = populate(scene, tuple(parse(v, scene.bars) for v in vary), 5, seed=3)
-    part = run_task(EnsembleTask(population, RTOL))
+    seen, _ = run_chunk(Chunk(population, RTOL))
     for run in range(5):
         alone = ReferenceFast().run(population.copy(run), Setting(ReferenceFast.sweep.parameter, RTOL))
         # starts made for all copies at once are the engine's own to a rounding; what follows amplifies it by the orbit
-        np.testing.assert_allclose(part.seen.angle_rad[run], alone.angle_rad, rtol=0, atol=1e-10)
+        np.testing.assert_allclose(seen.angle_rad[run], alone.angle_rad, rtol=0, atol=1e-10)
         sizes = np.linalg.norm(alone.reaction_N, axis=2)
-        np.testing.assert_allclose(part.seen.reaction_N[run], sizes, rtol=0, atol=1e-9 * sizes.max())
-        assert part.seen.steps[run] == alone.info["steps"]
+        np.testing.assert_allclose(seen.reaction_N[run], sizes, rtol=0, atol=1e-9 * sizes.max())
+        assert seen.steps[run] == alone.info["steps"]
 
 
 def test_quantiles_of_free_turning_are_those_of_the_rates_drawn():
@@ -147,7 +146,6 @@ def test_the_command_writes_tables_and_a_page(tmp_path, capsys):
     page = (out / "ensemble.html").read_text(encoding="utf-8")
     assert page.count("<svg") == 9
     assert "angle_deg=normal(0, 1)" in page
-    assert "estimated" not in page
     assert len((out / "ensemble" / "quantiles.csv").read_text().splitlines()) == 1 + 5 * 5 * 9
     assert barchain(["ensemble", "paper/fig05", "--vary", "angle=normal(0, 1)", *arguments]) == 2
     assert barchain(["ensemble", "paper/fig99", "--vary", "angle_deg=normal(0, 1)", *arguments]) == 2
@@ -160,18 +158,20 @@ def test_an_address_where_nothing_answers_is_said_in_one_line():
 
 
 @pytest.mark.parametrize("damage", ["runs", "words", "bytes"])
-def test_a_part_that_comes_back_damaged_is_no_result(damage):
-    task = EnsembleTask(populate(short("paper/fig05"), (), 4, seed=1), RTOL)
-    sound = run_task(task)
-    fewer = sound.seen._replace(angle_rad=sound.seen.angle_rad[:3])
+def test_a_chunk_that_comes_back_damaged_is_no_result_and_is_not_kept(damage, tmp_path):
+    chunk = Chunk(populate(short("paper/fig05"), (), 4, seed=1), RTOL)
+    sound, file = chunk_bytes(chunk), tmp_path / "answer"
     content = {
-        "runs": packed(dataclasses.replace(sound, seen=fewer)),
-        "words": packed(dataclasses.replace(sound, failed=("", "", ""))),
-        "bytes": packed(sound)[:-30],
+        "runs": chunk_bytes(Chunk(populate(short("paper/fig05"), (), 3, seed=1), RTOL)),
+        "words": sound.replace(b'"failed": ["", "", "", ""]', b'"failed": ["", "", ""]'),
+        "bytes": sound[:-30],
     }
-    assert needed_result(task, Answer(packed(sound))).ended == sound.ended
+    file.write_bytes(b"kept")
+    need_sound(chunk, sound, file)
+    assert file.exists()
     with pytest.raises(CallFailedError, match="came back damaged"):
-        needed_result(task, Answer(content[damage]))
+        need_sound(chunk, content[damage], file)
+    assert not file.exists()
 
 
 @pytest.mark.slow

@@ -103,6 +103,10 @@ class Variation:
     family: str
     numbers: tuple[float, ...]
 
+    def overlaps(self, other: Variation) -> bool:
+        """Whether two variations change the same quantity of some bar."""
+        return self.key == other.key and (not self.bar or not other.bar or self.bar == other.bar)
+
 
 class DrawStream:
     """Values of one quantity, copy after copy.
