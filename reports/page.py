@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -96,9 +97,10 @@ def text_template(name: str) -> Template:
     return templates().get_template(name)
 
 
-def text_lines(name: str, **shown: Any) -> list[str]:
-    """Lines of a template of plain text, without blank ones."""
-    return [line for line in text_template(name).render(shown).splitlines() if line.strip()]
+def paragraphs(name: str, **shown: Any) -> list[str]:
+    """Paragraphs of a template of plain text, each on one line."""
+    parts = text_template(name).render(shown).split("\n\n")
+    return [" ".join(re.split("[ \n]+", part.strip(" \n"))) for part in parts if part.strip(" \n")]
 
 
 def relative_effect(value: object) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from reports.page import text_lines
+from reports.page import paragraphs
 from reports.plotting.palette import COLOURS, Pen
 from reports.plotting.panels import Legend, Panel
 from reports.plotting.series import decade_range
@@ -71,7 +71,7 @@ def summary_verdict(summary: Summary) -> Verdict:
         "reported without a criterion": len(summary.with_outcome(Outcome.REPORTED)),
         "not run": len(summary.scenes) * len(summary.engines) - len(summary.all),
     }
-    headline, *sentences = text_lines(
+    headline, *sentences = paragraphs(
         "crossval/verdict.txt.j2",
         summary=summary,
         holes=holes,

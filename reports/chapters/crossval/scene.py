@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from reports.chapters.crossval.summary import SHORT_OF_THE_RUN
-from reports.page import text_lines
+from reports.page import paragraphs
 from reports.plotting.palette import engine_pen
 from reports.plotting.panels import ChartFrame
 from reports.tables.crossval import LINEAR_GROWTH, SOLUTION
@@ -46,7 +46,7 @@ def facts(scene: SceneRecord, *, of_track: bool = True) -> list[tuple[str, str]]
         Whether an engine ran that follows the centre of mass alone: the model difference applies to such engines.
     """
     shown = {"of_track": of_track, "judge": judged_by(scene), "whole": SHORT_OF_THE_RUN, "most": LINEAR_GROWTH}
-    pairs = (line.partition(": ")[::2] for line in text_lines("crossval/facts.txt.j2", scene=scene, **shown))
+    pairs = (part.partition(": ")[::2] for part in paragraphs("crossval/facts.txt.j2", scene=scene, **shown))
     return [(name, value.strip()) for name, value in pairs if value.strip()]
 
 
@@ -65,7 +65,7 @@ def coverage_of(summary: Summary, scene: SceneRecord) -> Coverage | None:
     known = COVERAGE | stored
     alone = bool(outside) and all(c.outcome is Outcome.UNSUPPORTED for c in outside)
     lacking = bool(stored) and all(c.engine in known["lack"] for c in outside)
-    lines = text_lines("crossval/coverage.txt.j2", alone=alone, known=known, lacking=lacking)
+    lines = paragraphs("crossval/coverage.txt.j2", alone=alone, known=known, lacking=lacking)
     return Coverage(alone, " ".join(lines)) if lines else None
 
 
