@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
     from barchain.runs.executors import Executor
     from barchain.studies.selftest.matrix import SelftestPlan
-    from reports.chapters.selftest.view import SelftestView
 
 
 @click.command(short_help="Insert faults into an engine, and test that checks detect them.")
@@ -84,12 +83,10 @@ def run_matrix(plan: SelftestPlan, out: Path | None, *, resume: bool = False, ov
     from barchain.runs.environment import kept_or_temporary  # noqa: PLC0415
     from barchain.studies.selftest.matrix import SelftestStudy  # noqa: PLC0415
     from barchain.studies.study import Reporter  # noqa: PLC0415
-    from reports.chapters.selftest.view import SelftestView  # noqa: PLC0415
 
     with kept_or_temporary(out) as folder:
         reporter = Reporter(counted=counted)
         tried, rendered = run_study_in(folder, SelftestStudy(), plan, reporter, resume=resume, overwrite=overwrite)
-    assert isinstance(rendered.view, SelftestView)
     show_view(rendered.view)
     if out:
         say(f"selftest: {rendered.page}")
@@ -116,7 +113,7 @@ def plan_of(
     return plan
 
 
-def show_view(view: SelftestView) -> None:
+def show_view(view: Any) -> None:
     """Print the matrix, survivors, smallest sizes, and the result."""
     from rich.table import Table  # noqa: PLC0415
 
@@ -124,17 +121,18 @@ def show_view(view: SelftestView) -> None:
 
     table = Table("fault", *view.scenes, box=None, header_style="bold")
     for row in view.rows:
-        table.add_row(row.name, *(literal(c.text) for c in row.cells))
+        table.add_row(row["name"], *(literal(c["text"]) for c in row["cells"]))
     show(table)
     say("; ".join(f"{sign} {name.replace('_', ' ')}" for sign, name, _ in view.signs))
     if view.smallest:
         sizes = Table("smallest detected", "natural", *view.scenes, box=None, header_style="bold")
         for small in view.smallest:
-            sizes.add_row(small.name, f"{small.natural:g} {small.unit}".removesuffix(" 1"), *small.sizes)
+            sizes.add_row(small["name"], f"{small['natural']:g} {small['unit']}".removesuffix(" 1"), *small["sizes"])
         show(sizes)
     for fault, cell in view.survivors:
-        say(f"{cell.fate} {fault.name} on {cell.scene} (detected in {fault.detected} of {fault.tried}): {cell.reason}")
+        where = f"{fault['name']} on {cell['scene']} (detected in {fault['detected']} of {fault['tried']})"
+        say(f"{cell['fate']} {where}: {cell['reason']}")
     for cell in view.wrong:
-        say(f"{cell.fate}: {cell.fault} on {cell.scene}: {cell.title}")
+        say(f"{cell['fate']}: {cell['fault']} on {cell['scene']}: {cell['title']}")
     for sentence in (view.headline, *view.sentences):
         say(sentence)

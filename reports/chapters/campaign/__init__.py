@@ -1,1 +1,0 @@
-"""Chapter of the random campaign: rates of false alarms and of missed faults."""

@@ -1,1 +1,0 @@
-"""Chapter of the self-test: kill matrix of inserted faults."""
