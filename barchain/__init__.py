@@ -64,30 +64,7 @@ RENDERERS = {
 }
 """Functions that draw scenes, trajectories and comparisons in notebooks"""
 
-__all__ = [
-    "ArgumentError",
-    "ComparisonResult",
-    "Engine",
-    "EngineError",
-    "Registration",
-    "Scene",
-    "SceneError",
-    "SchemaVersionError",
-    "Setting",
-    "SettingError",
-    "Trajectory",
-    "UnknownEngineError",
-    "__version__",
-    "change_scene",
-    "compare",
-    "engines",
-    "load_scene",
-    "make_scene",
-    "render",
-    "rows",
-    "scenes",
-    "simulate",
-]
+__all__ = ["__version__", *MODULES]  # noqa: PLE0604  # names, as text
 
 
 def __getattr__(name: str) -> object:

@@ -15,3 +15,8 @@ differ in numbers alone share the code.
 Traps: constants must be made in the precision of the run; `expr / 5.0` is rounded to double. heyoka detects an event
 again just after a restart unless its cooldowns apply.
 """
+
+CLOSE_START = "close_start"
+"""Name of the option of a perturbed start below double precision"""
+CLOSE_START_RAD = "1e-18"
+"""Perturbation of angles, rad, and of rates relative to the orbit's or the bars' own, as a decimal number"""

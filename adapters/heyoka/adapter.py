@@ -9,6 +9,7 @@ import time
 from typing import TYPE_CHECKING, ClassVar, final
 
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, Setting
+from adapters.heyoka import CLOSE_START, CLOSE_START_RAD
 from adapters.heyoka.compiled import DOUBLE, LONG, QUAD, Precision
 from adapters.heyoka.run import HeyokaRun
 from adapters.trajectory import Observable, Trajectory
@@ -22,12 +23,6 @@ EVERYTHING = frozenset(
     | {"thrust.body", "thrust.inertial", "impulse"}
     | {f"prescribed_rotation.{what}" for what in ("inertial", "local_horizontal", "external", "joint")}
 )
-
-
-CLOSE_START = "close_start"
-"""Name of the option of a perturbed start below double precision"""
-CLOSE_START_RAD = "1e-18"
-"""Perturbation of angles, rad, and of rates relative to the orbit's or the bars' own, as a decimal number"""
 
 
 def tolerances(finest: int) -> tuple[float, ...]:

@@ -46,9 +46,8 @@ def conform(
     check fails. A part of the examination is no conformance. docs/howto/conform.md describes the checks.
     """
     from barchain.cli.common.result_folder import need_writable  # noqa: PLC0415
-    from barchain.conform.extent import extent_of  # noqa: PLC0415
     from barchain.conform.run import conform as examine  # noqa: PLC0415
-    from barchain.conform.target import examined  # noqa: PLC0415
+    from barchain.conform.target import examined, extent_of  # noqa: PLC0415
 
     extent = extent_of(names, time_limit)
     for target in targets:

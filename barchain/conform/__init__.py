@@ -3,7 +3,7 @@
 ``assert_conforms("mine")`` is a test of an engine in the continuous integration of its own package.
 """
 
-from barchain.conform.extent import Extent
 from barchain.conform.run import assert_conforms, conform
+from barchain.conform.target import Extent
 
 __all__ = ["Extent", "assert_conforms", "conform"]

@@ -12,10 +12,10 @@ import numpy as np
 from adapters.common.equal_steps import step_s, steps_between_samples
 from adapters.engine import AccuracyParameter, Setting
 from adapters.trajectory import Observable
-from barchain.conform.checks import Check, CheckState, Group
+from barchain.conform.checks import FAILED, PASSED, WARNING, Check
 from barchain.conform.physics import reason_against, unsupported_check
 from barchain.conform.runs import TIME_LIMITS, ended_early, results
-from barchain.conform.scenes import PARTICLE, REPEATED, scene_of, solved
+from barchain.conform.target import PARTICLE, REPEATED, scene_of, solved
 from barchain.judge.diagnosis.words import SINGLE_PRECISION, looks_single
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.scales import NORM_SLACK
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from barchain.runs.job import RunResult
     from scenarios import Scene
 
-PAGE = "docs/howto/conform.md#accuracy"
 QUANTITIES = ("attitude", "rate", "reaction", "com", "com_velocity")
 SETTINGS = 5
 """Settings that are tried, from the coarsest to the finest"""
@@ -154,7 +153,7 @@ def accuracy(engine: Examined) -> Iterator[Check]:
     scenes = REPEATED if Observable.ATTITUDE in engine.load().observables else PARTICLE
     name = next((n for n in scenes if reason_against(engine, n) is None), None)
     if name is None:
-        yield unsupported_check(engine, Group.ACCURACY, "errors at several settings", scenes)
+        yield unsupported_check(engine, "errors at several settings", scenes)
         return
     settings = tried_settings(engine, scene_of(name))
     jobs = [engine.job(scene_of(name), setting, Role.MAIN) for setting in settings]
@@ -165,21 +164,18 @@ def accuracy(engine: Examined) -> Iterator[Check]:
     failed = [f"{s}: {fault}" for s, fault in faults.items() if fault]
     if len(made) < len(settings):
         said = f"{len(made)} of {len(settings)} settings end within {all_s:g} s"
-        state = CheckState.WARNING if made else CheckState.FAILED
-        yield Check(Group.ACCURACY, "time of runs", state, said, PAGE, scene=name)
+        yield Check("time of runs", WARNING if made else FAILED, said, scene=name)
     if failed:
         late = any(r.outcome is Outcome.TIMED_OUT for r in made)
-        yield Check(Group.ACCURACY, "runs at several settings", CheckState.FAILED, "; ".join(failed),
-                    TIME_LIMITS if late else PAGE, scene=name)  # fmt: skip
+        page = TIME_LIMITS if late else ""
+        yield Check("runs at several settings", FAILED, "; ".join(failed), page, scene=name)
     found = [setting_error(engine, name, s, r) for s, r in zip(settings, made, strict=False) if not faults[s]]
     if not found:
         return
+    order = engine.load().order
     yield bound_check(found, name)
-    yield falling_check(found, engine.load().order, name)
-    if engine.load().order is None:
-        yield request_check(found, name)
-    else:
-        yield order_check(found, float(engine.load().order or 0.0), name)
+    yield falling_check(found, order, name)
+    yield request_check(found, name) if order is None else order_check(found, float(order), name)
 
 
 def fault_of(name: str, result: RunResult) -> str:
@@ -229,11 +225,9 @@ def bound_check(found: list[ErrorAtSetting], name: str) -> Check:
     beyond = [e for e in found if not e.bound_ratio <= 1.0]
     if beyond:
         said = "; ".join(f"{e.bound_ratio:.3g} times the bound at {e.setting}" for e in beyond)
-        return Check(Group.ACCURACY, "errors inside the bound", CheckState.FAILED, said, PAGE, scene=name)
+        return Check("errors inside the bound", FAILED, said, scene=name)
     most = max(e.bound_ratio for e in found)
-    return Check(
-        Group.ACCURACY, "errors inside the bound", CheckState.PASSED, f"at most {most:.2g} of it", PAGE, scene=name
-    )
+    return Check("errors inside the bound", PASSED, f"at most {most:.2g} of it", scene=name)
 
 
 def falling_check(found: list[ErrorAtSetting], order: float | None, name: str) -> Check:
@@ -242,14 +236,13 @@ def falling_check(found: list[ErrorAtSetting], order: float | None, name: str) -
     if not pairs:
         few = "one setting gave a result, so that no fall shows"
         said = f"no two errors are below {ASYMPTOTIC:g}, where they have to fall" if len(found) > 1 else few
-        said = f"{said}: {shown}"
-        return Check(Group.ACCURACY, "errors fall with the setting", CheckState.WARNING, said, PAGE, scene=name)
+        return Check("errors fall with the setting", WARNING, f"{said}: {shown}", scene=name)
     for pair in pairs:
         if pair.tells and not pair.falls(order) and not third_setting_falls(found, pair, order):
             hint = f". {SINGLE_PRECISION}" if all(looks_single(e) for e in (pair.coarse, pair.fine)) else ""
             said = f"the error does not follow the setting, {pair}: {shown}{hint}"
-            return Check(Group.ACCURACY, "errors fall with the setting", CheckState.FAILED, said, PAGE, scene=name)
-    return Check(Group.ACCURACY, "errors fall with the setting", CheckState.PASSED, shown, PAGE, scene=name)
+            return Check("errors fall with the setting", FAILED, said, scene=name)
+    return Check("errors fall with the setting", PASSED, shown, scene=name)
 
 
 def third_setting_falls(found: list[ErrorAtSetting], pair: Compared, order: float | None) -> bool:
@@ -266,11 +259,9 @@ def request_check(found: list[ErrorAtSetting], name: str) -> Check:
     """Tell the ratio of the error to the requested one."""
     ratios = [e.error / e.setting.value for e in found if e.tells]
     if not ratios:
-        return Check(
-            Group.ACCURACY, "error over request", CheckState.PASSED, "rounding at all settings", PAGE, scene=name
-        )
+        return Check("error over request", PASSED, "rounding at all settings", scene=name)
     said = f"{min(ratios):.2g} to {max(ratios):.2g} times the request"
-    return Check(Group.ACCURACY, "error over request", CheckState.PASSED, said, PAGE, scene=name)
+    return Check("error over request", PASSED, said, scene=name)
 
 
 def order_check(found: list[ErrorAtSetting], order: float, name: str) -> Check:
@@ -278,21 +269,14 @@ def order_check(found: list[ErrorAtSetting], order: float, name: str) -> Check:
     pairs = [pair for pair in compared(found) if pair.tells]
     slopes, whole = [pair.order for pair in pairs], [pair.order for pair in pairs if pair.whole]
     if not slopes:
-        return Check(
-            Group.ACCURACY, "order", CheckState.WARNING, "no two settings whose errors show the order", PAGE, scene=name
-        )
+        return Check("order", WARNING, "no two settings whose errors show the order", scene=name)
     measured = ", ".join(f"{s:.2f}" for s in slopes)
     said = f"measured {measured}, declared {order:g}{'; the finest pair counts' if len(slopes) > 1 else ''}"
     if slopes[-1] < order - ORDER_SLACK:
-        held = (
-            "; order 1 is that of Euler's method, or of a force that is held over a step"
-            if HELD_ORDER[0] < slopes[-1] < HELD_ORDER[1]
-            else ""
-        )
-        return Check(Group.ACCURACY, "order", CheckState.FAILED, f"{said}{held}", PAGE, scene=name)
+        held = HELD_ORDER[0] < slopes[-1] < HELD_ORDER[1]
+        hint = "; order 1 is that of Euler's method, or of a force that is held over a step" if held else ""
+        return Check("order", FAILED, said + hint, scene=name)
     above = (pairs for pairs in (whole, slopes) if len(pairs) > 1 and min(pairs) > order + MOST_ABOVE)
     if any(above):  # a single coarse pair, or a short part, may show more
-        return Check(Group.ACCURACY, "order", CheckState.WARNING, said, PAGE, scene=name)
-    return Check(
-        Group.ACCURACY, "order", CheckState.PASSED, f"measured {measured}; declared {order:g}", PAGE, scene=name
-    )
+        return Check("order", WARNING, said, scene=name)
+    return Check("order", PASSED, f"measured {measured}; declared {order:g}", scene=name)

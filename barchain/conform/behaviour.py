@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.conform.checks import Check, CheckState, Group
+from barchain.conform.checks import FAILED, PASSED, WARNING, Check, CheckState
 from barchain.conform.physics import reason_against, unsupported_check
 from barchain.conform.runs import START_S, TIME_LIMITS
-from barchain.conform.scenes import PARTICLE, REPEATED, scene_of
+from barchain.conform.target import PARTICLE, REPEATED, scene_of
 from barchain.runs.asking import ask
 from barchain.runs.limits import OutsideLimits
 
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from barchain.runs.asking import Reply
     from scenarios import Scene
 
-PAGE = "docs/howto/conform.md#behaviour"
 TIMES = 6
 """Runs in one process"""
 MEMORY_B = 2**20
@@ -46,7 +45,7 @@ def behaviour(engine: Examined) -> Iterator[Check]:
     scenes = (*REPEATED, *PARTICLE)
     name = next((n for n in scenes if reason_against(engine, n) is None), None)
     if name is None:
-        yield unsupported_check(engine, Group.BEHAVIOUR, "several runs", scenes)
+        yield unsupported_check(engine, "several runs", scenes)
         return
     scene, setting = scene_of(name), engine.load().sweep.setting()
     asked = (engine.registration, scene, setting)
@@ -56,7 +55,9 @@ def behaviour(engine: Examined) -> Iterator[Check]:
         yield no_result("several runs", first, name)
         return
     yield from left_behind(first.header)
-    yield told("arrays of its own", reused_words(first.header["reused"]), CheckState.FAILED)
+    reused = ", ".join(first.header["reused"])
+    said = f"a later run writes into or shares {reused} of an earlier one; return copies" if reused else ""
+    yield told("arrays of its own", said, FAILED)
     start = time.monotonic()
     again = ask("behaviour", *asked, 1, limits=OutsideLimits(START_S + engine.run_s))
     if again.problem:
@@ -65,15 +66,20 @@ def behaviour(engine: Examined) -> Iterator[Check]:
     whole_s = time.monotonic() - start
     same = set(again.arrays) == set(first.arrays)
     same = same and all(np.array_equal(again.arrays[k], v) for k, v in first.arrays.items())
-    yield same_check(bool(first.header["same"]), same, name)
+    repeated = {"in one process": bool(first.header["same"]), "in two processes": same}
+    differ = " and ".join(words for words, equal in repeated.items() if not equal)
+    if differ:
+        yield Check("same bits again", FAILED, f"two runs {differ} differ", scene=name)
+    else:
+        yield Check("same bits again", PASSED)
     engine.note(f"behaviour: a run of {LONG_ORBITS:.0f} orbits, which is ended")
     yield end_check(engine, scene, setting, whole_s + LATER_S)
 
 
 def no_result(name: str, reply: Reply, scene: str) -> Check:
     """Failed check of runs that gave no result."""
-    page = TIME_LIMITS if reply.kind == "timed_out" else PAGE
-    return Check(Group.BEHAVIOUR, name, CheckState.FAILED, reply.problem, page, scene=scene)
+    page = TIME_LIMITS if reply.kind == "timed_out" else ""
+    return Check(name, FAILED, reply.problem, page, scene=scene)
 
 
 def left_behind(header: dict[str, Any]) -> Iterator[Check]:
@@ -81,41 +87,26 @@ def left_behind(header: dict[str, Any]) -> Iterator[Check]:
     before, after_first, after = header["before"], header["after_first"], header["after"]
     further = max(int(header["times"]) - 1, 1)
     printed = (after["printed_B"] - after_first["printed_B"]) / further
-    yield told("output", f"prints {printed:.0f} bytes in a run" if printed > 0 else "", CheckState.WARNING)
+    yield told("output", f"prints {printed:.0f} bytes in a run" if printed > 0 else "", WARNING)
     changed = [words for key, words in STATE.items() if before[key] != after[key]]
     changed += [f"draws from or seeds {name}'s global random numbers in later runs" for name in header["random"]]
     changed += ["changes the scene that it is given"] if header["scene_changed"] else []
     changed += [f"sets {', '.join(header['sets'][:4])} in later runs"] if header["sets"] else []
-    yield told("state of the process", "; ".join(changed), CheckState.FAILED)
+    yield told("state of the process", "; ".join(changed), FAILED)
     threads, children = after["threads"] - after_first["threads"], after["children"] - before["children"]
     said = [f"{threads} more threads after {further} runs"] if threads >= further else []
     said += [f"{children} processes left"] if children > 0 else []
-    yield told("threads and processes", "; ".join(said), CheckState.FAILED)
+    yield told("threads and processes", "; ".join(said), FAILED)
     files = [name for name in after["files"] if name not in before["files"]]
-    yield told("files", f"leaves {', '.join(files[:4])} in the working folder" if files else "", CheckState.FAILED)
+    yield told("files", f"leaves {', '.join(files[:4])} in the working folder" if files else "", FAILED)
     grown = (after["memory_B"] - after_first["memory_B"]) / further
     said_memory = f"{grown / 2**20:.2f} MB more after each run; a warning from 1 MB on" if grown > MEMORY_B else ""
-    yield told("memory", said_memory, CheckState.WARNING)
-
-
-def reused_words(names: list[str]) -> str:
-    """Fault of arrays that several runs share; empty without one."""
-    return f"a later run writes into or shares {', '.join(names)} of an earlier one; return copies" if names else ""
+    yield told("memory", said_memory, WARNING)
 
 
 def told(name: str, fault: str, state: CheckState) -> Check:
     """Check that passes without a fault."""
-    return Check(Group.BEHAVIOUR, name, state if fault else CheckState.PASSED, fault, PAGE)
-
-
-def same_check(in_process: bool, between: bool, name: str) -> Check:
-    """Check that a run gives the same bits again."""
-    said = [words for same, words in ((in_process, "in one process"), (between, "in two processes")) if not same]
-    if not said:
-        return Check(Group.BEHAVIOUR, "same bits again", CheckState.PASSED, page=PAGE)
-    return Check(
-        Group.BEHAVIOUR, "same bits again", CheckState.FAILED, f"two runs {' and '.join(said)} differ", PAGE, scene=name
-    )
+    return Check(name, state if fault else PASSED, fault)
 
 
 def end_check(engine: Examined, scene: Scene, setting: Setting, limit_s: float) -> Check:
@@ -126,12 +117,12 @@ def end_check(engine: Examined, scene: Scene, setting: Setting, limit_s: float) 
     reply = ask("run", *asked, limits=OutsideLimits(limit_s))
     late_s = time.monotonic() - start - limit_s
     if reply.kind != "timed_out":
-        state = CheckState.WARNING if reply.problem else CheckState.PASSED
+        state = WARNING if reply.problem else PASSED
         said = f"the run ended by itself ({reply.problem or 'complete'})"
     elif late_s > LATE_S:
-        state, said = CheckState.FAILED, f"ended {late_s:.1f} s late"
+        state, said = FAILED, f"ended {late_s:.1f} s late"
     elif not reply.problem.endswith(INTEGRATING):
-        state, said = CheckState.WARNING, f"not tried while it integrates: {reply.problem}"
+        state, said = WARNING, f"not tried while it integrates: {reply.problem}"
     else:
-        state, said = CheckState.PASSED, f"within {max(late_s, 0.0):.1f} s"
-    return Check(Group.BEHAVIOUR, "end at a time limit", state, said, PAGE)
+        state, said = PASSED, f"within {max(late_s, 0.0):.1f} s"
+    return Check("end at a time limit", state, said)

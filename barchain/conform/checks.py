@@ -1,8 +1,8 @@
-"""Checks of an engine: what was found, in which group, and where the convention stands."""
+"""Checks of an engine: what was found, in which group, where the convention stands."""
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from typing import Any
 
@@ -20,6 +20,9 @@ class CheckState(StrEnum):
     FAILED = "failed"
 
 
+PASSED, WARNING, UNSUPPORTED, NOT_RUN, FAILED = CheckState
+
+
 class Group(StrEnum):
     """Groups of checks, in the order in which they run."""
 
@@ -34,13 +37,14 @@ class Group(StrEnum):
 class Check:
     """One check of an engine."""
 
-    group: Group
+    group: Group = field(default=Group.LOADING, kw_only=True)
+    """Set, as the time, by the examination"""
     name: str
     state: CheckState
     words: str = ""
     """What was found, in one line"""
     page: str = ""
-    """Page and section that state the convention"""
+    """Page and section that state the convention; that of the group where it is empty"""
     explained: bool = False
     """Whether a known mistake explains the failure"""
     scene: str = ""
@@ -90,11 +94,9 @@ class ConformanceReport:
         return {
             "engine": self.engine, "version": self.version, "passed": self.passed, "whole": self.whole,
             "seconds": round(self.seconds, 3),
-            "checks": [json_values(c) for c in self.checks],
+            "checks": [
+                {key: str(value) for key, value in asdict(c).items()}
+                | {"explained": c.explained, "seconds": round(c.seconds, 3)}
+                for c in self.checks
+            ],
         }  # fmt: skip
-
-
-def json_values(check: Check) -> dict[str, Any]:
-    """Fields of a check: text, whether it is explained, and seconds as a number."""
-    values = {key: str(value) for key, value in asdict(check).items()}
-    return values | {"explained": check.explained, "seconds": round(check.seconds, 3)}

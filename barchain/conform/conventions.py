@@ -1,4 +1,4 @@
-"""Conventions: a first run, types and shapes of its result, and the state at t = 0, channel by channel."""
+"""Loading and conventions: entry point, class, declarations, the import; a first run, and its state at t = 0."""
 
 from __future__ import annotations
 
@@ -6,24 +6,34 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.engine import EngineError
-from barchain.conform.checks import Check, CheckState, Group
+from adapters.engine import AccuracyParameter, EngineError
+from adapters.registry import engines
+from barchain.conform.checks import FAILED, PASSED, WARNING, Check
 from barchain.conform.physics import ask_about_scenes, main_run, reason_against
 from barchain.conform.runs import TIME_LIMITS, ended_early
-from barchain.conform.scenes import FIRST, scene_of, solved
+from barchain.conform.target import FIRST, scene_of, solved
 from barchain.judge.checks.whole_run import rounded_values
 from barchain.judge.error_model import ErrorModel
 from barchain.metrics.quantities import differences
+from barchain.runs.asking import ask
+from barchain.runs.limits import OutsideLimits
 from reports.tables.crossval import QUANTITY_UNITS
 from reports.tables.outcome import Outcome
+from scenarios import nearest
+from scenarios.effect_types import all_effect_names
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from adapters.trajectory import Array, Trajectory
     from barchain.conform.target import Examined
+    from barchain.runs.asking import Reply
     from barchain.runs.job import RunResult
 
+SLOW_IMPORT_S = 1.0
+"""Import of an adapter from which on users wait at every command that lists engines"""
+CLASS = ("import", "class")
+"""Steps before the declarations"""
 PAGE = "docs/explanation/engine_conventions.md"
 FIELDS = {
     "com": ("com_m", "centre of mass", "centre-of-mass"),
@@ -39,36 +49,101 @@ START_SLACK = 1e-9
 keep nine digits of a bar's angle"""
 
 
+def loading(engine: Examined) -> Iterator[Check]:
+    """Checks of the entry point, the import, the class and its declarations."""
+    yield name_check(engine)
+    reply = ask("examined_class", engine.registration, limits=OutsideLimits())
+    if reply.problem:
+        yield Check("import", FAILED, reply.problem)
+        return
+    steps = reply.header["steps"]
+    for name, fault in steps:
+        if fault:
+            yield Check(str(name), FAILED, str(fault))
+    if any(fault for _, fault in steps):
+        return
+    yield Check("class", PASSED, engine.registration.target)
+    yield Check("declarations", PASSED, f"{len(steps) - len(CLASS)} of the right types")
+    yield effects_check(reply)
+    yield order_check(engine)
+    yield import_check(reply)
+
+
+def name_check(engine: Examined) -> Check:
+    """Check that a distribution provides the engine, or tell how a class is registered."""
+    r = engine.registration
+    if r.missing:
+        return Check("entry point", FAILED, r.missing)
+    if not engine.registered:
+        known = next((name for name, other in engines().items() if other.target == r.target), "")
+        if known:
+            return Check("entry point", PASSED, f"registered as {known}")
+        said = f'none; `{engine.name} = "{r.target}"` under [project.entry-points."barchain.engines"] registers it'
+        return Check("entry point", WARNING, said)
+    if not engine.own and r.version == "none":
+        said = "no distribution provides it, so that results can't be told apart by its version"
+        return Check("entry point", FAILED, said)
+    provided = f"{r.distribution or r.requires or 'barchain'} {r.version}"
+    return Check("entry point", PASSED, f"{engine.name} of {provided}")
+
+
+def effects_check(reply: Reply) -> Check:
+    """Check that all declared effects are effects of scenes."""
+    known, said = all_effect_names(), reply.header["effects"]
+    unknown = [name for name in said if name not in known]
+    if unknown:
+        words = "; ".join(f"{name!r} is no effect{nearest(name, known)}" for name in unknown)
+        return Check("effect names", FAILED, words)
+    return Check("effect names", PASSED, f"{len(said)} of {len(known)}, each model of gravity counted by itself")
+
+
+def order_check(engine: Examined) -> Check:
+    """Check that a method has an order exactly if it takes equal steps."""
+    loaded = engine.load()
+    chooses = loaded.sweep.parameter is AccuracyParameter.RTOL
+    if chooses and loaded.order is not None:
+        said = f"order is {loaded.order:g}, though the method chooses its steps; expected None"
+        return Check("order and setting", FAILED, said)
+    if not chooses and loaded.order is None:
+        said = "order is None, though the method takes equal steps; expected its order"
+        return Check("order and setting", FAILED, said)
+    said = "chooses its steps" if chooses else f"equal steps of order {loaded.order:g}"
+    return Check("order and setting", PASSED, said)
+
+
+def import_check(reply: Reply) -> Check:
+    """Check that the import is quick, and that libraries are imported inside methods only."""
+    seconds, libraries = float(reply.header["import_s"]), reply.header["libraries"]
+    if libraries:
+        said = f"imports {', '.join(libraries)} at its top ({seconds:.2f} s); import inside methods"
+        return Check("time of import", WARNING, said)
+    state = WARNING if seconds > SLOW_IMPORT_S else PASSED
+    return Check("time of import", state, f"{seconds:.2f} s")
+
+
 def conventions(engine: Examined) -> Iterator[Check]:
     """Checks of the form of a result, and of its first sample."""
     ask_about_scenes(engine)
     name = next((n for n in FIRST if reason_against(engine, n) is None), None)
     if name is None:
         reasons = dict.fromkeys(str((reason_against(engine, n) or ("", ""))[1]) for n in FIRST)
-        said = f"supports none of {', '.join(FIRST)}: {'; '.join(reasons)}"
-        yield Check(Group.CONVENTIONS, FIRST_RUN, CheckState.FAILED, said, PAGE)
+        yield Check(FIRST_RUN, FAILED, f"supports none of {', '.join(FIRST)}: {'; '.join(reasons)}")
         return
     engine.note(f"conventions: a first run, of {name}")
     run = main_run(engine, name)
     if run.outcome is not Outcome.PASS or run.trajectory is None:
-        yield Check(Group.CONVENTIONS, FIRST_RUN, CheckState.FAILED, run.reason, page_of(run), scene=name)
+        yield Check(FIRST_RUN, FAILED, run.reason, page_of(run), scene=name)
         return
     early = ended_early(scene_of(name), run.trajectory)
     if early:
-        yield Check(Group.CONVENTIONS, FIRST_RUN, CheckState.FAILED, early, f"{PAGE}#landing", scene=name)
+        yield Check(FIRST_RUN, FAILED, early, f"{PAGE}#landing", scene=name)
         return
     n = len(run.trajectory.t_s)
     said = f"{len(run.trajectory.observables)} quantities of {n} samples, float64"
-    yield Check(Group.CONVENTIONS, FIRST_RUN, CheckState.PASSED, said, f"{PAGE}#samples", scene=name)
-    yield precision_check(run.trajectory, name)
+    yield Check(FIRST_RUN, PASSED, said, f"{PAGE}#samples", scene=name)
+    rounded = rounded_values(run.trajectory, solved(name)) or ""
+    yield Check("double precision", FAILED if rounded else PASSED, rounded, f"{PAGE}#samples", scene=name)
     yield from start_checks(engine, name, run.trajectory)
-
-
-def precision_check(run: Trajectory, scene: str) -> Check:
-    """Check that no quantity was computed or kept in single precision, or rounded to decimals."""
-    said = rounded_values(run, solved(scene)) or ""
-    state = CheckState.FAILED if said else CheckState.PASSED
-    return Check(Group.CONVENTIONS, "double precision", state, said, f"{PAGE}#samples", scene=scene)
 
 
 def page_of(run: RunResult) -> str:
@@ -85,7 +160,7 @@ def start_checks(engine: Examined, name: str, run: Trajectory) -> Iterator[Check
         errors = ErrorModel(loaded, loaded.sweep.setting(), solution, run)
         bound, scale = errors.bound, errors.scale
     except EngineError as error:
-        yield Check(Group.CONVENTIONS, "declared noise", CheckState.FAILED, str(error), f"{PAGE}#declarations")
+        yield Check("declared noise", FAILED, str(error), f"{PAGE}#declarations")
         return
     apart = differences(run, solution.trajectory)
     for quantity, (field, words, section) in FIELDS.items():
@@ -94,11 +169,10 @@ def start_checks(engine: Examined, name: str, run: Trajectory) -> Iterator[Check
         allowed = float(bound[quantity][0]) + START_SLACK * scale[quantity]
         page = f"{PAGE}#{section}"
         if float(apart[quantity][0]) <= allowed:
-            yield Check(Group.CONVENTIONS, f"{words} at t = 0", CheckState.PASSED, page=page)
+            yield Check(f"{words} at t = 0", PASSED, page=page)
         else:
             said = given_and_expected(getattr(run, field)[0], getattr(solution.trajectory, field)[0])
-            yield Check(Group.CONVENTIONS, f"{words} at t = 0", CheckState.FAILED, f"{said} {QUANTITY_UNITS[quantity]}",
-                        page, scene=name)  # fmt: skip
+            yield Check(f"{words} at t = 0", FAILED, f"{said} {QUANTITY_UNITS[quantity]}", page, scene=name)
 
 
 def given_and_expected(given: Array, expected: Array) -> str:

@@ -33,7 +33,8 @@ def write_junit(path: Path, reports: Iterable[ConformanceReport]) -> None:
         for check in report.checks:
             suite.add_testcase(case(report.engine, check))
         if not report.passed and not report.failures:
-            verdict = Check(Group.PHYSICS, "verdict", CheckState.FAILED, f"{report.verdict}: no scene was passed", PAGE)
+            said = f"{report.verdict}: no scene was passed"
+            verdict = Check("verdict", CheckState.FAILED, said, PAGE, group=Group.PHYSICS)
             suite.add_testcase(case(report.engine, verdict))
         suite.update_statistics()  # type: ignore[no-untyped-call]
         document.add_testsuite(suite)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from contextlib import suppress
 from functools import partial
@@ -9,18 +10,18 @@ from typing import TYPE_CHECKING
 
 from adapters.common.equal_steps import finer_setting
 from adapters.engine import EngineError
-from barchain.conform.checks import Check, CheckState, Group
-from barchain.conform.dependence import dependent_check
+from barchain.conform.checks import FAILED, NOT_RUN, PASSED, UNSUPPORTED, WARNING, Check, CheckState
 from barchain.conform.runs import TIME_LIMITS, results
-from barchain.conform.scenes import STAGES, scene_of, solved
-from barchain.conform.settings import setting_of
+from barchain.conform.target import STAGES, scene_of, setting_of, solved
 from barchain.judge.compare import judge
+from barchain.judge.diagnosis.channels import sizes_of
+from barchain.judge.diagnosis.fit import QUANTITY_OF
 from barchain.judge.diagnosis.search import ONE_ENGINE
 from barchain.judge.diagnosis.verdicts import diagnosis_of_verdict
 from barchain.judge.diagnosis.words import QUANTITY_WORDS, SINGLE_PRECISION, looks_single, relative_difference
 from barchain.judge.evidence import Evidence, follow_up_jobs, gathered
-from barchain.judge.roundoff import declared_noise
-from barchain.judge.scales import scales
+from barchain.judge.scales import declared_noise, scales
+from barchain.metrics.quantities import differences
 from barchain.runs.declared import OutsideEngine
 from barchain.runs.job import Role
 from reports.tables.crossval import QUANTITY_UNITS
@@ -28,29 +29,35 @@ from reports.tables.outcome import Outcome
 from scenarios.plural import plural
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from barchain.conform.scenes import SceneStage
+    from adapters.trajectory import Trajectory
     from barchain.conform.target import Examined
-    from barchain.judge.diagnosis.diagnose import Diagnosis
     from barchain.judge.verdict import Verdict
     from barchain.runs.job import Job, RunResult
 
 PAGE = "docs/explanation/engine_conventions.md"
 ENOUGH = 0.5
 """Share of a scene that must be compared"""
+DEPENDENT_PAGE = "docs/howto/conform.md#physics"
+DEPENDENT = (
+    "the result depends on the runs before it: in a process of its own the scene gives other numbers. Something is "
+    "kept from run to run, in the module or in the class"
+)
+SAME = 1e-9
+"""Largest relative difference of results that count as the same: a library's sums may depend on where arrays lie"""
 
 
-def physics(engine: Examined, stages: Sequence[SceneStage] = STAGES) -> Iterator[Check]:
+def physics(engine: Examined, stages: Mapping[str, tuple[str, ...]] = STAGES) -> Iterator[Check]:
     """Checks of the scenes of some stages, by default of all; no stage follows one with a failure."""
     failed = ""
-    for stage in stages:
+    for stage, scenes in stages.items():
         if failed:
-            yield Check(Group.PHYSICS, stage.name, CheckState.NOT_RUN, f"{failed} fails")
+            yield Check(stage, NOT_RUN, f"{failed} fails")
             continue
-        engine.note(f"physics, {stage.name}: {plural(len(stage.scenes), 'scene')}, each at two settings")
-        for check in stage_checks(engine, stage.scenes):
-            failed = failed or (check.name if check.state is CheckState.FAILED else "")
+        engine.note(f"physics, {stage}: {plural(len(scenes), 'scene')}, each at two settings")
+        for check in stage_checks(engine, scenes):
+            failed = failed or (check.name if check.state is FAILED else "")
             yield check
 
 
@@ -63,16 +70,16 @@ def stage_checks(engine: Examined, names: tuple[str, ...]) -> Iterator[Check]:
         reason = reasons[name]
         if reason is not None:
             state, words = reason
-            yield Check(Group.PHYSICS, short(name), state, words, PAGE, scene=name)
+            yield Check(short(name), state, words, scene=name)
             continue
         if dependent:
-            yield Check(Group.PHYSICS, short(name), CheckState.NOT_RUN, "the result depends on the runs before it")
+            yield Check(short(name), NOT_RUN, "the result depends on the runs before it")
             continue
         check = scene_check(engine, name, runs[name])
-        if check.state is CheckState.FAILED and not failed and name != able[0]:
+        if check.state is FAILED and not failed and name != able[0]:
             found = dependent_check(check, runs[name][Role.MAIN], partial(main_run, engine, name))
             check, dependent = found or check, found is not None
-        failed = failed or check.state is CheckState.FAILED
+        failed = failed or check.state is FAILED
         yield check
 
 
@@ -83,16 +90,16 @@ def reason_against(engine: Examined, name: str) -> tuple[CheckState, str] | None
         reason = loaded.unsupported(scene_of(name))
         reason = reason or loaded.unsupported_motion(solved(name).scene, solved(name).fine)
     except EngineError as error:
-        return CheckState.FAILED, str(error)
-    return None if reason is None else (CheckState.UNSUPPORTED, reason)
+        return FAILED, str(error)
+    return None if reason is None else (UNSUPPORTED, reason)
 
 
-def unsupported_check(engine: Examined, group: Group, name: str, scenes: Sequence[str]) -> Check:
+def unsupported_check(engine: Examined, name: str, scenes: Sequence[str]) -> Check:
     """Check of a group whose scenes are all unsupported, with the first reason; failed if a reason can't be had."""
     reasons = [reason for scene in scenes if (reason := reason_against(engine, scene)) is not None]
-    state, words = min(reasons, key=lambda reason: reason[0] is not CheckState.FAILED)
-    said = words if state is CheckState.FAILED else f"supports no scene of this check: {words}"
-    return Check(group, name, state, said, PAGE)
+    state, words = min(reasons, key=lambda reason: reason[0] is not FAILED)
+    said = words if state is FAILED else f"supports no scene of this check: {words}"
+    return Check(name, state, said)
 
 
 def ask_about_scenes(engine: Examined) -> None:
@@ -100,7 +107,7 @@ def ask_about_scenes(engine: Examined) -> None:
     loaded = engine.load()
     if issubclass(loaded, OutsideEngine):
         with suppress(EngineError):  # told with the scene that causes it
-            loaded.prepare(scene_of(name) for stage in STAGES for name in stage.scenes)
+            loaded.prepare(scene_of(name) for scenes in STAGES.values() for name in scenes)
 
 
 def main_run(engine: Examined, name: str) -> RunResult:
@@ -131,33 +138,28 @@ def by_role(engine: Examined, jobs: list[Job]) -> dict[str, dict[Role, RunResult
 def scene_check(engine: Examined, name: str, runs: dict[Role, RunResult]) -> Check:
     """Check of one scene, with a diagnosis where the engine is wrong."""
     evidence = gathered(runs)
-    assert evidence is not None
     noise = noise_fault(engine, name)
     if noise:
-        return Check(Group.PHYSICS, short(name), CheckState.FAILED, noise, f"{PAGE}#declarations", scene=name)
+        return Check(short(name), FAILED, noise, f"{PAGE}#declarations", scene=name)
     verdict = verdict_of(engine, name, evidence, runs)
     state, said = state_without_failure(verdict, name)
-    if state is not CheckState.FAILED:
-        return Check(Group.PHYSICS, short(name), state, f"{said}{at_setting(engine, name)}", scene=name)
-    found = diagnosis_of(name, evidence, verdict)
+    if state is not FAILED:
+        return Check(short(name), state, f"{said}{at_setting(engine, name)}", scene=name)
+    run = evidence.main.trajectory
+    found = None
+    if run is not None and verdict.series is not None:
+        found = diagnosis_of_verdict(verdict, run, solved(name), ONE_ENGINE)
     if found is None or found.inside_tolerances or verdict.outcome is Outcome.MALFORMED:
         late = any(run.outcome is Outcome.TIMED_OUT for run in runs.values())
         page = TIME_LIMITS if late else PAGE
         said = f"{reasons_of(verdict)}{at_setting(engine, name)}"
-        return Check(Group.PHYSICS, short(name), CheckState.FAILED, said, page, scene=name)
-    free = name in STAGES[0].scenes and not found.explanations and looks_single(relative_difference(found.wrong))
-    hint = f" {SINGLE_PRECISION}" if free else ""
+        return Check(short(name), FAILED, said, page, scene=name)
+    unforced = name in STAGES["without forces"] and not found.explanations
+    hint = f" {SINGLE_PRECISION}" if unforced and looks_single(relative_difference(found.wrong)) else ""
     sizes = "; ".join(f"{QUANTITY_WORDS[w.quantity]} {w.words}" for w in found.wrong)
     page = found.explanations[0].mistakes[0].anchor if found.explanations else PAGE
-    return Check(
-        Group.PHYSICS,
-        short(name),
-        CheckState.FAILED,
-        f"{found}{hint} Off: {sizes}{at_setting(engine, name)}",
-        page,
-        bool(found.explanations),
-        name,
-    )
+    said = f"{found}{hint} Off: {sizes}{at_setting(engine, name)}"
+    return Check(short(name), FAILED, said, page, bool(found.explanations), name)
 
 
 def at_setting(engine: Examined, name: str) -> str:
@@ -170,14 +172,14 @@ def state_without_failure(verdict: Verdict, name: str) -> tuple[CheckState, str]
     """State of a scene and its reason; failed if the verdict is no other one."""
     reasons = reasons_of(verdict)
     if verdict.outcome is Outcome.PASS:
-        return CheckState.PASSED, agreement(verdict)
+        return PASSED, agreement(verdict)
     if verdict.outcome is Outcome.UNSUPPORTED:
-        return CheckState.UNSUPPORTED, reasons
+        return UNSUPPORTED, reasons
     if verdict.outcome is Outcome.ROUNDOFF_LIMITED:
-        return CheckState.WARNING, f"round-off limits the run: {reasons}"
+        return WARNING, f"round-off limits the run: {reasons}"
     if verdict.outcome in (Outcome.TOO_COARSE, Outcome.NOTHING_COMPARED) and compared_share(verdict, name) >= ENOUGH:
-        return CheckState.WARNING, f"{agreement(verdict)}; {reasons}"
-    return CheckState.FAILED, reasons
+        return WARNING, f"{agreement(verdict)}; {reasons}"
+    return FAILED, reasons
 
 
 def noise_fault(engine: Examined, name: str) -> str:
@@ -209,17 +211,8 @@ def verdict_of(engine: Examined, name: str, evidence: Evidence, runs: dict[Role,
     if not verdict.further_runs:
         return verdict
     jobs = follow_up_jobs(scene_of(name), engine.name, engine.registration, loaded, setting, verdict.further_runs)
-    more = gathered(runs | by_role(engine, jobs)[name])
-    assert more is not None
-    return judge(engine.name, loaded, setting, more, solution)
-
-
-def diagnosis_of(name: str, evidence: Evidence, verdict: Verdict) -> Diagnosis | None:
-    """Diagnosis of a wrong result; None where nothing was compared."""
-    run = evidence.main.trajectory
-    if run is None or verdict.series is None:
-        return None
-    return diagnosis_of_verdict(verdict, run, solved(name), ONE_ENGINE)
+    more = runs | by_role(engine, jobs)[name]
+    return judge(engine.name, loaded, setting, gathered(more), solution)
 
 
 def compared_share(verdict: Verdict, name: str) -> float:
@@ -246,3 +239,38 @@ def reasons_of(verdict: Verdict) -> str:
 def short(name: str) -> str:
     """Name of a scene in words: ``two bars free``."""
     return name.partition("/")[2].replace("_", " ")
+
+
+def dependent_check(failed: Check, after_others: RunResult, alone: Callable[[], RunResult]) -> Check | None:
+    """Failed check with another reason, if a scene gives other numbers alone than after other scenes; None if not.
+
+    An engine that starts at random gives other numbers each time: two runs alone then differ, too.
+
+    Parameters
+    ----------
+    failed : Check
+        Of the scene.
+    after_others : RunResult
+        Run after those of other scenes, in one process.
+    alone : callable
+        Makes the same run in a process of its own.
+    """
+    first = alone().trajectory
+    if first is None or after_others.trajectory is None or same_numbers(first, after_others.trajectory):
+        return None
+    second = alone().trajectory
+    if second is None or not same_numbers(first, second):
+        return None
+    return dataclasses.replace(failed, words=DEPENDENT, page=DEPENDENT_PAGE, explained=True)
+
+
+def same_numbers(one: Trajectory, other: Trajectory) -> bool:
+    """Whether two results are the same."""
+    if len(one.t_s) != len(other.t_s) or one.observables != other.observables:
+        return False
+    apart = differences(one, other)
+    return all(
+        float(apart[QUANTITY_OF[field]].max(initial=0.0)) <= SAME * float(size.max(initial=0.0))
+        for field, size in sizes_of(one).items()
+        if QUANTITY_OF[field] in apart
+    )

@@ -10,12 +10,10 @@ from typing import TYPE_CHECKING
 
 from barchain.conform.accuracy import accuracy
 from barchain.conform.behaviour import behaviour
-from barchain.conform.checks import Check, CheckState, ConformanceReport, Group
-from barchain.conform.conventions import FIRST_RUN, conventions
-from barchain.conform.extent import WHOLE, Extent
-from barchain.conform.loading import loading
+from barchain.conform.checks import FAILED, NOT_RUN, Check, ConformanceReport, Group
+from barchain.conform.conventions import FIRST_RUN, conventions, loading
 from barchain.conform.physics import physics
-from barchain.conform.target import RUN_S, examined
+from barchain.conform.target import RUN_S, WHOLE, Extent, examined
 from barchain.runs.environment import NoProcessError
 from barchain.runs.message import plain_text
 from barchain.runs.raised import line
@@ -26,6 +24,15 @@ if TYPE_CHECKING:
     from barchain.conform.target import Examined
 
 PAGE = "docs/howto/conform.md"
+CONVENTIONS = "docs/explanation/engine_conventions.md"
+PAGES = {
+    Group.LOADING: f"{CONVENTIONS}#declarations",
+    Group.CONVENTIONS: CONVENTIONS,
+    Group.PHYSICS: CONVENTIONS,
+    Group.ACCURACY: f"{PAGE}#accuracy",
+    Group.BEHAVIOUR: f"{PAGE}#behaviour",
+}
+"""Page on the checks of a group that name none themselves"""
 MISTAKE = "known mistake"
 """Entry of a failure that a known mistake explains; an unexplained one may be a matter of accuracy"""
 
@@ -90,7 +97,7 @@ def assert_conforms(given: str, *, time_limit_s: float = RUN_S) -> None:
         raise AssertionError("\n".join([f"{report.engine} does not conform:", *(lines or ["no scene was passed"])]))
 
 
-def guarded(group: Group, made: Iterator[Check]) -> Iterator[Check]:
+def guarded(made: Iterator[Check]) -> Iterator[Check]:
     """Checks of a group; an exception in one becomes a failed check, and ends the group."""
     try:
         yield from made
@@ -99,7 +106,7 @@ def guarded(group: Group, made: Iterator[Check]) -> Iterator[Check]:
     except Exception as error:
         frame, number = list(traceback.walk_tb(error.__traceback__))[-1]
         words = f"{type(error).__name__}: {plain_text(error)} ({line(frame, number)})"
-        yield Check(group, "examination", CheckState.FAILED, f"ended by an exception: {words}", PAGE)
+        yield Check("examination", FAILED, f"ended by an exception: {words}", PAGE)
 
 
 def checks(engine: Examined, extent: Extent = WHOLE) -> Iterator[Check]:
@@ -116,13 +123,13 @@ def checks(engine: Examined, extent: Extent = WHOLE) -> Iterator[Check]:
             continue
         reason = next((failed[g] for g in needs if g in failed), failed.get(FIRST_RUN, ""))
         if reason:
-            yield Check(group, str(group), CheckState.NOT_RUN, f"{reason} fails")
+            yield Check(str(group), NOT_RUN, f"{reason} fails", group=group)
             continue
-        for check in guarded(group, make(engine)):
-            if check.state is CheckState.FAILED:
+        for check in guarded(make(engine)):
+            if check.state is FAILED:
                 failed.setdefault(group, check.name)
                 if check.name == FIRST_RUN:
                     failed[FIRST_RUN] = check.name
                 if check.explained:
                     failed.setdefault(MISTAKE, check.name)
-            yield check
+            yield replace(check, group=group, page=check.page or PAGES[group])

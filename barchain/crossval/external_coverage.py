@@ -1,23 +1,24 @@
 """Support of a scene by engines with independent physics: effects they lack, instants they reject, certified solutions.
 
 Engines of equal steps reject instants at which no step ends. Such a rejection is no lack of an effect: another run of
-the same scene may have every instant at a step's end, see :mod:`barchain.crossval.suggested_run`.
+the same scene may have every instant at a step's end, see :mod:`barchain.crossval.external_coverage`.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import math
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from adapters.common.step_alignment import misalignment, off_step_events_s
+from adapters.common.step_alignment import half_interval_s, inner_events_s, misalignment, off_step_events_s
 from adapters.registry import engines
-from barchain.crossval.suggested_run import aligned, fitting_run, run_advice, with_run
 from barchain.runs.declared import AdapterLoadError, engine_class, engine_fault
-from barchain.solutions.certified import committed_tables
-from barchain.solutions.certified_table import physics_digest, read_head
+from barchain.solutions.certified_table import committed_tables, physics_digest, read_head
 from barchain.solutions.judging import WORDS
 from barchain.solutions.reference import SolutionSource
 from reports.tables.outcome import Outcome
+from scenarios.scene import Run
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
@@ -26,7 +27,10 @@ if TYPE_CHECKING:
 
     from adapters.engine import Engine
     from adapters.registry import Registration
-    from scenarios import Scene
+    from scenarios import Scene, Thrust
+
+MAX_SUGGESTED_SAMPLES = 20_001
+"""Largest number of samples of a suggested run"""
 
 
 def external_coverage(scene: Scene, requested: Mapping[str, Registration]) -> dict[str, Any]:
@@ -45,13 +49,16 @@ def external_coverage(scene: Scene, requested: Mapping[str, Registration]) -> di
     independent = loaded({name: r for name, r in requested.items() if not r.missing}, scene, failures)
     supporting = [name for name, e in loaded(others, scene, failures).items() if e.unsupported(scene) is None]
     installed = {name for name, r in (others | dict(requested)).items() if not r.missing}
+    committed = committed_tables().get(physics_digest(scene))
     return {
-        "lack": {name: lacking for name, e in independent.items() if (lacking := lacking_effects(scene, e))},
+        "lack": {
+            name: lacking for name, e in independent.items() if (lacking := sorted(scene.effects.names - e.effects))
+        },
         "instants": unaligned_instants(scene, independent),
         "not_requested": [name for name in supporting if name in installed],
         "not_installed": [name for name in supporting if name not in installed],
         "not_loaded": {name: said for name, said in failures.items() if name in installed},
-        "solution": committed_precision(scene),
+        "solution": "" if committed is None else read_head(committed)["precision"],
     }
 
 
@@ -71,11 +78,6 @@ def loaded(
         else:
             found[name] = engine
     return found
-
-
-def lacking_effects(scene: Scene, engine: type[Engine]) -> list[str]:
-    """Effects of a scene that an engine lacks, by name."""
-    return sorted(scene.effects.names - engine.effects)
 
 
 def rejects(engine: type[Engine], scene: Scene) -> bool:
@@ -109,12 +111,6 @@ def instants_advice(scene: Scene, requested: Mapping[str, Registration]) -> str:
     return f"instants alone stop {', '.join(rejecting)}: {advice}" if rejecting else ""
 
 
-def committed_precision(scene: Scene) -> str:
-    """Precision of the certified solution committed for a scene of these physics; empty if there is none."""
-    path = committed_tables().get(physics_digest(scene))
-    return "" if path is None else read_head(path)["precision"]
-
-
 def unchecked_attitudes(
     metrics: pd.DataFrame,
     outcomes: Mapping[tuple[str, str], Outcome],
@@ -141,3 +137,70 @@ def unchecked_attitudes(
         if by_reference and outcomes.get((scene, engine)) is Outcome.PASS:
             found.setdefault(scene, []).append(engine)
     return {scene: names for scene, names in found.items() if not set(names) & set(independent)}
+
+
+def with_run(scene: Scene, run: Run) -> Scene:
+    """`scene` over another run; a thrust that lasts to the old end lasts to the new one."""
+    end_s = scene.run.duration_s
+
+    def until(thrust: Thrust) -> Thrust:
+        times = tuple(run.duration_s if t == end_s else t for t in thrust.times_s)
+        return dataclasses.replace(thrust, times_s=times)
+
+    effects = dataclasses.replace(scene.effects, thrust=tuple(map(until, scene.effects.thrust)))
+    return dataclasses.replace(scene, run=run, effects=effects)
+
+
+def fitting_run(scene: Scene) -> Run | None:
+    """Run of as many samples as the scene's, or a few more, in which every instant is a sample or midway between two.
+
+    The scene's own duration is kept if possible, else extended to the next multiple of the instants' common divisor.
+    None where the run would need more than :data:`MAX_SUGGESTED_SAMPLES`.
+    """
+    instants = [Fraction(repr(t)) for t in inner_events_s(scene)]
+    scale = common_denominator(instants)
+    shared = Fraction(math.gcd(*(int(t * scale) for t in instants)), scale)
+    own = Fraction(repr(scene.run.duration_s))
+    for duration in (own, math.ceil(own / shared) * shared):
+        halves = common_denominator([t / duration for t in instants])  # duration/halves goes into every instant
+        unit = halves // 2 if halves % 2 == 0 else halves
+        run = Run(float(duration), math.ceil(Fraction(scene.run.samples - 1, unit)) * unit + 1)
+        if run.samples <= max(MAX_SUGGESTED_SAMPLES, scene.run.samples):
+            return run
+    return None
+
+
+def run_advice(scene: Scene) -> str:
+    """Advice on instants at which engines of equal steps reject a scene, without a full stop; empty without any."""
+    if misalignment(scene) is None:
+        return ""
+    run, half_s = fitting_run(scene), half_interval_s(scene)
+    said = f"engines of equal steps support instants at samples or midway between two, multiples of {half_s:g} s here"
+    if run is None:
+        return f"{said}; no run of up to {MAX_SUGGESTED_SAMPLES} samples has each instant at one: move the instants"
+    return f"{said}; with duration_s = {run.duration_s:.12g} and samples = {run.samples} in [run] each instant is one"
+
+
+def common_denominator(values: list[Fraction]) -> int:
+    """Smallest positive integer whose product with each value is an integer."""
+    return math.lcm(*(v.denominator for v in values))
+
+
+def aligned(scene: Scene) -> Scene:
+    """`scene` with its thrusts, impulses and manoeuvres at the nearest samples."""
+    every = scene.run.duration_s / (scene.run.samples - 1)
+
+    def near(t_s: float) -> float:
+        return every * round(t_s / every)
+
+    effects = scene.effects
+    moved = dataclasses.replace(
+        effects,
+        thrust=tuple(dataclasses.replace(p, times_s=tuple(map(near, p.times_s))) for p in effects.thrust),
+        impulse=tuple(dataclasses.replace(p, at_s=near(p.at_s)) for p in effects.impulse),
+        prescribed_rotation=tuple(
+            dataclasses.replace(p, start_s=near(p.start_s), duration_s=max(near(p.duration_s), every))
+            for p in effects.prescribed_rotation
+        ),
+    )
+    return dataclasses.replace(scene, effects=moved)

@@ -1,22 +1,51 @@
-"""What a comparison shall do, and what it knows of each scene so far."""
+"""What a comparison shall do: scenes, engines, the setting of each, and verdicts that it has to give.
+
+An engine of equal steps is compared at the cheapest setting at which it still shows something at a scene's scale. A
+verdict that the plan requires and that no run gave is a failure of its own.
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
-from barchain.crossval.default_settings import comparison_setting
+from barchain.judge.error_model import ErrorModel
+from barchain.judge.verdict import no_verdict
 from barchain.runs.executors import ALL_CORES
+from barchain.solutions.judging import shares_equations
 from barchain.solutions.reference import SolutionSource
+from reports.tables.crossval import ALL_SCENES
+from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
-    from adapters.engine import Engine, Setting
+    from collections.abc import Iterator, Mapping
+
+    from adapters.engine import Engine
     from adapters.registry import Registration
     from barchain.judge.verdict import Verdict
     from barchain.runs.executors import Executor
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
+
+    Missing = tuple[str, str, Verdict]
+
+WANTED_SHARE = 1e-3
+"""Largest expected-error bound over the first orbit, relative to each quantity's scale"""
+KEPT_LIMIT = 0.75
+"""Least predictability limit of a chaotic scene, relative to that at the engine's default setting"""
+STEPS_PER_TURN = 40
+"""Least steps in the fastest turn of a bar: bounds hold to the predictability limit, and some chains tumble after it"""
+QUANTITIES = ("attitude", "rate", "reaction")
+PER_OCTAVE = 2
+"""Settings tried for each factor of two in the steps"""
+ANY_INDEPENDENT = "(any independent engine)"
+SEVERAL = 2
+"""Scenes of which an engine must support at least one: its failure is then no accident of one scene"""
 
 
 @dataclass(frozen=True)
@@ -56,3 +85,92 @@ class SceneProgress:
     """Origin of the solution that judges the scene"""
     solution_failed: str = ""
     """Why no solution judges the scene; empty if one does"""
+
+
+def comparison_setting(engine: type[Engine], solution: ReferenceSolution | None) -> Setting:
+    """Setting at which an engine of barchain's own registry is compared on a scene, if none is given.
+
+    Methods that choose their steps, and scenes whose solution is not known before the runs, have the engine's default
+    setting. Otherwise it is the coarsest setting of an engine of equal steps whose expected-error bound stays below
+    :data:`WANTED_SHARE`. Where not even the default setting promises so much in a chaotic scene, it is the coarsest
+    that keeps :data:`KEPT_LIMIT` of the predictability limit: each halving of the step of a second-order method buys
+    an eighth of an orbit more. The fastest turn of the whole run takes at least :data:`STEPS_PER_TURN` steps.
+    """
+    default = engine.sweep.setting()
+    if default.parameter is not AccuracyParameter.STEPS_PER_ORBIT or solution is None:
+        return default
+    own = promise(engine, default, solution)
+    if expected_share(own) > WANTED_SHARE:
+        least_s = KEPT_LIMIT * own.limit_s
+        if own.limit_s >= own.t_s[-1]:
+            return default
+        shows = (s for s in coarse_first(engine, default) if promise(engine, s, solution).limit_s >= least_s)
+    else:
+        shows = (
+            s for s in coarse_first(engine, default) if expected_share(promise(engine, s, solution)) <= WANTED_SHARE
+        )
+    least = STEPS_PER_TURN * turns_per_orbit(solution)
+    return next((s for s in shows if s.value >= least), default)
+
+
+def turns_per_orbit(solution: ReferenceSolution) -> float:
+    """Turns of the fastest bar in the orbit to which steps are counted."""
+    rates = solution.trajectory.rate_rad_s
+    if rates is None:
+        return 0.0
+    return float(np.max(np.abs(rates))) * solution.scene.step_period_s / (2.0 * math.pi)
+
+
+def coarse_first(engine: type[Engine], default: Setting) -> Iterator[Setting]:
+    """Settings from the coarsest of an engine's accuracy sweep to just below its default."""
+    octaves = math.log2(default.value / min(engine.sweep.values))
+    for k in range(math.floor(PER_OCTAVE * octaves), 0, -1):
+        yield Setting(default.parameter, two_digits(default.value * 2.0 ** (-k / PER_OCTAVE)))
+
+
+def two_digits(value: float) -> float:
+    """Value rounded up to two digits."""
+    unit = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return math.ceil(value / unit - 1e-9) * unit
+
+
+def promise(engine: type[Engine], setting: Setting, solution: ReferenceSolution) -> ErrorModel:
+    """Error model of an engine at a setting, before it runs."""
+    return ErrorModel(engine, setting, solution, solution.trajectory)
+
+
+def expected_share(errors: ErrorModel) -> float:
+    """Largest expected-error bound over the first orbit, relative to the quantity's scale."""
+    last = int(np.count_nonzero(errors.t_s <= errors.scene.step_period_s)) - 1
+    shares = [float(errors.bound[q][last]) / errors.scale[q] for q in QUANTITIES if q in errors.bound]
+    return max(shares, default=math.inf)
+
+
+def required_verdicts(plan: ComparisonPlan, progress: Mapping[str, SceneProgress]) -> Iterator[Missing]:
+    """Scene, engine and verdict of each lack; a name in parentheses stands for all scenes or any independent engine.
+
+    Later lacks follow from verdicts on earlier ones, so that each verdict has to be stored before the next is taken.
+    They are: pairs that were planned and left without a verdict; with `need_external`, scenes that no engine with
+    independent physics passes, which have not been cross-validated; and engines compared on no scene, if they were
+    requested by name or had several scenes to do.
+    """
+    solved = {name: own for name, own in progress.items() if not own.solution_failed}
+    for name, own in solved.items():
+        for engine in [e for e in plan.engines if e not in own.verdicts]:
+            reason = "no verdict was given: a fault of barchain"
+            yield name, engine, no_verdict(name, engine, None, Outcome.FAILED, reason)
+    for name, own in solved.items() if plan.need_external else ():
+        passed = [
+            e for e, verdict in own.verdicts.items()
+            if verdict.outcome is Outcome.PASS and plan.engines[e].external
+            and not shares_equations(plan.engines[e], own.source)  # such an engine is not independent of the solution
+        ]  # fmt: skip
+        if not passed:
+            reason = "no engine with independent physics was compared and passed on this scene"
+            yield name, ANY_INDEPENDENT, no_verdict(name, ANY_INDEPENDENT, None, Outcome.NOTHING_COMPARED, reason)
+    for engine in plan.engines if plan.named or len(solved) >= SEVERAL else ():
+        verdicts = [own.verdicts[engine] for own in progress.values() if engine in own.verdicts]
+        if verdicts and all(v.outcome in (Outcome.UNSUPPORTED, Outcome.TOO_COARSE) for v in verdicts):
+            reasons = "; ".join(dict.fromkeys(row["reason"] for v in verdicts for row in v.rows))
+            reason = f"compared on no scene: {reasons}"
+            yield ALL_SCENES, engine, no_verdict(ALL_SCENES, engine, None, Outcome.NOTHING_COMPARED, reason)

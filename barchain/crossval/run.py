@@ -4,25 +4,29 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
 from adapters.registry import engines as registered_engines
+from barchain.crossval.external_coverage import external_coverage
 from barchain.crossval.plan import ComparisonPlan
-from barchain.crossval.record import new_record
 from barchain.crossval.suite import Suite
+from barchain.judge.tolerances import TOLERANCES
 from barchain.record.claim import claimed
+from barchain.record.environment import provenance
 from barchain.record.study_store import StudyStore
 from barchain.runs.environment import kept_or_temporary
 from barchain.runs.executors import ALL_CORES, KeptAnswers
+from barchain.runs.facts import engine_facts, scene_facts
 from barchain.runs.selection import chosen_engines, unique_names
 from barchain.runs.settings import choose_setting
 from barchain.runs.time_limits import TIME_LIMIT_S
 from barchain.runs.timing.estimate import TOLD_S, estimated_run_s, need_runnable, work_words
 from reference_impl.kernel.build import why_missing
+from reference_impl.paper.misprint_effects import misprint_effects
 from reports.tables.crossval import ALL_SCENES, FILES, is_engine
 from reports.tables.outcome import Outcome
 from scenarios import Scene, load_scene
@@ -34,6 +38,25 @@ if TYPE_CHECKING:
 
     from adapters.registry import Registration
     from barchain.runs.executors import Executor
+LIMITATIONS = (
+    "The motion is planar. The central body's field is spherical unless a scene has its oblateness (J2).",
+    "Effects are as docs/effects defines them: a cylindrical shadow that darkens the whole chain at once, an "
+    "exponential atmosphere without shading of one bar by another, third bodies on fixed circles.",
+    "The paper's gravity gradient has a torque without its counterpart in the force. No method then conserves "
+    "energy and angular momentum to O((l/r)²), and they are not judged.",
+    "Error estimates come from double precision. On chaotic scenes they end at the predictability limit. Beyond it "
+    "a run is compared with the reference restarted from the run's own states.",
+    "A scene's facts name the solution that judges it. Where that is a reference solution, the rows of the "
+    "reference's forms show convergence, not independence; where it is a certified solution, those of heyoka do.",
+    "Index 3 starts with multipliers off by first order in the step and damps that error in some 50 steps. The "
+    "tolerance of its first reactions includes that error.",
+    "Joint gaps and the distance of the bars' weighted centre from the centre of mass are computed from the places "
+    "and angles that an engine gives of its bars, and the engine's reported values must agree. Where an engine "
+    "gives no places of its own, they are as reported: joints that do not hold then show in the attitude.",
+    "An engine that follows only the centre of mass is judged on the track alone.",
+    "Wall times are from worker processes running side by side: they tell orders of magnitude, not rankings.",
+)
+"""Limitations of the comparison, one sentence or two each"""
 
 
 @dataclass(frozen=True)
@@ -162,3 +185,23 @@ def run_comparison(
             page = render(folder) if render else None
             store.finish()
         return ComparisonResult(suite.metrics(), {pair: v.outcome for pair, v in verdicts.items()}, page)
+
+
+def new_record(plan: ComparisonPlan, command: str) -> dict[str, Any]:
+    """Contents of record.json before the first run."""
+    return provenance(command) | {
+        "engines": {name: engine_facts(r) for name, r in plan.engines.items()},
+        "scenes": {
+            scene.name: scene_facts(scene) | {"external_coverage": external_coverage(scene, plan.engines)}
+            for scene in plan.scenes
+        },
+        "runs": [],
+        "misprints": [asdict(row) for row in misprint_effects()],  # on a generic state, just now
+        "tolerances": tolerance_rows(),
+        "limitations": list(LIMITATIONS),
+    }
+
+
+def tolerance_rows() -> list[dict[str, str]]:
+    """Every tolerance with its derivation, for the report."""
+    return [{"quantity": t.quantity, "what": t.name, "value": t.value, "derivation": t.derivation} for t in TOLERANCES]

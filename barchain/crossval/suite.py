@@ -11,8 +11,7 @@ import pandas as pd
 
 from adapters.common.equal_steps import finer_setting
 from adapters.engine import EngineError
-from barchain.crossval.plan import SceneProgress
-from barchain.crossval.required import ANY_INDEPENDENT, required_verdicts
+from barchain.crossval.plan import ANY_INDEPENDENT, SceneProgress, required_verdicts
 from barchain.judge.compare import judge
 from barchain.judge.diagnosis.verdicts import diagnosed_verdict, needs_diagnosis
 from barchain.judge.error_model import ErrorModel
@@ -28,16 +27,16 @@ from barchain.runs.message import plain_text
 from barchain.runs.pool import limit_of, run_task
 from barchain.runs.store import keep_run
 from barchain.solutions.judging import (
+    CERTIFIER,
     WORDS,
-    engine_of,
+    SolutionFailedError,
+    judging_engine,
     judging_jobs,
     judging_solution,
     shares_equations,
     why_not_certified,
 )
-from barchain.solutions.reference import ReferenceSolution, SolutionSource
-from barchain.solutions.reference_runs import SolutionFailedError, judging_engine
-from barchain.solutions.sampling import closely_sampled
+from barchain.solutions.reference import ReferenceSolution, SolutionSource, closely_sampled
 from barchain.solutions.shipped import shipped_solution
 from reports.tables.crossval import ALL_SCENES, JUDGING_SOLUTION, METRIC_COLUMNS
 from reports.tables.outcome import Outcome
@@ -312,7 +311,7 @@ def solution_facts(solution: ReferenceSolution) -> dict[str, Any]:
     inside = solution.trajectory.t_s[: len(solution.amplification)] <= solution.limit_s
     return {
         "solution_source": WORDS[solution.source],
-        "solution_engine": engine_of(solution.source, judging_engine(solution.scene)),
+        "solution_engine": CERTIFIER if solution.source.certified else judging_engine(solution.scene),
         "solution_method": str(solution.trajectory.info.get("method", "")),
         "solution_setting": solution.setting,
         "solution_error_rad": float(solution.error["attitude"][: len(inside)][inside].max()),

@@ -29,61 +29,48 @@ landing                 `LandedError`, `landing_text`, `least_height_m`
 """
 
 from adapters.bar_loads.assemble import SUPPORTED as _SUPPORTED
-from adapters.bar_loads.chain_forces import ChainForces as ChainForces
-from adapters.bar_loads.falling_frame import fall_rate as fall_rate
-from adapters.bar_loads.falling_frame import free_fall as free_fall
-from adapters.bar_loads.falling_frame import orbit_noise as orbit_noise
-from adapters.bar_loads.gravity import LandedError as LandedError
-from adapters.bar_loads.interface import FrameState as FrameState
-from adapters.bar_loads.interface import bars_of as bars_of
-from adapters.bar_loads.thrusts import impulse_jumps as impulse_jumps
-from adapters.common.accuracy_scales import AccuracyScales as AccuracyScales
-from adapters.common.accuracy_scales import accuracy_scales as accuracy_scales
-from adapters.common.equal_steps import step_s as step_s
-from adapters.common.equal_steps import steps_between_samples as steps_between_samples
+from adapters.bar_loads.chain_forces import ChainForces
+from adapters.bar_loads.falling_frame import fall_rate, free_fall, orbit_noise
+from adapters.bar_loads.gravity import LandedError
+from adapters.bar_loads.interface import FrameState, bars_of
+from adapters.bar_loads.thrusts import impulse_jumps
+from adapters.common.accuracy_scales import AccuracyScales, accuracy_scales
+from adapters.common.equal_steps import step_s, steps_between_samples
 from adapters.common.face_reversal import unsupported_motion as face_reversal
-from adapters.common.initial_state import InitialState as InitialState
-from adapters.common.initial_state import initial_state as initial_state
-from adapters.common.joint_coordinates import BarsInFrame as BarsInFrame
+from adapters.common.initial_state import InitialState, initial_state
+from adapters.common.joint_coordinates import BarsInFrame, from_joint_coordinates, to_joint_coordinates
 from adapters.common.joint_coordinates import accelerations as bar_accelerations
 from adapters.common.joint_coordinates import angles as bar_angles
-from adapters.common.joint_coordinates import from_joint_coordinates as from_joint_coordinates
-from adapters.common.joint_coordinates import to_joint_coordinates as to_joint_coordinates
-from adapters.common.joint_forces import reaction_from_wrench as reaction_from_wrench
-from adapters.common.joint_forces import reactions_from_motion as reactions_from_motion
+from adapters.common.joint_forces import reaction_from_wrench, reactions_from_motion
 from adapters.common.kepler import propagate as kepler_orbit
-from adapters.common.landing import landing_text as landing_text
-from adapters.common.landing import least_height_m as least_height_m
-from adapters.common.step_alignment import events_by_step as events_by_step
-from adapters.common.step_alignment import misalignment as misalignment
-from adapters.engine import AccuracyParameter as AccuracyParameter
-from adapters.engine import AccuracySweep as AccuracySweep
-from adapters.engine import Coordinates as Coordinates
-from adapters.engine import Engine as Engine
-from adapters.engine import EngineError as EngineError
-from adapters.engine import Setting as Setting
-from adapters.engine import UnsupportedMotionError as UnsupportedMotionError
-from adapters.trajectory import ENDED as ENDED
-from adapters.trajectory import Array as Array
-from adapters.trajectory import Observable as Observable
-from adapters.trajectory import Trajectory as Trajectory
-from scenarios import Drag as Drag
-from scenarios import Effects as Effects
-from scenarios import Gravity as Gravity
-from scenarios import Impulse as Impulse
-from scenarios import JointSpringDamper as JointSpringDamper
-from scenarios import Oblateness as Oblateness
-from scenarios import PrescribedRotation as PrescribedRotation
-from scenarios import Scene as Scene
-from scenarios import SolarPressure as SolarPressure
-from scenarios import ThirdBody as ThirdBody
-from scenarios import Thrust as Thrust
-from scenarios import load_scene as load_scene
-from scenarios.effect_types import all_effect_names as all_effect_names
-from scenarios.scene import CentralBody as CentralBody
-from scenarios.scene import Chain as Chain
-from scenarios.scene import Orbit as Orbit
-from scenarios.scene import Run as Run
+from adapters.common.landing import landing_text, least_height_m
+from adapters.common.step_alignment import events_by_step, misalignment
+from adapters.engine import (
+    AccuracyParameter,
+    AccuracySweep,
+    Coordinates,
+    Engine,
+    EngineError,
+    Setting,
+    UnsupportedMotionError,
+)
+from adapters.trajectory import ENDED, Array, Observable, Trajectory
+from scenarios import (
+    Drag,
+    Effects,
+    Gravity,
+    Impulse,
+    JointSpringDamper,
+    Oblateness,
+    PrescribedRotation,
+    Scene,
+    SolarPressure,
+    ThirdBody,
+    Thrust,
+    load_scene,
+)
+from scenarios.effect_types import all_effect_names
+from scenarios.scene import CentralBody, Chain, Orbit, Run
 
 FORCE_EFFECTS = _SUPPORTED - {"impulse"}
 """Names of the effects that `ChainForces` supports; impulses, which are no forces, have `impulse_jumps`"""

@@ -14,12 +14,10 @@ from barchain.judge.checks.up_to_limit import difference_findings, extrapolation
 from barchain.judge.checks.whole_run import fault_of_run
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.residuals import Residuals, worst
-from barchain.judge.roundoff import too_noisy
-from barchain.judge.scales import NORM_SLACK
+from barchain.judge.scales import NORM_SLACK, too_noisy
 from barchain.judge.verdict import JUDGED_METRICS, MIN_JUDGED_SHARE, CheckFinding, Verdict, no_verdict
-from barchain.metrics.quantities import drifts
+from barchain.metrics.quantities import TRACK, drifts
 from barchain.runs.job import ROUNDOFF_ROLES, Role
-from barchain.solutions.reference import TRACK
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:

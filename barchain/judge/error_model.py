@@ -3,7 +3,7 @@
 The finer run and each restart have an error model of their own; in each, every member is computed once.
 Everything here follows from the scene, the judging solution, and the promise of the engine's method at its setting.
 Nothing follows from the engine's own run, except a count of steps, which is bounded
-(`barchain.judge.roundoff`).
+(`barchain.judge.scales`).
 
 Two questions are asked of a difference from the judging solution, at every sample up to the predictability limit.
 
@@ -28,17 +28,20 @@ import numpy as np
 from adapters.common.equal_steps import step_s
 from adapters.engine import AccuracyParameter, Coordinates
 from barchain.judge.local_errors import departure, requested_errors, step_constant, track_unit, truncation_errors
-from barchain.judge.roundoff import believed_noise, believed_steps, declared_noise, rounded_sum
 from barchain.judge.scales import (
     MACHINE_EPSILON,
     NORM_SLACK,
     ROUNDINGS,
+    believed_noise,
+    believed_steps,
+    declared_noise,
     kepler_growth,
     orbit_rate_bound,
     orbit_scale,
+    rounded_sum,
     scales,
 )
-from barchain.metrics.rates import own_rate
+from barchain.metrics.quantities import own_rate
 from barchain.solutions.reference import RICHARDSON
 from reports.tables.crossval import PARTED_RAD
 

@@ -22,7 +22,7 @@ from barchain.judge.scales import (
     orbit_rate_bound,
     orbit_scale,
 )
-from barchain.metrics.rates import orbit_rate, own_rate, rate_scale
+from barchain.metrics.quantities import orbit_rate, own_rate, rate_scale
 from barchain.solutions.reference import FINE_PER_RADIAN, RICHARDSON
 from scenarios import Gravity
 

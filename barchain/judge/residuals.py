@@ -12,11 +12,10 @@ from adapters.engine import Coordinates
 from adapters.trajectory import Observable
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.parted_track import parted_track_bound
-from barchain.judge.roundoff import measured_roundoff
-from barchain.judge.scales import FIELDS, NORM_SLACK
+from barchain.judge.scales import NORM_SLACK, measured_roundoff
 from barchain.metrics.model_difference import SECOND_MOMENT_SENSITIVITY, com_displacement, displacement_bound
-from barchain.metrics.quantities import differences
-from barchain.solutions.reference import RICHARDSON, TRACK
+from barchain.metrics.quantities import FIELDS, TRACK, differences
+from barchain.solutions.reference import RICHARDSON
 from reports.tables.outcome import Outcome
 from scenarios import Gravity
 

@@ -1,13 +1,26 @@
-"""Scales of a scene, which errors are counted in: sizes of its quantities, rates of its orbit, roundings, slacks."""
+"""Scales that errors are counted in: sizes of quantities, rates of the orbit, roundings and noise of a run.
+
+An engine's class declares noise, its runs count steps, and perturbed runs show round-off: the same setting is run again
+with other last bits, in a slightly turned frame, from a start moved by a few units in the last place. Each widens the
+engine's tolerances. A wrong or noisy engine could make room for its errors that way, so that each has a bound that
+follows from the scene, the setting and the engine's coordinates. No coordinates are larger than the orbit's radius.
+"""
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from barchain.metrics.quantities import FIELDS, TRACK, differences, drifts, rate_scale
+from reports.tables.crossval import QUANTITY_UNITS
+
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from adapters.engine import Engine, Setting
     from adapters.trajectory import Array, Trajectory
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
@@ -17,16 +30,21 @@ NORM_SLACK = 10.0
 MACHINE_EPSILON = float(np.finfo(float).eps)  # twice the unit roundoff: distance from 1 to the next double
 ROUNDINGS = 16.0
 """Rounding errors that enter a state in one step: a handful of operations, one for each stage"""
-FIELDS = {
-    "com": "com_m",
-    "com_velocity": "com_velocity_m_s",
-    "attitude": "angle_rad",
-    "rate": "rate_rad_s",
-    "reaction": "reaction_N",
-    "torque": "torque_N_m",
-    "impulse": "impulse_N_s",
-}
-"""Compared quantities, and their arrays in a trajectory"""
+MAX_NOISE_SHARE = 1e-2
+"""Largest declared noise relative to a quantity's scale: with more, nothing worth comparing is left"""
+MAX_ATTITUDE_NOISE_RAD = 1e-5
+"""Largest declared noise of the attitude, which is amplified: a thousandth of the distance of parted runs"""
+MAX_TRACK_NOISE_SHARE = 1e-6
+"""Largest declared noise of the track relative to distance and speed: all engines here are good to 1e-9"""
+STEPS_SLACK = 10.0
+"""Slack of a step count: error constants, rejected steps, restarts at events"""
+LOWEST_ORDER = 4.0
+"""Lowest order of the error estimates of methods that choose their steps: rtol^(-1/5) steps a radian"""
+SPREAD_FACTOR = 5.0
+"""Times the largest difference among four runs: of four errors of one distribution, one is farther from the right value
+than this with a chance of 1e-3"""
+EARLY = 4
+"""Samples at the start whose round-off is of one size: at the first alone, four runs may agree by chance"""
 
 
 def scales(solution: ReferenceSolution) -> dict[str, float]:
@@ -81,3 +99,93 @@ def orbit_rate_bound(scene: Scene, trajectory: Trajectory) -> float:
     """Largest rate at which a displaced centre of mass moves: speed over distance, where the orbit is lowest."""
     speed, distance = (np.linalg.norm(x, axis=1) for x in (trajectory.com_velocity_m_s, trajectory.com_m))
     return max(orbit_scale(scene), float((speed / distance).max()))
+
+
+def rounded_sum(trajectory: Trajectory, quantity: str) -> Array:
+    """Rounding of a value that is a sum over N bars, (n,), in the quantity's unit: N terms of at most its own size."""
+    values = None if quantity in TRACK else getattr(trajectory, FIELDS[quantity])
+    bars = 1 if trajectory.angle_rad is None else trajectory.angle_rad.shape[1]
+    if values is None or not values.size:
+        return np.zeros(len(trajectory.t_s))
+    size = np.abs(values).reshape(len(trajectory.t_s), -1).max(axis=1)
+    largest: Array = MACHINE_EPSILON * ROUNDINGS * bars * np.maximum.accumulate(size)
+    return largest
+
+
+def declared_noise(engine: type[Engine], setting: Setting, solution: ReferenceSolution, t_s: Array) -> dict[str, Array]:
+    """Noise that an engine declares, (n,) for each quantity, as declared.
+
+    Parameters
+    ----------
+    engine : type
+    setting : Setting
+    solution : ReferenceSolution
+    t_s : ndarray, shape (n,)
+        Instants from the start of the scene, s.
+    """
+    said = engine.noise(solution.scene, setting, t_s)
+    return {name: np.array(np.broadcast_to(np.abs(values), t_s.shape)) for name, values in said.items()}
+
+
+def believed_noise(noise: dict[str, Array], size: dict[str, float]) -> dict[str, Array]:
+    """Declared noise as far as it is believed, (n,) for each quantity.
+
+    Transient noise, such as that of the start, is cut off at :func:`max_noise`. Noise that is still larger at the end
+    is not believed at all: an engine that noisy can't pass.
+    """
+    found = {}
+    for name, values in noise.items():
+        most = max_noise(name, size)
+        found[name] = np.minimum(values, most) if values[-1] <= most else np.zeros_like(values)
+    return found
+
+
+def max_noise(quantity: str, size: dict[str, float]) -> float:
+    """Largest declared noise of a quantity that is believed, in its unit; `size`: the quantities' scales."""
+    if quantity == "attitude":
+        return MAX_ATTITUDE_NOISE_RAD
+    return (MAX_TRACK_NOISE_SHARE if quantity in TRACK else MAX_NOISE_SHARE) * size[quantity]
+
+
+def too_noisy(noise: dict[str, Array], size: dict[str, float]) -> str | None:
+    """Reason if an engine declares more noise than is believed, for the worst quantity; None if all is believed."""
+    over = {name: float(values.max()) / max_noise(name, size) for name, values in noise.items()}
+    worst = max(over, key=lambda name: over[name], default="")
+    if not worst or over[worst] <= 1.0:
+        return None
+    unit, said = QUANTITY_UNITS[worst], float(noise[worst].max())
+    return (
+        f"its adapter declares that iterations and rounding leave {said:.2g} {unit} of the {worst} uncertain here; "
+        f"at most {max_noise(worst, size):.2g} {unit} can be compared"
+    )
+
+
+def believed_steps(setting: Setting, solution: ReferenceSolution, counted: float) -> float:
+    """Step count of a method that chooses its steps, or 0 if no method would take so many steps.
+
+    A method whose error estimate is of order p takes about rtol^(-1/(p+1)) steps in a radian of the motion. A count
+    beyond that of the lowest order in use, times a slack, is not used at all.
+    """
+    rate = rate_scale(solution.scene, solution.trajectory)
+    radians = 1.0 + rate * solution.scene.run.duration_s
+    most = STEPS_SLACK * radians * setting.value ** (-1.0 / (LOWEST_ORDER + 1.0))
+    return counted if 0.0 < counted <= max(most, solution.scene.run.samples) else 0.0
+
+
+def measured_roundoff(scene: Scene, runs: Sequence[Trajectory]) -> dict[str, Array]:
+    """Round-off of the first of some runs with different rounding: for each quantity and drift, (n,), never falling.
+
+    Beyond the end of the shortest run the round-off is unknown and counts as zero. Empty for a single run.
+    """
+    found: dict[str, Array] = {}
+    drifted = [drifts(scene, run) for run in runs]
+    for (k, one), (j, other) in itertools.combinations(enumerate(runs), 2):
+        n = min(len(one.t_s), len(other.t_s))
+        pairs = zip(drifted[k].items(), drifted[j].values(), strict=False)
+        apart = differences(one, other) | {name: np.abs(a[:n] - b[:n]) for (name, a), b in pairs}
+        for name, size in apart.items():
+            size[:EARLY] = size[:EARLY].max(initial=0.0)
+            grown = np.zeros(len(runs[0].t_s))
+            grown[: len(size)] = SPREAD_FACTOR * np.maximum.accumulate(size)[: len(grown)]
+            found[name] = np.maximum(found.get(name, 0.0), grown)
+    return found

@@ -8,23 +8,24 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from adapters.heyoka.adapter import CLOSE_START_RAD
+from adapters.heyoka import CLOSE_START_RAD
 from barchain.judge.checks.beyond_limit import MAX_EMPTY_SHARE
 from barchain.judge.checks.restart import CONSECUTIVE, SCATTERED
 from barchain.judge.checks.up_to_limit import PERSISTING_SHARE
 from barchain.judge.local_errors import MAX_STEP_CONSTANT, error_constant
 from barchain.judge.residuals import HIGHER_ORDER_SHARE, KINKED_SHARE, MAX_MEASURED_SHARE
-from barchain.judge.roundoff import (
+from barchain.judge.scales import (
     LOWEST_ORDER,
     MAX_ATTITUDE_NOISE_RAD,
     MAX_NOISE_SHARE,
     MAX_TRACK_NOISE_SHARE,
+    NORM_SLACK,
+    ROUNDINGS,
     SPREAD_FACTOR,
     STEPS_SLACK,
 )
-from barchain.judge.scales import NORM_SLACK, ROUNDINGS
 from barchain.judge.verdict import MIN_JUDGED_SHARE
-from barchain.solutions.certified_run import CERTIFIED_CHECK_RTOL, CERTIFIED_RTOL
+from barchain.solutions.judging import CERTIFIED_CHECK_RTOL, CERTIFIED_RTOL
 from barchain.solutions.reference import (
     FINE_PER_RADIAN,
     PERTURBATION_RAD,

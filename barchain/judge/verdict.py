@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from barchain.runs.job import Role
-from barchain.runs.message import MessageError, message_bytes, plain_text, read_message
+from barchain.runs.message import MessageError, message_bytes, read_message
 from barchain.runs.verdict_task import VerdictCodec
 from reports.tables.crossval import METRIC_COLUMNS, QUANTITY_UNITS
 from reports.tables.outcome import Outcome, gravest
@@ -27,8 +27,6 @@ UNITLESS = frozenset({
     "own_state_ratio", "restart_ratio",
 })  # fmt: skip
 """Metrics that are ratios, whatever their quantity's unit"""
-MOST_REASON = 2000
-"""Characters of a text in a row"""
 
 Row = dict[str, Any]
 
@@ -102,39 +100,12 @@ def verdict_from(content: bytes) -> Verdict:
     """
     header, arrays = read_message(content)
     columns = header["columns"]
-    series = None
-    if columns is not None:
-        series = pd.DataFrame({plain_text(name): arrays[f"c{k}"] for k, name in enumerate(columns)})
-    return Verdict([checked_row(row) for row in header["rows"]], series, tuple(map(Role, header["further_runs"])))
-
-
-def checked_row(row: dict[str, Any]) -> Row:
-    """Row of the metrics table with its own columns, text and numbers.
-
-    Raises
-    ------
-    MessageError
-        If it is another.
-    """
-    if tuple(row) != METRIC_COLUMNS:
-        raise MessageError(f"a row has the columns {plain_text(', '.join(map(str, row)))}")
-    Outcome(row["outcome"])
-    return {name: checked_value(name, value) for name, value in row.items()}
-
-
-def checked_value(name: str, value: object) -> float | str | None:
-    """Text, number or None.
-
-    Raises
-    ------
-    MessageError
-        For anything else.
-    """
-    if value is None or (isinstance(value, (int, float)) and not isinstance(value, bool)):
-        return value
-    if not isinstance(value, str):
-        raise MessageError(f"{name} is a {type(value).__name__}")
-    return plain_text(value, MOST_REASON)
+    series = None if columns is None else pd.DataFrame({name: arrays[f"c{k}"] for k, name in enumerate(columns)})
+    for row in header["rows"]:
+        if tuple(row) != METRIC_COLUMNS:
+            raise MessageError(f"a row has the columns {', '.join(row)}")
+        Outcome(row["outcome"])
+    return Verdict(header["rows"], series, tuple(map(Role, header["further_runs"])))
 
 
 VERDICTS = VerdictCodec(verdict_bytes, verdict_from)

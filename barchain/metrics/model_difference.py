@@ -18,6 +18,7 @@ where the air is thin enough for an orbit.
 
 from __future__ import annotations
 
+import cmath
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -26,24 +27,30 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from adapters.common.initial_state import chain_model
-from barchain.metrics.mean_acceleration import (
-    NON_FIELD_EFFECTS,
-    every_nth,
-    excess_acceleration,
-    impulse_velocities,
-    tides,
-)
-from reference_impl.model.kinematics import relative_positions
+from reference_impl.model.complex_vectors import unit_along
+from reference_impl.model.effect import EffectState
+from reference_impl.model.gravity import field_differences
+from reference_impl.model.kinematics import consistent_state, relative_positions
 from reports.tables.crossval import PARTED_RAD
-from scenarios import Gravity
+from scenarios import Axes, Gravity
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable
+
+    from numpy.typing import NDArray
 
     from adapters.trajectory import Array, Trajectory
-    from barchain.metrics.mean_acceleration import AccelerationField
-    from scenarios import Scene
+    from reference_impl.model.chain import ChainModel
+    from reference_impl.model.effect import ChainEffect
+    from scenarios import Scene, ThirdBody
 
+    Instants = float | Array
+    AccelerationField = Callable[[Instants, Array], Array]
+
+FIELD_EFFECTS = frozenset({"quadrupole", "slender", "oblateness", "third_body"})
+"""Effects whose force on a bar depends on its place"""
+NON_FIELD_EFFECTS = frozenset({"drag", "solar_pressure", "thrust"})
+"""Effects whose force on a bar depends on its attitude, or has a fixed direction; all others act inside the chain"""
 RESPONSE_STEPS_PER_RADIAN = 60.0  # of the orbit: oscillations of the chain are up to ten times as fast
 PUSHED_STEPS_PER_RADIAN = 20.0  # of the fastest bar, whose direction decides the force and its kinks
 SPARSE_RAD = 1.0  # of the orbit between samples: beyond it nothing is interpolated, and the displacement is bounded
@@ -140,6 +147,13 @@ def sparse(scene: Scene, solution: Trajectory) -> bool:
     return scene.bound and bool(spacing * 2.0 * math.pi / scene.step_period_s > SPARSE_RAD)
 
 
+def stretched_inertia_kg_m2(scene: Scene) -> float:
+    """Moment of inertia of the stretched chain about its centre of mass, kg m²."""
+    model = chain_model(scene)
+    place = relative_positions(model, np.zeros(model.bars))[:, 0]
+    return float(model.mass_kg @ place**2 + model.inertia_kg_m2.sum())
+
+
 def displacement_bound(scene: Scene, t_s: Array, factor: float) -> dict[str, Array]:
     """Bound of the displacement by an acceleration of at most `factor` mu I/(M r⁴), at `t_s`.
 
@@ -147,12 +161,9 @@ def displacement_bound(scene: Scene, t_s: Array, factor: float) -> dict[str, Arr
     along it, and by up to 8 a/n² across; the displacement rotates with the rate n. The least radius is that of the
     perigee, or the surface, where a run ends.
     """
-    model = chain_model(scene)
-    place = relative_positions(model, np.zeros(model.bars))[:, 0]
-    inertia = float(model.mass_kg @ place**2 + model.inertia_kg_m2.sum())
     r0 = scene.radius0_m
     lowest = max(min(r0, 2.0 * r0 / (2.0 - scene.orbit.speed_factor**2) - r0), scene.central_body.radius_m)
-    acceleration = factor * scene.central_body.mu_m3_s2 * inertia / (scene.mass_kg * lowest**4)
+    acceleration = factor * scene.central_body.mu_m3_s2 * stretched_inertia_kg_m2(scene) / (scene.mass_kg * lowest**4)
     rate = math.sqrt(scene.central_body.mu_m3_s2 / lowest**3)
     moved_m = acceleration * (1.5 * t_s**2 + 8.0 / scene.mean_motion_rad_s**2)
     return {"com": moved_m, "com_velocity": rate * moved_m}
@@ -182,7 +193,7 @@ def integrate_displacement(
     com : CubicHermiteSpline
         Track, (2,) m.
     acceleration : callable
-        Of instants and places, see :func:`barchain.metrics.mean_acceleration.excess_acceleration`.
+        Of instants and places, see :func:`barchain.metrics.model_difference.excess_acceleration`.
     times_s : ndarray, shape (2 k + 1,)
         Starts, middles and ends of k steps.
     velocity_steps : iterable of (float, ndarray of shape (2,))
@@ -232,3 +243,115 @@ def integrate(scene: Scene, solution: Trajectory, every: int) -> Array:
     each = 2 * max(1, math.ceil(widest_rad * DISPLACEMENT_STEPS_PER_RADIAN))
     times = np.interp(np.arange((len(t) - 1) * each + 1) / each, np.arange(len(t)), t)
     return integrate_displacement(scene, com, excess_acceleration(scene, solution, every), times)[:: each // 2]
+
+
+def excess_acceleration(
+    scene: Scene, trajectory: Trajectory, every: int, *, include_non_fields: bool = False
+) -> AccelerationField:
+    """Mean acceleration of the bars less that at the centre of mass, m/s², along a run's attitude.
+
+    Parameters
+    ----------
+    scene : Scene
+    trajectory : Trajectory
+        With attitude and rates.
+    every : int
+        Interpolate the attitude through every `every`-th sample.
+    include_non_fields : bool
+        Add drag, solar pressure and thrust with their full acceleration of the centre of mass.
+
+    Returns
+    -------
+    callable
+        Function of instants (...), s, and of places of the centre of mass, (..., 2) m; returns (..., 2) m/s².
+    """
+    assert trajectory.angle_rad is not None
+    assert trajectory.rate_rad_s is not None
+    model, mu, t = chain_model(scene), scene.central_body.mu_m3_s2, trajectory.t_s
+    knots = every_nth(len(t), every)
+    angle = CubicHermiteSpline(t[knots], trajectory.angle_rad[knots], trajectory.rate_rad_s[knots])
+
+    def acceleration(time: Instants, z: Array) -> Array:
+        found: Array = model.weight @ field_differences(mu, z[..., None, :], relative_positions(model, angle(time)))
+        return found
+
+    acting = [
+        e for e in model.effects if e.name in FIELD_EFFECTS or (include_non_fields and e.name in NON_FIELD_EFFECTS)
+    ]
+    if not acting:
+        return acceleration
+    more = effect_acceleration(
+        model, acting, CubicHermiteSpline(t, trajectory.com_m, trajectory.com_velocity_m_s), angle
+    )
+    return more if model.gravity == "none" else lambda time, z: acceleration(time, z) + more(time, z)
+
+
+def every_nth(count: int, every: int) -> NDArray[np.intp]:
+    """Indices of every `every`-th of `count` samples, and of the last sample."""
+    return np.unique(np.append(np.arange(0, count, every), count - 1))
+
+
+def effect_acceleration(
+    model: ChainModel, acting: list[ChainEffect], com: CubicHermiteSpline, angle: CubicHermiteSpline
+) -> AccelerationField:
+    """Mean acceleration of the bars by some effects, less the part common to all bars, along a motion, m/s²."""
+    velocity, rate = com.derivative(), angle.derivative()
+
+    def mean_effect(time: Instants, z: Array) -> Array:
+        if isinstance(time, np.ndarray):
+            return np.array([mean_effect(float(t), place) for t, place in zip(time, z, strict=True)])
+        state = consistent_state(model, z, velocity(time), angle(time), rate(time))
+        at = EffectState(model, time, state, unit_along(state.angle_rad))
+        mean = sum((effect.accelerations(at, None).difference @ model.weight for effect in acting), 0j)
+        return np.array([mean.real, mean.imag])
+
+    return mean_effect
+
+
+@dataclass(frozen=True)
+class TidalGradient:
+    """Gradient of an attraction k Y/|Y|^(p+1) towards a mass."""
+
+    strength: float
+    """k, m^(p+1)/s²"""
+    power: int
+    """p + 1"""
+    body: ThirdBody | None = None
+    """Third body that attracts; None for the central body"""
+
+    def __call__(self, t_s: Instants, place_m: Array) -> Array:
+        """Change of the acceleration per small displacement, (..., 2, 2) 1/s², at places (..., 2) and instants."""
+        y = place_m
+        if self.body is not None:
+            longitude = self.body.longitude_rad + self.body.rate_rad_s * np.asarray(t_s)
+            y = place_m - self.body.distance_m * np.stack([np.cos(longitude), np.sin(longitude)], axis=-1)
+        r = np.linalg.norm(y, axis=-1)[..., None, None]
+        outer = y[..., :, None] * y[..., None, :]
+        found: Array = self.strength / r**self.power * (self.power * outer / r**2 - np.eye(2))
+        return found
+
+
+def tides(scene: Scene) -> list[TidalGradient]:
+    """Tidal gradients of all fields on a particle: central body, oblateness, third bodies."""
+    mu, oblate = scene.central_body.mu_m3_s2, scene.effects.oblateness
+    found = [] if scene.effects.gravity is Gravity.NONE else [TidalGradient(mu, 3)]
+    if oblate is not None:
+        found.append(TidalGradient(1.5 * mu * oblate.j2 * oblate.radius_m**2, 5))
+    return found + [TidalGradient(body.mu_m3_s2, 3, body) for body in scene.effects.third_body]
+
+
+def impulse_velocities(scene: Scene, trajectory: Trajectory) -> list[tuple[float, Array]]:
+    """Instants of impulses in a bar's own axes, s, and the velocities that they add to the centre of mass, (2,) m/s."""
+    turning = [impulse for impulse in scene.effects.impulse if impulse.axes is Axes.BODY]
+    if not turning:
+        return []
+    assert trajectory.angle_rad is not None
+    assert trajectory.rate_rad_s is not None
+    angle = CubicHermiteSpline(trajectory.t_s, trajectory.angle_rad, trajectory.rate_rad_s)
+    found = []
+    for impulse in turning:
+        velocity_step = cmath.rect(
+            impulse.impulse_N_s / scene.mass_kg, impulse.direction_rad + angle(impulse.at_s)[impulse.bar - 1]
+        )
+        found.append((impulse.at_s, np.array([velocity_step.real, velocity_step.imag])))
+    return found

@@ -1,22 +1,69 @@
-"""Compared quantities: differences of two trajectories, and drifts of one trajectory."""
+"""Compared quantities: differences of two trajectories, drifts of one, and the fastest rates of a scene.
+
+Beside the orbit's, the energy and the angular momentum about the centre of mass vanish: of 1e13 N m s a slowly turning
+bar has 0.03. Their balance is of the order of the bars: their changes less the work and torque of gravity. It holds for
+the paper's gravity gradient too, which conserves neither energy nor angular momentum as a whole:
+
+    dL/dt = sum of m_j d_j x (g_j - g) + K_j,   dE/dt = sum of m_j d_j' . (g_j - g) + K_j theta_j',
+
+with g_j the field at bar j, K_j the torque on it, and d_j from the centre of mass. Eqs. (13), (15).
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 from adapters.common.initial_state import chain_model
-from barchain.metrics.balance import balanced, imbalance
 from barchain.metrics.joint_gaps import measured
+from barchain.metrics.model_difference import FIELD_EFFECTS, every_nth
 from reference_impl.model import invariants
+from reference_impl.model.complex_vectors import as_complex, unit_along
+from reference_impl.model.effect import EffectState
+from reference_impl.model.gravity import complex_field_differences, gradient_angular_accelerations
+from reference_impl.model.kinematics import bar_centres, consistent_state
 from scenarios import Actuator, Gravity
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
     from reference_impl.model.chain import ChainModel
     from scenarios import Scene
+
+FIELDS = {
+    "com": "com_m",
+    "com_velocity": "com_velocity_m_s",
+    "attitude": "angle_rad",
+    "rate": "rate_rad_s",
+    "reaction": "reaction_N",
+    "torque": "torque_N_m",
+    "impulse": "impulse_N_s",
+}
+"""Compared quantities, and their arrays in a trajectory"""
+TRACK = ("com", "com_velocity")
+GAUSS, WEIGHTS = np.polynomial.legendre.leggauss(3)
+"""Nodes of an interval: of a higher degree than the splines between samples"""
+LEAST_SAMPLES = 3
+"""Samples of which every second can be left out"""
+MOST_TURNED_RAD = 0.5
+"""Largest turn of a bar, or of the centre of mass about the body, between samples: torques turn twice as far, and twice
+that without every second sample"""
+MODES_PER_BAR = 2.1  # fastest oscillation of a chain of N bars, over N times its rate (radial chain: 2.1 N n)
+
+
+def components(trajectory: Trajectory) -> dict[str, Array]:
+    """Values of each quantity by bar or joint, (n, k, 1) or (n, k, 2); quantities without components are left out."""
+    found = {}
+    for name, field in FIELDS.items():
+        values = getattr(trajectory, field)
+        if values is not None:
+            by_part = values[:, None, :] if name in TRACK else values if values.ndim == 3 else values[:, :, None]
+            if by_part.shape[1]:
+                found[name] = by_part
+    return found
 
 
 def differences(a: Trajectory, b: Trajectory) -> dict[str, Array]:
@@ -29,26 +76,15 @@ def differences(a: Trajectory, b: Trajectory) -> dict[str, Array]:
         ``impulse`` (N s), each (n,).
         Quantities without components (reactions of a single bar) are left out.
     """
-    n = min(len(a.t_s), len(b.t_s))
-    pairs = {
-        "com": (a.com_m[:, None, :], b.com_m[:, None, :]),
-        "com_velocity": (a.com_velocity_m_s[:, None, :], b.com_velocity_m_s[:, None, :]),
-        "attitude": (scalars(a.angle_rad), scalars(b.angle_rad)),
-        "rate": (scalars(a.rate_rad_s), scalars(b.rate_rad_s)),
-        "reaction": (a.reaction_N, b.reaction_N),
-        "torque": (scalars(a.torque_N_m), scalars(b.torque_N_m)),
-        "impulse": (a.impulse_N_s, b.impulse_N_s),
-    }
-    return {
-        name: np.linalg.norm(x[:n] - y[:n], axis=-1).max(axis=-1)
-        for name, (x, y) in pairs.items()
-        if x is not None and y is not None and x.shape[1] and y.shape[1]
-    }
+    n, other = min(len(a.t_s), len(b.t_s)), components(b)
+    pairs = {name: (values, other[name]) for name, values in components(a).items() if name in other}
+    return {name: np.linalg.norm(x[:n] - y[:n], axis=-1).max(axis=-1) for name, (x, y) in pairs.items()}
 
 
-def scalars(values: Array | None) -> Array | None:
-    """(n, k) as (n, k, 1), so that a norm over the last axis is an absolute value."""
-    return None if values is None else values[:, :, None]
+def largest(trajectory: Trajectory) -> dict[str, Array]:
+    """Largest value of each quantity so far, (n,), which scales its round-off."""
+    values = components(trajectory)
+    return {name: np.maximum.accumulate(np.linalg.norm(x, axis=-1).max(axis=-1)) for name, x in values.items()}
 
 
 @dataclass(frozen=True)
@@ -82,7 +118,7 @@ def drifts(scene: Scene, trajectory: Trajectory) -> dict[str, Array]:
     """Drifts of constraints and invariants, (n,): ``gap``, ``com_residual`` (m), ``energy``, ``angular_momentum`` (1).
 
     Where gravity acts, ``energy_about_com`` and ``angular_momentum_about_com`` (1) are balances
-    (:mod:`barchain.metrics.balance`).
+    (:mod:`barchain.metrics.quantities`).
     Energy and angular momentum are computed from the centre of mass and the attitude, alike for every engine. Their
     changes are divided by the largest kinetic part of the run: a fall from rest has none at first.
     Gaps and the centre-of-mass residual follow from the bars' places; without places they are as reported.
@@ -169,19 +205,108 @@ def spin_size(model: ChainModel, trajectory: Trajectory) -> Array:
     return size
 
 
-def largest(trajectory: Trajectory) -> dict[str, Array]:
-    """Largest value of each quantity so far, (n,), which scales its round-off."""
-    values = {
-        "com": trajectory.com_m[:, None, :],
-        "com_velocity": trajectory.com_velocity_m_s[:, None, :],
-        "attitude": trajectory.angle_rad[:, :, None] if trajectory.angle_rad is not None else None,
-        "rate": trajectory.rate_rad_s[:, :, None] if trajectory.rate_rad_s is not None else None,
-        "reaction": trajectory.reaction_N,
-        "torque": trajectory.torque_N_m[:, :, None] if trajectory.torque_N_m is not None else None,
-        "impulse": trajectory.impulse_N_s,
+def balanced(scene: Scene) -> bool:
+    """Whether only fields, and springs between bars, act beside gravity, so that the balance can be computed."""
+    called, springs = scene.effects, scene.effects.joint_spring_damper
+    damped = springs is not None and any(springs.damping_N_m_s_rad)
+    driven = called.prescribed_rotation or called.impulse or called.thrust or called.drag or called.solar_pressure
+    return called.gravity is not Gravity.NONE and not driven and not damped
+
+
+@np.errstate(divide="ignore", invalid="ignore")  # at the body's centre nothing is resolved
+def imbalance(scene: Scene, trajectory: Trajectory) -> dict[str, Array]:
+    """Changes of energy (J) and angular momentum (N m s) about the centre of mass that gravity does not explain, (n,).
+
+    Between samples the motion is a cubic spline through angles and rates. Its error falls 16 times with twice the
+    samples: the change on leaving out every second sample, in an interval and its neighbours without regard to sign,
+    bounds it and is subtracted. Nothing shows from the first interval on in which a bar, or the orbit, turns too far.
+    """
+    model, t = chain_model(scene), trajectory.t_s
+    angle, rate = trajectory.angle_rad, trajectory.rate_rad_s
+    assert angle is not None
+    assert rate is not None
+    energy = invariants.relative_kinetic_energy(model, angle, rate)
+    for effect in model.effects:
+        if effect.internal:
+            energy = energy + effect.energy(model, trajectory.com_m, angle)
+    held: dict[str, Array] = {
+        "energy_about_com": energy,
+        "angular_momentum_about_com": invariants.relative_angular_momentum(model, angle, rate),
     }
-    return {
-        name: np.maximum.accumulate(np.linalg.norm(x, axis=-1).max(axis=-1))
-        for name, x in values.items()
-        if x is not None and x.shape[1]
-    }
+    if len(t) < LEAST_SAMPLES:
+        return {name: np.zeros(len(t)) for name in held}
+    fastest = np.maximum(np.abs(rate).max(axis=1), np.abs(orbit_rate(trajectory)))
+    turning = np.diff(t) * np.maximum(fastest[1:], fastest[:-1])
+    turned = np.maximum(np.abs(np.diff(angle, axis=0)).max(axis=1), turning)
+    resolved = np.append(True, np.logical_and.accumulate(turned <= MOST_TURNED_RAD))
+    full, coarse = (gained(model, trajectory, t, every) for every in (1, 2))
+    found = {}
+    for name, values in held.items():
+        left = np.abs(values - values[0] - np.append(0.0, np.cumsum(full[name])))
+        unknown = np.append(0.0, np.cumsum(np.convolve(np.abs(full[name] - coarse[name]), np.ones(3), "same")))
+        found[name] = np.where(resolved, np.maximum(left - unknown, 0.0), 0.0)
+    return found
+
+
+def gained(model: ChainModel, trajectory: Trajectory, t_s: Array, every: int) -> dict[str, Array]:
+    """Work and angular impulse of gravity in each interval, (n-1,), along splines through every `every`-th sample."""
+    assert trajectory.angle_rad is not None
+    assert trajectory.rate_rad_s is not None
+    knots, half_s = every_nth(len(t_s), every), 0.5 * np.diff(t_s)
+    nodes = (t_s[:-1] + half_s)[:, None] + half_s[:, None] * GAUSS
+    times = nodes.ravel()
+    angle = CubicHermiteSpline(t_s[knots], trajectory.angle_rad[knots], trajectory.rate_rad_s[knots])
+    com = CubicHermiteSpline(t_s[knots], trajectory.com_m[knots], trajectory.com_velocity_m_s[knots])
+    power, torque = power_and_torque(model, times, com(times), com(times, 1), angle(times), angle(times, 1))
+
+    def summed(values: Array) -> Array:
+        total: Array = half_s * (values.reshape(nodes.shape) @ WEIGHTS)
+        return total
+
+    return {"energy_about_com": summed(power), "angular_momentum_about_com": summed(torque)}
+
+
+def power_and_torque(
+    model: ChainModel, t_s: Array, com_m: Array, com_velocity_m_s: Array, angle_rad: Array, rate_rad_s: Array
+) -> tuple[Array, Array]:
+    """Power (W) and torque (N m) of all fields about the centre of mass at k instants, (k,) each."""
+    along, com = unit_along(angle_rad), as_complex(com_m)[:, None]
+    place = bar_centres(model, model.half_m * along)
+    velocity = bar_centres(model, 1j * model.half_m * rate_rad_s * along)
+    pull = complex_field_differences(model.mu_m3_s2, com, place)
+    turn = np.zeros_like(angle_rad)
+    if model.gravity == "gradient":
+        turn = gradient_angular_accelerations(model, com + place, along)
+    fields = [effect for effect in model.effects if effect.name in FIELD_EFFECTS]
+    for k, instant in enumerate(t_s if fields else ()):
+        state = consistent_state(model, com_m[k], com_velocity_m_s[k], angle_rad[k], rate_rad_s[k])
+        at = EffectState(model, float(instant), state, along[k])
+        for field in fields:
+            added = field.accelerations(at, None)
+            pull[k] += added.difference
+            turn[k] += added.angular
+    force = model.mass_kg * pull
+    moment = turn * model.inertia_kg_m2
+    power: Array = np.sum((velocity.conj() * force).real + rate_rad_s * moment, axis=1)
+    torque: Array = np.sum((place.conj() * force).imag + moment, axis=1)
+    return power, torque
+
+
+def rate_scale(scene: Scene, solution: Trajectory) -> float:
+    """Fastest rate in the scene, rad/s: the chain's stiffest oscillation in its field or under its own spin."""
+    spin = float(np.abs(solution.rate_rad_s).max()) if solution.rate_rad_s is not None else 0.0
+    return max(MODES_PER_BAR * scene.bars * max(spin, scene.mean_motion_rad_s), scene.spring_rate_rad_s)
+
+
+def own_rate(scene: Scene) -> float:
+    """Fastest of the orbit's and the bars' own initial rates, rad/s."""
+    orbit = 2.0 * math.pi / scene.step_period_s
+    turning = scene.orbital_rate_rad_s * max(1.0, *(abs(a) for a in scene.chain.rate_factor))
+    return max(orbit, turning, scene.spring_rate_rad_s / (MODES_PER_BAR * scene.bars))
+
+
+def orbit_rate(trajectory: Trajectory) -> Array:
+    """Rate of the longitude of the centre of mass, (n,), rad/s."""
+    z, v = trajectory.com_m, trajectory.com_velocity_m_s
+    rate: Array = (z[:, 0] * v[:, 1] - z[:, 1] * v[:, 0]) / np.sum(z * z, axis=1)
+    return rate

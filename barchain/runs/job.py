@@ -54,7 +54,7 @@ SOLUTION_ROLES = (Role.SOLUTION, Role.SOLUTION_CHECK, Role.PERTURBED_START, Role
 """Runs of a scene's reference solution, in the order that `barchain.solutions.reference.establish` takes them; in
 extended precision from the close start too"""
 CERTIFIED_ROLES = (Role.FINE, Role.SOLUTION_CHECK, Role.PERTURBED_START, Role.CLOSE_START)
-"""Runs of a scene's certified solution, in the order that `barchain.solutions.certified_judge.establish_certified`
+"""Runs of a scene's certified solution, in the order that `barchain.solutions.judging.establish_certified`
 takes them"""
 JUDGING_ROLES = frozenset({*SOLUTION_ROLES, *CERTIFIED_ROLES})
 """Runs of the solution that judges a scene, of either kind"""

@@ -1,4 +1,7 @@
-"""Certified solutions: quadruple precision with error bars, from a committed table, a cache or a run."""
+"""Certified solutions: quadruple precision with error bars, from a committed table, a cache or a run of heyoka.
+
+Those of the repository are made here, and compared with fresh runs: tables, and solutions that judge.
+"""
 
 from __future__ import annotations
 
@@ -17,27 +20,46 @@ import adapters
 import reference_impl
 import scenarios
 from adapters.engine import EngineError
+from adapters.heyoka.compiled import QUAD
+from adapters.heyoka.run import HeyokaRun
 from adapters.registry import find_engine
+from barchain.metrics.quantities import differences
 from barchain.record.environment import package_version
 from barchain.solutions.certified_table import (
     SAME_INSTANT,
     CertifiedTable,
     DamagedTableError,
+    committed,
+    committed_tables,
     physics_digest,
-    read_head,
     read_table,
     rows_at,
+    table_path,
     write_table,
 )
+from barchain.solutions.judging import (
+    CERTIFIED_CHECK_RTOL,
+    CERTIFIED_RTOL,
+    PRECISION,
+    certified_jobs,
+    error_bar,
+    establish_certified,
+)
+from barchain.solutions.reference import closely_sampled
+from barchain.solutions.shipped import shipped_path, shipped_solution, write_solution
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
+    from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 
-CERTIFIED_SOLUTIONS = Path(__file__).parent / "tables"
 CACHE_VARIABLE = "BARCHAIN_CACHE"
 MARGIN = 10.0  # a certified solution must be this many times more accurate than the judged run
 INSTANTS = 21  # of a committed table, over the run and over the first orbit each
+MOST_GROWN = 1e14
+"""Largest amplification that a verdict uses: rounding to double then exceeds the predictability limit"""
+AMPLIFICATION_SHARE = 0.01
+"""Largest relative change of the amplification, whose perturbed runs are known to 1e-4"""
 VERSIONS = ("heyoka", "numpy")
 Source = Literal["committed", "cache", "computed"]
 
@@ -101,24 +123,6 @@ def served(scene: Scene, table: CertifiedTable, source: Source) -> CertifiedSolu
     return None if rows is None else CertifiedSolution(scene, *rows, table.precision, source)
 
 
-def committed(physics: str) -> CertifiedTable | None:
-    """Committed table for a scene of these physics, or None.
-
-    Raises
-    ------
-    DamagedTableError
-        If the file differs from its checksum.
-    """
-    path = committed_tables().get(physics)
-    return None if path is None else read_table(path)
-
-
-@remembered
-def committed_tables() -> dict[str, Path]:
-    """Files of the committed tables by digest of the physics."""
-    return {read_head(path)["physics"]: path for path in sorted(CERTIFIED_SOLUTIONS.rglob("*.csv"))}
-
-
 def cached(scene: Scene, path: Path) -> CertifiedSolution | None:
     """Certified solution from a file of the cache; None if it is missing, damaged, or of other physics."""
     try:
@@ -133,7 +137,6 @@ def computed(scene: Scene, path: Path) -> CertifiedSolution:
     missing = find_engine("heyoka-quad").missing
     if missing:
         raise CertifiedSolutionError(no_solution_words(scene, missing))
-    from barchain.solutions.certified_run import fresh  # noqa: PLC0415  # only here is heyoka needed
 
     table = fresh(scene, scene.times_s)
     write_table(path, table)
@@ -177,8 +180,8 @@ def code_digest() -> str:
     files = [*sorted((ours / "heyoka").glob("*.py")), ours / "common" / "initial_state.py", ours / "trajectory.py"]
     files += sorted(Path(str(scenarios.__file__)).parent.rglob("*.py"))
     files += [theirs / "model" / f"{name}.py" for name in ("arrays", "chain", "complex_vectors", "kinematics", "state")]
-    files += [Path(__file__).with_name(f"{name}.py") for name in ("certified_run", "certified_table")]
-    files += [Path(__file__).parent.parent / "metrics" / f"{name}.py" for name in ("quantities", "rates")]
+    files += [Path(__file__).with_name(f"{name}.py") for name in ("certified", "certified_table", "judging")]
+    files += [Path(__file__).parent.parent / "metrics" / f"{name}.py" for name in ("quantities",)]
     return hashlib.sha256(b"".join(f.read_bytes() for f in files)).hexdigest()
 
 
@@ -192,6 +195,124 @@ def table_times(scene: Scene) -> Array:
     return kept
 
 
-def table_path(scene: Scene) -> Path:
-    """File of the committed table of a shipped scene."""
-    return CERTIFIED_SOLUTIONS / f"{scene.name}.csv"
+def fresh(scene: Scene, times_s: Array) -> CertifiedTable:
+    """Certified solution of `scene` at `times_s`, (n,) s, increasing from 0.
+
+    Raises
+    ------
+    EngineError
+        If either run fails.
+    """
+    fine, check = (run(scene, times_s, rtol) for rtol in (CERTIFIED_RTOL, CERTIFIED_CHECK_RTOL))
+    return CertifiedTable(scene.name, physics_digest(scene), PRECISION, "", fine, error_bar(fine, check))
+
+
+def run(scene: Scene, times_s: Array, rtol: float) -> Trajectory:
+    """One run in quadruple precision, rounded to double."""
+    made = HeyokaRun(scene, times_s, QUAD, rtol)
+    made.walk()
+    return made.trajectory()
+
+
+def make(scene: Scene) -> CertifiedTable:
+    """Certified solution of a shipped scene at the instants of its table, with errors from all samples of the run."""
+    wanted = table_times(scene)
+    every = np.unique(np.concatenate([wanted, scene.times_s]))
+    full = fresh(scene, every)
+    row = np.searchsorted(full.trajectory.t_s, wanted[wanted <= full.trajectory.t_s[-1]])
+    error = {name: values[row] for name, values in full.error.items()}
+    command = maker(scene.name)
+    return CertifiedTable(full.scene, full.physics, full.precision, command, full.trajectory.samples(row), error)
+
+
+def maker(name: str) -> str:
+    """Command that makes the certified solution of a shipped scene."""
+    return f"barchain certified {name} --out DIR"
+
+
+def make_judge(scene: Scene) -> ReferenceSolution:
+    """Certified solution that judges a shipped scene, at the samples of a comparison."""
+    sampled = closely_sampled(scene)
+    runs = (
+        job.registration.load()(**dict.fromkeys(job.options, True)).run(job.scene, job.setting)
+        for job in certified_jobs(sampled)
+    )
+    return establish_certified(sampled, *runs)
+
+
+def commit(scene: Scene, folder: Path) -> CertifiedTable:
+    """Make a certified solution, and write its two files into `folder` by the scene's name."""
+    table = make(scene)
+    write_table(folder / f"{scene.name}.csv", table)
+    write_solution(shipped_path(scene.name, folder), make_judge(scene))
+    committed_tables.cache_clear()  # the folder may be that of the committed tables
+    return table
+
+
+@dataclass(frozen=True)
+class CommittedTableCheck:
+    """Comparison of a fresh certified solution with the committed one."""
+
+    scene: str
+    share: dict[str, float]
+    """For each quantity, the largest difference over what both error bars allow"""
+    fault: str = ""
+    """Why they can't be compared; empty if they can"""
+
+    @property
+    def agrees(self) -> bool:
+        """Whether all of it lies inside the error bars."""
+        return not self.fault and all(s <= 1.0 for s in self.share.values())
+
+    @property
+    def said(self) -> str:
+        """One line."""
+        worst = max(self.share.values(), default=0.0)
+        verdict = "agrees" if self.agrees else "DIFFERS"
+        return f"{self.scene}: {self.fault or f'{verdict}, by {worst:.2f} of the error bars'}"
+
+
+def check(scene: Scene) -> CommittedTableCheck:
+    """Compare both files of a fresh certified solution with the committed ones, inside both error bars."""
+    table, shipped = check_table(scene), shipped_solution(closely_sampled(scene))
+    if not table.agrees or shipped is None:
+        return table
+    one, other = table.share, check_judge(scene, shipped)
+    larger = {name: max(one.get(name, 0.0), other.get(name, 0.0)) for name in one | other}
+    return CommittedTableCheck(scene.name, larger)
+
+
+def check_table(scene: Scene) -> CommittedTableCheck:
+    """Compare a fresh table with the committed one, inside both error bars."""
+    path = table_path(scene)
+    if not path.is_file():
+        return CommittedTableCheck(scene.name, {}, f"has no certified solution; make it: {maker(scene.name)}")
+    try:
+        kept = read_table(path)
+    except DamagedTableError as error:
+        return CommittedTableCheck(scene.name, {}, str(error))
+    if kept.physics != physics_digest(scene):
+        return CommittedTableCheck(scene.name, {}, f"has changed since; make it again: {kept.command}")
+    return compare(scene.name, kept, make(scene))
+
+
+def check_judge(scene: Scene, kept: ReferenceSolution) -> dict[str, float]:
+    """Shares of a fresh judging solution's difference from the shipped one: error bars, and equally amplified."""
+    again = make_judge(scene)
+    apart = differences(kept.trajectory, again.trajectory)
+    shares = {k: share(d[: len(kept.error[k])], kept.error[k] + again.error[k]) for k, d in apart.items()}
+    grown = np.abs(again.amplification / kept.amplification - 1.0)[kept.amplification <= MOST_GROWN]
+    return shares | {"amplification": float(grown.max()) / AMPLIFICATION_SHARE}
+
+
+def compare(name: str, kept: CertifiedTable, again: CertifiedTable) -> CommittedTableCheck:
+    """Differences of two certified solutions at the same instants relative to their error bars."""
+    if kept.trajectory.t_s.shape != again.trajectory.t_s.shape:
+        return CommittedTableCheck(name, {}, f"has other instants than committed; make it again: {kept.command}")
+    apart = differences(kept.trajectory, again.trajectory)
+    return CommittedTableCheck(name, {k: share(d, kept.error[k] + again.error[k]) for k, d in apart.items()})
+
+
+def share(apart: Array, allowed: Array) -> float:
+    """Largest share of what is allowed; nothing is allowed where both are zero."""
+    return float(np.divide(apart, allowed, out=np.where(apart > 0.0, np.inf, 0.0), where=allowed > 0.0).max())

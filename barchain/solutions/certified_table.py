@@ -10,19 +10,18 @@ import dataclasses
 import hashlib
 import io
 from dataclasses import dataclass
+from functools import cache as remembered
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
 from adapters.trajectory import from_frame, to_frame
-from barchain.metrics.quantities import largest
-from barchain.metrics.rates import rate_scale
+from barchain.metrics.quantities import largest, rate_scale
 from reports.tables.writing import write_atomically
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
 
@@ -35,6 +34,7 @@ ERROR_COLUMNS = {
     "torque": "torque_error_N_m",
     "impulse": "impulse_error_N_s",
 }
+CERTIFIED_SOLUTIONS = Path(__file__).parent / "tables"
 TITLE = "barchain certified solution"
 PHYSICS = ("central_body", "orbit", "chain", "effects")
 SAME_INSTANT = 8.0 * float(np.finfo(float).eps)
@@ -166,3 +166,26 @@ def moved(
     share = float(np.abs(late_s).max()) * rate_scale(scene, trajectory)  # relative change of the fastest oscillation
     sizes = largest(trajectory)
     return later, {k: e + share * sizes[k] if k not in ("com", "attitude") else e for k, e in error.items()}
+
+
+def committed(physics: str) -> CertifiedTable | None:
+    """Committed table for a scene of these physics, or None.
+
+    Raises
+    ------
+    DamagedTableError
+        If the file differs from its checksum.
+    """
+    path = committed_tables().get(physics)
+    return None if path is None else read_table(path)
+
+
+@remembered
+def committed_tables() -> dict[str, Path]:
+    """Files of the committed tables by digest of the physics."""
+    return {read_head(path)["physics"]: path for path in sorted(CERTIFIED_SOLUTIONS.rglob("*.csv"))}
+
+
+def table_path(scene: Scene) -> Path:
+    """File of the committed table of a shipped scene."""
+    return CERTIFIED_SOLUTIONS / f"{scene.name}.csv"

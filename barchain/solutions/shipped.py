@@ -19,8 +19,7 @@ import numpy as np
 import pandas as pd
 
 from adapters.trajectory import ENDED, Trajectory, from_frame, to_frame
-from barchain.solutions.certified import CERTIFIED_SOLUTIONS
-from barchain.solutions.certified_table import DamagedTableError
+from barchain.solutions.certified_table import CERTIFIED_SOLUTIONS, DamagedTableError
 from barchain.solutions.reference import ReferenceSolution, SolutionSource
 from reports.tables.writing import write_atomically
 

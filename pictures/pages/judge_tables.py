@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from barchain.judge.tolerances import SAFEGUARDS, TOLERANCES
-from barchain.solutions.sampling import closely_sampled
+from barchain.solutions.reference import closely_sampled
 from barchain.solutions.shipped import read_solution, shipped_path
 from pictures.pages.words import table
 from reports.tables.crossval import LINEAR_GROWTH

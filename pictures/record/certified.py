@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from barchain.solutions.certified import CERTIFIED_SOLUTIONS
-from barchain.solutions.certified_table import read_table
+from barchain.solutions.certified_table import CERTIFIED_SOLUTIONS, read_table
 from barchain.solutions.shipped import shipped_solution
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ import rebound
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicHermiteSpline
 
-import barchain.metrics.mean_acceleration
+import barchain.metrics.model_difference
 from adapters.common.initial_state import initial_state
 from adapters.common.kepler import propagate
 from adapters.engine import AccuracyParameter, EngineError, Setting
@@ -274,7 +274,7 @@ def prediction(scene):
 @pytest.mark.parametrize("left_out", ["quadrupole", "oblateness"])
 def test_a_mean_pull_that_were_left_out_of_the_prediction_would_be_seen(left_out, monkeypatch):
     monkeypatch.setattr(
-        barchain.metrics.mean_acceleration, "FIELDS", barchain.metrics.mean_acceleration.FIELDS - {left_out}
+        barchain.metrics.model_difference, "FIELD_EFFECTS", barchain.metrics.model_difference.FIELD_EFFECTS - {left_out}
     )
     scene = under(load_scene("effects/quadrupole"), oblateness=load_scene("effects/oblateness").effects.oblateness)
     scene = scene if left_out == "quadrupole" else under(load_scene("effects/oblateness"), gravity=Gravity.QUADRUPOLE)

@@ -18,7 +18,7 @@ from barchain.cli.common.names import shipped_scene_names
 from barchain.cli.common.progress import counted, verdicts_shown
 from barchain.cli.common.settings import SETTING, settings_by_engine
 from barchain.cli.main import cli, run
-from barchain.solutions import certified
+from barchain.solutions import certified_table
 from scenarios import load_scene, scene_names
 
 BAD_SCENE = """
@@ -158,7 +158,7 @@ def test_doctor_tells_versions_engines_kernel_machine_and_tables(capsys, monkeyp
 
 
 def test_doctor_exits_with_1_where_a_table_is_damaged_or_an_adapter_does_not_load(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(certified, "CERTIFIED_SOLUTIONS", tmp_path)
+    monkeypatch.setattr(certified_table, "CERTIFIED_SOLUTIONS", tmp_path)
     monkeypatch.setitem(ENGINES, "broken", Registration("nowhere:Nothing"))
     (tmp_path / "paper").mkdir()
     (tmp_path / "paper" / "fig05.csv").write_text("nothing")

@@ -15,9 +15,9 @@ from barchain.conform import Extent, assert_conforms, conform, target
 from barchain.conform.accuracy import accuracy
 from barchain.conform.behaviour import TIMES, behaviour
 from barchain.conform.checks import Check, CheckState, ConformanceReport, Group
-from barchain.conform.extent import extent_of
 from barchain.conform.junit import write_junit
 from barchain.conform.runs import START_S
+from barchain.conform.target import extent_of
 from barchain.runs.asking import Reply, ask
 from tests.support.kernel import needs_kernel
 
@@ -200,7 +200,7 @@ def test_a_long_run_is_ended_while_it_integrates(name: str, state: CheckState, w
 
 
 def test_a_junit_file_of_an_engine_that_passes_no_scene_has_a_failure(tmp_path: Path) -> None:
-    checks = (Check(Group.PHYSICS, "two bars free", CheckState.WARNING, "round-off limits the run"),)
+    checks = (Check("two bars free", CheckState.WARNING, "round-off limits the run", group=Group.PHYSICS),)
     write_junit(tmp_path / "junit.xml", [ConformanceReport("mine", "1.0", checks, 1.0)])
     suite = ElementTree.parse(tmp_path / "junit.xml").getroot().find("testsuite")
     assert suite is not None

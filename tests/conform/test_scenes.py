@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from barchain.conform.scenes import STAGES, scene_of, solved
+from barchain.conform.target import STAGES, scene_of, solved
 from barchain.metrics.quantities import differences
 from pictures.pages.scene_keys import HEAD, key_tables
 from scenarios import Actuator, Axes, End, Frame, SceneFile, scene_names
@@ -23,7 +23,7 @@ from tests.diagnosis.planting import run
 from tests.support.slow import one_in
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
-SCENES = [name for stage in STAGES for name in stage.scenes]
+SCENES = [name for scenes in STAGES.values() for name in scenes]
 FOURTH_ORDER_ERROR_RAD = 1e-5
 """Error of the classical Runge-Kutta method with a thousand steps an orbit, 3e-6 rad, with slack"""
 PLAIN = {"gravity.none", "gravity.point", "gravity.gradient"}
@@ -106,7 +106,9 @@ def test_some_scene_lasts_more_than_an_orbit_with_both_signs_of_the_radial_veloc
 
 
 def test_each_scene_of_the_last_stage_adds_one_effect() -> None:
-    families = [{e.partition(".")[0] for e in scene_of(name).effects.names - PLAIN} for name in STAGES[-1].scenes]
+    families = [
+        {e.partition(".")[0] for e in scene_of(name).effects.names - PLAIN} for name in STAGES["with one effect"]
+    ]
     assert all(len(family) == 1 for family in families)
 
 
@@ -121,7 +123,7 @@ def test_bars_differ_and_turn_past_a_full_turn_from_a_longitude_of_30_degrees(na
     assert turned > 2.0 * math.pi
 
 
-@pytest.mark.parametrize("name", STAGES[-1].scenes)
+@pytest.mark.parametrize("name", STAGES["with one effect"])
 def test_an_effect_alone_turns_the_bars_by_more_than_the_error_of_most_methods(name: str) -> None:
     """A missing effect must show, whatever the method."""
     with_effect = solved(name).trajectory

@@ -13,9 +13,7 @@ from adapters.pymunk.adapter import Pymunk
 from adapters.reference.compiled_engine import ReferenceFast
 from barchain.conform.checks import CheckState
 from barchain.conform.physics import main_and_finer, scene_check
-from barchain.conform.scenes import STAGES
-from barchain.conform.settings import MOST_FINER, from_default_on, lasts, setting_of
-from barchain.conform.target import examined
+from barchain.conform.target import MOST_FINER, STAGES, examined, from_default_on, lasts, setting_of
 from tests.support.slow import one_in
 
 if TYPE_CHECKING:
@@ -69,7 +67,7 @@ def test_a_finer_setting_is_taken_where_the_default_does_not_reach_so_far() -> N
     assert lasts(Pymunk, Pymunk.sweep.finer(default), name)
 
 
-@pytest.mark.parametrize("name", one_in(5, [name for stage in STAGES for name in stage.scenes]))
+@pytest.mark.parametrize("name", one_in(5, [name for scenes in STAGES.values() for name in scenes]))
 def test_no_setting_is_far_finer_than_the_default(name: str) -> None:
     assert setting_of(FirstOrder, name).value <= MOST_FINER * FirstOrder.sweep.default
 

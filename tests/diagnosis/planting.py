@@ -20,8 +20,8 @@ from barchain.judge.diagnosis.mistake import ReadingMistake, SceneMistake, Timin
 from barchain.judge.diagnosis.readings.timing import delayed
 from barchain.judge.evidence import Evidence
 from barchain.runs.job import RunResult
+from barchain.solutions.judging import solution_engine
 from barchain.solutions.reference import densely_sampled, establish, with_perturbed_start
-from barchain.solutions.reference_runs import solution_engine
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
 

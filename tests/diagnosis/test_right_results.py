@@ -19,8 +19,8 @@ from barchain.judge.diagnosis.verdicts import (
     needs_diagnosis,
     verdict_tolerance,
 )
-from barchain.solutions.reference_runs import solution_engine
-from barchain.solutions.sampling import closely_sampled
+from barchain.solutions.judging import solution_engine
+from barchain.solutions.reference import closely_sampled
 from barchain.solutions.shipped import shipped_solution
 from scenarios import load_scene
 from tests.diagnosis.planting import RTOL, run, runs_of, solution, unequal_chain, verdict_on

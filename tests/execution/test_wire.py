@@ -13,7 +13,7 @@ from barchain.runs.frames import joined, parted
 from barchain.runs.job import Job, Role
 from barchain.runs.message import MessageError
 from barchain.runs.messages import shared_result, shared_run, version_of
-from barchain.solutions.reference_runs import solution_jobs
+from barchain.solutions.judging import solution_jobs
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
 

@@ -16,8 +16,8 @@ from barchain.cli.maintain.certified import certified_solutions
 from barchain.judge.error_model import ErrorModel
 from barchain.metrics.quantities import differences
 from barchain.solutions import certified as certified_module
-from barchain.solutions.certified import CertifiedSolutionError, certified, committed, table_path, table_times
-from barchain.solutions.certified_commit import check
+from barchain.solutions import certified_table
+from barchain.solutions.certified import CertifiedSolutionError, certified, check, committed, table_path, table_times
 from barchain.solutions.certified_table import DamagedTableError, physics_digest, read_table, write_table
 from barchain.solutions.reference import SOLUTION_CHECK_RTOL, SOLUTION_RTOL, establish, with_perturbed_start
 from scenarios import load_scene
@@ -228,8 +228,8 @@ def test_tables_hold_equally_spaced_instants_once():
 
 @pytest.mark.slow
 def test_the_command_makes_tables_checks_them_and_fails_where_they_differ(tmp_path, monkeypatch):
-    monkeypatch.setattr(certified_module, "CERTIFIED_SOLUTIONS", tmp_path)
-    certified_module.committed_tables.cache_clear()
+    monkeypatch.setattr(certified_table, "CERTIFIED_SOLUTIONS", tmp_path)
+    certified_table.committed_tables.cache_clear()
     run = CliRunner().invoke
     try:
         assert run(certified_solutions, [QUICK, "--check"]).exit_code == 1
@@ -247,4 +247,4 @@ def test_the_command_makes_tables_checks_them_and_fails_where_they_differ(tmp_pa
         assert run(certified_solutions, [QUICK, "--check"]).exit_code == 1
         assert run(certified_solutions, ["paper/none", "--check"]).exit_code == 2
     finally:
-        certified_module.committed_tables.cache_clear()
+        certified_table.committed_tables.cache_clear()

@@ -6,10 +6,11 @@ import pytest
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
-from barchain.crossval.default_settings import (
+from barchain.crossval.plan import (
     KEPT_LIMIT,
     STEPS_PER_TURN,
     WANTED_SHARE,
+    ComparisonPlan,
     coarse_first,
     comparison_setting,
     expected_share,
@@ -17,12 +18,11 @@ from barchain.crossval.default_settings import (
     turns_per_orbit,
     two_digits,
 )
-from barchain.crossval.plan import ComparisonPlan
 from barchain.runs.job import Job, Role
 from barchain.runs.pool import run_task
 from barchain.runs.selection import chosen_engines, one_of_each
 from barchain.runs.time_limits import TimeLimit
-from barchain.solutions.sampling import closely_sampled
+from barchain.solutions.reference import closely_sampled
 from barchain.solutions.shipped import shipped_solution
 from scenarios import load_scene
 

@@ -17,7 +17,7 @@ from barchain.runs.executors import LocalProcesses
 from barchain.runs.job import Job, Role, RunResult, failure
 from barchain.runs.pool import run_jobs
 from barchain.runs.time_limits import COMPILE_S, TimeLimit
-from barchain.solutions.reference_runs import judging_engine, solution_jobs
+from barchain.solutions.judging import judging_engine, solution_jobs
 from reports.render import render
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
@@ -82,7 +82,7 @@ def test_the_record_says_which_form_made_a_reference_solution(tmp_path: Path, mo
     scene = load_scene("basics/free_rotation")
     scene = dataclasses.replace(scene, run=dataclasses.replace(scene.run, samples=41))
     for form in ("reference", judging_engine(scene)):
-        for module in ("barchain.solutions.reference_runs", "barchain.crossval.suite"):
+        for module in ("barchain.solutions.judging", "barchain.crossval.suite"):
             monkeypatch.setattr(f"{module}.judging_engine", lambda _, form=form: form)
         compare([scene], ["reference"], tmp_path, overwrite=True)
         record = json.loads((tmp_path / "record.json").read_text())

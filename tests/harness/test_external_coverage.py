@@ -9,8 +9,13 @@ import pytest
 
 from adapters.registry import ENGINES, Registration
 from barchain.cli.run.compare import show_advice
-from barchain.crossval.external_coverage import external_coverage, unchecked_attitudes
-from barchain.crossval.suggested_run import MAX_SUGGESTED_SAMPLES, fitting_run, with_run
+from barchain.crossval.external_coverage import (
+    MAX_SUGGESTED_SAMPLES,
+    external_coverage,
+    fitting_run,
+    unchecked_attitudes,
+    with_run,
+)
 from barchain.metrics.quantities import conserved
 from barchain.record.scene_description import effect_words, invariant_words, losses
 from barchain.solutions.judging import WORDS

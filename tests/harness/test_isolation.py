@@ -9,15 +9,14 @@ import pytest
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES, Registration
 from barchain.crossval.plan import ComparisonPlan
-from barchain.crossval.record import new_record
-from barchain.crossval.run import run_comparison
+from barchain.crossval.run import new_record, run_comparison
 from barchain.crossval.suite import Suite
 from barchain.record.study_store import StudyStore
 from barchain.runs.executors import LocalProcesses
 from barchain.runs.job import Job, Role, failure
 from barchain.runs.local import LocalSession
 from barchain.runs.pool import PoolGroup, pool_group
-from barchain.solutions.reference_runs import solution_jobs
+from barchain.solutions.judging import solution_jobs
 from reports.chapters.crossval.overview import summary_verdict
 from reports.chapters.crossval.summary import summarise
 from reports.render import render
@@ -149,7 +148,7 @@ def unsolved(tmp_path_factory):
     }
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(ENGINES, "faulty", registered(["LosesItsGrip"])["LosesItsGrip"])
-        patch.setattr("barchain.solutions.reference_runs.judging_engine", lambda _: "faulty")
+        patch.setattr("barchain.solutions.judging.judging_engine", lambda _: "faulty")
         both = {name: Registration(target) for name, target in names.items()}
         result = run_comparison([SCENE, unshipped(UNSOLVABLE)], out=folder, registered=both, need_external=True)
     return folder, result

@@ -16,8 +16,7 @@ from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES, WIDE, Registration
 from adapters.trajectory import Trajectory
 from barchain.crossval.plan import ComparisonPlan
-from barchain.crossval.record import new_record
-from barchain.crossval.run import run_comparison
+from barchain.crossval.run import new_record, run_comparison
 from barchain.crossval.suite import Suite
 from barchain.faults.equations import no_tide
 from barchain.judge.compare import judge
@@ -26,19 +25,25 @@ from barchain.metrics.quantities import differences
 from barchain.record.study_store import StudyStore
 from barchain.runs.job import CERTIFIED_ROLES, Role, RunResult, failure
 from barchain.runs.run import run_job
-from barchain.solutions.certified import committed
-from barchain.solutions.certified_judge import CERTIFIER, affordable, certified_jobs
-from barchain.solutions.certified_table import DamagedTableError, physics_digest
-from barchain.solutions.judging import shares_equations, why_not_certified
+from barchain.solutions.certified_table import DamagedTableError, committed, physics_digest
+from barchain.solutions.judging import (
+    CERTIFIER,
+    affordable,
+    certified_jobs,
+    judging_engine,
+    shares_equations,
+    solution_jobs,
+    solution_of,
+    why_not_certified,
+)
 from barchain.solutions.reference import (
     SolutionSource,
     amplification_of,
+    closely_sampled,
     densely_sampled,
     establish,
     with_perturbed_start,
 )
-from barchain.solutions.reference_runs import judging_engine, solution_jobs, solution_of
-from barchain.solutions.sampling import closely_sampled
 from barchain.solutions.shipped import read_solution, rounded_up, shipped_files, shipped_path, shipped_solution
 from barchain.solutions.shipped import write_solution as write
 from reports.tables.crossval import FILES

@@ -20,8 +20,7 @@ from barchain.judge.local_errors import resolving_s, truncation_errors
 from barchain.judge.scales import NORM_SLACK
 from barchain.metrics.quantities import differences
 from barchain.runs.executors import LocalProcesses
-from barchain.solutions.reference import establish, with_perturbed_start
-from barchain.solutions.sampling import closely_sampled
+from barchain.solutions.reference import closely_sampled, establish, with_perturbed_start
 from barchain.studies.selftest.campaign import on_scene
 from reference_impl.integrate.simulate import Simulation
 from reports.tables.crossval import PARTED_RAD

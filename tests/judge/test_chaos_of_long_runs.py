@@ -12,8 +12,8 @@ from adapters.registry import ENGINES
 from barchain.judge.checks.beyond_limit import doubtful_increments, fault_between_segments
 from barchain.judge.checks.restart import LINEAR_RAD, restart_segments
 from barchain.judge.error_model import ErrorModel
+from barchain.solutions.judging import solution_engine
 from barchain.solutions.reference import establish, with_perturbed_start
-from barchain.solutions.reference_runs import solution_engine
 from reports.tables.outcome import Outcome
 from scenarios import make_scene
 from tests.judge.trust_cases import judged

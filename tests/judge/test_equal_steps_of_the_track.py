@@ -11,7 +11,7 @@ from adapters.common.equal_steps import step_s, steps_between_samples
 from adapters.common.initial_state import initial_state
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine
 from adapters.trajectory import Observable, Trajectory
-from barchain.conform.scenes import scene_of, solved
+from barchain.conform.target import scene_of, solved
 from barchain.judge.compare import judge
 from barchain.judge.evidence import Evidence
 from barchain.runs.job import RunResult

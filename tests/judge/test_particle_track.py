@@ -13,7 +13,7 @@ from barchain.judge.compare import judge
 from barchain.judge.evidence import Evidence
 from barchain.metrics.model_difference import com_displacement
 from barchain.runs.job import RunResult
-from barchain.solutions.sampling import closely_sampled
+from barchain.solutions.reference import closely_sampled
 from barchain.solutions.shipped import shipped_solution
 from reports.tables.outcome import Outcome
 from scenarios import load_scene

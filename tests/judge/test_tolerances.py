@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from barchain.crossval.methodology import tolerance_rows
+from barchain.crossval.run import tolerance_rows
 from barchain.judge.tolerances import SAFEGUARDS, TOLERANCES, plain
 
 ROOT = Path(__file__).parents[2]

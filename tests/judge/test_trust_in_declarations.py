@@ -10,8 +10,7 @@ from adapters.pymunk.adapter import Pymunk
 from adapters.reference.numpy_engines import Reference
 from adapters.trajectory import Observable
 from barchain.judge.local_errors import step_constant
-from barchain.judge.roundoff import believed_noise, believed_steps
-from barchain.judge.scales import scales
+from barchain.judge.scales import believed_noise, believed_steps, scales
 from barchain.runs.job import RunResult
 from barchain.runs.trajectory_checks import fault
 from reports.tables.outcome import Outcome

@@ -12,7 +12,7 @@ from barchain.judge.evidence import TURNED_RAD, perturbed, turned, turned_back
 from barchain.judge.scales import scales
 from barchain.metrics.quantities import differences
 from barchain.runs.job import ROUNDOFF_ROLES, RunResult
-from barchain.solutions.sampling import MOST_TURNED_RAD, closely_sampled
+from barchain.solutions.reference import MOST_TURNED_RAD, closely_sampled
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
 from tests.judge.trust_cases import judged, lasting, run, solution_of, three_settings, value

@@ -10,8 +10,7 @@ import pytest
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
-from barchain.metrics.balance import balanced
-from barchain.metrics.quantities import drifts
+from barchain.metrics.quantities import balanced, drifts
 from scenarios import load_scene
 from tests.support.slow import slow_but
 

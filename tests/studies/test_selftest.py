@@ -18,7 +18,7 @@ from barchain.faults import declarations, equations, events, forces, garbage, mi
 from barchain.faults.catalogue import CATALOGUE, CONTROLS, FIXED_SCENES, UNMODIFIED, find
 from barchain.faults.fault import Fault, FaultGroup, Size
 from barchain.judge.verdict import JUDGED_METRICS
-from barchain.solutions.reference_runs import NUMPY
+from barchain.solutions.judging import NUMPY
 from barchain.studies.selftest.fates import CHECKS, cell, moved_beyond_rounding, reading
 from barchain.studies.selftest.fates import tried as tried_on
 from barchain.studies.selftest.matrix import OCTAVES, Bracket, Matrix, SelftestOptions, SelftestStudy, settled

@@ -61,7 +61,7 @@ def shipped(scenes: tuple[str, ...]) -> list[str]:
 
 def make_one(name: str, folder: Path) -> bool:
     """Make a certified solution, and print its error and the time taken."""
-    from barchain.solutions.certified_commit import commit  # noqa: PLC0415  # asks for heyoka
+    from barchain.solutions.certified import commit  # noqa: PLC0415  # asks for heyoka
     from scenarios import load_scene  # noqa: PLC0415
 
     begun = time.perf_counter()
@@ -73,7 +73,7 @@ def make_one(name: str, folder: Path) -> bool:
 
 def check_one(name: str) -> bool:
     """Check a certified solution against a fresh run, and print the result."""
-    from barchain.solutions.certified_commit import check  # noqa: PLC0415  # asks for heyoka
+    from barchain.solutions.certified import check  # noqa: PLC0415  # asks for heyoka
     from scenarios import load_scene  # noqa: PLC0415
 
     found = check(load_scene(name))

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 from adapters.registry import engines
 from barchain.cli.run.engines import facts
 from barchain.record.environment import environment, package_version, packages
-from barchain.solutions import certified
+from barchain.solutions import certified_table
+from barchain.solutions.certified import cache_folder
 from barchain.solutions.certified_table import DamagedTableError, physics_digest, read_table
 from reference_impl.kernel import build
 from scenarios import load_scene, scene_names
@@ -59,12 +60,12 @@ def kernel() -> dict[str, Any]:
 
 def solution_tables() -> dict[str, Any]:
     """Folders of certified solutions, how many scenes have one, and the fault of each table that has one."""
-    folder, names = certified.CERTIFIED_SOLUTIONS, scene_names()
+    folder, names = certified_table.CERTIFIED_SOLUTIONS, scene_names()
     tables = {path.relative_to(folder).with_suffix("").as_posix(): path for path in sorted(folder.rglob("*.csv"))}
     found = {name: table_fault(name, path) for name, path in tables.items() if name in names}
     return {
         "folder": str(folder),
-        "cache": str(certified.cache_folder()),
+        "cache": str(cache_folder()),
         "scenes": len(names),
         "tables": len(found),
         "faults": {name: fault for name, fault in found.items() if fault},

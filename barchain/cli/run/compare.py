@@ -74,7 +74,7 @@ def compare(
     engines, and asks for more.
     """
     from adapters.registry import ENGINES  # noqa: PLC0415
-    from barchain.solutions.certified_judge import CERTIFIER  # noqa: PLC0415
+    from barchain.solutions.judging import CERTIFIER  # noqa: PLC0415
     from scenarios import load_scene  # noqa: PLC0415
 
     if names and all_engines:

@@ -17,11 +17,11 @@ from adapters.engine import Coordinates, EngineError
 from barchain.judge.checks.restart import RTOL, compare_segment, restart_segments, restarted_run
 from barchain.judge.parted_track import face_acceleration_m_s2
 from barchain.judge.residuals import worst
-from barchain.judge.scales import FIELDS, largest_entry
+from barchain.judge.scales import largest_entry
 from barchain.judge.verdict import CheckFinding
-from barchain.metrics.quantities import differences
+from barchain.metrics.model_difference import stretched_inertia_kg_m2
+from barchain.metrics.quantities import FIELDS, differences
 from reference_impl.model.invariants import relative_kinetic_energy
-from reference_impl.model.kinematics import relative_positions
 from reports.tables.crossval import PARTED_RAD
 from reports.tables.outcome import Outcome
 from scenarios import Gravity
@@ -112,10 +112,7 @@ def max_tidal_gain(solution: ReferenceSolution) -> float:
     if scene.effects.gravity is Gravity.NONE:
         return 0.0
     lowest = float(np.linalg.norm(solution.trajectory.com_m, axis=1).min())
-    model = chain_model(scene)
-    place = relative_positions(model, np.zeros(model.bars))[:, 0]
-    inertia = float(model.mass_kg @ place**2 + model.inertia_kg_m2.sum())
-    return 1.5 * scene.central_body.mu_m3_s2 / lowest**3 * inertia
+    return 1.5 * scene.central_body.mu_m3_s2 / lowest**3 * stretched_inertia_kg_m2(scene)
 
 
 def max_driven_gain(solution: ReferenceSolution) -> float:

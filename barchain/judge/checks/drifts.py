@@ -15,8 +15,7 @@ from adapters.common.equal_steps import step_s
 from adapters.engine import AccuracyParameter, Coordinates
 from barchain.judge.local_errors import SECOND_ORDER_CONSTANT, end_derivatives
 from barchain.judge.residuals import worst
-from barchain.judge.roundoff import MAX_NOISE_SHARE
-from barchain.judge.scales import MACHINE_EPSILON, NORM_SLACK, ROUNDINGS, orbit_scale
+from barchain.judge.scales import MACHINE_EPSILON, MAX_NOISE_SHARE, NORM_SLACK, ROUNDINGS, orbit_scale
 from barchain.judge.verdict import CheckFinding
 from barchain.metrics.quantities import conserved
 from barchain.solutions.reference import RICHARDSON

@@ -21,13 +21,10 @@ from adapters.reference.numpy_engines import Reference
 from adapters.registry import COMPILED, ENGINES
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.local_errors import resolving_s
-from barchain.judge.roundoff import MAX_ATTITUDE_NOISE_RAD
-from barchain.judge.scales import MACHINE_EPSILON, NORM_SLACK, largest_entry
-from barchain.metrics.quantities import differences
-from barchain.metrics.rates import own_rate
+from barchain.judge.scales import MACHINE_EPSILON, MAX_ATTITUDE_NOISE_RAD, NORM_SLACK, largest_entry
+from barchain.metrics.quantities import TRACK, differences, own_rate
 from barchain.solutions.reference import (
     SOLUTION_RTOL,
-    TRACK,
     ReferenceSolution,
     dense_parts,
     perturbation_directions,

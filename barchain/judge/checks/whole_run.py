@@ -8,8 +8,8 @@ import numpy as np
 
 from adapters.trajectory import ENDED
 from barchain.judge.residuals import other_end
-from barchain.judge.scales import FIELDS
 from barchain.judge.verdict import CheckFinding
+from barchain.metrics.quantities import FIELDS
 from barchain.runs.trajectory_checks import TIME_SLACK
 from reports.tables.crossval import PARTED_RAD
 from reports.tables.outcome import Outcome

@@ -11,7 +11,7 @@ from barchain.judge.diagnosis.diagnose import Diagnosis, diagnose
 from barchain.judge.diagnosis.fit import QUANTITY_OF
 from barchain.judge.diagnosis.search import BRIEF
 from barchain.judge.diagnosis.words import inconsistent_reason
-from barchain.solutions.reference import TRACK
+from barchain.metrics.quantities import TRACK
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:

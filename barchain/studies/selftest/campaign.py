@@ -16,7 +16,7 @@ from barchain.runs.declared import engine_class
 from barchain.runs.executors import ALL_CORES
 from barchain.runs.selection import chosen_engines
 from barchain.runs.time_limits import TIME_LIMIT_S
-from barchain.solutions.sampling import closely_sampled
+from barchain.solutions.reference import closely_sampled
 from barchain.studies.selftest.random_scenes import draw
 from barchain.studies.selftest.rating import CampaignCell, Rated, passed, rated, rates
 from barchain.studies.selftest.shrinking import kept_findings, kinds

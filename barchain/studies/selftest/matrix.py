@@ -14,7 +14,7 @@ from barchain.runs.cases import run_cases
 from barchain.runs.declared import engine_class
 from barchain.runs.executors import ALL_CORES
 from barchain.runs.job import Role
-from barchain.solutions.reference_runs import NUMPY
+from barchain.solutions.judging import NUMPY
 from barchain.studies.selftest.fates import FaultCell, tried
 from barchain.studies.selftest.stages import STAGES, find_scene
 from barchain.studies.selftest.trial import SceneRuns, Trial

@@ -21,7 +21,7 @@ from barchain.runs.job import Job, Role
 from barchain.runs.pool import PoolGroup, limit_of, run_task
 from barchain.runs.run import run_phases
 from barchain.runs.time_limits import TIME_LIMIT_S, TimeLimit
-from barchain.solutions.reference_runs import SolutionFailedError, solution_jobs, solution_of
+from barchain.solutions.judging import SolutionFailedError, solution_jobs, solution_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

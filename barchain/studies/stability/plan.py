@@ -14,7 +14,7 @@ from barchain.runs.declared import engine_class
 from barchain.runs.executors import ALL_CORES
 from barchain.runs.job import Job, Role
 from barchain.runs.timing.left_out import cannot
-from barchain.solutions.reference_runs import solution_jobs
+from barchain.solutions.judging import solution_jobs
 from barchain.studies.defaults import STABILITY_LIMIT_S
 from barchain.studies.stability.expected import SLOW, recorded
 from scenarios import load_scene, scene_names

@@ -19,8 +19,8 @@ from barchain.runs.store import keep_run
 from barchain.runs.time_limits import TimeLimit
 from barchain.runs.timing.estimate import need_runnable
 from barchain.runs.timing.left_out import cannot
+from barchain.solutions.judging import SolutionFailedError, judging_engine, solution_jobs, solution_of
 from barchain.solutions.reference import SOLUTION_RTOL, ReferenceSolution
-from barchain.solutions.reference_runs import SolutionFailedError, judging_engine, solution_jobs, solution_of
 from barchain.studies.stability import expected
 from barchain.studies.stability.evidence import condition_range, evidence, laws, plain_row
 from barchain.studies.stability.growth import linear_rate

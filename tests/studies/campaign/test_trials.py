@@ -10,7 +10,7 @@ import pytest
 from barchain.faults.catalogue import RANDOM_SCENES
 from barchain.judge.verdict import no_verdict
 from barchain.runs.cases import Known
-from barchain.solutions.sampling import closely_sampled
+from barchain.solutions.reference import closely_sampled
 from barchain.studies.selftest import trial
 from barchain.studies.selftest.campaign import faulty_engine, on_scene, thinned
 from barchain.studies.selftest.random_scenes import draw

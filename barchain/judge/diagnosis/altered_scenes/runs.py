@@ -14,7 +14,7 @@ from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES
 from barchain.judge.scales import NORM_SLACK
-from barchain.solutions.reference_runs import NUMPY, solution_engine
+from barchain.solutions.judging import NUMPY, solution_engine
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory

@@ -91,11 +91,11 @@ def own_part(library: str) -> str:
 
 def scene_parts(scene: str) -> tuple[NightPart, ...]:
     """Scene, and the solution that judges it; where none comes with barchain, the digest of no file on every night."""
-    from barchain.solutions import certified  # noqa: PLC0415
+    from barchain.solutions.certified_table import CERTIFIED_SOLUTIONS  # noqa: PLC0415
     from scenarios import load_scene  # noqa: PLC0415
 
     loaded = load_scene(scene)
-    files = [certified.CERTIFIED_SOLUTIONS / f"{loaded.name}{ending}" for ending in (".csv", ".parquet")]
+    files = [CERTIFIED_SOLUTIONS / f"{loaded.name}{ending}" for ending in (".csv", ".parquet")]
     digest = hashlib.sha256(b"".join(f.read_bytes() for f in files if f.is_file())).hexdigest()[:DIGITS]
     return (
         NightPart(scene_part(loaded.name), "", loaded.digest),
