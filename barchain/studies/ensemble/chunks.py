@@ -16,9 +16,10 @@ import numpy as np
 
 from adapters.engine import EngineError, Setting
 from adapters.reference.compiled_engine import ReferenceFast
+from barchain.runs.answer_key import answer_key
 from barchain.runs.call import Answer, Call, CallFailedError
 from barchain.runs.executors import KeptAnswers, LocalProcesses
-from barchain.runs.kept_answers import CHECK_B, KeptSession, file_name
+from barchain.runs.kept_answers import CHECK_B, KeptSession
 from barchain.runs.session import Session
 from barchain.studies.ensemble.population import batch, populations
 from reference_impl.integrate.stepper import smooth_segments
@@ -149,7 +150,7 @@ def run_chunks(plan: EnsemblePlan, done: Callable[[int], None]) -> ChunkFiles:
     with session_of(plan.executor) as session:
         for chunk in chunks(plan):
             call = chunk.call
-            file = plan.executor.folder / ANSWERS / file_name(call)
+            file = plan.executor.folder / ANSWERS / answer_key(call)
             under_way[chunk.first] = chunk, file
             files.append((file, chunk.part.runs))
             session.submit(chunk.first, call)
