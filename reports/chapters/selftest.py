@@ -5,7 +5,7 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
-from reports.page import text_lines
+from reports.page import paragraphs
 from reports.tables.faults.selftest import CAUGHT, FILES, MISSED, FaultOutcome, read_selftest
 from reports.tables.measured import spread_rows
 from reports.tables.outcome import Outcome
@@ -64,7 +64,7 @@ def view_selftest(folder: Path) -> SimpleNamespace:
     faults = [r for r in rows if r["group"] != CONTROL]
     checks = checks_of(faults)
     used = {str(check) for _, check, *_ in checks}
-    headline, *sentences = text_lines("selftest/result.txt.j2", **counts(rows, faults))
+    headline, *sentences = paragraphs("selftest/result.txt.j2", **counts(rows, faults))
     return SimpleNamespace(
         record=tables.record,
         finished=is_complete(tables.record),

@@ -33,8 +33,7 @@ if TYPE_CHECKING:
 
     from adapters.trajectory import Array
     from barchain.runs.executors import Executor
-    from barchain.studies.ensemble.population import Population
-    from barchain.studies.ensemble.study import EnsemblePlan
+    from barchain.studies.ensemble.population import EnsemblePlan, Population
     from reference_impl.kernel.batch import BatchResult
     from scenarios import Scene
 

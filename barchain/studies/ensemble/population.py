@@ -20,8 +20,23 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from adapters.trajectory import Array
+    from barchain.runs.executors import Executor
     from barchain.studies.ensemble.variation import Variation
     from scenarios import Scene
+
+
+@dataclass(frozen=True)
+class EnsemblePlan:
+    """Copies to be drawn and run."""
+
+    scene: Scene
+    """As it is run, unperturbed"""
+    variations: tuple[Variation, ...]
+    runs: int
+    seed: int
+    rtol: float
+    quantiles: tuple[float, ...]
+    executor: Executor
 
 
 @dataclass(frozen=True)

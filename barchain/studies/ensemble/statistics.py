@@ -18,8 +18,7 @@ if TYPE_CHECKING:
 
     from adapters.trajectory import Array
     from barchain.studies.ensemble.chunks import Chunk, ChunkFiles, RunEnds
-    from barchain.studies.ensemble.population import Population
-    from barchain.studies.ensemble.study import EnsemblePlan
+    from barchain.studies.ensemble.population import EnsemblePlan, Population
     from barchain.studies.ensemble.variation import Variation
 
 FAILED, ENDED, FINISHED = "failed", "ended", "finished"

@@ -16,7 +16,7 @@ from barchain.runs.executors import ALL_CORES, DaskCluster, KeptAnswers
 from barchain.runs.facts import scene_facts
 from barchain.runs.timing.estimate import need_runnable
 from barchain.studies.ensemble.chunks import LEAST_RUNS, SAMPLES, columns, run_chunks
-from barchain.studies.ensemble.population import check_effects, populations
+from barchain.studies.ensemble.population import EnsemblePlan, check_effects, populations
 from barchain.studies.ensemble.statistics import RunTally, quantile_table, run_rows, run_table, run_text
 from barchain.studies.ensemble.variation import VariationError, parse
 from reports.tables.ensemble import FILES
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from barchain.record.study_store import StudyStore
     from barchain.runs.executors import Executor
     from barchain.studies.ensemble.chunks import ChunkFiles
-    from barchain.studies.ensemble.variation import Variation
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
 
@@ -64,20 +63,6 @@ class EnsembleOptions:
     quantiles: tuple[float, ...] = QUANTILES
     executor: Executor = ALL_CORES
     """Place of the runs; on this machine they share a process, with one thread for each of its workers"""
-
-
-@dataclass(frozen=True)
-class EnsemblePlan:
-    """Copies to be drawn and run."""
-
-    scene: Scene
-    """As it is run, unperturbed"""
-    variations: tuple[Variation, ...]
-    runs: int
-    seed: int
-    rtol: float
-    quantiles: tuple[float, ...]
-    executor: Executor
 
 
 @dataclass(frozen=True)
