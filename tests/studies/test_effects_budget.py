@@ -8,12 +8,14 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from adapters.common.initial_state import initial_state
 from adapters.reference.numpy_engines import Reference
 from barchain.runs.executors import LocalProcesses
 from barchain.runs.message import read_message
+from barchain.runs.workers import Slot
 from barchain.studies.defaults import FAST, SLOW
 from barchain.studies.effects.atmosphere import (
     LAYERS,
@@ -25,7 +27,7 @@ from barchain.studies.effects.atmosphere import (
     layer_at,
 )
 from barchain.studies.effects.sizes import RunPair, change, situation, sizes_over
-from barchain.studies.effects.study import EffectsOptions, EffectsStudy, compiled_can
+from barchain.studies.effects.study import EffectsOptions, EffectsPlan, EffectsStudy, compiled_can
 from barchain.studies.effects.switches import switches
 from barchain.studies.effects.timing import (
     BATCH_S,
@@ -386,15 +388,23 @@ def test_light_on_bars_that_cross_its_edge_together_does_not_stop_the_run() -> N
     assert motion(brief(scene, 0.6), 1e-11).t_s[-1] == pytest.approx(0.6 * scene.period_s)
 
 
+def small_plan() -> EffectsPlan:
+    """Plan of a small real budget."""
+    options: dict[str, Any] = {
+        "rtol": 1e-9,
+        "engine": SLOW,
+        "repeats": 1,
+        "executor": LocalProcesses(1),
+        "seconds": 0.0,
+    }
+    return STUDY.plan(EffectsOptions(brief(load_scene(DRAG)), **options))
+
+
 @pytest.fixture(scope="module")
 def budget(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Any]]:
     """Folder of a small real budget, and what was told of its progress."""
     folder, told, noted = tmp_path_factory.mktemp("budget"), [], []
-    plan = STUDY.plan(
-        EffectsOptions(
-            brief(load_scene(DRAG)), rtol=1e-9, engine=SLOW, repeats=1, executor=LocalProcesses(1), seconds=0.0
-        )
-    )
+    plan = small_plan()
     reporter = Reporter(lambda *a: told.append(a), noted.append)
     run_study(STUDY, plan, folder, command="barchain effects", reporter=reporter)
     assert len(told) == plan.turns
@@ -428,6 +438,16 @@ def test_every_effect_has_a_row_with_all_that_was_asked_for(budget: Any) -> None
     assert record["finished"]
     assert record["scene"]["limit_s"] == record["scene"]["end_s"]
     assert record["scene"]["largest_reaction_N"] > 0.0
+
+
+def test_a_budget_that_goes_on_makes_nothing_that_is_there(budget: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    def made(*_: object) -> None:
+        raise AssertionError("a run or a time is made again")
+
+    before = read_effects(budget[0]).effects
+    monkeypatch.setattr(Slot, "run", made)
+    run_study(STUDY, small_plan(), budget[0], resume=True)
+    pd.testing.assert_frame_equal(read_effects(budget[0]).effects, before)
 
 
 def test_j2_moves_the_centre_of_mass_as_its_closed_form_says(budget: Any) -> None:
