@@ -30,7 +30,7 @@ from barchain.studies.ensemble.population import batch, populate
 from barchain.studies.ensemble.study import shortened
 from barchain.studies.ensemble.variation import parse
 from reference_impl.kernel.batch import run_batch, run_lanes
-from reports.text.ratios import span_text
+from reports.text.numerals import span_text
 from scenarios import load_scene
 
 if TYPE_CHECKING:

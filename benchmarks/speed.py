@@ -29,7 +29,7 @@ from barchain.studies.ensemble.study import ensemble
 from barchain.studies.scaling.fit import FAST_BARS, exponent
 from barchain.studies.study import Reporter, run_study
 from reports.tables.cost import FILES, read_cost
-from reports.text.ratios import span_text
+from reports.text.numerals import span_text
 from scenarios import load_scene
 
 ORBIT = "paper/fig05"

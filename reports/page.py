@@ -14,16 +14,18 @@ from reports.tables.reading import DamagedResultsError, brief, damaged
 from reports.tables.schema import SchemaVersionError
 from reports.text.numerals import (
     as_given,
+    decade,
     each,
     given_markup,
     number,
     powers_in,
+    ratio_text,
     significant,
     span,
+    span_text,
     typeset,
     typographic,
 )
-from reports.text.ratios import decade, ratio_text, span_text
 from reports.text.record import is_complete, mapping
 from reports.text.words import anchor, breakable, effect, engine_anchor, escape_text, shown, table_row
 from scenarios.plural import plural

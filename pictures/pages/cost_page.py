@@ -10,7 +10,7 @@ from pictures.pages.record import MeasuredRecord, rows
 from pictures.pages.words import table
 from reports.tables.cost import INDEPENDENT, OWN_EQUATIONS
 from reports.tables.cost import KINDS as HEADINGS
-from reports.text.ratios import decade, ratio_text
+from reports.text.numerals import decade, ratio_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable

@@ -22,8 +22,7 @@ from reports.plotting.panels import Legend, Panel
 from reports.plotting.series import decade_range
 from reports.plotting.svg import BOTTOM, FINE, HEIGHT, LEFT, RIGHT, TOP, WIDTH, Chart, across, upwards
 from reports.tables.effects import QUANTITIES, SIZES, UNITS, EffectKind, read_effects
-from reports.text.numerals import number, prefixed, significant
-from reports.text.ratios import short
+from reports.text.numerals import number, prefixed, short, significant
 from reports.text.record import is_complete, mapping
 
 if TYPE_CHECKING:

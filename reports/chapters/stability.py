@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from reports.tables.stability import StabilityTables
+    from reports.tables.files import StudyTables
 
 SIGNS = {
     Stability.STABLE: ("✓", "pass"),
@@ -92,7 +92,7 @@ def unique(table: pd.DataFrame, column: str) -> list[str]:
     return list(dict.fromkeys(table[column].astype(str)))
 
 
-def scenes_of(tables: StabilityTables, engines: list[str]) -> list[dict[str, Any]]:
+def scenes_of(tables: StudyTables, engines: list[str]) -> list[dict[str, Any]]:
     """Scenes in the order of the command: name, record, outcomes by engine, evidence."""
     outcomes = {(r["scene"], r["engine"]): outcome(r) for r in plain(tables.outcomes)}
     evidence: dict[str, list[dict[str, Any]]] = {}
@@ -151,7 +151,7 @@ def sums(laws: pd.DataFrame) -> dict[str, Any] | None:
     return None
 
 
-def worst(tables: StabilityTables, outcomes: dict[tuple[str, str], dict[str, Any]]) -> dict[str, Any] | None:
+def worst(tables: StudyTables, outcomes: dict[tuple[str, str], dict[str, Any]]) -> dict[str, Any] | None:
     """Run with the largest deviation: largest energy of unstable runs, else largest error of inaccurate ones.
 
     Only runs with a stored attitude can be drawn.
@@ -167,7 +167,7 @@ def worst(tables: StabilityTables, outcomes: dict[tuple[str, str], dict[str, Any
     return None
 
 
-def worst_charts(tables: StabilityTables, scene: str, engine: str, about: dict[str, Any]) -> list[Panel]:
+def worst_charts(tables: StudyTables, scene: str, engine: str, about: dict[str, Any]) -> list[Panel]:
     """Charts of the bar with the largest error beside the reference solution, and of the error at each setting."""
     frames = {k: tables.trajectory(scene, name.format(engine)) for k, name in FILES.items()}
     solution = tables.trajectory(scene, "solution")
@@ -201,7 +201,7 @@ def near(angle: Array, right: Array) -> Array:
     return np.where(np.logical_and.accumulate(inside), angle, np.nan)
 
 
-def long_scene(tables: StabilityTables, name: str, engines: list[str]) -> dict[str, Any]:
+def long_scene(tables: StudyTables, name: str, engines: list[str]) -> dict[str, Any]:
     """Charts and laws of one long scene."""
     about = mapping(mapping(tables.record.get("scenes")).get(name))
     period_s = number(about.get("period_s")) or 1.0

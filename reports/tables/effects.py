@@ -13,7 +13,7 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.files import StudyFiles, StudyTables
+from reports.tables.files import StudyFiles
 from reports.tables.rows import Followed, Rows, known, records
 from reports.tables.run_rows import COUNT
 from reports.tables.schema import Record
@@ -70,7 +70,6 @@ class EffectKind(StrEnum):
     """Effect of the chain's design or control"""
 
 
-EffectsTables = StudyTables
 read_effects = FILES.contents
 
 

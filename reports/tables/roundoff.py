@@ -28,7 +28,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.files import StudyFiles, StudyTables
+from reports.tables.files import StudyFiles
 from reports.tables.rows import Followed, Rows, known, records
 from reports.tables.schema import Part, Record
 
@@ -117,7 +117,6 @@ FILES = StudyFiles(
 )
 
 
-RoundoffTables = StudyTables
 read_roundoff = FILES.contents
 
 

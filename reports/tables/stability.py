@@ -23,7 +23,7 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.files import StudyFiles, StudyTables
+from reports.tables.files import StudyFiles
 from reports.tables.rows import Followed, Rows, known, records
 from reports.tables.run_rows import COUNT, add_runs
 from reports.tables.run_rows import FOLLOWED as RUNS_FOLLOWED
@@ -109,7 +109,6 @@ ADVICE = {
 }
 
 
-StabilityTables = StudyTables
 read_stability = FILES.contents
 
 

@@ -1,4 +1,4 @@
-"""Numbers as text: significant digits, powers of ten, SI prefixes."""
+"""Numbers as text: significant digits, powers of ten, SI prefixes, times and ratios."""
 
 from __future__ import annotations
 
@@ -21,6 +21,8 @@ PREFIXES = (
     (1e-9, "n"),
     (1e-12, "p"),
 )
+Spread = tuple[float | None, float | None, float | None]
+"""Number, lower and upper end of its interval"""
 PADDED = re.compile(r"(?<![\w.])(\d[\d.]*e)(?:\+|(-))0*(\d+)\b")
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -142,3 +144,33 @@ def given_markup(value: object) -> str:
 def is_nan(value: object) -> bool:
     """Whether a cell is empty."""
     return isinstance(value, float) and math.isnan(value)
+
+
+def span_text(value: float | None) -> str:
+    """``1.24 ms``."""
+    if value is None:
+        return ""
+    factor, unit = prefixed(value, "s")
+    return f"{significant(value * factor)} {unit}"
+
+
+def ratio_text(ratio: Spread, sign: str = "×") -> str:
+    """``×12 (11–13)``; an unknown interval is omitted."""
+    value, low, high = ratio
+    if value is None:
+        return ""
+    text = f"{sign}{short(value)}"
+    return text if low is None or high is None else f"{text} ({short(low)}–{short(high)})"
+
+
+def decade(target: float) -> str:
+    """``10⁻⁴``; other numbers with two digits."""
+    exponent = math.log10(target)
+    return power_of_ten(round(exponent)) if abs(exponent - round(exponent)) < 1e-9 else significant(target, 2)
+
+
+def short(value: float) -> str:
+    """Two significant digits, three from 100 on: ``1.3``, ``13``, ``1320``."""
+    if abs(value) >= 100.0:
+        return f"{float(f'{value:.2e}'):.0f}"
+    return significant(value, 2)

@@ -16,7 +16,7 @@ from markupsafe import Markup
 from reports.text.numerals import number, significant, unpadded
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable
 
 HIDDEN = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})
 LAYOUT = "\n\t"
@@ -105,11 +105,6 @@ def engine_anchor(name: str) -> str:
 def run_anchor(scene: str, engine: str) -> str:
     """Anchor of an engine's run of a scene, valid as an id."""
     return f"{anchor(scene)}:{identifier(engine)}"
-
-
-def joined(parts: Sequence[str]) -> str:
-    """``a, b and c``."""
-    return " and ".join([", ".join(parts[:-1]), parts[-1]]) if len(parts) > 1 else "".join(parts)
 
 
 def breakable(name: str, after: str = "/_") -> Markup:

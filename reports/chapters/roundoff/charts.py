@@ -41,7 +41,7 @@ from reports.plotting.palette import COLOURS, MARKERS, Pen, engine_pen
 from reports.plotting.palette import DASHES as OTHER_DASHES
 from reports.plotting.panels import Legend
 from reports.tables.files import flags
-from reports.text.ratios import decade
+from reports.text.numerals import decade
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from reports.text.numerals import number, prefixed, typed, typographic
-from reports.text.ratios import short
+from reports.text.numerals import number, prefixed, short, typed, typographic
 from reports.text.record import mapping, rows
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from reports.tables.roundoff import RoundoffTables
+    from reports.tables.files import StudyTables
 
 RELATIVE, ABSOLUTE, MINIMAL = "relative", "absolute", "minimal"
 ACCELERATIONS, POSITIONS, RELATIVE_POSITIONS = "absolute accelerations", "absolute positions", "relative positions"
@@ -58,7 +57,7 @@ class Digits(NamedTuple):
 class RoundoffData:
     """Tables of a round-off study, and queries of them."""
 
-    tables: RoundoffTables
+    tables: StudyTables
 
     @property
     def named(self) -> list[NamedObject]:

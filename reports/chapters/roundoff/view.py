@@ -41,8 +41,7 @@ from reports.chapters.roundoff.series import (
     spelled,
 )
 from reports.tables.roundoff import read_roundoff
-from reports.text.numerals import as_given
-from reports.text.ratios import span_text
+from reports.text.numerals import as_given, span_text
 from reports.text.record import is_complete, mapping, rows
 
 if TYPE_CHECKING:
