@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from reports.tables.reading import digest
-from reports.tables.run_rows import frame_digest
+from reports.tables.rows import frame_digest
 from reports.tables.writing import parquet
 
 if TYPE_CHECKING:

@@ -20,9 +20,17 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
-from reports.tables.rows import NOT_COMPARED, NOT_RUN, Followed, Rows, known, records, split_not_run
-from reports.tables.run_rows import COUNT
-from reports.tables.run_rows import FOLLOWED as RUNS_FOLLOWED
+from reports.tables.rows import (
+    COUNT,
+    NOT_COMPARED,
+    NOT_RUN,
+    RUNS_FOLLOWED,
+    Followed,
+    Rows,
+    known,
+    records,
+    split_not_run,
+)
 from reports.tables.schema import Record
 
 if TYPE_CHECKING:

@@ -27,9 +27,7 @@ import numpy as np
 from reports.tables.files import StudyFiles
 from reports.tables.outcome import Outcome, gravest
 from reports.tables.reading import brief, damaged
-from reports.tables.rows import Followed, Rows, records
-from reports.tables.run_rows import FOLLOWED as RUNS_FOLLOWED
-from reports.tables.run_rows import add_runs
+from reports.tables.rows import RUNS_FOLLOWED, Followed, Rows, add_runs, records
 from reports.tables.schema import RECORD, RunsRecord
 
 if TYPE_CHECKING:

@@ -17,8 +17,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
-from reports.tables.rows import Followed, Rows, known, records
-from reports.tables.run_rows import COUNT
+from reports.tables.rows import COUNT, Followed, Rows, known, records
 from reports.tables.schema import Record
 
 if TYPE_CHECKING:

@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from reports.tables.cost import BASELINE, busy_machine
 from reports.tables.files import StudyFiles
-from reports.tables.rows import NOT_COMPARED, Followed, Rows, known, records, split_not_run
-from reports.tables.run_rows import COUNT
+from reports.tables.rows import COUNT, NOT_COMPARED, Followed, Rows, known, records, split_not_run
 from reports.tables.schema import Record
 
 if TYPE_CHECKING:

@@ -24,9 +24,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
-from reports.tables.rows import Followed, Rows, known, records
-from reports.tables.run_rows import COUNT, add_runs
-from reports.tables.run_rows import FOLLOWED as RUNS_FOLLOWED
+from reports.tables.rows import COUNT, RUNS_FOLLOWED, Followed, Rows, add_runs, known, records
 from reports.tables.schema import RunsRecord
 
 if TYPE_CHECKING:

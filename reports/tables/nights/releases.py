@@ -21,8 +21,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
-from reports.tables.rows import Rows, known, records
-from reports.tables.run_rows import BITS, COUNT
+from reports.tables.rows import BITS, COUNT, Rows, known, records
 from reports.tables.schema import Record
 
 if TYPE_CHECKING:

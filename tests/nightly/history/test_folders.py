@@ -104,7 +104,7 @@ def test_a_night_of_this_installation_knows_the_digests_of_its_parts(compared: P
 def test_the_digest_of_a_trajectory_does_not_depend_on_its_file(compared: Path) -> None:
     import pandas as pd
 
-    from reports.tables.run_rows import frame_digest
+    from reports.tables.rows import frame_digest
 
     path = compared / "trajectories/basics/two_bars_free/rebound.parquet"
     frame = pd.read_parquet(path)

@@ -13,8 +13,7 @@ from barchain.nightly.history.model.parts import depends_on
 from reports.tables.crossval import FILES as COMPARISON
 from reports.tables.crossval import is_engine
 from reports.tables.reading import brief
-from reports.tables.rows import NOT_COMPARED, NOT_RUN, RELATIVE_TO, parsed_tags, records
-from reports.tables.run_rows import BITS, is_count
+from reports.tables.rows import BITS, NOT_COMPARED, NOT_RUN, RELATIVE_TO, is_count, parsed_tags, records
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
