@@ -46,7 +46,9 @@ class PartResult:
     command: str = ""
     """Command that repeats the part"""
     missing: str = ""
-    """Why engines that the part names did not run; the others did"""
+    """Why engines or scenes that the part names did not run; the others did"""
+    bad_input: bool = False
+    """Whether a scene of the part can't be read"""
 
 
 def some_of(names: Sequence[str]) -> str:

@@ -74,7 +74,7 @@ def file_digest(file: metadata.PackagePath, path: Path) -> bytes:
 
 def made_by_wheel(file: str) -> bool:
     """Whether a file comes with the wheel, not from its installation."""
-    added = {"RECORD", "INSTALLER", "REQUESTED", "direct_url.json"}
+    added = {"RECORD", "INSTALLER", "REQUESTED", "direct_url.json", "uv_cache.json", "uv_build.json"}
     return not (file.endswith(".pyc") or file.startswith("..") or Path(file).name in added)
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from markupsafe import Markup, escape
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Collection, Sequence
 
     from reports.tables.nights.trends import CalendarNight
 
@@ -35,16 +35,16 @@ class YearBlock:
     svg: Markup
 
 
-def year_blocks(nights: Sequence[CalendarNight]) -> list[YearBlock]:
-    """Blocks of all years with nights, the latest first."""
+def year_blocks(nights: Sequence[CalendarNight], pages: Collection[str] = ()) -> list[YearBlock]:
+    """Blocks of all years with nights, the latest first; days of nights with a page beside this one are links."""
     days: dict[datetime.date, list[CalendarNight]] = defaultdict(list)
     for night in nights:
         days[datetime.datetime.fromisoformat(night.date).date()].append(night)
     years = sorted({day.year for day in days}, reverse=True)
-    return [YearBlock(year, block(year, {d: n for d, n in days.items() if d.year == year})) for year in years]
+    return [YearBlock(year, block(year, {d: n for d, n in days.items() if d.year == year}, pages)) for year in years]
 
 
-def block(year: int, days: dict[datetime.date, list[CalendarNight]]) -> Markup:
+def block(year: int, days: dict[datetime.date, list[CalendarNight]], pages: Collection[str] = ()) -> Markup:
     """One year, from the first week with a night to the last."""
     first, last = week_of(min(days)), week_of(max(days))
     columns = (last - first).days // 7 + 1
@@ -58,7 +58,7 @@ def block(year: int, days: dict[datetime.date, list[CalendarNight]]) -> Markup:
     day = first
     while day <= last + datetime.timedelta(days=6):
         if day.year == year and min(days) <= day <= max(days):
-            parts.append(cell(day, (day - first).days, days.get(day, [])))
+            parts.append(cell(day, (day - first).days, days.get(day, []), pages))
         day += datetime.timedelta(days=1)
     return Markup("".join([*parts, "</svg>"]))
 
@@ -81,21 +81,23 @@ def month_words(first: datetime.date, columns: int, year: int) -> list[str]:
     return found
 
 
-def cell(day: datetime.date, place: int, nights: Sequence[CalendarNight]) -> str:
+def cell(day: datetime.date, place: int, nights: Sequence[CalendarNight], pages: Collection[str] = ()) -> str:
     """One day."""
     x, y = LEFT + CELL * (place // 7), TOP + CELL * (place % 7)
     box = f'x="{x + 1:g}" y="{y + 1:g}" width="{CELL - 2:g}" height="{CELL - 2:g}" rx="2"'
     if not nights:
         return f'<rect class="none" {box}/>'
-    state = min((night.state for night in nights), key=list(STATES).index)
+    gravest = min(nights, key=lambda night: list(STATES).index(night.state))
+    state = gravest.state
     sign, words = STATES[state]
     many = f"{len(nights)} nights, the gravest: " if len(nights) > 1 else ""
     changes = sum(night.changes for night in nights)
     told = f", {changes} changes" if changes else ""
-    return (
+    drawn = (
         f'<g class="{state}"><title>{day.isoformat()}: {many}{words}{told}</title><rect {box}/>'
         f'<text x="{x + CELL / 2:g}" y="{y + CELL / 2 + 4:g}" text-anchor="middle">{sign}</text></g>'
     )
+    return f'<a href="../{gravest.name}/nightly.html">{drawn}</a>' if gravest.name in pages else drawn
 
 
 def described(days: dict[datetime.date, list[CalendarNight]]) -> str:

@@ -16,7 +16,7 @@ from reports.plotting.palette import variables
 from reports.tables.writing import write_atomically
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Collection, Sequence
     from pathlib import Path
 
     from reports.nightly.charts import SmallChart
@@ -37,7 +37,10 @@ class EngineTrends:
     """Figures of the engine that had the same value on all nights"""
 
 
-def write_page(folder: Path, facts: NightlyFile, trends: Sequence[TrendChart], nights: Sequence[CalendarNight]) -> Path:
+def write_page(
+    folder: Path, facts: NightlyFile, trends: Sequence[TrendChart], nights: Sequence[CalendarNight],
+    pages: Collection[str] = (),
+) -> Path:  # fmt: skip
     """Render the page of a night into a folder, and return its path.
 
     Parameters
@@ -47,13 +50,17 @@ def write_page(folder: Path, facts: NightlyFile, trends: Sequence[TrendChart], n
     trends : sequence of TrendChart
         Of all figures over all nights.
     nights : sequence of CalendarNight
+    pages : collection of str
+        Names of the nights whose pages lie in folders beside this one.
     """
     path = folder / PAGE
-    write_atomically(path, rendered(facts, trends, nights))
+    write_atomically(path, rendered(facts, trends, nights, pages))
     return path
 
 
-def rendered(facts: NightlyFile, trends: Sequence[TrendChart], nights: Sequence[CalendarNight]) -> str:
+def rendered(
+    facts: NightlyFile, trends: Sequence[TrendChart], nights: Sequence[CalendarNight], pages: Collection[str] = ()
+) -> str:
     """Text of the page."""
     touched = {(c.scene, c.engine, c.kind) for c in (*facts.changes, *facts.standing)}
     changed = [t for t in trends if (t.scene, t.engine, t.kind) in touched]
@@ -66,7 +73,8 @@ def rendered(facts: NightlyFile, trends: Sequence[TrendChart], nights: Sequence[
         held=by_cause(change_rows(facts.held)),
         changed=[small_chart(t, len(nights)) for t in changed],
         engines=by_engine(trends, len(nights)),
-        years=year_blocks(nights),
+        years=year_blocks(nights, pages),
+        pages=pages,
         states=STATES,
         nights=len(nights),
         factor=factor_words,

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 FILE = "summary.md"
 MOST_ROWS = 30
+MOST_NAMED = 3
+"""Figures of a message"""
 
 
 def write_summary(folder: Path, facts: NightlyFile) -> Path:
@@ -22,6 +24,16 @@ def write_summary(folder: Path, facts: NightlyFile) -> Path:
     path = folder / FILE
     write_atomically(path, summary(facts))
     return path
+
+
+def message(facts: NightlyFile, link: str = "") -> str:
+    """Night in three lines for mail or a chat: the sentence, the worst figures with their suspects, a link."""
+    worst = (*facts.changes, *facts.standing)[:MOST_NAMED]
+    said = []
+    for row in change_rows(worst):
+        suspects = ", ".join(suspect.name for suspect in row.entry.suspects) or "no part that differs"
+        said.append(f"{row.entry.words} ({suspects})")
+    return "\n".join(line for line in (facts.sentence, "; ".join(said), link or facts.night.name) if line)
 
 
 def summary(facts: NightlyFile) -> str:

@@ -11,7 +11,7 @@ from barchain.cli.common.numbers import WORDS, NamedPath, RealNumber
 from barchain.cli.common.options import json_option
 from barchain.cli.common.terminal import say
 from barchain.cli.nightly.changes import accept_change, accepted_changes, changes, withdraw_acceptance
-from barchain.cli.nightly.documents import report_night
+from barchain.cli.nightly.documents import report_night, tell_night
 from barchain.cli.nightly.options import history_option, opened
 
 if TYPE_CHECKING:
@@ -148,6 +148,7 @@ history.add_command(accept_change)
 history.add_command(accepted_changes)
 history.add_command(withdraw_acceptance)
 history.add_command(report_night)
+history.add_command(tell_night)
 
 
 def heading(night: Night) -> list[tuple[str, str]]:

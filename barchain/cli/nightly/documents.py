@@ -14,11 +14,12 @@ from barchain.cli.common.terminal import say
 from barchain.cli.nightly.options import history_option, opened
 
 if TYPE_CHECKING:
+    from barchain.nightly.history.changes.judging import JudgedNight
     from barchain.nightly.history.model.figures import Night
     from barchain.nightly.history.store import NightStore
     from reports.tables.nights.facts import NightlyFile
 
-WORSE, CHANGED, NEVER = "worse", "changed", "never"
+WORSE, CHANGED, NOT_PASS, NEVER = "worse", "changed", "not-pass", "never"
 PAGE, JUNIT = "nightly.html", "junit.xml"
 DOCUMENTS = (PAGE, "nightly.json", "summary.md", JUNIT)
 NIGHTS = Path("nights")
@@ -34,10 +35,16 @@ baseline_option = click.option(
     help="Judge against this night alone, or against a copy of a night's folder; default: all earlier nights.",
 )  # fmt: skip
 fail_option = click.option(
-    "--fail-on", type=click.Choice([WORSE, CHANGED, NEVER]), default=WORSE, show_default=True,
-    help="End with exit code 1 if a figure is worse, or changed; `never`: end with 0, also if the night is void or "
-    "incomplete.",
+    "--fail-on", type=click.Choice([WORSE, CHANGED, NOT_PASS, NEVER]), default=WORSE, show_default=True,
+    help="End with exit code 1 if a figure is worse, or changed; `not-pass`: also if a verdict is no pass, changed or "
+    "not; `never`: end with 0, also if the night is void or incomplete.",
 )  # fmt: skip
+require_option = click.option(
+    "--require-history",
+    "need_history",
+    is_flag=True,
+    help="End with exit code 3 if no figure could be compared with an earlier night, e.g. as the history is lost.",
+)
 
 
 @click.command("report")
@@ -48,10 +55,12 @@ fail_option = click.option(
 @junit_option
 @baseline_option
 @fail_option
+@require_option
 @history_option
 def report_night(
-    night: str, out: Path | None, junit: Path | None, baseline: str | None, fail_on: str, url: str | None
-) -> None:
+    night: str, out: Path | None, junit: Path | None, baseline: str | None, fail_on: str, need_history: bool,
+    url: str | None,
+) -> None:  # fmt: skip
     """Write page, summary, nightly.json and JUnit XML of NIGHT; default: the latest night.
 
     The exit code is that of `barchain nightly`.
@@ -66,17 +75,31 @@ def report_night(
     with opened(url) as store:
         name = store.summary(night).name
         folder = out or (store.place.local or NIGHTS) / name
-        facts = write_documents(store, name, folder, junit, baseline, fail_on)
+        facts = write_documents(store, name, folder, junit, baseline, fail_on, need_history=need_history)
         if out is None and name == store.summary("latest").name:
             publish(folder, folder.parent)
             folder = folder.parent
     show_night(facts, folder / PAGE)
-    end_night(facts, fail_on)
+    end_night(facts, fail_on, need_history=need_history)
+
+
+@click.command("tell")
+@click.argument("night", metavar="[NIGHT]", default="latest", type=WORDS)
+@click.option("--link", metavar="URL", default=None, type=WORDS, help="End with this address, e.g. of the page.")
+@history_option
+def tell_night(night: str, link: str | None, url: str | None) -> None:
+    """Print NIGHT in three lines, for mail or a chat: the sentence, the worst figures with their suspects, a link."""
+    from reports.nightly.summary import message  # noqa: PLC0415
+
+    with opened(url) as store:
+        say(message(facts_of(store, night), link or ""))
 
 
 def show_night(facts: NightlyFile, page: Path) -> None:
     """Print the night's sentence, the first verdicts that are no pass, and the place of the page."""
     say(facts.sentence)
+    for change in (*facts.changes, *facts.standing)[:MOST_REJECTED]:
+        say(f"  {change.words}")
     for rejected in facts.rejected[:MOST_REJECTED]:
         say(f"  {rejected.words}")
     more = len(facts.rejected) - MOST_REJECTED
@@ -91,12 +114,13 @@ def publish(folder: Path, out: Path) -> None:
 
     for name in DOCUMENTS:
         if (folder / name).is_file():
-            write_atomically(out / name, (folder / name).read_bytes())
+            content = (folder / name).read_bytes()  # pages of other nights lie beside the folder
+            write_atomically(out / name, content.replace(b'href="../', b'href="') if name == PAGE else content)
 
 
 def write_documents(
     store: NightStore, name: str, out: Path, junit: Path | None = None, baseline: str | None = None,
-    fail_on: str = WORSE,
+    fail_on: str = WORSE, *, need_history: bool = False,
 ) -> NightlyFile:  # fmt: skip
     """Judge a stored night, and write its documents into a folder.
 
@@ -107,11 +131,9 @@ def write_documents(
     OSError
         If a file can't be written.
     """
-    from barchain.nightly.history.acceptances import accepted  # noqa: PLC0415
     from barchain.nightly.history.judged import judge  # noqa: PLC0415
     from barchain.nightly.history.pair import judge_pair  # noqa: PLC0415
-    from barchain.nightly.history.told import attributed_words, keep_judgement, kept_judgements  # noqa: PLC0415
-    from barchain.nightly.telling.facts import night_facts  # noqa: PLC0415
+    from barchain.nightly.history.told import keep_judgement, kept_judgements, told_by  # noqa: PLC0415
     from barchain.nightly.telling.junit import write_junit  # noqa: PLC0415
     from barchain.nightly.telling.trends import SHOWN, calendar, drawn_nights, trend_charts  # noqa: PLC0415
     from reports.nightly.page import write_page  # noqa: PLC0415
@@ -127,16 +149,35 @@ def write_documents(
     if before is not None:
         judged = judge_pair(before, night)
         against += f" (a night of another plan, {before.plan})" if before.plan != night.plan else ""
-    confirmed = attributed_words(store, judged.changes)
-    facts = night_facts(judged, accepted(store), night.figures, summary.run, baseline=against, confirmed=confirmed)
+    facts = judged_facts(store, judged, night, against)
     nights = [each for each in store.nights() if each.started <= summary.started]
     charts = trend_charts(store.table().positive(drawn_nights(nights), SHOWN), nights, judged.changes)
     out.mkdir(parents=True, exist_ok=True)
     write_atomically(out / FILE, facts.model_dump_json(indent=1) + "\n")
     write_summary(out, facts)
-    write_page(out, facts, charts, calendar(nights, kept_judgements(store, datetime.datetime.now(datetime.UTC))))
-    write_junit(junit or out / JUNIT, facts, night.figures, fail_on)
+    told = calendar(nights, kept_judgements(store, datetime.datetime.now(datetime.UTC)))
+    pages = set(told_by(store)) if store.place.local == out.absolute().parent else set()
+    write_page(out, facts, charts, told, pages)
+    write_junit(junit or out / JUNIT, facts, night.figures, fail_on, need_history=need_history)
     return facts
+
+
+def judged_facts(store: NightStore, judged: JudgedNight, night: Night, baseline: str = "") -> NightlyFile:
+    """Facts of a judged night, with the acceptances and attributions of its history."""
+    from barchain.nightly.history.acceptances import accepted  # noqa: PLC0415
+    from barchain.nightly.history.told import attributed_words  # noqa: PLC0415
+    from barchain.nightly.telling.facts import night_facts  # noqa: PLC0415
+
+    confirmed = attributed_words(store, judged.changes)
+    return night_facts(judged, accepted(store), night.figures, judged.night.run, baseline=baseline, confirmed=confirmed)
+
+
+def facts_of(store: NightStore, name: str) -> NightlyFile:
+    """Facts of a stored night."""
+    from barchain.nightly.history.judged import judge  # noqa: PLC0415
+
+    judged = judge(store, name)
+    return judged_facts(store, judged, store.night(judged.night.name))
 
 
 def baseline_night(store: NightStore, given: str) -> Night:
@@ -153,21 +194,23 @@ def baseline_night(store: NightStore, given: str) -> Night:
     return open_store(str(path.parent)).night(path.name) if path.is_dir() else store.night(given)
 
 
-def end_night(facts: NightlyFile, fail_on: str) -> None:
+def end_night(facts: NightlyFile, fail_on: str, *, need_history: bool = False) -> None:
     """End a command with the exit code of what a night found."""
-    code = exit_code(facts, fail_on)
+    code = exit_code(facts, fail_on, need_history=need_history)
     if code is not ExitCode.OK:
         raise click.exceptions.Exit(code)
 
 
-def exit_code(facts: NightlyFile, fail_on: str) -> ExitCode:
-    """Exit code of a night: void, or a baseline of no such figure, first; then what is worse or changed."""
+def exit_code(facts: NightlyFile, fail_on: str, *, need_history: bool = False) -> ExitCode:
+    """Exit code of a night: void, or nothing to compare with, first; then what is worse, changed, or no pass."""
     if fail_on == NEVER:
         return ExitCode.OK
     if facts.night.state == "void":
         return ExitCode.NOT_BELIEVED
-    if facts.against.baseline and not facts.counts.judged:
+    if (facts.against.baseline or need_history) and not facts.compared:
         return ExitCode.NOT_BELIEVED
-    if facts.differs if fail_on == CHANGED else facts.worse:
+    if (facts.differs if fail_on == CHANGED else facts.worse) or (fail_on == NOT_PASS and facts.rejected):
         return ExitCode.FINDINGS
+    if facts.bad_input:
+        return ExitCode.BAD_INPUT
     return ExitCode.NOT_BELIEVED if facts.night.state == "incomplete" else ExitCode.OK

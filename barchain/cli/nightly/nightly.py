@@ -20,6 +20,7 @@ from barchain.cli.nightly.documents import (
     fail_option,
     junit_option,
     publish,
+    require_option,
     show_night,
     write_documents,
 )
@@ -47,11 +48,12 @@ LEAST_MINUTES, MOST_MINUTES = 0.5, 1440.0
 @junit_option
 @baseline_option
 @fail_option
+@require_option
 @click.option("--list", "listed", is_flag=True, help="List the commands of tonight's parts, and run nothing.")
 @click.option("--show-plan", "shown", is_flag=True, help="Print the plan file, and run nothing.")
 def nightly(
     path: Path | None, minutes: float | None, url: str | None, out: Path, junit: Path | None, baseline: str | None,
-    fail_on: str, listed: bool, shown: bool,
+    fail_on: str, need_history: bool, listed: bool, shown: bool,
 ) -> None:  # fmt: skip
     """Run a plan within a budget of time, add the night to the history, and tell what changed.
 
@@ -72,7 +74,7 @@ def nightly(
     if listed:
         list_jobs(plan, url, out)
         return
-    run_and_tell(plan, minutes or plan.file.minutes, url, out, junit, baseline, fail_on)
+    run_and_tell(plan, minutes or plan.file.minutes, url, out, junit, baseline, fail_on, need_history=need_history)
 
 
 def list_jobs(plan: NightPlan, url: str, out: Path) -> None:
@@ -94,8 +96,9 @@ def next_jobs(plan: NightPlan, url: str) -> tuple[NightJob, ...]:
 
 
 def run_and_tell(
-    plan: NightPlan, minutes: float, url: str, out: Path, junit: Path | None, baseline: str | None, fail_on: str
-) -> None:
+    plan: NightPlan, minutes: float, url: str, out: Path, junit: Path | None, baseline: str | None, fail_on: str,
+    *, need_history: bool = False,
+) -> None:  # fmt: skip
     """Run the night, write its documents, and end with the exit code of what it found."""
     from barchain.cli.common.result_folder import need_writable  # noqa: PLC0415
     from barchain.nightly.running.budget import process_age_s  # noqa: PLC0415
@@ -114,10 +117,12 @@ def run_and_tell(
         with shown_progress() as progress:
             ended = run_night(plan, minutes, store, out, progress, process_age_s())
         with kept_without_documents(ended.name):
-            facts = write_documents(store, ended.name, ended.folder, junit, baseline, fail_on)
+            facts = write_documents(
+                store, ended.name, ended.folder, junit, baseline, fail_on, need_history=need_history
+            )
             publish(ended.folder, out)
     show_night(facts, out / PAGE)
-    end_night(facts, fail_on)
+    end_night(facts, fail_on, need_history=need_history)
 
 
 @contextlib.contextmanager

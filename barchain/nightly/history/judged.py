@@ -167,7 +167,7 @@ def changes_named(judged: JudgedNight, name: str) -> list[Change]:
     every = acceptable(judged)
     named = [change for change in every if change.identity.name == name]
     if named or "*" not in name:
-        return named or [change_named(judged, name)]
+        return named or event_of(change_named(judged, name), judged.changes)
     fitting = [change for change in every if fits(change.identity.name, name)]
     if not fitting:
         refused = any(fits(change.identity.name, name) for change in judged.changes)
@@ -175,6 +175,16 @@ def changes_named(judged: JudgedNight, name: str) -> list[Change]:
         fault = NO_ACCEPTANCE if refused else f"fits none of {changed} changed figures up to {judged.night.name}"
         raise HistoryError(f"{name[:80]}: {fault}")
     return fitting
+
+
+def event_of(change: Change, every: Sequence[Change]) -> list[Change]:
+    """Change with the figures that are missing since the same run: they are told, and accepted, as one event."""
+    if change.irreproducible:
+        return [change]
+    i = change.identity
+    place = (i.scene, i.engine, change.since)
+    return [change, *(c for c in every if c.now.missing and c is not change
+                      and (c.identity.scene, c.identity.engine, c.since) == place)]  # fmt: skip
 
 
 def acceptable(judged: JudgedNight) -> list[Change]:

@@ -8,7 +8,7 @@ from functools import singledispatch
 from typing import TYPE_CHECKING
 
 from adapters.registry import UnknownEngineError, engines, find_engine
-from barchain.nightly.plan.items import part_scenes, tonights, tonights_faults, tonights_seed
+from barchain.nightly.plan.items import SCENE_FILE, part_scenes, tonights, tonights_faults, tonights_seed
 from barchain.nightly.plan.loading import PlanError
 from barchain.nightly.plan.tables import (
     CampaignTable,
@@ -22,6 +22,8 @@ from barchain.nightly.plan.tables import (
     StabilityTable,
 )
 from barchain.runs.settings import SettingError, choose_setting
+from reports.tables.cost import BASELINE
+from scenarios import SceneError, load_scene
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -32,6 +34,9 @@ if TYPE_CHECKING:
 FIRST = "-left"
 """Ending of the name of a job that does what an earlier night left"""
 NO_HOSTS = "none"
+RUNS = 4
+"""Longest runs that fit into the time of their part"""
+LEAST_RUN_S, MOST_RUN_S = 10.0, 120.0
 
 
 @dataclass(frozen=True)
@@ -55,7 +60,9 @@ class NightJob:
     favoured: bool = False
     """Whether it is the part's turn among those that wait"""
     missing: str = ""
-    """Why engines that the part names can't run here; empty if all can"""
+    """Why engines and scenes that the part names can't run here; empty if all can"""
+    bad_input: bool = False
+    """Whether a scene of the part can't be read"""
 
     @property
     def items(self) -> int:
@@ -99,7 +106,8 @@ def night_jobs(
     for part in plan.file.parts:
         for k, job in enumerate(checked_jobs(part, plan, turn, left.get(part.name, ()))):
             waits = k == 0 and part.name in waiting
-            made = replace(job, waits=waits, favoured=waits and part.name == favoured, missing=missing_words(part))
+            lacking = "; ".join(filter(None, (missing_words(part), job.missing)))
+            made = replace(job, waits=waits, favoured=waits and part.name == favoured, missing=lacking)
             placed.append((place_of(made, left_before=k == 0 and part.name in left), made))
     return tuple(job for _, job in sorted(placed, key=lambda entry: entry[0]))
 
@@ -132,9 +140,22 @@ def plan_engines(plan: NightPlan) -> tuple[str, ...]:
 def checked_jobs(part: PartTable, plan: NightPlan, turn: int, left: Sequence[str]) -> list[NightJob]:
     """Jobs of a part; an error names the plan's file and the part."""
     try:
-        return part_jobs(part, plan.folder, turn, left)
+        jobs = part_jobs(part, plan.folder, turn, left)
+        if isinstance(part, ComparisonTable) and part.time_limit_s is None:
+            longest = ("--time-limit", f"{longest_run_s(part, plan):.0f}")
+            jobs = [replace(job, arguments=(*job.arguments, *longest)) for job in jobs]
+        return jobs
     except (PlanError, SettingError, UnknownEngineError) as error:
         raise PlanError(f"{plan.shown}: {part.name}: {error}") from None
+
+
+def longest_run_s(part: PartTable, plan: NightPlan) -> float:
+    """Longest run of a comparison, s: one that hangs must not take the time of the others.
+
+    It follows from the plan alone, so that a run that ends within it does so on every night.
+    """
+    share_s = 60.0 * plan.file.minutes * part.share / sum(each.share for each in plan.file.parts)
+    return min(max(share_s / RUNS, LEAST_RUN_S), MOST_RUN_S)
 
 
 def missing_words(part: PartTable) -> str:
@@ -147,7 +168,7 @@ def part_jobs(part: PartTable, folder: Path, turn: int, left: Sequence[str]) -> 
     if not isinstance(part, ScenesTable):
         arguments, others = arguments_of(part, turn)
         return [NightJob(part.name, part.name, part.study, part.share, arguments, (), others)]
-    every = part_scenes(part, folder)
+    every, faults = readable(part_scenes(part, folder))
     before = tuple(scene for scene in dict.fromkeys(left) if scene in every)  # the longest waiting ones first
     now = tuple(scene for scene in tonights(every, part.nights, turn) if scene not in before)
     arguments, _ = arguments_of(part, turn)
@@ -156,8 +177,22 @@ def part_jobs(part: PartTable, folder: Path, turn: int, left: Sequence[str]) -> 
     for name, scenes in ((part.name + FIRST, before), (part.name, now)):
         if scenes:
             share = part.share * len(scenes) / total
-            found.append(NightJob(name, part.name, part.study, share, arguments, scenes))
+            job = NightJob(name, part.name, part.study, share, arguments, scenes)
+            found.append(replace(job, missing=faults, bad_input=bool(faults)))
     return found
+
+
+def readable(scenes: Sequence[str]) -> tuple[tuple[str, ...], str]:
+    """Scenes that can be read, and why the files of others can't; without any that can, all of them."""
+    faults = {}
+    for scene in scenes:
+        if scene.endswith(SCENE_FILE):
+            try:
+                load_scene(scene)
+            except SceneError as error:
+                faults[scene] = str(error).replace("\n", "; ")
+    good = tuple(scene for scene in scenes if scene not in faults)
+    return (good, "; ".join(faults.values())) if good else (tuple(scenes), "")
 
 
 @singledispatch
@@ -183,9 +218,9 @@ def comparison_arguments(part: ComparisonTable, turn: int) -> tuple[tuple[str, .
 
 @arguments_of.register
 def cost_arguments(part: CostTable, turn: int) -> tuple[tuple[str, ...], int]:
-    """`barchain cost` of the default engines; its budget is added when the job begins."""
+    """`barchain cost` of the default engines, with the one that times are relative to; its budget is added later."""
     del turn
-    names = part.engines or default_engines()
+    names = tuple(dict.fromkeys((*(part.engines or default_engines()), BASELINE)))
     orbits = () if part.orbits is None else ("--orbits", repr(part.orbits))
     repeats = () if part.repeats is None else ("--repeats", str(part.repeats))
     return ("cost", *each("--engine", checked_engines(names)), *orbits, *repeats, *limit(part)), 0

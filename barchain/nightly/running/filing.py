@@ -92,6 +92,7 @@ def joined(first: PartResult, second: PartResult) -> PartResult:
         first.name, worst.state, round(first.share_s + second.share_s, 1),
         round(first.duration_s + second.duration_s, 3), (*first.left, *second.left), worst.reason,
         first.done + second.done, " && ".join(c for c in (first.command, second.command) if c),
+        first.missing or second.missing, first.bad_input or second.bad_input,
     )  # fmt: skip
 
 

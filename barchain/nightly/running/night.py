@@ -51,6 +51,8 @@ if TYPE_CHECKING:
     from barchain.nightly.plan.loading import NightPlan
     from barchain.nightly.running.child import ChildEnd
 
+BAD_INPUT = 2
+"""Exit code of a command whose scene, or other input, can't be read"""
 TIMED = frozenset({"cost", "scaling"})
 """Studies that plan with a budget of time"""
 
@@ -257,6 +259,7 @@ def result_of(job: NightJob, taken: NightJob, time_s: float, ended: ChildEnd, ou
     return PartResult(
         job.part, state, round(time_s, 1), round(ended.duration_s, 3), (*left, *beyond), reason,
         items_done(taken, state, left, out), taken.shown(out), taken.missing,
+        taken.bad_input or (ended.code == BAD_INPUT and state is PartState.FAILED),
     )  # fmt: skip
 
 

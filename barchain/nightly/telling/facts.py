@@ -79,8 +79,8 @@ def night_facts(
     def entry(change: Change) -> ChangeEntry:
         return change_entry(change, nights, accepting(change, accepted, now), (confirmed or {}).get(change.id, ""))
 
-    tonight = tuple(sorted(standing_for(map(entry, judged.tonight)), key=weight))
-    holding = sorted(map(entry, still_holding(judged)), key=weight)
+    tonight = tuple(events(sorted(standing_for(map(entry, judged.tonight)), key=weight)))
+    holding = events(sorted(map(entry, still_holding(judged)), key=weight))
     standing = tuple(e for e in holding if e.accepted is None)
     night = judged.night
     return NightlyFile(
@@ -88,6 +88,7 @@ def night_facts(
             tonight, judged=judged.judged, earlier=len(judged.compared_with), void=night.void,
             complete=night.complete, baseline=baseline, standing=len(standing),
             replanned=(judged.new, judged.left_out) if judged.replanned and night.complete and not baseline else None,
+            new=0 if baseline else judged.new, renamed=judged.renamed,
         ),
         night=night_entry(night, exchanged(judged)),
         against=against(judged, baseline),
@@ -97,6 +98,7 @@ def night_facts(
         changes=tonight,
         standing=standing,
         held=tuple(e for e in holding if e.accepted is not None),
+        renamed=judged.renamed,
         run=run_entry(run),
     )  # fmt: skip
 
@@ -111,6 +113,25 @@ def standing_for(changes: Iterable[ChangeEntry]) -> Iterator[ChangeEntry]:
     for change in every:
         found = "" if change.kind in OWN else known.get((change.engine, change.suspects), "")
         yield change if change.confirmed or not found else change.model_copy(update={"confirmed": found})
+
+
+def events(changes: Sequence[ChangeEntry]) -> list[ChangeEntry]:
+    """Changes; figures that are missing since one run are one of them: the run's verdict, or the first figure."""
+    found: dict[tuple[str, ...], list[ChangeEntry]] = {}
+    for change in changes:
+        gone = change.became == MISSING
+        place = (change.scene, change.engine, change.since, str(change.accepted)) if gone else (change.id,)
+        found.setdefault(place, []).append(change)
+    verdicts: dict[tuple[str, ...], str] = {
+        (c.scene, c.engine, c.since, str(c.accepted)): c.id
+        for c in changes
+        if c.quantity == VERDICT and c.direction == "worse" and c.became != MISSING
+    }
+    folded = {place: own for place, own in found.items() if len(place) > 1}
+    also = {verdicts.get(place, own[0].id): len(own) - (place not in verdicts) for place, own in folded.items()}
+    dropped = {c.id for place, own in folded.items() for c in own[0 if place in verdicts else 1 :]}
+    kept = [change for change in changes if change.id not in dropped]
+    return [c.model_copy(update={"also": also[c.id]}) if also.get(c.id) else c for c in kept]
 
 
 def weight(change: ChangeEntry) -> tuple[bool, bool, int, bool, float]:
@@ -178,11 +199,13 @@ def against(judged: JudgedNight, baseline: str) -> AgainstEntry:
 
 def counts(judged: JudgedNight, tonight: Sequence[ChangeEntry]) -> CountsEntry:
     """Numbers of changes; an accepted one counts as accepted only."""
-    told = Counter("accepted" if change.accepted else change.direction for change in tonight)
+    told: Counter[str] = Counter()
+    for change in tonight:
+        told["accepted" if change.accepted else change.direction] += 1 + change.also
     return CountsEntry(
         judged=judged.judged, same=len(judged.same), worse=told["worse"], better=told["better"],
         changed=told["changed"], accepted=told["accepted"],
-        irreproducible=sum(change.irreproducible for change in tonight),
+        irreproducible=sum(change.irreproducible for change in tonight), new=judged.new,
     )  # fmt: skip
 
 

@@ -20,12 +20,16 @@ if TYPE_CHECKING:
 
 NIGHT, PLAN = "barchain nightly", "plan"
 NO_ENGINE, NO_SCENE = "all engines", "all scenes"
-FAILING = {"worse": {"worse"}, "changed": {"worse", "better", "changed"}, "never": set[str]()}
+FAILING = {
+    "worse": {"worse"}, "changed": {"worse", "better", "changed"}, "not-pass": {"worse"}, "never": set[str](),
+}  # fmt: skip
 """Directions of changes that fail a case, by `--fail-on`"""
 UNSUPPORTED = "unsupported"
 
 
-def write_junit(path: Path, facts: NightlyFile, figures: Iterable[Figure], fail_on: str = "worse") -> None:
+def write_junit(
+    path: Path, facts: NightlyFile, figures: Iterable[Figure], fail_on: str = "worse", *, need_history: bool = False
+) -> None:
     """Write the JUnit XML of a night.
 
     Parameters
@@ -35,20 +39,24 @@ def write_junit(path: Path, facts: NightlyFile, figures: Iterable[Figure], fail_
     figures : iterable of Figure
         Of the night: each engine and scene with figures is a case.
     fail_on : str
-        ``worse``, ``changed`` or ``never``.
+        ``worse``, ``changed``, ``not-pass`` or ``never``.
+    need_history : bool
+        Whether it is an error that there is nothing to compare with.
 
     Raises
     ------
     OSError
         If the file can't be written.
     """
-    write_atomically(path, junit_text(facts, figures, fail_on))
+    write_atomically(path, junit_text(facts, figures, fail_on, need_history=need_history))
 
 
-def junit_text(facts: NightlyFile, figures: Iterable[Figure], fail_on: str = "worse") -> bytes:
+def junit_text(
+    facts: NightlyFile, figures: Iterable[Figure], fail_on: str = "worse", *, need_history: bool = False
+) -> bytes:
     """JUnit XML of a night, as :func:`write_junit`."""
     document = JUnitXml(NIGHT)
-    document.add_testsuite(plan_suite(facts, Error if FAILING[fail_on] else Skipped))
+    document.add_testsuite(plan_suite(facts, Error if FAILING[fail_on] else Skipped, need_history=need_history))
     cells, rejected = by_engine(figures), {(r.engine, r.scene): r.words for r in facts.rejected}
     changes: dict[tuple[str, str], list[ChangeEntry]] = defaultdict(list)
     for change in (*facts.changes, *facts.standing):
@@ -60,6 +68,8 @@ def junit_text(facts: NightlyFile, figures: Iterable[Figure], fail_on: str = "wo
             case = cell_case(engine, scene, own, changes[engine, scene], FAILING[fail_on])
             if (engine, scene) in rejected:
                 case.system_out = plain_text(rejected[engine, scene])
+                if fail_on == "not-pass" and not case.is_failure:
+                    case.result = [Failure(plain_text(rejected[engine, scene]), "not passed")]
             suite.add_testcase(case)
         suite.update_statistics()  # type: ignore[no-untyped-call]
         document.add_testsuite(suite)
@@ -79,7 +89,7 @@ def by_engine(figures: Iterable[Figure]) -> dict[str, dict[str, list[Figure]]]:
     return found
 
 
-def plan_suite(facts: NightlyFile, fault: type[Error | Skipped] = Error) -> TestSuite:
+def plan_suite(facts: NightlyFile, fault: type[Error | Skipped] = Error, *, need_history: bool = False) -> TestSuite:
     """Suite of the parts of the plan.
 
     A void or incomplete night, a baseline without a common figure, and a part that failed or was left, are errors; with
@@ -95,6 +105,10 @@ def plan_suite(facts: NightlyFile, fault: type[Error | Skipped] = Error) -> Test
         night.result = [fault("the night is incomplete", "incomplete")]
     if facts.against.baseline and not facts.counts.judged:
         night.result = [fault(plain_text(f"{facts.against.baseline} has no figure of this night"), "not compared")]
+    if not facts.compared:
+        night.system_out = plain_text(facts.sentence)
+        if need_history and not night.result:
+            night.result = [fault(plain_text(facts.sentence), "not compared")]
     suite.add_testcase(night)
     for part in parts:
         case = TestCase(part.name, PLAN, round(part.duration_s, 3))

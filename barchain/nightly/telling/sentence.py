@@ -28,6 +28,8 @@ def opening(
     baseline: str = "",
     standing: int = 0,
     replanned: tuple[int, int] | None = None,
+    new: int = 0,
+    renamed: Sequence[str] = (),
 ) -> str:
     """Sentence on a night.
 
@@ -48,6 +50,10 @@ def opening(
         Changes of earlier nights for the worse that still hold.
     replanned : tuple of int, optional
         Figures that are new and figures that are left out, if the night before had another plan.
+    new : int
+        Figures that have no earlier one.
+    renamed : sequence of str
+        Settings and scenes that have other names since this night, in words.
     """
     if void:
         return f"This night is void: {void}."
@@ -60,15 +66,37 @@ def opening(
     told = [change for change in changes if change.accepted is None]
     wild = sum(change.irreproducible for change in told)
     tame = plain([change for change in told if not change.irreproducible], since, judged)
-    accepted = len(changes) - len(told)
+    accepted = figures(changes) - figures(told)
     if told:
         rest = more_accepted_words(accepted)
     elif accepted:
         rest = only_accepted_words(accepted, since, judged)
     else:
         rest = f"Nothing changed{since} among {judged} figures." if judged else NOT_JUDGED
-    said = (wild_words(wild), tame, rest, standing_words(standing), replanned_words(replanned))
+    said = (
+        wild_words(wild), tame, rest, standing_words(standing), renamed_words(renamed),
+        replanned_words(replanned) if replanned else new_words(new),
+    )  # fmt: skip
     return " ".join(part for part in said if part) + ending
+
+
+def figures(changes: Sequence[ChangeEntry]) -> int:
+    """Number of the figures of some changes."""
+    return sum(1 + change.also for change in changes)
+
+
+def renamed_words(renamed: Sequence[str]) -> str:
+    """Sentence on names that changed; empty without any."""
+    if not renamed:
+        return ""
+    more = f" and {len(renamed) - MOST_CAUSES} more changed their names" if len(renamed) > MOST_CAUSES else ""
+    said = "; ".join(renamed[:MOST_CAUSES])
+    return f"{said[0].upper()}{said[1:]}{more}: figures are compared by their role."
+
+
+def new_words(count: int) -> str:
+    """Sentence on figures that have no earlier one; empty without any."""
+    return f"{amount(count, 'figure').capitalize()} {'is' if count == 1 else 'are'} new." if count else ""
 
 
 def wild_words(count: int) -> str:
@@ -110,27 +138,32 @@ def plain(changes: Sequence[ChangeEntry], since: str, judged: int) -> str:
     """Sentence on changes: how many, for the worse or not, and whose they are; empty without changes."""
     if not changes:
         return ""
-    counted = Counter(change.direction for change in changes)
+    counted: Counter[str] = Counter()
+    for change in changes:
+        counted[change.direction] += 1 + change.also
     words = [
         f"{amount(counted[d])} {'' if d == 'changed' else 'for the '}{d}" for d in ("worse", "better") if counted[d]
     ]
     if counted["changed"]:
         words.append(f"{amount(counted['changed'])} neither better nor worse")
-    many = f"{amount(len(changes), 'figure').capitalize()} of {judged} changed{since}"
-    how = listed(words) if len(words) > 1 else f"{'all ' if len(changes) > 1 else ''}{words[0].partition(' ')[2]}"
+    count = figures(changes)
+    many = f"{amount(count, 'figure').capitalize()} of {judged} changed{since}"
+    how = listed(words) if len(words) > 1 else f"{'all ' if count > 1 else ''}{words[0].partition(' ')[2]}"
     return f"{many}, {how}; {causes(changes)}."
 
 
 def causes(changes: Sequence[ChangeEntry]) -> str:
     """Whose changes they are: ``all three since engine:mujoco 4.0.0, confirmed``."""
-    found = Counter(cause(change) for change in changes)
+    found: Counter[str] = Counter()
+    for change in changes:
+        found[cause(change)] += 1 + change.also
     if len(found) == 1:
         (only,) = found
-        count = len(changes)
+        count = figures(changes)
         every = "" if count == 1 else "both " if count == 2 else f"all {amount(count)} "
         return f"{every}{only}"
     shown = [f"{amount(count)} {name}" for name, count in found.most_common(MOST_CAUSES)]
-    more = len(changes) - sum(count for _, count in found.most_common(MOST_CAUSES))
+    more = figures(changes) - sum(count for _, count in found.most_common(MOST_CAUSES))
     return listed([*shown, f"{amount(more)} by other causes"] if more else shown)
 
 

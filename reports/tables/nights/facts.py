@@ -64,6 +64,15 @@ class ChangeEntry(Entry):
     confirmed: str = Field("", description="result of an attribution by real runs; empty without one")
     accepted: AcceptanceEntry | None = None
 
+    @property
+    def words(self) -> str:
+        """Change in one line."""
+        factor = f" (×{self.factor:.4g})" if self.factor is not None else ""
+        more = f", and {self.also} more of this run" if self.also else ""
+        return f"{self.direction}: {self.figure}: {self.was} → {self.became}{factor}{more}"
+
+    also: int = Field(0, description="further figures of the same run that are missing since then: one event")
+
 
 class PartEntry(Entry):
     """Part of the plan."""
@@ -76,7 +85,8 @@ class PartEntry(Entry):
     reason: str = ""
     done: int = Field(0, description="number of scenes or faults that were done")
     command: str = Field("", description="command that repeats the part")
-    missing: str = Field("", description="why engines that the part names did not run; the others did")
+    missing: str = Field("", description="why engines or scenes that the part names did not run; the others did")
+    bad_input: bool = Field(False, description="whether a scene of the part can't be read")
 
     @property
     def whole(self) -> bool:
@@ -138,6 +148,7 @@ class CountsEntry(Entry):
     changed: int = Field(description="neither better nor worse")
     accepted: int = Field(description="changes of tonight that somebody accepted; not counted elsewhere")
     irreproducible: int
+    new: int = Field(0, description="figures without an earlier one, other than of scenes that change each night")
 
 
 class AgainstEntry(Entry):
@@ -181,12 +192,23 @@ class NightlyFile(Entry):
     held: tuple[ChangeEntry, ...] = Field(
         (), description="earlier changes for the worse that still hold and that somebody accepted"
     )
+    renamed: tuple[str, ...] = Field((), description="settings and scenes that have other names since this night")
     run: NightRunEntry | None = Field(None, description="None of a night that a result folder was added as")
 
     @property
     def worse(self) -> bool:
         """Whether a figure is worse, since tonight or an earlier night, and nobody accepted the change."""
         return self.counts.worse > 0 or bool(self.standing)
+
+    @property
+    def compared(self) -> bool:
+        """Whether a figure was compared with an earlier one."""
+        return self.counts.judged > 0
+
+    @property
+    def bad_input(self) -> bool:
+        """Whether a scene of the plan can't be read."""
+        return self.run is not None and any(part.bad_input for part in self.run.parts)
 
     @property
     def differs(self) -> bool:

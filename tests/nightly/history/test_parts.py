@@ -11,7 +11,13 @@ import pytest
 from adapters.registry import ENGINES, UnknownEngineError
 from barchain.nightly.history.model.environment import capture, recorded_environment
 from barchain.nightly.history.model.figures import MACHINE, FigureKind
-from barchain.nightly.history.model.parts import depends_on, environment_parts, installed_parts
+from barchain.nightly.history.model.parts import (
+    DECIDING,
+    depends_on,
+    environment_parts,
+    installed_parts,
+    variables_part,
+)
 from barchain.record.environment import environment, machine
 from barchain.record.sources import contents_digest, installed_commit, made_by_wheel
 
@@ -129,3 +135,19 @@ def test_an_unknown_engine_is_none() -> None:
 def test_the_machine_class_is_the_same_in_every_call() -> None:
     assert capture().machine_class == capture().machine_class
     assert dataclasses.replace(capture(), cpu="Other").machine_class != capture().machine_class
+
+
+def test_files_of_an_installer_with_time_stamps_are_no_part_of_a_distribution() -> None:
+    assert not made_by_wheel("box-1.0.dist-info/uv_cache.json")
+    assert made_by_wheel("box-1.0.dist-info/METADATA")
+
+
+def test_a_variable_that_chooses_the_code_which_computes_is_a_part(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in DECIDING:
+        monkeypatch.delenv(name, raising=False)
+    before = variables_part()
+    monkeypatch.setenv("BARCHAIN_KERNEL", "other.so")
+    after = variables_part()
+    assert before.differs(after)
+    assert after.version == "BARCHAIN_KERNEL=other.so"
+    assert "variables" in depends_on("paper/fig05", "reference", FigureKind.BITS)

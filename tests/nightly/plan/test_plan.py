@@ -175,7 +175,8 @@ def test_each_job_tells_the_command_that_repeats_it(tmp_path: Path) -> None:
     )
     (job,) = night_jobs(plan_of(tmp_path, text), 0, {})
     assert shlex.split(job.shown(tmp_path)) == [
-        "barchain", "compare", "--engine", "exudyn", "--set", "exudyn:steps_per_orbit=500", "paper/fig05", "--out",
+        "barchain", "compare", "--engine", "exudyn", "--set", "exudyn:steps_per_orbit=500", "--time-limit", "120",
+        "paper/fig05", "--out",
         str(tmp_path),
     ]  # fmt: skip
 
@@ -196,3 +197,17 @@ def test_a_wrong_name_in_a_plan_makes_no_history(tmp_path: Path, capsys: pytest.
     assert "paper/fig05" in capsys.readouterr().err
     assert not history.exists()
     assert not (tmp_path / "nights").exists()
+
+
+def test_a_run_that_hangs_takes_a_quarter_of_its_part_s_time_at_most(tmp_path: Path) -> None:
+    core, more = (f'[[comparison]]\nname = "{name}"\nscenes = ["paper/fig05"]\n' for name in ("core", "more"))
+    (core_job, _) = night_jobs(plan_of(tmp_path, f"minutes = 4\n{core}{more}"), 0, {})
+    assert core_job.arguments[-2:] == ("--time-limit", "30")
+
+
+def test_times_of_a_single_engine_are_measured_beside_the_one_that_they_are_relative_to(tmp_path: Path) -> None:
+    text = '[[cost]]\nname = "cost"\nscenes = ["paper/fig05"]\nengines = ["mujoco"]\n'
+    (job,) = night_jobs(plan_of(tmp_path, text), 0, {})
+    assert [job.arguments[k + 1] for k, word in enumerate(job.arguments) if word == "--engine"] == [
+        "mujoco", "reference-fast"
+    ]  # fmt: skip

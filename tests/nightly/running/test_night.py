@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from adapters.registry import ENGINES
+from barchain.cli.main import run
 from barchain.nightly.history.judged import judge
 from barchain.nightly.history.store import last_run, open_store
 from barchain.nightly.plan.loading import load_plan
@@ -23,6 +24,7 @@ from barchain.nightly.running import night as running
 from barchain.nightly.running.child import ChildEnd, run_barchain
 from barchain.nightly.running.night import run_night
 from barchain.nightly.running.state import read_state, write_state
+from reports.tables.nights.facts import read_nightly
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -172,6 +174,19 @@ def test_a_part_that_fails_costs_its_own_figures_only(tmp_path: Path) -> None:
     assert states["broken"].state is PartState.FAILED
     assert "no_scene.toml" in states["broken"].reason
     assert not ended.run.complete
+
+
+@pytest.mark.slow
+def test_a_scene_that_can_not_be_read_costs_itself_alone_and_the_night_ends_as_bad_input(tmp_path: Path) -> None:
+    text = PLAN.replace('"basics/kepler_elliptic"', '"broken.toml"')
+    (tmp_path / "plan.toml").write_text(text, "utf-8")
+    (tmp_path / "broken.toml").write_text("nothing = 1\n", "utf-8")
+    words = ["-q", "nightly", "--plan", str(tmp_path / "plan.toml"), "--out", str(tmp_path / "nights")]
+    assert run(words) == 2
+    facts = read_nightly(tmp_path / "nights" / "nightly.json")
+    assert facts.verdicts == {"pass": 1}
+    assert facts.run is not None
+    assert "broken.toml" in facts.run.parts[0].missing
 
 
 @pytest.mark.slow

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 from barchain.nightly.history.changes.bits import bit_changes
 from barchain.nightly.history.changes.levels import RULES, level_changes, same_changes
 from barchain.nightly.history.changes.model import Change, Direction
+from barchain.nightly.history.changes.renames import continued
 from barchain.nightly.history.changes.times import FALSE_ALARMS, time_changes
-from barchain.nightly.history.changes.vanished import vanished
+from barchain.nightly.history.changes.vanished import SAMPLED, vanished
 from barchain.nightly.history.changes.verdicts import without_mended
 from barchain.nightly.history.model.figures import STEPPED
 
@@ -38,9 +39,11 @@ class JudgedNight:
     judged: int = 0
     """Figures that have an earlier one, those among them that are gone since tonight"""
     new: int = 0
-    """Figures of this night that have no earlier one"""
+    """Figures of this night that have no earlier one, other than of studies that do other scenes each night"""
     left_out: int = 0
     """Figures of the night before that this night lacks, if that night had another plan"""
+    renamed: tuple[str, ...] = ()
+    """Settings and scenes that have other names since this night"""
 
     @property
     def replanned(self) -> bool:
@@ -79,7 +82,7 @@ def judge_night(
     if tonight.void is not None:
         return JudgedNight(tonight, ())
     kept = comparable(nights)
-    own = [one for one in (restricted(each, kept) for each in series) if one.nights]
+    own, renames = continued([one for one in (restricted(each, kept) for each in series) if one.nights])
     alike = same_class(kept)
     current = [one for one in own if one.nights[-1].name == tonight.name]
     settled = without_mended(
@@ -98,7 +101,8 @@ def judge_night(
         tonight, tuple(kept[:-1]), tuple(changes), (*new, *fresh),
         tuple(c for one in current if one.identity.kind in RULES for c in same_changes(one)),
         sum(len(one.nights) > 1 for one in current) + sum(c.since == tonight.name for c in gone),
-        sum(len(one.nights) == 1 for one in current), left_out(own, kept),
+        sum(len(one.nights) == 1 and not one.identity.quantity.startswith(SAMPLED) for one in current),
+        left_out(own, kept), tuple(one.words for one in renames if one.since == tonight.name),
     )  # fmt: skip
 
 

@@ -65,12 +65,23 @@ def differing(last: NightSummary, since: NightSummary, depends: Iterable[str]) -
     found = []
     for name in sorted(depends):
         before, after = last.part_named.get(name), since.part_named.get(name)
-        if before is None and after is None:
+        if (before is None and after is None) or renamed(name, before, after, last, since):
             continue
         if before is None or after is None or before.differs(after):
             found.append(Suspect(name, before, after))
     engines = {rest(one.name) for one in found if one.name.startswith("engine:")}
     return tuple(one for one in found if not (one.name.startswith(REQUIREMENTS) and rest(one.name) in engines))
+
+
+def renamed(
+    name: str, before: NightPart | None, after: NightPart | None, last: NightSummary, since: NightSummary
+) -> bool:
+    """Whether a part is there under another name on the other night: a part of the same kind with equal content."""
+    there, other = (after, last) if before is None else (before, since)
+    if (before is not None and after is not None) or there is None or not there.digest:
+        return False
+    kind = f"{name.partition(':')[0]}:"
+    return any(one.digest == there.digest and one.name.startswith(kind) for one in other.parts)
 
 
 def rest(name: str) -> str:

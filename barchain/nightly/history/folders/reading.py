@@ -13,7 +13,7 @@ from barchain.nightly.history.model.environment import capture, recorded_environ
 from barchain.nightly.history.model.figures import MACHINE, Night, NightPart
 from barchain.nightly.history.model.identity import content_digest
 from barchain.nightly.history.model.installation import Installation, installation_here
-from barchain.nightly.history.model.parts import environment_parts, scene_part
+from barchain.nightly.history.model.parts import VARIABLES, environment_parts, scene_part
 from barchain.record.environment import package_version
 from reports.tables import measured
 from reports.tables.reading import damaged
@@ -167,7 +167,9 @@ def known_parts(
     digests = {name: digest for record in found for name, digest in scene_digests(record).items()}
     for name in {name for figure in figures for name in figure.depends} - {MACHINE} - set(parts):
         kind, _, rest = name.partition(":")
-        version = versions.get(rest, "") if kind in {"engine", "library"} else "" if kind == "scene" else own
+        version = (
+            versions.get(rest, "") if kind in {"engine", "library"} else "" if kind in {"scene", VARIABLES} else own
+        )
         parts[name] = NightPart(name, version, digests.get(name, ""))
     return tuple(parts.values())
 

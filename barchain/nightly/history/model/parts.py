@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import subprocess
 from functools import cache
 from pathlib import Path
@@ -21,7 +22,15 @@ if TYPE_CHECKING:
     from adapters.registry import Registration
     from barchain.nightly.history.model.figures import Environment
 
-PYTHON, BLAS, HARNESS, REFERENCE, JUDGE, SHARED = "python", "blas", "harness", "reference", "judge", "adapter:shared"
+PYTHON, BLAS, VARIABLES, HARNESS, REFERENCE, JUDGE, SHARED = (
+    "python",
+    "blas",
+    "variables",
+    "harness",
+    "reference",
+    "judge",
+    "adapter:shared",
+)
 SOURCES = {
     HARNESS: (
         "barchain.record",
@@ -35,6 +44,8 @@ SOURCES = {
     SHARED: ("adapters.common", "adapters.bar_loads", "adapters.engine", "adapters.trajectory", "adapters.registry"),
 }
 """Packages of each part of barchain that figures of all engines depend on"""
+DECIDING = ("BARCHAIN_KERNEL", "BARCHAIN_NO_KERNEL", "NPY_DISABLE_CPU_FEATURES", "OPENBLAS_CORETYPE")
+"""Variables that choose the code which computes"""
 LIBRARIES = ("numpy", "pandas", "pyarrow", "scipy")
 """Libraries that every engine's figures depend on: they read, judge, step, and keep tables"""
 IMPORTED = {
@@ -61,7 +72,7 @@ def installed_parts(names: Iterable[str], scenes: Iterable[str], environment: En
     UnknownEngineError, SceneError
         If a name is none.
     """
-    found = {part.name: part for part in environment_parts(environment)}
+    found = {part.name: part for part in (*environment_parts(environment), variables_part())}
     own = package_version("barchain")
     found |= {name: NightPart(name, own, digest_of(*sources)) for name, sources in SOURCES.items()}
     for name in LIBRARIES:
@@ -81,6 +92,12 @@ def environment_parts(environment: Environment) -> tuple[NightPart, ...]:
     """Python and the libraries of linear algebra: what they change has them as suspects."""
     known = {PYTHON: environment.python, BLAS: ", ".join(map(own_part, environment.blas.split(", ")))}
     return tuple(NightPart(name, text, content_digest(text)[:DIGITS] if text else "") for name, text in known.items())
+
+
+def variables_part() -> NightPart:
+    """Environment variables that choose the code which computes: other bits come from them, too."""
+    text = ", ".join(f"{name}={os.environ[name]}" for name in DECIDING if os.environ.get(name))
+    return NightPart(VARIABLES, text[:MOST_TEXT], content_digest(text)[:DIGITS])
 
 
 def own_part(library: str) -> str:
@@ -120,7 +137,7 @@ def depends_on(scene: str, engine: str, kind: FigureKind, anchor: str = "") -> t
     anchor : str
         Engine whose time is 1, of a ratio.
     """
-    found = {MACHINE, PYTHON, BLAS, HARNESS, REFERENCE, *map(library, LIBRARIES)}
+    found = {MACHINE, PYTHON, BLAS, VARIABLES, HARNESS, REFERENCE, *map(library, LIBRARIES)}
     for name in (engine, anchor):
         registration = known_engine(name)
         if registration is not None:
