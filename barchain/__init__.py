@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from barchain.crossval.run import ComparisonResult as ComparisonResult
     from barchain.runs.arguments import ArgumentError as ArgumentError
     from barchain.runs.settings import SettingError as SettingError
+    from barchain.studies.own import asked_run as asked_run
+    from barchain.studies.own import measure as measure
     from reports.tables.schema import SchemaVersionError as SchemaVersionError
     from scenarios.load import SceneError as SceneError
     from scenarios.load import change_scene as change_scene
@@ -45,6 +47,8 @@ MODULES = {
     "rows": "barchain.api",
     "scenes": "barchain.api",
     "simulate": "barchain.api",
+    "asked_run": "barchain.studies.own",
+    "measure": "barchain.studies.own",
     "ComparisonResult": "barchain.crossval.run",
     "SettingError": "barchain.runs.settings",
     "SchemaVersionError": "reports.tables.schema",

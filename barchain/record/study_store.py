@@ -138,10 +138,9 @@ class StudyStore:
         """Write the record with the wall time, s, and whether every result is there; if it is, the rows too."""
         self.record |= {"seconds": seconds, "complete": complete}
         self.write_record()
-        rows = rows_content(self.files, self.out, self.summary.found) if complete else None
-        if rows is not None:  # a complete record lists no file that is missing: it is none while they are written
+        if complete:  # a complete record lists no file that is missing: it is none while the rows are written
             self.record["complete"] = False
-            self.writer.write(rows_name(self.files), rows)
+            self.writer.write(rows_name(self.files), rows_content(self.files, self.out, self.summary.found))
             self.record["complete"] = True
             self.write_record()
 

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from reports.tables import cost, crossval, effects, ensemble, roundoff, scaling, stability
 from reports.tables.faults import campaign, selftest
+from reports.tables.files import StudyFiles
 from reports.tables.nights import releases
 from reports.tables.reading import TABLES, parquet_frame, recorded_content
-from reports.tables.rows import COLUMNS, FOLDER, spread, typed
+from reports.tables.rows import COLUMNS, FOLDER, Rows, spread, typed
 from reports.tables.writing import parquet
 
 if TYPE_CHECKING:
@@ -18,8 +19,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from reports.tables.files import StudyFiles
-    from reports.tables.rows import Followed, Row, Rows
+    from reports.tables.rows import Followed, Row
 
 
 class Measuring(NamedTuple):
@@ -50,8 +50,8 @@ def rows_name(files: StudyFiles) -> str:
     return f"{'../' if files.study else ''}{FOLDER}/{files.name}.parquet"
 
 
-def rows_content(files: StudyFiles, folder: Path, summary: Iterable[Row] = ()) -> bytes | None:
-    """Contents of the file of a study's rows, from its tables in a result folder; None of a study without rows.
+def rows_content(files: StudyFiles, folder: Path, summary: Iterable[Row] = ()) -> bytes:
+    """Contents of the file of a study's rows, from its tables in a result folder.
 
     Rows of a `summary`, which follow from all results together, come last.
 
@@ -60,17 +60,22 @@ def rows_content(files: StudyFiles, folder: Path, summary: Iterable[Row] = ()) -
     FileNotFoundError, DamagedResultsError, SchemaVersionError
         If a table or the record is missing, damaged, or of another version.
     """
-    study = next((study for study in STUDIES if study.files.name == files.name), None)
-    if study is None:
-        return None
+    study = next((study for study in STUDIES if study.files.name == files.name), None) or own_study(files.name)
     found = study.rows(folder)
     found.found += summary
     return parquet(found.frame())
 
 
 def studies_in(folder: Path) -> list[Measuring]:
-    """Studies whose results a folder holds."""
-    return [study for study in STUDIES if study.files.has_record(folder)]
+    """Studies whose results a folder holds; those of one's own, which have no tables, by their rows."""
+    known = {study.files.name for study in STUDIES}
+    own = sorted(file.stem for file in (folder / FOLDER).glob("*.parquet") if file.stem not in known)
+    return [study for study in (*STUDIES, *map(own_study, own)) if study.files.has_record(folder)]
+
+
+def own_study(name: str) -> Measuring:
+    """Study of one's own, all of whose rows are those that its cases return."""
+    return Measuring(StudyFiles(name, {}), lambda _: Rows(name), {})
 
 
 def spread_rows(files: StudyFiles, folder: Path) -> pd.DataFrame:
