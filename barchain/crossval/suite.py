@@ -40,7 +40,6 @@ from barchain.solutions.reference import ReferenceSolution, SolutionSource, clos
 from barchain.solutions.shipped import shipped_solution
 from reports.tables.crossval import ALL_SCENES, JUDGING_SOLUTION, METRIC_COLUMNS
 from reports.tables.outcome import Outcome
-from reports.tables.writing import parquet
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -173,10 +172,10 @@ class Suite:
         self.store.record["scenes"][name] |= solution_facts(solution) | {"same_equations": shared}
         t = solution.trajectory.t_s[: len(solution.amplification)]
         grown = pd.DataFrame({"t_s": t, "amplification": solution.amplification})
-        self.store.writer.write(f"differences/{name}/amplification.parquet", parquet(grown))
+        self.store.write_series(f"differences/{name}/amplification.parquet", grown)
         if solution.source.certified:  # no run of its own has these samples
             samples = solution.trajectory.of_run(solution.scene).to_frame()
-            self.store.writer.write(f"trajectories/{name}/{Role.SOLUTION}.parquet", parquet(samples))
+            self.store.write_series(f"trajectories/{name}/{Role.SOLUTION}.parquet", samples)
 
     def run_of(self, job: Job) -> Task:
         """Run to be made; it is kept as soon as it is there."""
@@ -235,7 +234,7 @@ class Suite:
         """Store a verdict and report it."""
         self.progress[scene].verdicts[engine] = verdict
         if verdict.series is not None:
-            self.store.writer.write(f"differences/{scene}/{engine}.parquet", parquet(verdict.series))
+            self.store.write_series(f"differences/{scene}/{engine}.parquet", verdict.series)
         self.keep_rows(scene, engine, verdict)
 
     def keep_rows(self, scene: str, engine: str, verdict: Verdict) -> None:

@@ -15,8 +15,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-ENGINE_PACKAGES = ("adapters", "reference_impl", "scenarios")
-"""Packages that decide a run of any engine"""
 BESIDE_SOURCES = {"tests", "test", "docs", "doc", "examples", "benchmarks"}
 """Folders beside a package's sources that decide no result"""
 COMPILED = {".so", ".pyd", ".dylib", ".dll"}
@@ -24,12 +22,6 @@ TEXT = {".py", ".c", ".h"}
 BUILT_HERE = {"reference_impl"}
 """Packages whose compiled files are built from sources that count already"""
 DIGITS = 16
-
-
-@cache
-def our_digest() -> str:
-    """Digest of barchain's own sources, computed once in a process."""
-    return digest_of(*ENGINE_PACKAGES)
 
 
 def digest_of(*names: str) -> str:

@@ -36,4 +36,4 @@ def keep_run(store: StudyStore, job: Job, result: RunResult) -> None:
     if file is None or content is None:
         store.write_record()
     else:
-        store.writer.write(file, content)
+        store.write_file(file, content)

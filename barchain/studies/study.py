@@ -161,7 +161,7 @@ def run_and_render(
     with claimed(study.files, out, record.get(PARTS), resume=resume, overwrite=overwrite):
         store = StudyStore(study.files, out, record, resume=resume)
         placed: Any = plan
-        if study.files.keeps_answers and hasattr(plan, "executor"):
+        if hasattr(plan, "executor"):
             placed = dataclasses.replace(placed, executor=KeptAnswers(store.folder, placed.executor))
         store.write_record()
         try:

@@ -59,8 +59,6 @@ class StudyFiles:
     """Columns of True and False"""
     model: type[Record] = Record
     """Entries of the record with their types"""
-    keeps_answers: bool = True
-    """Whether an interrupted study goes on by making its tables anew, from the answers of processes that it kept"""
     parts: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     """Tables of each part that can be run by itself, beside the tables of earlier runs of the others"""
     folders: tuple[str, ...] = ()

@@ -6,13 +6,12 @@ import contextlib
 import errno
 import hashlib
 import io
-import json
 import os
 import stat
 from pathlib import Path, PurePath
-from typing import IO, TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING
 
-from reports.tables.reading import DIGITS, TABLES, digest, file_digest, read_bytes
+from reports.tables.reading import DIGITS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -23,7 +22,6 @@ if TYPE_CHECKING:
 PART = ".part"
 """Ending of a file that is being written"""
 NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL
-MORE = os.O_RDWR | os.O_APPEND
 
 
 @contextlib.contextmanager
@@ -106,23 +104,6 @@ class DigestedFile(io.BufferedIOBase):
         return self.hash.hexdigest()[:DIGITS]
 
 
-def append_whole(path: Path, content: bytes) -> None:
-    """Append to a file; a failure leaves it as it was. Errors as :func:`write_atomically`."""
-    with named(path):
-        handle = os.open(path, MORE)
-        try:
-            before = os.fstat(handle).st_size
-            try:
-                written = os.write(handle, content)
-                while written < len(content):
-                    written += os.write(handle, content[written:])
-            except BaseException:
-                os.ftruncate(handle, before)
-                raise
-        finally:
-            os.close(handle)
-
-
 def parquet(frame: pd.DataFrame) -> bytes:
     """Contents of a Parquet file."""
     sink = io.BytesIO()
@@ -144,61 +125,3 @@ def sweep(folder: Path) -> None:
         for name in (n for n in names if n.endswith(PART)):
             with contextlib.suppress(OSError):
                 Path(place, name).unlink()
-
-
-class RecordedFolder:
-    """Folder with a record and its tables.
-
-    The record holds the digest of each of its tables. The digest of a table's next state joins that of its present
-    state in the record before the table is written: at every instant each table in place is known to the record, and a
-    table of another run is not.
-    """
-
-    def __init__(self, folder: Path, name: str, record: dict[str, Any]) -> None:
-        """Open a folder that exists; nothing is written yet."""
-        self.folder, self.name, self.record = folder, name, record
-
-    @property
-    def tables(self) -> dict[str, list[str]]:
-        """Digests of each table: of its next state, then of its present one."""
-        found: dict[str, list[str]] = self.record.setdefault(TABLES, {})
-        return found
-
-    def write_record(self) -> None:
-        """Write the record as it stands."""
-        write_atomically(self.folder / self.name, json.dumps(self.record, indent=1))
-
-    def write(self, table: str, content: bytes) -> None:
-        """Write a table whole, and the record."""
-        with self.replacing(table) as file:
-            file.write(content)
-
-    @contextlib.contextmanager
-    def replacing(self, table: str) -> Iterator[DigestedFile]:
-        """File that becomes the table when the context ends; the record then describes it."""
-        make_folder(self.folder, PurePath(table).parent)
-        with replaced(self.folder / table) as file:
-            yield file
-            self.announce(table, file.digest)
-
-    def append(self, table: str, content: bytes) -> None:
-        """Add to the end of a table that is there."""
-        path = self.folder / table
-        with named(path):
-            whole = read_bytes(path) + content
-        self.announce(table, digest(whole))
-        append_whole(path, content)
-
-    def announce(self, table: str, following: str) -> None:
-        """Write the record with the digest of a table's next state."""
-        known, path = self.tables.get(table, []), self.folder / table
-        present = file_digest(path) if known and path.is_file() else None
-        self.tables[table] = list(dict.fromkeys([following, *(found for found in known if found == present)]))
-        self.write_record()
-
-    def remove(self, table: str) -> None:
-        """Delete a table if it is there."""
-        path = self.folder / table
-        with named(path):
-            path.unlink(missing_ok=True)
-        self.tables.pop(table, None)

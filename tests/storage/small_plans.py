@@ -13,27 +13,22 @@ class SmallPlan:
     table: str
     columns: tuple[str, ...] = ()
     """Empty: all"""
-    resumes: bool = False
 
 
 SMALL = {
     "comparison": SmallPlan("compare basics/kepler_circular --engine reference --engine rebound --workers 1",
-                         "metrics.csv", resumes=True),
-    "stability": SmallPlan("stability hard/vertical_fall --engine rebound --workers 1", "stability/outcomes.csv",
-                        resumes=True),
+                         "metrics.csv"),
+    "stability": SmallPlan("stability hard/vertical_fall --engine rebound --workers 1", "stability/outcomes.csv"),
     "cost": SmallPlan("cost basics/kepler_circular --engine rebound --orbits 0.2 --repeats 1 --minutes 0.01",
-                   "cost/points.csv", ("scene", "engine", "setting"), resumes=True),
+                   "cost/points.csv", ("scene", "engine", "setting")),
     "scaling": SmallPlan("scaling --engine reference --bars 2 --bars 3 --repeats 1 --minutes 0.2", "scaling/points.csv",
-                      ("engine", "bars", "outcome"), resumes=True),
-    "roundoff": SmallPlan("roundoff --part times", "roundoff/times.csv", ("code", "arithmetic", "bars"),
-                      resumes=True),
+                      ("engine", "bars", "outcome")),
+    "roundoff": SmallPlan("roundoff --part times", "roundoff/times.csv", ("code", "arithmetic", "bars")),
     "effects": SmallPlan("effects basics/two_bars_free --engine reference --repeats 1 --minutes 0.01",
-                      "effects/effects.csv", ("effect", "kind", "on", "attitude_rad", "com_m", "reaction_N"),
-                      resumes=True),
-    "selftest": SmallPlan("selftest basics/kepler_circular --fault scale-rate --workers 1", "selftest/selftest.csv",
-                      resumes=True),
+                      "effects/effects.csv", ("effect", "kind", "on", "attitude_rad", "com_m", "reaction_N")),
+    "selftest": SmallPlan("selftest basics/kepler_circular --fault scale-rate --workers 1", "selftest/selftest.csv"),
     "campaign": SmallPlan("selftest --random 1 --host none --engine reference --shrink-seconds 0 --workers 1",
-                       "campaign/campaign.csv", ("scene", "engine", "class", "outcome"), resumes=True),
+                       "campaign/campaign.csv", ("scene", "engine", "class", "outcome")),
     "ensemble": SmallPlan("ensemble basics/two_bars_free --vary angle_deg=normal(0,1) --runs 3 --samples 3 "
                           "--orbits 0.1", "ensemble/quantiles.csv"),
 }  # fmt: skip

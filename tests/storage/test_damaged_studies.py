@@ -35,7 +35,7 @@ def each(names: Iterable[str]) -> list[ParameterSet]:
 
 
 RENDERED = each(name for name in SMALL if name != "campaign")
-GOES_ON = each(name for name, small in SMALL.items() if small.resumes)
+GOES_ON = each(SMALL)
 VALUES: tuple[object, ...] = ([], 1, {}, "x", None, [1], {"a": 1})
 ENTRIES = [
     pytest.param(name, value, marks=() if not k else pytest.mark.slow) if name in QUICK else

@@ -121,10 +121,9 @@ def check_kill_and_going_on(name: str, number: int, known: dict[str, Uninterrupt
     assert not left_over(temporary), victim
     kept, there = runs_kept(small, out), out.is_dir() and any(p.name != ".barchain.lock" for p in out.iterdir())
     assert ended(started(small.command, out, folder / "tmp-again")) == (2 if there else expected.code)
-    option = "--resume" if small.resumes else "--overwrite"
-    assert ended(started(small.command, out, folder / "tmp-on", option)) == expected.code
+    assert ended(started(small.command, out, folder / "tmp-on", "--resume")) == expected.code
     pd.testing.assert_frame_equal(table(small, out), expected.table)
-    if small.resumes:
+    if name != "ensemble":  # whose answers may take gigabytes, and go at its end
         assert kept <= runs_kept(small, out)
     assert json.loads((out / small.table).with_name("record.json").read_text())["finished"]
     assert not list(out.rglob("*.part"))

@@ -18,7 +18,7 @@ from barchain.runs.call import Answer, Call
 from barchain.runs.kept_answers import AnswerStore
 from reports.tables.files import StudyFiles
 from reports.tables.schema import KEY, SCHEMA_VERSION
-from reports.tables.writing import RecordedFolder, append_whole, write_atomically
+from reports.tables.writing import write_atomically
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -76,15 +76,14 @@ def test_a_second_writer_is_refused_and_the_lock_of_a_killed_one_does_not_block(
         pass
 
 
-@pytest.mark.parametrize("append", [False, True])
-def test_a_full_disk_leaves_the_earlier_file_and_no_partial_one(append: bool, tmp_path: Path) -> None:
+def test_a_full_disk_leaves_the_earlier_file_and_no_partial_one(tmp_path: Path) -> None:
     path = tmp_path / "x.csv"
     write_atomically(path, "earlier")
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
     try:
         with pytest.raises(OSError, match="too large") as failed:
-            append_whole(path, bytes(5000)) if append else write_atomically(path, bytes(5000))
+            write_atomically(path, bytes(5000))
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
     assert failed.value.filename == str(path)
@@ -101,15 +100,15 @@ def test_a_table_in_place_is_known_to_the_record_at_every_instant(
     def killed(*_: object) -> None:
         raise KeyboardInterrupt
 
-    announce = RecordedFolder.announce
+    announce = StudyStore.announce
     with monkeypatch.context() as patch:  # between the record and the table
-        patch.setattr(RecordedFolder, "announce", lambda *a: (announce(*a), killed()))
-        for call in (store.write, store.append):
-            with pytest.raises(KeyboardInterrupt):
-                call("squares", [{"number": 2, "square": 4}])
-            assert store.read("squares").number.tolist() == [1]
-    store.append("squares", [{"number": 3, "square": 9}])
-    assert store.read("squares").number.tolist() == [1, 3]
+        patch.setattr(StudyStore, "announce", lambda *a: (announce(*a), killed()))
+        with pytest.raises(KeyboardInterrupt):
+            store.write("squares", [{"number": 2, "square": 4}])
+        assert store.read("squares").number.tolist() == [1]
+    for number in (3, 4):
+        store.append("squares", [{"number": number, "square": number**2}])
+    assert store.read("squares").number.tolist() == [3, 4]
 
 
 def test_a_study_that_goes_on_leaves_no_table_of_the_earlier_one(tmp_path: Path) -> None:
