@@ -259,6 +259,7 @@ def test_a_scene_that_no_engine_could_do_spoils_the_verdict(tmp_path: Path) -> N
     verdict = summary_verdict(summarise(read_results(write_tables(tmp_path, rows))))
     assert not verdict.good
     assert any("lonely" in s for s in verdict.sentences)
+    assert verdict.sentences[0] == "Of 2 scenes × 1 engine: 1 passed, 0 failed, 1 unsupported."
 
 
 def test_a_row_without_its_value_shows_nan_and_a_word_for_it_is_refused(tmp_path: Path) -> None:
