@@ -95,10 +95,8 @@ def show_view(view: Any) -> None:
         show(printed(table))
     for name, titles in view.groups.items():
         say(f"{name}: {', '.join(titles)}")
-    for effect in view.remarked:
-        wide = f" on bars {' to '.join(effect['widths'])} wide" if effect["widths"] else ""
-        over = f", compared over the first {effect['compared']} of {view.duration}" if effect["compared"] else ""
-        say(f"  {effect['title']}{wide}{over}. {effect['ended']} {effect['caveat']}".rstrip())
+    for remark in view.remarks:
+        say(f"  {remark}")
     if view.rounds:
         say(f"rounds of timing: {view.rounds}; more --minutes, and more --repeats, narrow the intervals")
 

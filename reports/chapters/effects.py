@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from reports.page import text_lines
 from reports.plotting.palette import COLOURS, Pen, engine_pen
 from reports.plotting.panels import Legend, Panel
 from reports.plotting.series import decade_range
@@ -121,13 +122,15 @@ def view_effects(folder: Path) -> SimpleNamespace:
     effects = [effect(row, record, scene) for row in tables.effects.to_dict("records")]
     switched = [e for e in effects if e["relevance"] is not Relevance.NOT_SWITCHED]
     limit_s, end_s, duration_s = (number(scene.get(key)) or 0.0 for key in ("limit_s", "end_s", "duration_s"))
-    timed_s = number(record.get("timed_s")) or duration_s
+    timed_s, duration = number(record.get("timed_s")) or duration_s, times(duration_s, scene)
     return SimpleNamespace(
         record=record,
         finished=is_complete(record),
         scene=scene,
         effects=effects,
-        remarked=[e for e in effects if e["compared"] or e["caveat"] or (e["widths"] and (e["on"] or not e["said"]))],
+        remarks=text_lines(
+            "effects/remarks.txt.j2", effects=effects, duration=duration, ended=str(scene.get("ended") or "")
+        ),
         groups=groups(effects, str(scene.get("gravity") or "")),
         tables=(
             BudgetTable(
@@ -147,7 +150,7 @@ def view_effects(folder: Path) -> SimpleNamespace:
                 [(e["title"], *(size_text(e, name) for name in SIZES)) for e in switched],
             ),
         ),
-        duration=times(duration_s, scene),
+        duration=duration,
         predictability_limit=times(limit_s, scene) if 0.0 < limit_s < min(end_s, duration_s) else "",
         rounds=int(number(record.get("rounds")) or 0),
         timed=times(timed_s, scene) if timed_s < duration_s else "",

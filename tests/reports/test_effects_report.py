@@ -121,8 +121,9 @@ def test_the_console_shows_tables_of_at_most_120_columns(
 
 def test_what_a_default_can_not_tell_is_on_the_page(tmp_path: Path) -> None:
     write(tmp_path, [row("drag"), row("third_body.sun", caveat="One exponential does not tell all.")])
-    assert [e["effect"] for e in view_effects(tmp_path).remarked] == ["third_body.sun"]
-    assert "One exponential does not tell all." in render_study("effects", tmp_path).page.read_text()
+    (remark,) = view_effects(tmp_path).remarks
+    assert remark == "Third_Body.Sun. One exponential does not tell all."
+    assert remark in render_study("effects", tmp_path).page.read_text()
 
 
 def test_a_budget_without_a_declared_column_is_refused(tmp_path: Path) -> None:

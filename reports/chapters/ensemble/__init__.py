@@ -1,1 +1,0 @@
-"""Chapter of an ensemble: quantiles of perturbed runs over time."""

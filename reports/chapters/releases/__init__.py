@@ -1,1 +1,0 @@
-"""Chapter of the study of releases: an engine against its release."""
