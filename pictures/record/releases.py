@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from reports.chapters.releases.view import release_rows
+from reports.chapters.releases import release_rows
 from reports.tables.nights.releases import read_releases
 
 if TYPE_CHECKING:
@@ -23,16 +23,16 @@ B_MB = 1e6
 def releases_rows(folder: Path) -> tuple[list[dict[str, Any]], dict[str, Any]]:
     """Rows of the table ``releases``, and the study's record."""
     tables = read_releases(folder)
-    shown = release_rows(tables)
     found = []
-    for row, words in zip(tables.releases.to_dict("records"), shown, strict=True):
+    for row, shown in zip(tables.releases.to_dict("records"), release_rows(tables), strict=True):
+        version = shown["version"]
         found.append(
             {
-                "engine": row["engine"], "version": words.version, "released": words.released, "state": words.state,
-                "reason": words.reason, "digits": words.digits, "verdicts": verdicts(tables.errors, words.version),
+                "engine": row["engine"], "version": version, "released": shown["released"], "state": shown["state"],
+                "reason": shown["reason"], "digits": shown["digits"], "verdicts": verdicts(tables.errors, version),
                 "wheel_MB": row["wheel_B"] / B_MB, "import_s": row["import_s"],
             }
-            | finest(tables.times, words.version)
+            | finest(tables.times, version)
         )  # fmt: skip
     return found, tables.record
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 from reports.chapters.campaign import view_campaign
 from reports.chapters.cost import view_cost
 from reports.chapters.effects import view_effects
-from reports.chapters.ensemble.view import view_ensemble
-from reports.chapters.releases.view import view_releases
+from reports.chapters.ensemble import view_ensemble
+from reports.chapters.releases import view_releases
 from reports.chapters.roundoff.view import view_roundoff
 from reports.chapters.scaling import view_scaling
 from reports.chapters.selftest import view_selftest
