@@ -68,7 +68,7 @@ RENDERERS = {
 }
 """Functions that draw scenes, trajectories and comparisons in notebooks"""
 
-__all__ = ["__version__", *MODULES]  # noqa: PLE0604  # names, as text
+__all__ = [*sorted({"__version__", *MODULES})]  # noqa: PLE0604  # names, as text
 
 
 def __getattr__(name: str) -> object:

@@ -12,8 +12,8 @@ import click
 from barchain.cli.common.exit_codes import findings
 from barchain.cli.common.numbers import POSITIVE_SECONDS, WORDS, NamedPath
 from barchain.cli.common.options import json_option
+from barchain.cli.common.progress import quiet
 from barchain.cli.common.terminal import literal, plain, say
-from barchain.cli.common.verbosity import quiet
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -45,15 +45,15 @@ def conform(
     ENGINE is a name of `barchain engines`; MODULE:CLASS is a class that no package registers yet. Exits with 1 if a
     check fails. A part of the examination is no conformance. docs/howto/conform.md describes the checks.
     """
-    from barchain.cli.common.result_folder import need_writable  # noqa: PLC0415
-    from barchain.conform.run import conform as examine  # noqa: PLC0415
-    from barchain.conform.target import examined, extent_of  # noqa: PLC0415
+    from barchain.cli.common.result_folder import need_writable
+    from barchain.conform.run import conform as examine
+    from barchain.conform.target import examined, extent_of
 
     extent = extent_of(names, time_limit)
     for target in targets:
         examined(target)  # a wrong name is told before anything runs
     if junit is not None:
-        from barchain.nightly.history.faults import need_extra  # noqa: PLC0415
+        from barchain.nightly.history.faults import need_extra
 
         need_extra("junitparser")
         need_writable(junit, "--junit")
@@ -63,7 +63,7 @@ def conform(
             say(target)
         reports.append(examine(target, shown(as_json), extent=extent, note=announced(as_json)))
     if junit is not None:
-        from barchain.conform.junit import write_junit  # noqa: PLC0415
+        from barchain.conform.junit import write_junit
 
         write_junit(junit, reports)
     if as_json:
@@ -81,7 +81,7 @@ def shown(as_json: bool) -> Callable[[Check], None]:
     """Callback that prints each check as it is done."""
     if as_json or quiet():
         return lambda _: None
-    from rich.console import Console  # noqa: PLC0415
+    from rich.console import Console
 
     console = Console()
     if not console.is_terminal:

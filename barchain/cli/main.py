@@ -1,43 +1,43 @@
-"""Command line: all commands in sections, and the exit code that each command ends with."""
+"""Command line: all commands in sections, standard streams, and the exit code that each command ends with.
+
+A stream that is closed or full costs the output, not the runs.
+"""
 
 from __future__ import annotations
 
+import contextlib
+import io
 import os
 import select
 import sys
 import traceback
+from typing import TYPE_CHECKING, Any, TextIO
 
 import click
 
-from barchain.cli.common import verbosity
+from barchain.cli.certified import certified_solutions
 from barchain.cli.common.exit_codes import ExitCode, failure
-from barchain.cli.common.sections import EndedEarlyError, SectionedGroup
-from barchain.cli.common.streams import guard_streams, lost_output
+from barchain.cli.common.progress import choose_verbosity, verbose
 from barchain.cli.common.terminal import plain, say
+from barchain.cli.compare import compare, crossval
 from barchain.cli.conform import conform
-from barchain.cli.cost import cost
-from barchain.cli.effects import effects
-from barchain.cli.ensemble import ensemble
-from barchain.cli.maintain.certified import certified_solutions
-from barchain.cli.maintain.doctor import doctor
-from barchain.cli.maintain.new_engine import new_engine
-from barchain.cli.maintain.schema import schema
-from barchain.cli.maintain.validate import validate
+from barchain.cli.doctor import doctor
+from barchain.cli.engines import engines, new_engine
 from barchain.cli.nightly.attribute import attribute_night, bisect_figure
 from barchain.cli.nightly.commands import history
 from barchain.cli.nightly.nightly import nightly
 from barchain.cli.nightly.releases import releases
-from barchain.cli.roundoff import roundoff
-from barchain.cli.run.compare import compare, crossval
-from barchain.cli.run.engines import engines
-from barchain.cli.run.report import report
-from barchain.cli.run.scenes import scenes
-from barchain.cli.run.show import show
-from barchain.cli.run.simulate import simulate
-from barchain.cli.scaling import scaling
+from barchain.cli.results import report, show
+from barchain.cli.scenes import scenes, schema, validate
 from barchain.cli.selftest import selftest
-from barchain.cli.stability import stability
+from barchain.cli.simulate import simulate
+from barchain.cli.studies import cost, effects, ensemble, roundoff, scaling, stability
+from barchain.runs.environment import fill_standard_streams
 
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+WHOLE = 1000  # characters: enough never to cut a sentence off
 MOST_LINE = 4000  # characters of a line on standard error; the list of all scenes has 2000
 MOST_SHOWN = 60  # characters of an argument that is shown
 
@@ -51,6 +51,87 @@ SECTIONS = {
 
 COMPLETION = "_BARCHAIN_COMPLETE"
 """Environment variable by which a shell asks for completions; click ends the process itself then"""
+
+
+class LossyFile(io.FileIO):
+    """File whose text is dropped where the system does not take it; a reader that has ended is told as ever."""
+
+    def __init__(self, descriptor: int) -> None:
+        super().__init__(descriptor, "w", closefd=False)
+        self.lost = ""
+        """Reason of the first loss; empty without one"""
+
+    def write(self, content: bytes) -> int:  # type: ignore[override]
+        """Write bytes; the number of those that are written or dropped."""
+        try:
+            return super().write(content) or 0
+        except BrokenPipeError:
+            raise
+        except OSError as error:
+            self.lost = self.lost or error.strerror or str(error)
+            return len(content)
+
+
+def guard_streams() -> LossyFile | None:
+    """Make the standard streams of this process safe to write to.
+
+    Returns
+    -------
+    LossyFile or None
+        File of standard output, which knows of losses; None where the system's own file of a terminal is kept.
+    """
+    fill_standard_streams()
+    sys.stdin = sys.stdin or open(os.devnull, encoding="utf-8")  # noqa: PTH123, SIM115  # for the life of the process
+    sys.stdout, found = guarded(sys.stdout, 1)
+    sys.stderr, _ = guarded(sys.stderr, 2)
+    return found
+
+
+def guarded(stream: TextIO | None, descriptor: int) -> tuple[TextIO, LossyFile | None]:
+    """Stream over a file that drops what is not taken, and that file."""
+    file = LossyFile(descriptor)
+    if stream is None:
+        return io.TextIOWrapper(io.BufferedWriter(file)), file  # type: ignore[type-var]
+    buffer = getattr(stream, "buffer", None)
+    if not isinstance(getattr(buffer, "raw", buffer), io.FileIO):  # a console of Windows, or another's stream
+        return stream, None
+    # `python -u` has no buffer
+    inner = file if isinstance(buffer, io.FileIO) else io.BufferedWriter(file)  # type: ignore[type-var]
+    form = {name: getattr(stream, name) for name in ("encoding", "errors", "line_buffering", "write_through")}
+    return io.TextIOWrapper(inner, **form), file
+
+
+def lost_output(file: LossyFile | None) -> str:
+    """Why standard output was lost; empty if all was written."""
+    if file is None:
+        return ""
+    with contextlib.suppress(BrokenPipeError):
+        sys.stdout.flush()
+    return file.lost
+
+
+class SectionedGroup(click.Group):
+    """Group of commands that its help lists section by section, in the given order."""
+
+    def __init__(self, *args: Any, sections: Mapping[str, Sequence[click.Command]], **kwargs: Any) -> None:
+        """Take the commands of all sections."""
+        super().__init__(*args, **kwargs)
+        self.sections = sections
+        for command in (c for commands in sections.values() for c in commands):
+            self.add_command(command)
+
+    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002  # click's own signature  # click's own signature
+        """Names of the commands in the order of the sections."""
+        return list(self.commands)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002
+        """Write each section with its commands and their short help, without blank lines: the help fits a screen."""
+        formatter.write_paragraph()
+        width = max(map(len, self.commands))
+        for title, commands in self.sections.items():
+            formatter.write_heading(title)
+            for command in commands:
+                formatter.write(f"  {command.name:<{width}}  {command.get_short_help_str(WHOLE)}\n")
 
 
 def main() -> None:
@@ -83,12 +164,12 @@ def run(arguments: list[str]) -> int:
             raise
         if isinstance(ended.__context__, BrokenPipeError) or output_is_unread():  # Rich and click ask for the end then
             return ExitCode.UNREAD
-        raise EndedEarlyError(f"something inside asked the process to end with {ended.code!r}") from ended
+        raise RuntimeError(f"something inside asked the process to end with {ended.code!r}") from ended
     except Exception as error:
         known = failure(error)
         if known is None:
             raise
-        if verbosity.verbose():
+        if verbose():
             traceback.print_exc()
         return complain(*known)
 
@@ -132,11 +213,11 @@ def hidden_argument(arguments: list[str]) -> str:
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
 @click.option("-q", "--quiet", is_flag=True, help="Print no progress and no notes.")
-@click.option("-v", "--verbose", is_flag=True, help="Print every verdict, and the traceback of an error.")
+@click.option("-v", "--verbose", "talkative", is_flag=True, help="Print every verdict, and the traceback of an error.")
 @click.version_option(package_name="barchain")
 @click.pass_context
-def cli(ctx: click.Context, quiet: bool, verbose: bool) -> None:
+def cli(ctx: click.Context, quiet: bool, talkative: bool) -> None:
     """Cross-validate multibody engines on a chain of rigid bars in orbit."""
-    verbosity.choose(quiet=quiet, verbose=verbose)
+    choose_verbosity(int(talkative) - int(quiet))
     if ctx.invoked_subcommand is None:
         click.echo(ctx.get_help())

@@ -1,29 +1,39 @@
-"""`barchain selftest`: sensitivity of the harness to known faults."""
+"""Command `selftest`: sensitivity of the harness to known faults, on chosen scenes or on random ones."""
 
 from __future__ import annotations
 
+from collections import Counter
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from barchain.cli.common.exit_codes import end_study
+from barchain.cli.common.numbers import MOST_REPEATS, MOST_SCENES, SECONDS, SEED
 from barchain.cli.common.options import (
+    HOST,
+    HostType,
     engine_option,
     executor_options,
+    need_engine,
     optional_scenes,
     out_option,
-    overwrite_option,
-    resume_option,
+    result_options,
 )
-from barchain.cli.common.result_folder import need_kept, run_study_in
-from barchain.cli.common.terminal import literal, say
-from barchain.cli.selftest_random import RandomOptions, random_options, run_random, show_faults
+from barchain.cli.common.result_folder import need_kept, run_shown
+from barchain.cli.common.terminal import say, show_rows
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
     from pathlib import Path
 
+    from barchain.faults.fault import Fault
     from barchain.runs.executors import Executor
+    from barchain.studies.selftest.campaign import Campaign, CampaignPlan
     from barchain.studies.selftest.matrix import SelftestPlan
+    from barchain.studies.selftest.rating import Rate
+    from barchain.studies.selftest.shrinking import KeptFinding
+    from reports.tables.faults.campaign import CellClass
 
 
 @click.command(short_help="Insert faults into an engine, and test that checks detect them.")
@@ -38,12 +48,22 @@ if TYPE_CHECKING:
 @click.option("--list", "listed", is_flag=True, help="List the faults, and run nothing.")
 @out_option(None, help_text="Write tables and page into this folder; default: print only.")
 @executor_options
-@resume_option
-@overwrite_option
-@random_options
+@result_options
+@click.option("--random", "number", type=click.IntRange(1, MOST_SCENES), metavar="N",
+              help="Draw N random scenes instead.")  # fmt: skip
+@click.option("--seed", type=SEED, metavar="N", help="With --random: begin with scene number N; default: 0.")
+@click.option("--host", "hosts", multiple=True, metavar="NAME", type=HOST,
+              help="With --random: insert faults into this engine, or none for no faults. May be repeated; "
+                   "default: reference, exudyn, exudyn-tree and pymunk.")  # fmt: skip
+@click.option("--reruns", type=click.IntRange(0, MOST_REPEATS), metavar="K",
+              help="With --random: run K faults that need an own run in each host and scene; default: 3.")  # fmt: skip
+@click.option("--shrink-seconds", type=SECONDS, metavar="S",
+              help="With --random: look for a simpler scene of each finding for this time, in seconds; default: "
+                   "60; 0: not at all. Needs hypothesis: pip install '.[selftest]'.")  # fmt: skip
 def selftest(
     scenes: tuple[str, ...], faults: tuple[str, ...], engines: tuple[str, ...], smallest: bool, listed: bool,
-    out: Path | None, executor: Executor, resume: bool, overwrite: bool, asked: RandomOptions,
+    out: Path | None, executor: Executor, number: int | None, seed: int | None, hosts: tuple[str, ...],
+    reruns: int | None, shrink_seconds: float | None, **kept: bool,
 ) -> None:  # fmt: skip
     """Insert known faults into an engine, and show which check detects each.
 
@@ -54,58 +74,48 @@ def selftest(
     missed that is larger than the verdict's own limit of detection, or if more than 0.5 % of the verdicts on
     unmodified engines are false alarms.
     """
-    need_kept(out, resume=resume)
-    if asked.number is not None:
-        if scenes or smallest:
-            raise click.UsageError("--random draws its scenes: leave out SCENE and --smallest")
-        run_random(asked, engines, faults, listed, out, executor, resume=resume, overwrite=overwrite)
-        return
-    asked.reject()
-    if len(engines) > 1:
+    from barchain.faults.catalogue import FIXED_SCENES, RANDOM_SCENES, UnknownFaultError
+
+    need_kept(out, resume=kept["resume"])
+    own = {"--seed": seed, "--host": hosts or None, "--reruns": reruns, "--shrink-seconds": shrink_seconds}
+    if number is not None and (scenes or smallest):
+        raise click.UsageError("--random draws its scenes: leave out SCENE and --smallest")
+    if number is None and (given := [name for name, value in own.items() if value is not None]):
+        raise click.UsageError(f"{given[0]} goes with --random N")
+    if number is None and len(engines) > 1:
         raise click.UsageError("--engine: faults are inserted into one engine; several go with --random N")
     if listed:
-        list_faults()
+        show_faults((FIXED_SCENES if number is None else RANDOM_SCENES).values())
         return
-    (engine,) = engines or ("reference",)
-    run_matrix(plan_of(scenes, faults, engine, smallest, executor), out, resume=resume, overwrite=overwrite)
-
-
-def list_faults() -> None:
-    """Print all faults of the kill matrix."""
-    from barchain.faults.catalogue import FIXED_SCENES  # noqa: PLC0415  # what no other command needs
-
-    show_faults(FIXED_SCENES.values())
-
-
-def run_matrix(plan: SelftestPlan, out: Path | None, *, resume: bool = False, overwrite: bool = False) -> None:
-    """Run the kill matrix, print it, and end with exit code 1 if a fault is missed."""
-    from barchain.cli.common.progress import counted  # noqa: PLC0415
-    from barchain.runs.environment import kept_or_temporary  # noqa: PLC0415
-    from barchain.studies.selftest.matrix import SelftestStudy  # noqa: PLC0415
-    from barchain.studies.study import Reporter  # noqa: PLC0415
-
-    with kept_or_temporary(out) as folder:
-        reporter = Reporter(counted=counted)
-        tried, rendered = run_study_in(folder, SelftestStudy(), plan, reporter, resume=resume, overwrite=overwrite)
-    show_view(rendered.view)
-    if out:
-        say(f"selftest: {rendered.page}")
-    end_study(tried)
-
-
-def plan_of(
-    scenes: tuple[str, ...], faults: tuple[str, ...], engine: str, smallest: bool, executor: Executor
-) -> SelftestPlan:
-    """Plan of a self-test; a note says which scenes the engine does not support."""
-    from barchain.cli.common.names import need_engine  # noqa: PLC0415
-    from barchain.faults.catalogue import UnknownFaultError  # noqa: PLC0415
-    from barchain.studies.selftest.matrix import SelftestOptions, SelftestStudy  # noqa: PLC0415
-
-    need_engine(engine)
     try:
-        plan = SelftestStudy().plan(SelftestOptions(scenes, faults, engine, smallest, executor))
+        if number is None:
+            (engine,) = engines or ("reference",)
+            run_matrix(matrix_plan(scenes, faults, engine, smallest, executor), out, **kept)
+        else:
+            chosen = {"seed": seed, "most_reruns": reruns, "shrink_s": shrink_seconds}
+            plan = campaign_plan(number, engines, hosts, faults, executor, chosen)
+            run_campaign(plan, out, **kept)
     except UnknownFaultError as error:
         raise click.UsageError(f"--fault {error}") from error
+
+
+def show_faults(faults: Iterable[Fault]) -> None:
+    """Name, group, size and words of each fault."""
+    rows = []
+    for fault in faults:
+        size = f"{fault.natural:g} {fault.size.unit}".removesuffix(" 1") if fault.size else ""
+        rows.append((fault.name, fault.group, size, fault.words))
+    show_rows(("fault", "group", "size", "what is wrong"), rows)
+
+
+def matrix_plan(
+    scenes: tuple[str, ...], faults: tuple[str, ...], engine: str, smallest: bool, executor: Executor
+) -> SelftestPlan:
+    """Plan of a self-test on chosen scenes; a note says which scenes the engine does not support."""
+    from barchain.studies.selftest.matrix import SelftestOptions, SelftestStudy
+
+    need_engine(engine)
+    plan = SelftestStudy().plan(SelftestOptions(scenes, faults, engine, smallest, executor))
     for name, reason in plan.left_out.items():
         say(f"{name} is left out: {engine} {reason}", err=True)
     if not plan.scenes:
@@ -113,22 +123,26 @@ def plan_of(
     return plan
 
 
-def show_view(view: Any) -> None:
+def run_matrix(plan: SelftestPlan, out: Path | None, **kept: bool) -> None:
+    """Run the kill matrix, print it, and end with exit code 1 if a fault is missed."""
+    from barchain.runs.environment import kept_or_temporary
+    from barchain.studies.selftest.matrix import SelftestStudy
+
+    with kept_or_temporary(out) as folder:
+        tried, rendered = run_shown(folder, SelftestStudy(), plan, **kept)
+    show_matrix(rendered.view)
+    if out:
+        say(f"selftest: {rendered.page}")
+    end_study(tried)
+
+
+def show_matrix(view: Any) -> None:
     """Print the matrix, survivors, smallest sizes, and the result."""
-    from rich.table import Table  # noqa: PLC0415
-
-    from barchain.cli.common.terminal import show  # noqa: PLC0415
-
-    table = Table("fault", *view.scenes, box=None, header_style="bold")
-    for row in view.rows:
-        table.add_row(row["name"], *(literal(c["text"]) for c in row["cells"]))
-    show(table)
+    show_rows(("fault", *view.scenes), [(row["name"], *(c["text"] for c in row["cells"])) for row in view.rows])
     say("; ".join(f"{sign} {name.replace('_', ' ')}" for sign, name, _ in view.signs))
     if view.smallest:
-        sizes = Table("smallest detected", "natural", *view.scenes, box=None, header_style="bold")
-        for small in view.smallest:
-            sizes.add_row(small["name"], f"{small['natural']:g} {small['unit']}".removesuffix(" 1"), *small["sizes"])
-        show(sizes)
+        rows = [(s["name"], f"{s['natural']:g} {s['unit']}".removesuffix(" 1"), *s["sizes"]) for s in view.smallest]
+        show_rows(("smallest detected", "natural", *view.scenes), rows)
     for fault, cell in view.survivors:
         where = f"{fault['name']} on {cell['scene']} (detected in {fault['detected']} of {fault['tried']})"
         say(f"{cell['fate']} {where}: {cell['reason']}")
@@ -136,3 +150,76 @@ def show_view(view: Any) -> None:
         say(f"{cell['fate']}: {cell['fault']} on {cell['scene']}: {cell['title']}")
     for sentence in (view.headline, *view.sentences):
         say(sentence)
+
+
+def campaign_plan(
+    number: int, engines: tuple[str, ...], hosts: tuple[str, ...], faults: tuple[str, ...], executor: Executor,
+    chosen: dict[str, Any],
+) -> CampaignPlan:  # fmt: skip
+    """Plan of a campaign on random scenes; `chosen` are its other options, None for the default of each."""
+    from barchain.studies.selftest.campaign import HOSTS, CampaignOptions, CampaignStudy
+
+    hosts = () if hosts == (HostType.NONE,) else hosts or HOSTS
+    for name in dict.fromkeys((*engines, *hosts)):
+        need_engine(name)
+    options = CampaignOptions(number, engines=engines, hosts=hosts, faults=faults, executor=executor)
+    given = {name: value for name, value in chosen.items() if value is not None}
+    return CampaignStudy().plan(replace(options, **given))
+
+
+def run_campaign(plan: CampaignPlan, out: Path | None, **kept: bool) -> None:
+    """Run a campaign, print its findings, and exit by them."""
+    from barchain.runs.environment import kept_or_temporary
+    from barchain.studies.selftest.campaign import CampaignStudy
+
+    with kept_or_temporary(out) as folder:
+        found, rendered = run_shown(folder, CampaignStudy(), plan, **kept)
+        show_campaign(found, kept=out is not None)
+    if out:
+        say(f"selftest: {rendered.page}")
+    end_study(found)
+
+
+def show_campaign(found: Campaign, *, kept: bool) -> None:
+    """Print the cells' classes by engine and by fault, the findings, and the rates; `kept`: scenes can be looked at."""
+    from reports.tables.faults.campaign import ALL, ENGINE_CLASSES, FAULT_CLASSES
+
+    sound, faulty = ([c for c in found.cells if bool(c.fault) is planted] for planted in (False, True))
+    show_counts("engine", found.plan.unmodified, [(c.engine, c.kind) for c in sound], ENGINE_CLASSES)
+    if faulty:
+        show_counts("fault", found.plan.faults, [(c.fault, c.kind) for c in faulty], FAULT_CLASSES)
+    for one in found.findings:
+        say(finding_words(one, kept=kept))
+    for rate in found.rates:
+        if rate.by in (ALL, "outcome"):
+            say(rate_words(rate))
+    say("passed" if found.passed else "not passed")
+
+
+def show_counts(
+    what: str, names: tuple[str, ...], cells: list[tuple[str, CellClass]], columns: tuple[CellClass, ...]
+) -> None:
+    """Print the numbers of cells by name and class."""
+    counts, headings = Counter(cells), list(map(str, columns))
+    rows = [(name, *(str(counts[name, k] or "") for k in columns)) for name in names]
+    show_rows((what, *headings), rows, right=headings)
+
+
+def finding_words(found: KeptFinding, *, kept: bool) -> str:
+    """Finding as one line of text."""
+    cell = found.cell
+    what = f"{cell.fault} in {cell.engine}" if cell.fault else cell.engine
+    times = f" ({found.times} times)" if found.times > 1 else ""
+    size = "" if cell.size is None else f" {cell.size:.2g}, stated as detected from {cell.limit or 0.0:.2g} on"
+    said = f"{cell.kind}: {what} on {cell.scene}{times}: {cell.outcome}, {cell.quantity}{size}"
+    return " ".join(f"{said} {cell.reason}".split()) + (f"; {found.path}" if kept else "")
+
+
+def rate_words(rate: Rate) -> str:
+    """``false alarm: 2 of 400, 0.50 % (0.14 % to 1.80 %)``."""
+    from reports.tables.faults.campaign import ALL
+
+    low, high = rate.interval
+    name = "" if rate.by == ALL else f", {rate.name}"
+    share = f"{100.0 * rate.rate:.2f} % ({100.0 * low:.2f} % to {100.0 * high:.2f} %)" if rate.n else "none tried"
+    return f"{rate.what}{name}: {rate.count} of {rate.n}, {share}"

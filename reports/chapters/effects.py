@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from reports.page import text_lines
+from reports.page import paragraphs
 from reports.plotting.palette import COLOURS, Pen, engine_pen
 from reports.plotting.panels import Legend, Panel
 from reports.plotting.series import decade_range
@@ -128,7 +128,7 @@ def view_effects(folder: Path) -> SimpleNamespace:
         finished=is_complete(record),
         scene=scene,
         effects=effects,
-        remarks=text_lines(
+        remarks=paragraphs(
             "effects/remarks.txt.j2", effects=effects, duration=duration, ended=str(scene.get("ended") or "")
         ),
         groups=groups(effects, str(scene.get("gravity") or "")),

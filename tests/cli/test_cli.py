@@ -6,8 +6,8 @@ import pandas as pd
 import pytest
 
 from adapters.registry import ENGINES, Registration
+from barchain.cli.engines import show_engines
 from barchain.cli.main import run
-from barchain.cli.run.engines import show_engines
 from scenarios import load_scene
 
 QUICK = "basics/libration"

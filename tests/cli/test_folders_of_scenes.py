@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from barchain.cli.common.names import scenes_of
+from barchain.cli.common.options import scenes_of
 from barchain.cli.main import run
 from scenarios import scene_names
 

@@ -13,10 +13,8 @@ import pytest
 from click.shell_completion import ShellComplete
 
 from adapters.registry import ENGINES, Registration
-from barchain.cli.common import verbosity
-from barchain.cli.common.names import shipped_scene_names
-from barchain.cli.common.progress import counted, verdicts_shown
-from barchain.cli.common.settings import SETTING, settings_by_engine
+from barchain.cli.common.options import SETTING, settings_by_engine, shipped_scene_names
+from barchain.cli.common.progress import choose_verbosity, counted, verdicts_shown
 from barchain.cli.main import cli, run
 from barchain.solutions import certified_table
 from scenarios import load_scene, scene_names
@@ -199,14 +197,14 @@ def test_a_setting_goes_to_the_engine_named_or_to_all_that_have_it(given, chosen
 
 @pytest.mark.parametrize(("quiet", "lines"), [(True, 0), (False, 3)])
 def test_quiet_commands_print_no_progress(quiet, lines, capsys):
-    verbosity.choose(quiet=quiet, verbose=False)
+    choose_verbosity(-int(quiet))
     try:
         with verdicts_shown(1) as show, counted("runs", 1) as done:
             show("scene", "engine", "pass")
             show.note("a note")
             done(1)
     finally:
-        verbosity.choose(quiet=False, verbose=False)
+        choose_verbosity(0)
     assert len(capsys.readouterr().err.splitlines()) == lines
 
 

@@ -10,6 +10,7 @@ import barchain
 from adapters.command.entries import FILES, EntryError, content_digest, read_entries, unpacked
 from adapters.engine import Setting
 from adapters.registry import engines, find_engine
+from barchain.cli.engines import OFFERED
 from barchain.engine.new_program import LANGUAGES, write_program
 from barchain.runs.job import Job, Role
 from barchain.runs.outside_runs import one_run
@@ -134,6 +135,10 @@ def test_the_version_of_a_program_follows_its_files(program):
 def test_a_program_that_is_not_there_is_missing(program):
     registration = program(RIGHT, ENTRY.replace("{python}", "no-such-program"))
     assert "no-such-program" in registration.missing
+
+
+def test_the_command_line_offers_every_language() -> None:
+    assert ("python", *LANGUAGES) == OFFERED
 
 
 @pytest.mark.parametrize("language", slow_but(LANGUAGES, ["c"]))

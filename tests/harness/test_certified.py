@@ -12,7 +12,7 @@ from adapters.engine import AccuracyParameter, Setting
 from adapters.heyoka.adapter import HeyokaLong
 from adapters.reference.compiled_engine import ReferenceFast
 from adapters.registry import Registration
-from barchain.cli.maintain.certified import certified_solutions
+from barchain.cli.certified import certified_solutions
 from barchain.judge.error_model import ErrorModel
 from barchain.metrics.quantities import differences
 from barchain.solutions import certified as certified_module

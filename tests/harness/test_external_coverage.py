@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from adapters.registry import ENGINES, Registration
-from barchain.cli.run.compare import show_advice
+from barchain.cli.compare import show_advice
 from barchain.crossval.external_coverage import (
     MAX_SUGGESTED_SAMPLES,
     external_coverage,

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 import pytest
 
-from barchain.cli.effects import show_view
 from barchain.cli.main import run
+from barchain.cli.studies import show_effects
 from reports.chapters.effects import Box, Relevance, classify, length_text, placed, share_text, view_effects
 from reports.render import render_study
 from reports.tables.effects import COLUMNS
@@ -112,7 +112,7 @@ def test_the_console_shows_tables_of_at_most_120_columns(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", "240")
-    show_view(view_effects(write(tmp_path, ROWS)))
+    show_effects(view_effects(write(tmp_path, ROWS)))
     shown = capsys.readouterr().out
     lines = shown[: shown.index("Relevant:")].splitlines()
     assert max(map(len, map(str.rstrip, lines))) <= 120

@@ -265,7 +265,7 @@ def test_a_timing_is_a_ratio_with_an_interval(pair):
 
 
 def test_parts_are_known_to_the_command_line():
-    from barchain.cli.roundoff import PARTS as OFFERED
+    from barchain.cli.studies import PARTS as OFFERED
 
     assert OFFERED == PARTS
     assert laws.LOST == 0.1

@@ -70,15 +70,8 @@ def failure(error: Exception) -> tuple[str, ExitCode] | None:
     if isinstance(error, json.JSONDecodeError):
         return f"a file of these results is damaged: {error}", ExitCode.BAD_INPUT
     if isinstance(error, OSError):  # a file or folder that is not there, not a folder, or not writable
-        return f"{error.filename}: {error.strerror}" if error.filename else error.strerror or str(
-            error
-        ), ExitCode.BAD_INPUT
-    return domain_failure(error)
-
-
-def domain_failure(error: Exception) -> tuple[str, ExitCode] | None:
-    """Message and exit code of an error that barchain raises on purpose, as :func:`failure`."""
-    # ruff: noqa: PLC0415  # an error's class is looked up only after an error
+        said = f"{error.filename}: {error.strerror}" if error.filename else error.strerror or str(error)
+        return said, ExitCode.BAD_INPUT
     from adapters.engine import EngineError
     from adapters.registry import UnknownEngineError
     from barchain.nightly.history.faults import HistoryError
@@ -92,8 +85,7 @@ def domain_failure(error: Exception) -> tuple[str, ExitCode] | None:
 
     bad_tables = DamagedTableError, DamagedResultsError, SchemaVersionError
     bad_folder = FolderInUseError, ResultsInPlaceError
-    if isinstance(error, (SceneError, UnknownEngineError, SettingError, HistoryError, *bad_tables, *bad_folder)):
+    bad_input = SceneError, UnknownEngineError, SettingError, HistoryError, *bad_tables, *bad_folder
+    if isinstance(error, bad_input) or (isinstance(error, ClusterError) and not isinstance(error, ClusterLostError)):
         return str(error), ExitCode.BAD_INPUT
-    if isinstance(error, ClusterError):
-        return str(error), ExitCode.FINDINGS if isinstance(error, ClusterLostError) else ExitCode.BAD_INPUT
-    return (str(error), ExitCode.FINDINGS) if isinstance(error, EngineError) else None
+    return (str(error), ExitCode.FINDINGS) if isinstance(error, (ClusterLostError, EngineError)) else None

@@ -1,29 +1,251 @@
-"""Options and arguments with one meaning in every command."""
+"""Options and arguments with one meaning in every command: scenes, engines and their settings, folders, limits.
+
+Scenes and engines are checked before anything runs, and completed by the shell.
+"""
 
 from __future__ import annotations
 
 import functools
+from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
+from click.shell_completion import CompletionItem
 
-from barchain.cli.common.names import ENGINE, SCENE, scenes_of
-from barchain.cli.common.numbers import MINUTES, MOST_REPEATS, MOST_WORKERS, POSITIVE_SECONDS, WORDS, NamedPath
-from barchain.cli.common.settings import FORM, SETTING
+from barchain.cli.common.exit_codes import MissingEngineError
+from barchain.cli.common.numbers import (
+    MINUTES,
+    MOST_REPEATS,
+    MOST_WORKERS,
+    POSITIVE_SECONDS,
+    WORDS,
+    NamedPath,
+    RealNumber,
+)
 from barchain.runs.cluster.limits import WORKERS_S
 from barchain.runs.executors import chosen_executor
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable, Mapping
 
+    from scenarios import Scene
+
+FORM = "[ENGINE:]KEY=VALUE"
+SOME_NUMBER = RealNumber()
+EXAMPLE = "rtol=1e-12 or exudyn:steps_per_orbit=2000"
 F = TypeVar("F", bound="Callable[..., object]")
 
 JOINS = "Write tables and pages into this folder; beside a comparison, its report includes the study."
 OWN_PAGE = "Write tables and a page into this folder."
+CORE = ("paper", "basics")
+"""Folders of the core suite, which can be named as one"""
 WORKERS = "Run N runs side by side; default: as many as there are cores."
 
-scene_argument = click.argument("scene", metavar="SCENE", type=SCENE)
+
+def shipped_scene_names() -> list[str]:
+    """Names of the scenes that come with barchain, found without importing what reads them."""
+    spec = find_spec("scenarios")
+    folders = [Path(place) for place in (spec and spec.submodule_search_locations) or ()]
+    return sorted(p.relative_to(f).with_suffix("").as_posix() for f in folders for p in f.rglob("*.toml"))
+
+
+def scenes_of(given: str) -> list[str]:
+    """Scenes that a word on the command line stands for: a folder's scenes, those of the core suite, or itself."""
+    folder, every = given.rstrip("/"), shipped_scene_names()
+    wanted = CORE if folder == "core" else (folder,)
+    found = [name for name in every if name.rpartition("/")[0] in wanted]
+    if given not in every and not found:
+        found = sorted(str(file) for file in Path(given).glob("*.toml"))
+    return found or [given]
+
+
+def having(found: list[Scene], option: str, wanted: str, labels: Mapping[str, Iterable[str]]) -> list[Scene]:
+    """Scenes that have a label, of some scenes.
+
+    Raises
+    ------
+    UsageError
+        If none has it; the message names the nearest label and all there are.
+    """
+    from scenarios import nearest
+
+    known = sorted({label for own in labels.values() for label in own})
+    if wanted not in known:
+        there = f"there are: {', '.join(known)}" if known else "there are none"
+        raise click.UsageError(f"--{option} {wanted}: no such scene has it{nearest(wanted, known)}; {there}")
+    return [s for s in found if wanted in labels[s.name]]
+
+
+class SceneType(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.5 on
+    """Name of a scene that comes with barchain, or path of a scene file."""
+
+    name = "scene"
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:  # noqa: ARG002
+        """Names that begin with `incomplete`; the shell's own files if none does."""
+        every = shipped_scene_names()
+        folders = {n.rpartition("/")[0] for n in every} if param.nargs == -1 else ()
+        names = [CompletionItem(n) for n in (*sorted(folders), *every) if n.startswith(incomplete)]
+        return names or [CompletionItem(incomplete, type="file")]
+
+
+class EngineType(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.5 on
+    """Name of an installed engine; a missing one ends the command with its own exit code."""
+
+    name = "engine"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Check that the engine is registered and installed."""
+        from adapters.registry import UnknownEngineError
+
+        try:
+            need_engine(str(value))
+        except UnknownEngineError as error:
+            self.fail(str(error), param, ctx)
+        return str(value)
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:  # noqa: ARG002
+        """Registered names that begin with `incomplete`."""
+        from adapters.registry import engines
+
+        return [
+            CompletionItem(name, help=r.missing or "installed")
+            for name, r in engines().items()
+            if name.startswith(incomplete)
+        ]
+
+
+class HostType(EngineType):
+    """Name of an installed engine, or "none"."""
+
+    name = "host"
+    NONE = "none"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Check an engine's name; let "none" pass."""
+        return self.NONE if value == self.NONE else super().convert(value, param, ctx)
+
+
+SCENE, ENGINE, HOST = SceneType(), EngineType(), HostType()
+
+
+def need_engine(name: str) -> None:
+    """Check that an engine is installed.
+
+    Raises
+    ------
+    UnknownEngineError
+        If no engine has that name.
+    MissingEngineError
+        If it is not installed; the message says how to get it.
+    """
+    from adapters.registry import find_engine
+
+    missing = find_engine(name).missing
+    if missing:
+        raise MissingEngineError(f"{name}: {missing}")
+
+
+def need_loaded(name: str) -> None:
+    """Check that an engine that a command can't do without is installed, and that its adapter loads.
+
+    Raises
+    ------
+    UnknownEngineError, MissingEngineError
+        As :func:`need_engine`.
+    AdapterLoadError
+        If its adapter does not load.
+    """
+    from adapters.registry import find_engine
+    from barchain.runs.declared import engine_class
+
+    need_engine(name)
+    engine_class(find_engine(name))
+
+
+@dataclass(frozen=True)
+class GivenSetting:
+    """One `--set` as it was given."""
+
+    engine: str
+    """Empty where none is named"""
+    key: str
+    value: float
+
+    def __str__(self) -> str:
+        """``exudyn:steps_per_orbit=2000``."""
+        return f"{self.engine}:{self.key}={self.value:g}".lstrip(":")
+
+
+class SettingType(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.5 on
+    """Text of the form ``[ENGINE:]KEY=VALUE``."""
+
+    name = FORM
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> GivenSetting:
+        """Take the text apart; an engine that it names must be installed."""
+        if isinstance(value, GivenSetting):
+            return value
+        engine, colon, rest = str(value).rpartition(":")
+        key, equals, number = rest.partition("=")
+        try:
+            found = SOME_NUMBER.convert(number, param, ctx)
+        except click.BadParameter:
+            given = f"{value} given" if equals else f"{value} given (no value)"
+            self.fail(f"{given}, allowed: {FORM} with a number, e.g. {EXAMPLE}", param, ctx)
+        return GivenSetting(str(ENGINE.convert(engine, param, ctx)) if colon else "", key.strip(), found)
+
+
+SETTING = SettingType()
+
+
+def settings_by_engine(given: Iterable[GivenSetting], chosen: Iterable[str]) -> dict[str, dict[str, float]]:
+    """``{"exudyn": {"steps_per_orbit": 2000}}``; a setting without an engine goes to every chosen engine that has it.
+
+    Raises
+    ------
+    UsageError
+        If a setting is for no chosen engine.
+    SettingError
+        If its engine has another accuracy parameter, or the value is out of range.
+    """
+    from barchain.runs.settings import choose_setting
+
+    names = list(chosen)
+    found: dict[str, dict[str, float]] = {}
+    for setting in given:
+        for engine in engines_of(setting, names):
+            choose_setting(engine, {setting.key: setting.value})
+            found.setdefault(engine, {})[setting.key] = setting.value
+    return found
+
+
+def engines_of(setting: GivenSetting, names: list[str]) -> list[str]:
+    """Chosen engines that a setting is for.
+
+    Raises
+    ------
+    UsageError
+        If there is none.
+    """
+    from adapters.registry import find_engine
+    from barchain.runs.declared import engine_class
+    from scenarios import nearest
+
+    if setting.engine and setting.engine not in names:
+        raise click.UsageError(f"--set {setting}: {setting.engine} does not take part; there are: {', '.join(names)}")
+    if setting.engine or len(names) == 1:  # whose own error then names its parameter
+        return [setting.engine or names[0]]
+    registered = {name: find_engine(name) for name in names}
+    keys = {name: str(engine_class(r).sweep.parameter) for name, r in registered.items() if not r.missing}
+    found = [name for name, key in keys.items() if key == setting.key]
+    if found:
+        return found
+    allowed = sorted(set(keys.values()))
+    near = nearest(setting.key, allowed)
+    raise click.UsageError(f"--set {setting}: no engine has {setting.key}{near}; allowed: {', '.join(allowed)}")
 
 
 def expanded(_ctx: click.Context, _param: click.Parameter, given: tuple[str, ...]) -> tuple[str, ...]:
@@ -31,6 +253,7 @@ def expanded(_ctx: click.Context, _param: click.Parameter, given: tuple[str, ...
     return tuple(dict.fromkeys(name for word in given for name in scenes_of(word)))
 
 
+scene_argument = click.argument("scene", metavar="SCENE", type=SCENE)
 optional_scenes = click.argument("scenes", metavar="[SCENE]...", nargs=-1, type=SCENE, callback=expanded)
 required_scenes = click.argument("scenes", metavar="SCENE...", nargs=-1, required=True, type=SCENE, callback=expanded)
 
@@ -55,6 +278,11 @@ overwrite_option = click.option("--overwrite", is_flag=True, help="Replace resul
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
 
 
+def result_options(command: Callable[..., None]) -> Callable[..., None]:
+    """`--resume` and `--overwrite`."""
+    return resume_option(overwrite_option(command))
+
+
 def executor_options(command: Callable[..., None]) -> Callable[..., None]:
     """`--workers`, `--dask` and `--dask-wait`, given to the command as one `executor`."""
 
@@ -65,25 +293,7 @@ def executor_options(command: Callable[..., None]) -> Callable[..., None]:
             raise click.UsageError("--workers counts runs on this machine; with --dask the cluster's threads decide")
         command(**given, executor=chosen_executor(workers, dask, wait_s))
 
-    found: Callable[..., None] = gathered
-    for option in (dask_wait_option, dask_option, workers_option):
-        found = option(found)
-    return found
-
-
-def timed_alone(command: Callable[..., None]) -> Callable[..., None]:
-    """Reject `--dask` in a study whose times must come from this machine alone."""
-
-    @functools.wraps(command)
-    def local(**given: Any) -> None:
-        if given.pop("dask") is not None:
-            raise click.UsageError(
-                "--dask: this study times its runs, which takes one quiet machine; no cluster is taken"
-            )
-        command(**given)
-
-    found: Callable[..., None] = click.option("--dask", hidden=True, metavar="ADDRESS")(local)
-    return found
+    return workers_option(dask_option(dask_wait_option(gathered)))
 
 
 def engine_option(default: str, names: str = "names") -> Callable[[F], F]:

@@ -1,14 +1,14 @@
-"""Progress of a comparison: a bar on a terminal, plain lines elsewhere."""
+"""Progress of a command, a bar on a terminal and plain lines elsewhere; how much is said: the options -q and -v."""
 
 from __future__ import annotations
 
 import contextlib
 import time
+from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from barchain.cli.common.terminal import literal, plain, say
-from barchain.cli.common.verbosity import quiet, verbose
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -17,6 +17,23 @@ if TYPE_CHECKING:
     from rich.progress import Progress
 
 MILD = ("pass", "unsupported")  # outcomes that a terminal shows in the bar only
+VERBOSITY: ContextVar[int] = ContextVar("verbosity", default=0)
+"""-1: errors only; 0: progress and notes; 1: every verdict on a terminal too, and the traceback of an error"""
+
+
+def choose_verbosity(level: int) -> None:
+    """Set the verbosity of this command."""
+    VERBOSITY.set(level)
+
+
+def quiet() -> bool:
+    """Whether progress and notes are left out."""
+    return VERBOSITY.get() < 0
+
+
+def verbose() -> bool:
+    """Whether every verdict and every traceback is printed."""
+    return VERBOSITY.get() > 0
 
 
 @dataclass(frozen=True)
@@ -33,14 +50,14 @@ class Shown:
 
 def error_console() -> Console:
     """Terminal, or file, that standard error goes to."""
-    from rich.console import Console  # noqa: PLC0415
+    from rich.console import Console
 
     return Console(stderr=True)
 
 
 def progress_bar(console: Console) -> Progress:
     """Bar with a description, a count and the time so far."""
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn  # noqa: PLC0415
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     return Progress(*columns, console=console, transient=True)
@@ -48,67 +65,47 @@ def progress_bar(console: Console) -> Progress:
 
 @contextlib.contextmanager
 def verdicts_shown(total: int) -> Iterator[Shown]:
-    """Callback that shows each verdict as it comes, of `total` expected."""
-    console = error_console()
-    if quiet():
-        yield Shown(lambda *_: None, lambda _: None)
-        return
-    if not console.is_terminal:
-        yield Shown(plain_lines(total), plain_note)
-        return
-    with progress_bar(console) as bar:
-        task = bar.add_task("comparing", total=total)
+    """Callback that shows each verdict as it comes, of `total` expected; off a terminal one line for each."""
+    console, start, done = error_console(), time.monotonic(), 0
 
-        def show(scene: str, engine: str, outcome: str) -> None:
-            bar.update(task, advance=1, description=f"{literal(scene)} · {literal(engine)}")
-            if verbose() or outcome not in MILD:
-                bar.console.print(f"{literal(scene)}  {literal(engine)}  [bold]{outcome}[/bold]")
-
-        yield Shown(show, lambda text: bar.console.print(plain(text), markup=False, highlight=False))
-
-
-def plain_note(text: str) -> None:
-    """One line between verdicts, for logs."""
-    say(text, err=True)
-
-
-def plain_lines(total: int) -> Callable[[str, str, str], None]:
-    """One line a verdict, for logs."""
-    start, done = time.monotonic(), 0
-
-    def show(scene: str, engine: str, outcome: str) -> None:
+    def line(scene: str, engine: str, outcome: str) -> None:
         nonlocal done
         done += 1
-        elapsed = time.monotonic() - start
         place = f"[{min(done, total):>3}/{total}]"  # a verdict on all scenes together follows the expected ones
-        say(f"{place} {elapsed:6.1f} s  {scene}  {engine}  {outcome}", err=True)
+        say(f"{place} {time.monotonic() - start:6.1f} s  {scene}  {engine}  {outcome}", err=True)
 
-    return show
+    if quiet():
+        yield Shown(lambda *_: None, lambda _: None)
+    elif not console.is_terminal:
+        yield Shown(line, lambda text: say(text, err=True))
+    else:
+        with progress_bar(console) as bar:
+            task = bar.add_task("comparing", total=total)
+
+            def show(scene: str, engine: str, outcome: str) -> None:
+                bar.update(task, advance=1, description=f"{literal(scene)} · {literal(engine)}")
+                if verbose() or outcome not in MILD:
+                    bar.console.print(f"{literal(scene)}  {literal(engine)}  [bold]{outcome}[/bold]")
+
+            yield Shown(show, lambda text: bar.console.print(plain(text), markup=False, highlight=False))
 
 
 @contextlib.contextmanager
 def counted(what: str, total: int) -> Iterator[Callable[[int], None]]:
     """Callback that counts what is done, of `total` expected; off a terminal a line for every tenth."""
-    console = error_console()
-    if quiet():
-        yield lambda _: None
-        return
-    if not console.is_terminal:
-        yield tenths(what, total)
-        return
-    with progress_bar(console) as bar:
-        task = bar.add_task(what, total=total)
-        yield lambda more: bar.update(task, advance=more)
+    console, start, done = error_console(), time.monotonic(), 0
 
-
-def tenths(what: str, total: int) -> Callable[[int], None]:
-    """One line for every tenth of the whole, for logs."""
-    start, done = time.monotonic(), 0
-
-    def show(more: int) -> None:
+    def tenth(more: int) -> None:
         nonlocal done
         before, done = done, done + more
         if 10 * before // total < 10 * done // total:
             say(f"[{done}/{total}] {time.monotonic() - start:6.1f} s  {what}", err=True)
 
-    return show
+    if quiet():
+        yield lambda _: None
+    elif not console.is_terminal:
+        yield tenth
+    else:
+        with progress_bar(console) as bar:
+            task = bar.add_task(what, total=total)
+            yield lambda more: bar.update(task, advance=more)

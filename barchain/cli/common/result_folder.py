@@ -17,28 +17,35 @@ if TYPE_CHECKING:
     from reports.render import Rendered
 
 
+def run_shown(
+    out: Path, study: Study[Any, PlanT, ResultT_co], plan: PlanT, *, turns: int | None = None, **kept: bool
+) -> tuple[ResultT_co, Rendered]:
+    """Run a study into a result folder with its progress shown, and render it, as :func:`run_study_in`.
+
+    Without a number of `turns` the study counts by itself.
+    """
+    from barchain.cli.common.progress import counted, verdicts_shown
+    from barchain.studies.study import Reporter
+
+    if turns is None:
+        return run_study_in(out, study, plan, Reporter(counted=counted), **kept)
+    with verdicts_shown(turns) as show:
+        return run_study_in(out, study, plan, Reporter(show, show.note), **kept)
+
+
 def run_study_in(
-    out: Path,
-    study: Study[Any, PlanT, ResultT_co],
-    plan: PlanT,
-    reporter: Reporter,
-    *,
-    resume: bool = False,
-    overwrite: bool = False,
+    out: Path, study: Study[Any, PlanT, ResultT_co], plan: PlanT, reporter: Reporter, **kept: bool
 ) -> tuple[ResultT_co, Rendered]:
     """Run a study into a result folder and render it, as :func:`barchain.studies.study.run_and_render`.
 
     Results of other commands that the study's page will include are read first.
     """
-    from barchain.studies.study import run_and_render  # noqa: PLC0415
-    from reports.render import check_others, render_study  # noqa: PLC0415
+    from barchain.studies.study import run_and_render
+    from reports.render import check_others, render_study
 
     name = study.files.name
     check_others(name, out)
-    rendering = partial(render_study, name)
-    return run_and_render(
-        study, plan, out, rendering, command=typed(), reporter=reporter, resume=resume, overwrite=overwrite
-    )
+    return run_and_render(study, plan, out, partial(render_study, name), command=typed(), reporter=reporter, **kept)
 
 
 def need_kept(out: Path | None, *, resume: bool) -> None:
@@ -61,7 +68,7 @@ def need_writable(file: Path, option: str) -> None:
     UsageError
         If its folder is missing, or the system takes no file there.
     """
-    from reports.tables.writing import NEW, PART, need_ordinary  # noqa: PLC0415
+    from reports.tables.writing import NEW, PART, need_ordinary
 
     if not file.parent.is_dir():
         raise click.UsageError(f"{option} {file}: there is no folder {file.parent}")

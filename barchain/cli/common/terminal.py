@@ -23,21 +23,21 @@ def plain(text: str, but: str = "\n\t") -> str:
     """Text with hidden characters escaped, except those in `but`."""
     if text.isprintable():  # quick, and without an import
         return text
-    from reports.text.words import visible  # noqa: PLC0415
+    from reports.text.words import visible
 
     return visible(text, but=but)
 
 
 def literal(text: str) -> str:
     """Cell of a table as Rich takes it: literal, on one line, without hidden characters."""
-    from rich.markup import escape  # noqa: PLC0415
+    from rich.markup import escape
 
     return escape(" ".join(plain(text).split("\n")))
 
 
 def show(table: Table) -> None:
     """Print a table."""
-    from rich.console import Console  # noqa: PLC0415
+    from rich.console import Console
 
     console = Console()
     if not console.is_terminal:
@@ -47,7 +47,7 @@ def show(table: Table) -> None:
 
 def show_rows(headings: Sequence[str], rows: Iterable[Sequence[str]], right: Sequence[str] = ()) -> None:
     """Print rows of plain text below headings, the columns named in `right` aligned right."""
-    from rich.table import Table  # noqa: PLC0415
+    from rich.table import Table
 
     table = Table(box=None, header_style="bold")
     for heading in headings:

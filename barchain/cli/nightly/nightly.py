@@ -141,8 +141,7 @@ def kept_without_documents(name: str) -> Iterator[None]:
 @contextlib.contextmanager
 def shown_progress() -> Iterator[NightProgress]:
     """Progress of a night: a bar for the job on a terminal, a line for each job elsewhere."""
-    from barchain.cli.common.progress import error_console  # noqa: PLC0415
-    from barchain.cli.common.verbosity import quiet  # noqa: PLC0415
+    from barchain.cli.common.progress import error_console, quiet  # noqa: PLC0415
     from barchain.nightly.running.night import NightProgress  # noqa: PLC0415
 
     console = error_console()

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import pandas as pd
 import pytest
 
-from barchain.cli.campaign_summary import finding_words, rate_words, show_campaign
 from barchain.cli.main import run as command
+from barchain.cli.selftest import finding_words, rate_words, show_campaign
 from barchain.faults.catalogue import RANDOM_SCENES
 from barchain.judge.verdict import no_verdict
 from barchain.studies.selftest import trial

@@ -1,4 +1,4 @@
-"""`barchain simulate`: one run as a table."""
+"""Command `simulate`: one run as a table."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from barchain.cli.common.names import ENGINE
 from barchain.cli.common.numbers import NamedPath
-from barchain.cli.common.options import overwrite_option, scene_argument, set_option, time_limit_option
+from barchain.cli.common.options import ENGINE, overwrite_option, scene_argument, set_option, time_limit_option
 from barchain.cli.common.result_folder import need_writable
 from barchain.cli.common.terminal import say
 from barchain.runs.time_limits import TIME_LIMIT_S
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from adapters.trajectory import Trajectory
-    from barchain.cli.common.settings import GivenSetting
+    from barchain.cli.common.options import GivenSetting
 
 ENDINGS = (".parquet", ".csv")
 
@@ -40,7 +39,7 @@ def simulate(
     if out.suffix not in ENDINGS:
         raise click.UsageError(f"--out {out}: ending {out.suffix!r} given, allowed: {', '.join(ENDINGS)}")
     need_writable(out, "--out")
-    from barchain.record.claim import claim  # noqa: PLC0415
+    from barchain.record.claim import claim
 
     claim([out], f"{out} is there", overwrite=overwrite)
     trajectory = run(scene, engine, settings, time_limit, condition)
@@ -52,10 +51,10 @@ def run(
     scene: str, engine: str, settings: tuple[GivenSetting, ...], time_limit_s: float, condition: bool
 ) -> Trajectory:
     """Trajectory of a run; a scene that the engine does not support is bad usage."""
-    from barchain import api  # noqa: PLC0415
-    from barchain.cli.common.settings import settings_by_engine  # noqa: PLC0415
-    from barchain.runs.settings import SettingError  # noqa: PLC0415
-    from scenarios import SceneError  # noqa: PLC0415
+    from barchain import api
+    from barchain.cli.common.options import settings_by_engine
+    from barchain.runs.settings import SettingError
+    from scenarios import SceneError
 
     chosen = settings_by_engine(settings, [engine]).get(engine, {})
     try:
@@ -68,7 +67,7 @@ def run(
 
 def write(frame: pd.DataFrame, path: Path) -> None:
     """Write a table by the ending of its file; numbers in CSV read back in every digit."""
-    from reports.tables.writing import parquet, write_atomically  # noqa: PLC0415
+    from reports.tables.writing import parquet, write_atomically
 
     if path.suffix == ".parquet":
         write_atomically(path, parquet(frame))

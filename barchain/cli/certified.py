@@ -1,4 +1,4 @@
-"""`barchain certified`: the certified solutions of the scenes that come with barchain."""
+"""Command `certified`: the certified solutions of the scenes that come with barchain."""
 
 from __future__ import annotations
 
@@ -8,9 +8,8 @@ from pathlib import Path
 import click
 
 from barchain.cli.common.exit_codes import findings
-from barchain.cli.common.names import need_loaded
 from barchain.cli.common.numbers import NamedPath
-from barchain.cli.common.options import optional_scenes, overwrite_option
+from barchain.cli.common.options import need_loaded, optional_scenes, overwrite_option
 from barchain.cli.common.terminal import say
 
 MAKER = "heyoka-quad"
@@ -30,6 +29,10 @@ def certified_solutions(scenes: tuple[str, ...], out: Path | None, only_check: b
     the other has all samples, and judges engines in comparisons. Needs the engine heyoka-quad. A check exits
     with 1 where a fresh run is not inside the error bars.
     """
+    from barchain.record.claim import claim
+    from barchain.solutions.certified import check, commit
+    from scenarios import load_scene
+
     names = shipped(scenes)
     if only_check is (out is not None):
         raise click.UsageError("give either --out DIR or --check")
@@ -37,17 +40,24 @@ def certified_solutions(scenes: tuple[str, ...], out: Path | None, only_check: b
     if out is not None:
         tables = [out / f"{name}.{ending}" for name in names for ending in ("csv", "parquet")]
         there = [path for path in tables if path.exists()]
-        from barchain.record.claim import claim  # noqa: PLC0415
-
         claim(there, f"{', '.join(map(str, there))}: there already", overwrite=overwrite)
-    agree = [check_one(name) if out is None else make_one(name, out) for name in names]
-    if not all(agree):
+    agree = True
+    for name in names:
+        begun, scene = time.perf_counter(), load_scene(name)
+        if out is None:
+            found = check(scene)
+            agree = agree and found.agrees
+            say(found.said)
+        else:
+            worst = commit(scene, out).error["attitude"][-1]
+            say(f"{name}: attitude to {worst:.1e} rad at the end, in {time.perf_counter() - begun:.1f} s")
+    if not agree:
         raise findings()
 
 
 def shipped(scenes: tuple[str, ...]) -> list[str]:
     """Names asked for, all by default; only scenes that come with barchain have certified solutions."""
-    from scenarios import nearest, scene_names  # noqa: PLC0415
+    from scenarios import nearest, scene_names
 
     known = scene_names()
     unknown = [name for name in scenes if name not in known]
@@ -57,25 +67,3 @@ def shipped(scenes: tuple[str, ...]) -> list[str]:
             f"{nearest(unknown[0], known)}; there are: {', '.join(known)}"
         )
     return list(scenes or known)
-
-
-def make_one(name: str, folder: Path) -> bool:
-    """Make a certified solution, and print its error and the time taken."""
-    from barchain.solutions.certified import commit  # noqa: PLC0415  # asks for heyoka
-    from scenarios import load_scene  # noqa: PLC0415
-
-    begun = time.perf_counter()
-    table = commit(load_scene(name), folder)
-    worst = table.error["attitude"][-1]
-    say(f"{name}: attitude to {worst:.1e} rad at the end, in {time.perf_counter() - begun:.1f} s")
-    return True
-
-
-def check_one(name: str) -> bool:
-    """Check a certified solution against a fresh run, and print the result."""
-    from barchain.solutions.certified import check  # noqa: PLC0415  # asks for heyoka
-    from scenarios import load_scene  # noqa: PLC0415
-
-    found = check(load_scene(name))
-    say(found.said)
-    return found.agrees

@@ -1,4 +1,4 @@
-"""`barchain show`: the rows of a result folder, or what differs between two."""
+"""Commands `show` and `report`: the rows of a result folder, what differs between two, and its pages again."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from barchain.cli.common.exit_codes import findings
 from barchain.cli.common.numbers import NamedPath
 from barchain.cli.common.result_folder import need_writable
 from barchain.cli.common.terminal import say, show_rows
@@ -30,12 +31,19 @@ NARROW = 60  # characters of a cell; --csv has all of it
               help="Show rows with these values, e.g. engine=exudyn,quantity=reaction; may be repeated.")  # fmt: skip
 @click.option("--csv", "file", metavar="FILE", type=NamedPath(path_type=Path, dir_okay=False),
               help="Write the rows with all columns into this file instead.")  # fmt: skip
-def show(folder: Path, other: Path | None, conditions: tuple[str, ...], file: Path | None) -> None:
+@click.option("--judge", "judged", is_flag=True,
+              help="Judge what differs in OTHER as nights do, and exit with 1 if a figure is worse.")  # fmt: skip
+def show(folder: Path, other: Path | None, conditions: tuple[str, ...], file: Path | None, judged: bool) -> None:
     """Print what the studies in DIR measured or judged.
 
     Columns in which all rows agree are left out. With OTHER, print what differs: rows that are new or gone, and those
     with another outcome or value, with the ratio of the values in OTHER to those in DIR.
     """
+    if judged:
+        if other is None or conditions or file is not None:
+            raise click.UsageError("--judge goes with DIR and OTHER alone")
+        show_judgement(folder, other)
+        return
     if file is not None:
         need_writable(file, "--csv")
     frames = chosen([folder] if other is None else [folder, other], conditions)
@@ -51,10 +59,10 @@ def show(folder: Path, other: Path | None, conditions: tuple[str, ...], file: Pa
 
 def chosen(folders: list[Path], conditions: tuple[str, ...]) -> list[pd.DataFrame]:
     """Rows of each folder that fulfil all conditions, with a column for each tag."""
-    import pandas as pd  # noqa: PLC0415
+    import pandas as pd
 
-    from barchain.api import rows  # noqa: PLC0415
-    from reports.tables.rows import spread  # noqa: PLC0415
+    from barchain.api import rows
+    from reports.tables.rows import spread
 
     found = spread(pd.concat([rows(folder) for folder in folders], keys=range(len(folders))))
     for condition in (part for given in conditions for part in given.split(",")):
@@ -70,7 +78,7 @@ def chosen(folders: list[Path], conditions: tuple[str, ...]) -> list[pd.DataFram
 
 def agrees(column: pd.Series[Any], name: str, value: str) -> pd.Series[bool]:
     """Rows whose column has a value; of numbers by their size, so that 1e-6 is 0.000001."""
-    import pandas as pd  # noqa: PLC0415
+    import pandas as pd
 
     if pd.api.types.is_numeric_dtype(column):
         try:
@@ -105,7 +113,7 @@ def differing(before: pd.DataFrame, after: pd.DataFrame) -> pd.DataFrame:
 
 def show_table(found: pd.DataFrame) -> None:
     """Print rows: columns that differ, the unit beside each value, and what all rows share above."""
-    import pandas as pd  # noqa: PLC0415
+    import pandas as pd
 
     cells = pd.DataFrame({name: [cell(value) for value in found[name]] for name in found if name != "unit"})
     for name in ("value", "value_other"):
@@ -123,9 +131,37 @@ def show_table(found: pd.DataFrame) -> None:
     show_rows(list(map(str, cells)), cells.to_numpy().tolist(), right=right)
 
 
+def show_judgement(before: Path, after: Path) -> None:
+    """Print what changed between two folders by the rules of nights; exits with 1 if a figure is worse."""
+    from barchain.nightly.history.changes.model import Direction, result_words
+    from barchain.nightly.history.folders.reading import read_night
+    from barchain.nightly.history.pair import judge_pair
+
+    earlier, later = read_night(before), read_night(after)
+    judged = judge_pair(earlier, later)
+    gone = len({f.identity for f in earlier.figures} - {f.identity for f in later.figures})
+    said = f"{len(judged.same)} differ within rounding; {gone} of {before} are not in {after}"
+    say(f"{len(judged.tonight)} changes among {judged.judged} figures; {said}")
+    for change in judged.tonight:
+        said = f"was {result_words(change.was)}, is {result_words(change.now)}: {change.reason}"
+        say(f"  {change.direction}  {change.identity.name}: {said}")
+    if any(change.direction is Direction.WORSE for change in judged.tonight):
+        raise findings()
+
+
 def cell(value: object) -> str:
     """Text of a cell, a number to four digits."""
     if isinstance(value, float):
         return "" if value != value else f"{value:.{DIGITS}g}"  # noqa: PLR0124  # NaN
     text = "" if value is None else str(value)
     return text if len(text) <= NARROW else f"{text[: NARROW - 3]}..."
+
+
+@click.command(short_help="Render a result folder again from its tables.")
+@click.argument("folder", metavar="DIR", type=NamedPath(path_type=Path))
+def report(folder: Path) -> None:
+    """Render the pages of DIR again from its stored tables."""
+    from barchain.api import render
+
+    pages = render(folder)
+    say(f"wrote {', '.join(map(str, pages))}")

@@ -1,23 +1,21 @@
-"""`barchain compare` and `barchain crossval`: engines against the judging solution, scene by scene."""
+"""Commands `compare` and `crossval`: engines against the judging solution, scene by scene."""
 
 from __future__ import annotations
 
 from collections import Counter
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from barchain.cli.common.exit_codes import findings
-from barchain.cli.common.names import scenes_of
-from barchain.cli.common.numbers import NamedPath
 from barchain.cli.common.options import (
     engine_option,
     executor_options,
+    having,
     out_option,
-    overwrite_option,
     required_scenes,
-    resume_option,
+    result_options,
+    scenes_of,
     set_option,
     time_limit_option,
 )
@@ -27,11 +25,11 @@ from barchain.runs.time_limits import SOLUTION_PATIENCE, TIME_LIMIT_S
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
+    from pathlib import Path
 
     from adapters.registry import Registration
-    from barchain.cli.common.settings import GivenSetting
+    from barchain.cli.common.options import GivenSetting
     from barchain.crossval.run import ComparisonResult
-    from barchain.nightly.history.model.figures import Night
     from barchain.runs.executors import Executor
     from scenarios import Scene
 
@@ -42,15 +40,7 @@ PATIENT = f"; a run for the judging solution after {SOLUTION_PATIENCE:g} times t
 
 def run_options(command: Callable[..., None]) -> Callable[..., None]:
     """Options that compare and crossval share."""
-    for option in (
-        overwrite_option,
-        resume_option,
-        executor_options,
-        time_limit_option(TIME_LIMIT_S, PATIENT),
-        set_option,
-    ):
-        command = option(command)
-    return command
+    return set_option(time_limit_option(TIME_LIMIT_S, PATIENT)(executor_options(result_options(command))))
 
 
 @click.command(short_help="Compare engines on the scenes that you name.")
@@ -58,14 +48,10 @@ def run_options(command: Callable[..., None]) -> Callable[..., None]:
 @engine_option("one of each library")
 @click.option("--all-engines", is_flag=True, help="Take all engines of the default set in `barchain engines`.")
 @out_option(LOOK, help_text=OUT)
-@click.option("--baseline", metavar="DIR", type=NamedPath(path_type=Path, file_okay=False),
-              help="Tell what changed since the results in this folder; exit with 1 if a figure is worse.")  # fmt: skip
 @click.option("--certify", is_flag=True,
               help="Judge your own scenes by heyoka (extra certified): independent, but slower.")  # fmt: skip
 @run_options
-def compare(
-    scenes: tuple[str, ...], names: tuple[str, ...], all_engines: bool, out: Path, baseline: Path | None, **options: Any
-) -> None:
+def compare(scenes: tuple[str, ...], names: tuple[str, ...], all_engines: bool, out: Path, **options: Any) -> None:
     """Compare engines on the SCENEs that you name, and write a report.
 
     SCENEs are names, files, or folders of scenes such as `paper`, `hard` or your own; `core` is the core suite. Exits
@@ -73,20 +59,16 @@ def compare(
     had several scenes to do, was compared on none. `barchain crossval` does the same for a fixed set of scenes and
     engines, and asks for more.
     """
-    from adapters.registry import ENGINES  # noqa: PLC0415
-    from barchain.solutions.judging import CERTIFIER  # noqa: PLC0415
-    from scenarios import load_scene  # noqa: PLC0415
+    from adapters.registry import ENGINES
+    from barchain.solutions.judging import CERTIFIER
+    from scenarios import load_scene
 
     if names and all_engines:
         raise click.UsageError("give either --engine or --all-engines")
     if options["certify"] and (missing := ENGINES[CERTIFIER].missing):
         raise click.UsageError(f"--certify: {missing}")
     loaded = [load_scene(s) for s in scenes]
-    before = None if baseline is None else baseline_of(baseline)
-    result = compare_and_render(loaded, names or None, out, need_external=False, quick=not all_engines, **options)
-    worse = before is not None and show_baseline(before, out)
-    if worse or not result.passed:
-        raise findings()
+    compare_and_render(loaded, names or None, out, need_external=False, quick=not all_engines, **options)
 
 
 @click.command(short_help="Compare all default engines on the core suite.")
@@ -99,29 +81,27 @@ def crossval(tag: str | None, out: Path, **options: Any) -> None:
     The core suite is the scenes of paper/ and basics/; the engines are those of the default set in `barchain engines`.
     Exits with 1 where `barchain compare` does, and also for each scene that no engine with independent physics passes.
     """
-    from barchain.cli.run.scenes import tagged  # noqa: PLC0415
-    from scenarios import load_scene  # noqa: PLC0415
+    from scenarios import load_scene
 
     core = [load_scene(name) for name in scenes_of("core")]
-    chosen = core if tag is None else tagged(core, tag)
-    if not compare_and_render(chosen, None, out, need_external=True, **options).passed:
-        raise findings()
+    chosen = core if tag is None else having(core, "tag", tag, {s.name: s.tags for s in core})
+    compare_and_render(chosen, None, out, need_external=True, **options)
 
 
 def compare_and_render(
     scenes: list[Scene], names: tuple[str, ...] | None, out: Path, *, need_external: bool, quick: bool = False,
-    settings: tuple[GivenSetting, ...], time_limit: float, executor: Executor, resume: bool, overwrite: bool,
-    certify: bool = False,
-) -> ComparisonResult:  # fmt: skip
-    """Run the comparison with progress, render the report, and print the verdicts.
+    settings: tuple[GivenSetting, ...], time_limit: float, executor: Executor, certify: bool = False,
+    **kept: bool,
+) -> None:  # fmt: skip
+    """Run the comparison with progress, render the report, print the verdicts, and exit with 1 if it did not pass.
 
     Without `names` all default engines take part, or with `quick` one of each library.
     """
-    from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
-    from barchain.cli.common.settings import settings_by_engine  # noqa: PLC0415
-    from barchain.crossval.run import run_comparison  # noqa: PLC0415
-    from barchain.runs.selection import chosen_engines, one_of_each  # noqa: PLC0415
-    from reports.render import check_others, render  # noqa: PLC0415
+    from barchain.cli.common.options import settings_by_engine
+    from barchain.cli.common.progress import verdicts_shown
+    from barchain.crossval.run import run_comparison
+    from barchain.runs.selection import chosen_engines, one_of_each
+    from reports.render import check_others, render
 
     engines = chosen_engines(names)
     if names is None and quick:
@@ -131,39 +111,15 @@ def compare_and_render(
     with verdicts_shown(len(scenes) * len(engines)) as show:
         result = run_comparison(
             scenes, names, out, time_limit_s=time_limit, executor=executor, settings=chosen, certify=certify,
-            resume=resume, overwrite=overwrite, need_external=need_external, command=typed(), progress=show,
-            notes=show.note,
-            registered=engines, render=lambda folder: render(folder)[0],
+            need_external=need_external, command=typed(), progress=show, notes=show.note, registered=engines,
+            render=lambda folder: render(folder)[0], **kept,
         )  # fmt: skip
     show_verdict(result)
     show_unchecked(result, engines, out)
     show_advice(scenes, engines)
     say(f"report: {result.report}")
-    return result
-
-
-def baseline_of(folder: Path) -> Night:
-    """Earlier results as a night, read before anything runs."""
-    from barchain.nightly.history.folders.reading import read_night  # noqa: PLC0415
-
-    return read_night(folder)
-
-
-def show_baseline(before: Night, out: Path) -> bool:
-    """Print what changed since a baseline; returns whether something is worse."""
-    from barchain.nightly.history.changes.model import Direction, result_words  # noqa: PLC0415
-    from barchain.nightly.history.folders.reading import read_night  # noqa: PLC0415
-    from barchain.nightly.history.pair import judge_pair  # noqa: PLC0415
-
-    after = read_night(out)
-    judged = judge_pair(before, after)
-    gone = len({f.identity for f in before.figures} - {f.identity for f in after.figures})
-    said = f"{len(judged.same)} differ within rounding; {gone} of the baseline are not in these results"
-    say(f"baseline: {len(judged.tonight)} changes among {judged.judged} figures; {said}")
-    for change in judged.tonight:
-        said = f"was {result_words(change.was)}, is {result_words(change.now)}: {change.reason}"
-        say(f"  {change.direction}  {change.identity.name}: {said}")
-    return any(change.direction is Direction.WORSE for change in judged.tonight)
+    if not result.passed:
+        raise findings()
 
 
 def show_verdict(result: ComparisonResult) -> None:
@@ -186,8 +142,8 @@ def show_verdict(result: ComparisonResult) -> None:
 
 def show_unchecked(result: ComparisonResult, engines: Mapping[str, Registration], out: Path) -> None:
     """Print the scenes in which no attitude that passed has an independent check."""
-    from barchain.crossval.external_coverage import unchecked_attitudes  # noqa: PLC0415
-    from reports.tables.crossval import FILES  # noqa: PLC0415
+    from barchain.crossval.external_coverage import unchecked_attitudes
+    from reports.tables.crossval import FILES
 
     independent = {name for name, registration in engines.items() if registration.external}
     found = unchecked_attitudes(result.metrics, result.outcomes, independent, FILES.sound_record(out))
@@ -198,7 +154,7 @@ def show_unchecked(result: ComparisonResult, engines: Mapping[str, Registration]
 
 def show_advice(scenes: list[Scene], engines: Mapping[str, Registration]) -> None:
     """Print how independent engines that reject only the instants of a scene would support it."""
-    from barchain.crossval.external_coverage import instants_advice  # noqa: PLC0415
+    from barchain.crossval.external_coverage import instants_advice
 
     for scene in scenes:
         if advice := instants_advice(scene, engines):

@@ -1,1 +1,0 @@
-"""Commands that look after an installation, scene files and certified solutions."""

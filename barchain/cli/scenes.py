@@ -1,0 +1,266 @@
+"""Commands on scenes: `scenes` lists and shows them, `validate` checks files without a run, `schema` prints keys."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from barchain.cli.common.exit_codes import ExitCode
+from barchain.cli.common.options import SCENE, having, json_option, scene_argument
+from barchain.cli.common.terminal import say, show_rows
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from adapters.registry import Registration
+    from barchain.solutions.reference import ReferenceSolution
+    from scenarios import Scene
+
+DEPENDS = "supports the scene if no bar turns its other face to the wind or the Sun, which a run tells"
+LOW_M = 80e3  # the air of the Earth ends an orbit below it within a revolution
+FILES = ("scene", "request", "result", "engines", "plan", "nightly")
+
+
+@click.group(invoke_without_command=True, short_help="List the scenes, or show one.")
+@click.option("--tag", metavar="T", help="List only scenes with this tag.")
+@click.option("--folder", metavar="F", help="List only scenes of this folder, e.g. paper or hard.")
+@click.option("--effect", metavar="E", help="List only scenes with this effect, e.g. drag or prescribed_rotation.")
+@json_option
+@click.pass_context
+def scenes(ctx: click.Context, tag: str | None, folder: str | None, effect: str | None, as_json: bool) -> None:
+    """List the scenes that come with barchain, or show one of them."""
+    if ctx.invoked_subcommand is not None:
+        given = [p.opts[0] for p in ctx.command.params if ctx.params.get(str(p.name))]
+        if given:  # the subcommand would not heed them
+            raise click.UsageError(f"{given[0]} goes with the list of scenes; `barchain scenes show SCENE [--json]`")
+        return
+    from scenarios import load_scene, scene_names
+
+    found = [load_scene(name) for name in scene_names()]
+    if tag is not None:
+        found = having(found, "tag", tag, {s.name: s.tags for s in found})
+    if folder is not None:
+        found = having(found, "folder", folder, {s.name: [s.name.partition("/")[0]] for s in found})
+    if effect is not None:
+        found = having(found, "effect", effect, {s.name: s.effects.names for s in found})
+    if as_json:
+        columns = [
+            {
+                "name": s.name,
+                "bars": s.bars,
+                "orbits": s.run.duration_s / s.period_s,
+                "tags": list(s.tags),
+                "effects": sorted(s.effects.names),
+                "title": s.title,
+            }
+            for s in found
+        ]
+        say(json.dumps(columns, indent=2))
+        return
+    rows = [(s.name, str(s.bars), f"{s.run.duration_s / s.period_s:.3g}", ", ".join(s.tags), s.title) for s in found]
+    show_rows(("scene", "bars", "orbits", "tags", "title"), rows, right=("bars", "orbits"))
+
+
+@scenes.command("show")
+@scene_argument
+@json_option
+def show_scene(scene: str, as_json: bool) -> None:
+    """Show SCENE (a name or a file): values in SI units, angles in degrees, invariants, and engines that support it.
+
+    Values are labelled in plain words with units; --json keeps the names of the fields, and angles in radians.
+    """
+    from scenarios import load_scene
+
+    values = complete(load_scene(scene))
+    if as_json:
+        say(json.dumps(values, indent=2))
+        return
+    shown = list(lines(values))
+    width = max(len(label) for label, _ in shown)
+    for label, value in shown:
+        say(f"{label:<{width}}  {value}")
+
+
+def complete(scene: Scene) -> dict[str, Any]:
+    """All values of a scene, what it conserves, and what each engine says: that it supports the scene, or why not."""
+    from adapters.registry import ENGINES, engines
+    from barchain.record.scene_description import invariant_words
+    from barchain.solutions.shipped import shipped_solution
+
+    bare = dataclasses.replace(scene, given=None)  # the tables that all these values follow from
+    values: dict[str, Any] = json.loads(json.dumps(dataclasses.asdict(bare), default=str))
+    del values["given"]
+    solution, support = shipped_solution(scene), {}
+    for name, registered in engines().items():
+        missing, own = registered.missing, registered in ENGINES.values()
+        said = "" if missing and not own else answer(registered, scene, solution)
+        support[name] = registered.rejected or "; ".join(filter(None, (said, missing)))
+    return values | {
+        "orbit_period_s": scene.period_s,
+        "lowest_height_m": scene.lowest_height_m,
+        "duration_orbits": scene.run.duration_s / scene.period_s,
+        "conserves": invariant_words(scene),
+        "engines": support,
+    }
+
+
+def answer(registration: Registration, scene: Scene, solution: ReferenceSolution | None) -> str:
+    """An engine's own answer whether it supports a scene and its motion, or why it gives none.
+
+    Some engines support a scene as long as no bar turns its other face to the wind or the Sun: only a solution tells.
+    """
+    from barchain.runs.declared import OutsideEngine, engine_class, engine_fault
+    from barchain.runs.questions import overrides
+
+    try:
+        engine = engine_class(registration)
+        reason = engine.unsupported(scene) or (solution and engine.unsupported_motion(solution.scene, solution.fine))
+        if reason:
+            return reason
+        if solution is not None or (scene.effects.drag is None and scene.effects.solar_pressure is None):
+            return "supports the scene"
+        method = "unsupported_motion"
+        asks = method in engine.asks if issubclass(engine, OutsideEngine) else overrides(engine, method)
+    except Exception as error:
+        return engine_fault(error)
+    return DEPENDS if asks else "supports the scene"
+
+
+def lines(values: Mapping[str, Any], prefix: str = "") -> Iterable[tuple[str, str]]:
+    """Labels in plain words with units, and values as text; angles in degrees, absent effects left out."""
+    from scenarios.key_words import labelled, unit
+
+    def within(key: str) -> str:
+        return "" if key == "effects" else f"{prefix}{key.replace('_', ' ')}: "  # effects are named by themselves
+
+    for key, value in values.items():
+        if prefix + key == "engines":
+            yield from ((f"engine {k}", v) for k, v in value.items())
+        elif isinstance(value, dict):
+            yield from lines(value, within(key))
+        elif isinstance(value, list) and value and isinstance(value[0], dict):
+            for number, each in enumerate(value, 1):
+                yield from lines(each, within(key if len(value) == 1 else f"{key} {number}"))
+        elif value not in (None, [], "") and unit(key) == "rad":  # a scene's file gives angles in degrees
+            yield prefix + labelled(f"{key.removesuffix('rad')}deg"), in_words(in_degrees(value))
+        elif value not in (None, [], ""):
+            yield prefix + labelled(key), in_words(value)
+
+
+def in_degrees(value: Any) -> Any:
+    """Angle, or list of angles, in degrees: to 12 digits, so that a scene's own number returns."""
+    if isinstance(value, list):
+        return [in_degrees(v) for v in value]
+    return value if value is None else float(f"{math.degrees(value):.12g}")
+
+
+def in_words(value: Any) -> str:
+    """Text of a value; of a list of equal values the value and their number."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, list) and len(value) > 1 and all(v == value[0] for v in value):
+        return f"{value[0]} ({len(value)} times)"
+    return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
+
+
+@click.command(short_help="Check scene files without a run.")
+@click.argument("files", metavar="FILE...", nargs=-1, required=True, type=SCENE)
+def validate(files: tuple[str, ...]) -> None:
+    """Check scene FILEs without a run, and print each fault in one line.
+
+    The line names the file, the key, the given value, the allowed values and the nearest name.
+    A valid scene has a line on the period and the lowest height of its orbit. A height below 80 km is a warning.
+    A line proposes another duration and number of samples where engines reject a scene for its instants alone.
+    A scene whose run would take longer than is allowed is a fault, and the line says what allows more.
+    Exits with 2 if a file has a fault.
+    """
+    checked = [valid(file) for file in files]  # all of them, also after a fault
+    if not all(checked):
+        raise click.exceptions.Exit(ExitCode.BAD_INPUT)
+
+
+def valid(file: str) -> bool:
+    """Print whether a file holds a scene, and if not, its faults to standard error."""
+    from adapters.registry import engines
+    from barchain.crossval.external_coverage import instants_advice
+    from barchain.runs.timing.estimate import TOLD_S, estimated_run_s, need_runnable, work_words
+    from scenarios import SceneError, load_scene
+
+    try:
+        scene = load_scene(file)
+        need_runnable([scene])
+    except SceneError as error:
+        say(str(error), err=True)
+        return False
+    orbits = scene.run.duration_s / scene.period_s
+    say(f"{file}: valid: {scene.bars} bars, {orbits:.3g} orbits, {scene.run.samples} samples")
+    say(f"{file}: {orbit_words(scene)}")
+    if scene.lowest_height_m < LOW_M:
+        say(f"{file}: warning: {low_words(scene)}", err=True)
+    if estimated_run_s(scene) > TOLD_S:
+        say(f"{file}: {work_words(scene)}")
+    if advice := instants_advice(scene, {n: r for n, r in engines().items() if r.by_default}):
+        say(f"{file}: {advice}")
+    return True
+
+
+def orbit_words(scene: Scene) -> str:
+    """Period and lowest height of the centre of mass, of the osculating orbit at the start."""
+    from reports.text.numerals import span
+    from scenarios import Gravity
+
+    lowest = f"lowest height {scene.lowest_height_m / 1e3:.6g} km"
+    if scene.bound:
+        return f"orbit of the centre of mass: period {scene.period_s:.6g} s ({span(scene.period_s)}), {lowest}"
+    kind = "straight path" if scene.effects.gravity is Gravity.NONE else "open orbit"
+    return f"{kind} of the centre of mass: no period, {lowest}"
+
+
+def low_words(scene: Scene) -> str:
+    """Warning of an orbit that air would end, or the surface."""
+    late = scene.orbit.speed_factor < 1.0 and scene.run.duration_s < scene.period_s / 2.0
+    when = ", after the end of this run" if late else ""
+    low = f"the orbit's lowest height is below {LOW_M / 1e3:g} km"
+    said = "the orbit meets the surface, where a run ends" if scene.lowest_height_m < 0 else low
+    return f"{said}{when}; was another altitude_m or speed_factor meant?"
+
+
+@click.command(short_help="Print the JSON Schema of a kind of file.")
+@click.argument("file", type=click.Choice(FILES), default=FILES[0])
+def schema(file: str) -> None:
+    """Print the JSON Schema of a kind of file; default: a scene file.
+
+    A program in any language reads a request and writes a result; engines.toml names such programs.
+    """
+    say(json.dumps(schema_of(file), indent=2))
+
+
+def schema_of(file: str) -> dict[str, object]:
+    """JSON Schema of a kind of file."""
+    if file == "plan":
+        from barchain.nightly.plan.tables import PlanFile
+
+        return PlanFile.model_json_schema()
+    if file == "nightly":
+        from reports.tables.nights.facts import NightlyFile
+
+        return NightlyFile.model_json_schema()
+    if file == "request":
+        from adapters.request import request_schema
+
+        return request_schema()
+    if file == "result":
+        from adapters.request import result_schema
+
+        return result_schema()
+    if file == "engines":
+        from adapters.command.entries import EngineFile
+
+        return EngineFile.model_json_schema()
+    from scenarios import SceneFile
+
+    return SceneFile.model_json_schema()

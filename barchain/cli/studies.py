@@ -1,0 +1,325 @@
+"""Commands of studies: `cost`, `scaling`, `roundoff`, `stability`, `effects` and `ensemble`.
+
+Each command gives its options to a study, which makes the runs, the tables and the page.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from barchain.cli.common.exit_codes import end_study
+from barchain.cli.common.numbers import MOST_BARS, MOST_RUNS, MOST_SAMPLES, ORBITS, SEED, NamedPath, RealNumber
+from barchain.cli.common.options import (
+    JOINS,
+    OWN_PAGE,
+    engine_option,
+    executor_options,
+    minutes_option,
+    need_loaded,
+    optional_scenes,
+    out_option,
+    repeats_option,
+    result_options,
+    scene_argument,
+    time_limit_option,
+)
+from barchain.cli.common.result_folder import need_kept, need_writable, run_shown
+from barchain.cli.common.terminal import literal, say, show
+from barchain.studies.defaults import (
+    BARS,
+    COST,
+    EFFECTS,
+    FAST,
+    MATTERS,
+    RTOL,
+    RTOLS,
+    SCALING,
+    SLOW,
+    STABILITY_LIMIT_S,
+    WIDTHS_M,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rich.table import Table
+
+    from barchain.runs.executors import Executor
+    from barchain.studies.stability.study import StabilityResult
+    from reports.chapters.effects import BudgetTable
+
+STUDIED = "all that are installed, also those that only studies need"
+PARTS = ("evaluation", "trajectories", "engines", "times")
+ENSEMBLE_ENGINE = "reference-fast"
+SCREEN, WORDS, NUMBERS = 120, 20, 28  # columns of the screen, and at most of a cell of words or of numbers
+
+
+@click.command(short_help="Measure errors against run times.")
+@optional_scenes
+@engine_option(STUDIED)
+@out_option()
+@click.option("--orbits", metavar="N", type=ORBITS, default=1.0, show_default=True,
+              help="Run each scene for this many orbits from its start, or to its end.")  # fmt: skip
+@repeats_option(COST.repeats)
+@minutes_option(COST.minutes, more="; each setting is run once in any case")
+@time_limit_option(COST.time_limit_s, more=", and leave out a run that is expected to take longer")
+@result_options
+def cost(
+    scenes: tuple[str, ...], names: tuple[str, ...], out: Path, orbits: float, repeats: int, minutes: float,
+    time_limit: float, **kept: bool,
+) -> None:  # fmt: skip
+    """Measure errors and run times of every setting of every engine.
+
+    SCENEs are names, files or folders; default: those of paper/. Errors are against the certified solution. Exits with
+    1 if an engine fails at all of its settings in a scene, if an engine that was named runs in none of the scenes, or
+    if nothing is measured.
+    """
+    from barchain.studies.cost.plan import CostOptions
+    from barchain.studies.cost.study import CostStudy
+
+    study = CostStudy()
+    plan = study.plan(CostOptions(scenes or None, names or None, orbits, repeats, minutes, time_limit))
+    result, rendered = run_shown(out, study, plan, turns=plan.turns, **kept)
+    say(f"cost study: {rendered.page}")
+    show_idle(result.idle)
+    end_study(result, result.failures)
+
+
+@click.command(short_help="Measure time and memory against the number of bars.")
+@engine_option(STUDIED)
+@click.option("--bars", multiple=True, type=click.IntRange(2, MOST_BARS), metavar="N", default=BARS,
+              help=f"Cut the chain into N bars. May be repeated; default: 2 to {BARS[-1]}.")  # fmt: skip
+@out_option()
+@repeats_option(SCALING.repeats)
+@minutes_option(SCALING.minutes, more="; nothing more is begun after it")
+@time_limit_option(
+    SCALING.time_limit_s, more=", and run an orbit that is expected to take longer in part, or not at all"
+)
+@result_options
+def scaling(
+    names: tuple[str, ...], bars: tuple[int, ...], out: Path, repeats: int, minutes: float, time_limit: float,
+    **kept: bool,
+) -> None:  # fmt: skip
+    """Measure time and memory against the number of bars.
+
+    The times are those of an evaluation and of an orbit. The chain is that of paper/fig05, cut into N bars. Exits with
+    1 if an engine fails at every number of bars, if an engine that was named does not run at all, or if nothing is
+    measured.
+    """
+    from barchain.studies.scaling.study import ScalingOptions, ScalingStudy
+
+    study = ScalingStudy()
+    plan = study.plan(ScalingOptions(names or None, bars, repeats, minutes, time_limit))
+    result, rendered = run_shown(out, study, plan, turns=plan.turns, **kept)
+    say(f"scaling study: {rendered.page}")
+    show_idle(result.idle)
+    end_study(result, result.failures)
+
+
+def show_idle(idle: Mapping[str, str]) -> None:
+    """Print which engines were left out, and why."""
+    for name, reason in idle.items():
+        say(f"{name} is left out: {reason}", err=True)
+
+
+@click.command(short_help="Measure the digits left in absolute and relative coordinates.")
+@out_option()
+@click.option("--part", "parts", multiple=True, metavar="PART", type=click.Choice(PARTS), default=PARTS,
+              help=f"Run this part of the study: {', '.join(PARTS)}. May be repeated; default: all four.")  # fmt: skip
+@click.option("--size", "sizes", multiple=True, metavar="R", type=RealNumber(0.0, 1.0, min_open=True),
+              help="Judge one evaluation at this size: a bar's length over the Earth's radius, a power of ten. May be "
+                   "repeated; default: eleven sizes from 1e-2 to 1e-12.")  # fmt: skip
+@click.option("--full", is_flag=True, help="Take all sizes, arithmetics and numbers of bars, finer steps, longer runs.")
+@executor_options
+@result_options
+def roundoff(
+    out: Path, parts: tuple[str, ...], sizes: tuple[float, ...], full: bool, executor: Executor, **kept: bool
+) -> None:
+    """Measure the digits of the reactions that absolute and relative coordinates leave.
+
+    Exits with 1 if a task fails.
+    """
+    from barchain.studies.roundoff.study import RoundoffOptions, RoundoffStudy
+
+    study = RoundoffStudy()
+    try:
+        plan = study.plan(RoundoffOptions(parts, full, executor, sizes))
+    except ValueError as error:
+        raise click.UsageError(f"--size: {error}") from error
+    result, rendered = run_shown(out, study, plan, turns=plan.turns, **kept)
+    say(f"round-off study: {rendered.page}")
+    end_study(result, result.failures)
+
+
+@click.command(short_help="Classify the stability of engines in hard scenes.")
+@optional_scenes
+@engine_option("the engines marked so in `barchain engines`, and SciPy's solvers")
+@out_option(help_text=OWN_PAGE)
+@time_limit_option(STABILITY_LIMIT_S, more="; a run of a form of the reference after ten times that")
+@executor_options
+@click.option("--full", is_flag=True, help="Run pairs that take minutes too, e.g. NumPy in long scenes.")
+@result_options
+@click.option("--accept", "accepted", metavar="FILE", type=NamedPath(path_type=Path, dir_okay=False),
+              help="Record these outcomes as expected in this file, and keep those of other pairs there.")  # fmt: skip
+def stability(
+    scenes: tuple[str, ...], names: tuple[str, ...], out: Path, time_limit: float, executor: Executor, full: bool,
+    accepted: Path | None, **kept: bool,
+) -> None:  # fmt: skip
+    """Run every engine on every hard scene at three settings, and classify its stability.
+
+    SCENEs are names, files or folders; default: all of hard/ but those tagged huge. Exits with 1 if a form of the
+    reference is not stable in a well-posed scene, or if an outcome differs from the recorded one.
+    """
+    from barchain.studies.stability import expected
+    from barchain.studies.stability.plan import StabilityOptions
+    from barchain.studies.stability.study import StabilityStudy
+    from scenarios import scene_names
+
+    study = StabilityStudy()
+    plan = study.plan(StabilityOptions(scenes, names, time_limit, executor, full))
+    if accepted:
+        expected.recorded(accepted)
+        need_writable(accepted, "--accept")
+    result, rendered = run_shown(out, study, plan, turns=plan.turns, **kept)
+    show_stability(result)
+    if accepted:
+        shipped = set(scene_names())
+        expected.accept({pair: f for pair, f in result.findings.items() if pair[0] in shipped}, accepted)
+        say(f"recorded in {accepted}")
+    say(f"stability: {rendered.page}")
+    end_study(dataclasses.replace(result, changes=()) if accepted else result, result.failures)
+
+
+def show_stability(result: StabilityResult) -> None:
+    """Print how many ended how, what changed, and where the reference is not stable."""
+    counts = Counter(str(f.stability) for f in result.findings.values())
+    say(", ".join(f"{count} {outcome}" for outcome, count in counts.most_common()))
+    for changed in result.changes:
+        say(changed.words)
+    for scene, engine in result.ours:
+        found = result.findings[scene, engine]
+        say(f"{scene}  {engine} must be stable, and is {found.stability}: {found.reason}")
+
+
+@click.command(short_help="Measure relevance and run time of each effect.")
+@scene_argument
+@out_option(None, help_text=f"{JOINS[:-1]}; default: print only.")
+@click.option("--rtol", metavar="R", type=RealNumber(*RTOLS), default=RTOL, show_default=True,
+              help="Request this relative accuracy of a step; a run at 10 R shows the numerical error.")  # fmt: skip
+@click.option("--matters", metavar="X", type=RealNumber(0.0, 1.0, min_open=True), default=MATTERS, show_default=True,
+              help="Call an effect relevant from this change on: rad of attitude, or relative to the largest reaction "
+                   "or to the initial distance from the centre.")  # fmt: skip
+@click.option("--width", "width_m", metavar="M", type=RealNumber(*WIDTHS_M),
+              help="Take every bar to be so wide, in m, for drag and sunlight that SCENE does not have; default: the "
+                   "width of the one that it has. Without a width there is no conclusion on them.")  # fmt: skip
+@click.option("--engine", metavar="NAME", type=click.Choice([FAST, SLOW]),
+              help=f"Run this form of the reference, {FAST} or {SLOW}; default: {FAST} where it is installed and "
+                   "supports the scene.")  # fmt: skip
+@repeats_option(EFFECTS.repeats)
+@minutes_option(EFFECTS.minutes, shown="a third", more="; no further round of timing is begun after it")
+@executor_options
+@result_options
+def effects(
+    scene: str, out: Path | None, rtol: float, matters: float, width_m: float | None, engine: str | None, repeats: int,
+    minutes: float, executor: Executor, **kept: bool,
+) -> None:  # fmt: skip
+    """Measure relevance and run time of each effect in SCENE.
+
+    SCENE is a name or a file. Each effect is switched off, or on with stated defaults where the scene does not
+    have it. Exits with 1 if a run fails.
+    """
+    from barchain.runs.environment import kept_or_temporary
+    from barchain.studies.effects.study import EffectsOptions, EffectsStudy
+    from scenarios import load_scene
+
+    need_kept(out, resume=kept["resume"])
+    if engine:
+        need_loaded(engine)
+    study = EffectsStudy()
+    options = EffectsOptions(load_scene(scene), rtol, matters, repeats, 60.0 * minutes, executor, engine, width_m)
+    try:
+        plan = study.plan(options)
+    except ValueError as error:
+        raise click.UsageError(f"--width: {error}") from error
+    with kept_or_temporary(out) as folder:
+        result, rendered = run_shown(folder, study, plan, turns=plan.turns, **kept)
+    show_effects(rendered.view)
+    if out:
+        say(f"effects: {rendered.page}")
+    end_study(result, result.failures)
+
+
+def show_effects(view: Any) -> None:
+    """Print the tables, the effects by relevance, and what limits the conclusions."""
+    for table in view.tables:
+        show(printed(table))
+    for name, titles in view.groups.items():
+        say(f"{name}: {', '.join(titles)}")
+    for remark in view.remarks:
+        say(f"  {remark}")
+    if view.rounds:
+        say(f"rounds of timing: {view.rounds}; more --minutes, and more --repeats, narrow the intervals")
+
+
+def printed(table: BudgetTable) -> Table:
+    """Table for the terminal: it fits 120 columns, its longest words folded."""
+    from rich.table import Table
+
+    made = Table(box=None, header_style="bold", title=table.title, title_justify="left", title_style="")
+    columns = len(table.headings)
+    room = (SCREEN - WORDS * table.wordy - 2 * columns) // (columns - table.wordy)
+    for k, heading in enumerate(table.headings):
+        wordy = k < table.wordy
+        width = WORDS if wordy else min(NUMBERS, room)
+        made.add_column(heading, justify="left" if wordy else "right", max_width=width)
+    for row in table.rows:
+        made.add_row(*map(literal, row))
+    return made
+
+
+@click.command(short_help="Run perturbed copies of a scene, and take quantiles.")
+@scene_argument
+@click.option("--vary", multiple=True, required=True, metavar="KEY=DISTRIBUTION(...)",
+              help="Draw a value of the scene, e.g. 'angle_deg=normal(80, 1)' (all bars alike), "
+                   "'mass_kg[2]=lognormal(100, 0.1)' (bar 2), 'rate_factor[*]=uniform(0.9, 1.1)' (each bar by itself). "
+                   "May be repeated.")  # fmt: skip
+@click.option("--runs", metavar="N", type=click.IntRange(1, MOST_RUNS), default=1000, show_default=True,
+              help="Run N perturbed copies.")  # fmt: skip
+@out_option(help_text=OWN_PAGE)
+@click.option("--orbits", metavar="N", type=ORBITS, help="Run N orbits; default: the scene's whole run.")
+@click.option("--samples", metavar="N", type=click.IntRange(2, MOST_SAMPLES), default=101, show_default=True,
+              help="Take quantiles at N instants.")  # fmt: skip
+@click.option("--rtol", metavar="R", type=RealNumber(1e-15, 1.0), default=1e-8, show_default=True,
+              help="Request this relative accuracy of a step.")  # fmt: skip
+@click.option("--seed", metavar="N", type=SEED, default=1, show_default=True,
+              help="Draw with this seed; equal seeds draw equal copies.")  # fmt: skip
+@executor_options
+@result_options
+def ensemble(
+    scene: str, vary: tuple[str, ...], runs: int, out: Path, orbits: float | None, samples: int, rtol: float,
+    seed: int, executor: Executor, **kept: bool,
+) -> None:  # fmt: skip
+    """Run many perturbed copies of SCENE, and take quantiles of attitude and reactions over time.
+
+    SCENE is a name or a file. Runs are compiled: the engine reference-fast is needed. Exits with 1 if a run fails,
+    or if a Dask cluster fails while runs are on it; --resume goes on from the runs that were done.
+    """
+    need_loaded(ENSEMBLE_ENGINE)
+    from barchain.studies.ensemble.study import EnsembleOptions, EnsembleStudy
+    from barchain.studies.ensemble.variation import VariationError
+
+    study = EnsembleStudy()
+    try:
+        plan = study.plan(EnsembleOptions(scene, vary, runs, seed, rtol, orbits, samples, executor=executor))
+        result, rendered = run_shown(out, study, plan, **kept)
+    except VariationError as error:
+        raise click.UsageError(str(error)) from error
+    counts = ", ".join(f"{n} {word}" for word, n in result.tally.outcomes.most_common())
+    say(f"{runs} runs in {result.seconds['run']:.2f} s: {counts}")
+    say(f"ensemble: {rendered.page}")
+    end_study(result, result.failures)
