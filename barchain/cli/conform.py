@@ -11,7 +11,7 @@ import click
 
 from barchain.cli.common.exit_codes import findings
 from barchain.cli.common.numbers import POSITIVE_SECONDS, WORDS, NamedPath
-from barchain.cli.common.options import json_option
+from barchain.cli.common.options import json_option, programs_option
 from barchain.cli.common.progress import quiet
 from barchain.cli.common.terminal import literal, plain, say
 
@@ -28,6 +28,7 @@ INDENT = 6 * " "
 
 
 @click.command("conform", short_help="Examine an engine, and name its mistakes.")
+@programs_option
 @click.argument("targets", metavar="ENGINE|MODULE:CLASS...", nargs=-1, required=True, type=WORDS)
 @click.option("--junit", metavar="FILE", type=NamedPath(path_type=Path, dir_okay=False),
               help="Write the checks as JUnit XML into this file.")  # fmt: skip

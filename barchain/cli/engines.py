@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from barchain.cli.common.numbers import WORDS, NamedPath
-from barchain.cli.common.options import json_option
+from barchain.cli.common.options import json_option, programs_option
 from barchain.cli.common.progress import quiet
 from barchain.cli.common.terminal import say, show_rows
 
@@ -26,6 +26,7 @@ HEADINGS = ("engine", "version", "default set", "setting", "what")
 
 @click.command(short_help="List the engines, and how to install missing ones.")
 @click.option("--installed/--missing", default=None, help="List only engines that are installed, or only missing ones.")
+@programs_option
 @json_option
 def engines(installed: bool | None, as_json: bool) -> None:
     """List the engines with version and default setting, and how to get missing ones."""

@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING
 import click
 
 from barchain.cli.common.numbers import NamedPath
-from barchain.cli.common.options import ENGINE, overwrite_option, scene_argument, set_option, time_limit_option
+from barchain.cli.common.options import (
+    ENGINE,
+    overwrite_option,
+    programs_option,
+    scene_argument,
+    set_option,
+    time_limit_option,
+)
 from barchain.cli.common.result_folder import need_writable
 from barchain.cli.common.terminal import say
 from barchain.runs.time_limits import TIME_LIMIT_S
@@ -25,6 +32,7 @@ ENDINGS = (".parquet", ".csv")
 @click.command(short_help="Run a scene in one engine and write its samples.")
 @scene_argument
 @click.option("--engine", metavar="NAME", type=ENGINE, default="reference", show_default=True, help="Run this engine.")
+@programs_option
 @set_option
 @click.option("--out", metavar="FILE", type=NamedPath(path_type=Path, dir_okay=False), required=True,
               help="Write the samples into this table, .parquet or .csv.")  # fmt: skip

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from adapters.command.entries import unpacked
 from adapters.engine import AccuracyParameter, EngineError
 from adapters.registry import engines
 from barchain.conform.checks import FAILED, PASSED, WARNING, Check
@@ -66,7 +67,8 @@ def loading(engine: Examined) -> Iterator[Check]:
     yield Check("declarations", PASSED, f"{len(steps) - len(CLASS)} of the right types")
     yield effects_check(reply)
     yield order_check(engine)
-    yield import_check(reply)
+    if not engine.registration.entry:  # a program's class is barchain's
+        yield import_check(reply)
 
 
 def name_check(engine: Examined) -> Check:
@@ -83,6 +85,14 @@ def name_check(engine: Examined) -> Check:
     if not engine.own and r.version == "none":
         said = "no distribution provides it, so that results can't be told apart by its version"
         return Check("entry point", FAILED, said)
+    if r.entry:
+        folder, entry = unpacked(r.entry)
+        files = (
+            f"version {r.version}, of its entry and {', '.join(entry.files)}"
+            if entry.files
+            else ("names no files, so that results can't be told apart by their contents")
+        )
+        return Check("entry point", PASSED if entry.files else WARNING, f"{engine.name} in {folder}: {files}")
     provided = f"{r.distribution or r.requires or 'barchain'} {r.version}"
     return Check("entry point", PASSED, f"{engine.name} of {provided}")
 

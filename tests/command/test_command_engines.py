@@ -5,12 +5,14 @@ import subprocess
 import sys
 
 import pytest
+from click.testing import CliRunner
 
 import barchain
 from adapters.command.entries import FILES, EntryError, content_digest, read_entries, unpacked
 from adapters.engine import Setting
 from adapters.registry import engines, find_engine
 from barchain.cli.engines import OFFERED
+from barchain.cli.main import cli
 from barchain.engine.new_program import LANGUAGES, write_program
 from barchain.runs.job import Job, Role
 from barchain.runs.outside_runs import one_run
@@ -155,3 +157,20 @@ def test_the_start_in_each_language_is_short_and_passes(tmp_path, monkeypatch, l
     monkeypatch.setenv(FILES, str(folder / "engines.toml"))
     found = barchain.compare(["basics/two_bars_free", "basics/kepler_elliptic"], ["start"], tmp_path / "out")
     assert found.passed, found.metrics[found.metrics.reason.notna()][["quantity", "reason"]]
+
+
+def test_an_option_names_a_file_of_programs(program, tmp_path, monkeypatch):
+    program(RIGHT)
+    monkeypatch.delenv(FILES)
+    out = tmp_path / "samples.csv"
+    line = ["simulate", "basics/two_bars_free", "--engines", str(tmp_path / "engines.toml"), "--engine", "mine"]
+    found = CliRunner(env={FILES: ""}).invoke(cli, [*line, "--out", str(out)])
+    assert found.exit_code == 0, found.output
+    assert "angle_2_rad" in out.read_text().splitlines()[0]
+
+
+def test_a_file_of_programs_with_a_fault_is_bad_input(tmp_path):
+    (tmp_path / "engines.toml").write_text('[[engine]]\nname = "a"\ncomand = "x"\n')
+    found = CliRunner().invoke(cli, ["engines", "--engines", str(tmp_path / "engines.toml")])
+    assert isinstance(found.exception, EntryError)
+    assert "did you mean command?" in str(found.exception)

@@ -72,6 +72,7 @@ def failure(error: Exception) -> tuple[str, ExitCode] | None:
     if isinstance(error, OSError):  # a file or folder that is not there, not a folder, or not writable
         said = f"{error.filename}: {error.strerror}" if error.filename else error.strerror or str(error)
         return said, ExitCode.BAD_INPUT
+    from adapters.command.entries import EntryError
     from adapters.engine import EngineError
     from adapters.registry import UnknownEngineError
     from barchain.nightly.history.faults import HistoryError
@@ -85,7 +86,7 @@ def failure(error: Exception) -> tuple[str, ExitCode] | None:
 
     bad_tables = DamagedTableError, DamagedResultsError, SchemaVersionError
     bad_folder = FolderInUseError, ResultsInPlaceError
-    bad_input = SceneError, UnknownEngineError, SettingError, HistoryError, *bad_tables, *bad_folder
+    bad_input = SceneError, UnknownEngineError, EntryError, SettingError, HistoryError, *bad_tables, *bad_folder
     if isinstance(error, bad_input) or (isinstance(error, ClusterError) and not isinstance(error, ClusterLostError)):
         return str(error), ExitCode.BAD_INPUT
     return (str(error), ExitCode.FINDINGS) if isinstance(error, (ClusterLostError, EngineError)) else None

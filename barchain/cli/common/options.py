@@ -6,6 +6,7 @@ Scenes and engines are checked before anything runs, and completed by the shell.
 from __future__ import annotations
 
 import functools
+import os
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -296,12 +297,32 @@ def executor_options(command: Callable[..., None]) -> Callable[..., None]:
     return workers_option(dask_option(dask_wait_option(gathered)))
 
 
+def use_programs(_ctx: click.Context, _param: click.Parameter, files: tuple[Path, ...]) -> None:
+    """Register the programs of files of engines, for this process and those that it starts."""
+    if not files:
+        return
+    from adapters.command.entries import FILES, read_entries
+
+    for file in files:
+        read_entries(file)
+    earlier = os.environ.get(FILES)
+    os.environ[FILES] = os.pathsep.join([*(str(file.resolve()) for file in files), *([earlier] if earlier else [])])
+
+
+programs_option = click.option(
+    "--engines", metavar="FILE", multiple=True, expose_value=False, is_eager=True, callback=use_programs,
+    type=NamedPath(path_type=Path, exists=True, dir_okay=False),
+    help="Read engines that are programs from this file too; engines.toml here is read always.",
+)  # fmt: skip
+
+
 def engine_option(default: str, names: str = "names") -> Callable[[F], F]:
-    """`--engine NAME`, repeatable; `default` says which engines take part without it."""
-    return click.option(
+    """`--engine NAME`, repeatable, with `--engines FILE`; `default` says which engines take part without it."""
+    named = click.option(
         "--engine", names, multiple=True, metavar="NAME", type=ENGINE,
         help=f"Take this engine. May be repeated; default: {default}.",
     )  # fmt: skip
+    return lambda command: named(programs_option(command))
 
 
 def out_option(default: str | None = "report", *, required: bool = False, help_text: str = "") -> Callable[[F], F]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from barchain.cli.common.numbers import NamedPath, RealNumber
+from barchain.cli.common.options import programs_option
 from barchain.cli.common.terminal import say
 from barchain.cli.nightly.documents import (
     PAGE,
@@ -42,6 +43,7 @@ LEAST_MINUTES, MOST_MINUTES = 0.5, 1440.0
               help="Do this plan; default: the one that comes with barchain, see `--show-plan`.")  # fmt: skip
 @click.option("--minutes", metavar="M", type=RealNumber(LEAST_MINUTES, MOST_MINUTES),
               help="Give the night a budget of this wall time, in minutes; default: that of the plan.")  # fmt: skip
+@programs_option
 @history_option
 @click.option("--out", metavar="DIR", type=NamedPath(path_type=Path, file_okay=False), default=Path("nights"),
               show_default=True, help="Keep the results of each night in a folder in DIR.")  # fmt: skip
