@@ -297,7 +297,7 @@ def columns_of(job: Job, result: RunResult, solution: BoundedSolution) -> Row:
 def load_rows(bench: TimingBench, job: Job, time_limit_s: float) -> list[Row]:
     """Row on the share of the loads in a run's time, from runs with loads applied once and twice, in turn.
 
-    None if a run fails.
+    No row if a run fails.
     """
     pair = job, dataclasses.replace(job, options=(REPEATED_LOAD,))
     results = [[bench.run(each, time_limit_s, turn) for each in pair] for turn in LOAD_TURNS]

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 LEVELS = (Role.COARSE, Role.MAIN, Role.FINER)
+"""Settings of an engine, the coarsest first"""
 OTHER = {Role.COARSE: Role.MAIN, Role.MAIN: Role.FINER, Role.FINER: Role.MAIN, Role.PLAIN: Role.MAIN}
 """Run that a level's own error is estimated with: the next finer one; of the finest, the one before it, which is off by
 more"""
