@@ -83,8 +83,3 @@ class SceneRecord:
     def prescribed(self) -> list[dict[str, Any]]:
         """Prescribed rotations."""
         return rows(self.data.get("prescribed"))
-
-    @property
-    def model_difference(self) -> dict[str, Any]:
-        """Declared difference of models: ``com_m``, ``note``."""
-        return mapping(self.data.get("model_difference"))
