@@ -82,14 +82,14 @@ COMPARED_AT = 1e-8  # size at which digits are set against the number of bars
 
 def evaluation_charts(study: RoundoffData) -> tuple[list[Panel], list[Panel]]:
     """Errors of one evaluation against the size ratio and the number of bars: shown at once, and further ones."""
-    known, single = "Reactions from known motion: 80° chain", "roundoff-read-off"
+    known, read_off = "Reactions from known motion: 80° chain", "roundoff-read-off"
     first = (
         by_size(study, "roundoff-generic", "One evaluation in a generic state", forms(GENERIC)),
         by_size(study, "roundoff-horizontal-own", "Horizontal chain: error relative to its vanishing reaction",
                 forms(HORIZONTAL)),
         by_size(study, "roundoff-horizontal-ordinary", "Horizontal chain: error relative to m n² l",
                 forms(HORIZONTAL, ORDINARY)),
-        by_size(study, f"{single}-{DOUBLE}", f"{known}, {DOUBLE}", known_motion(DOUBLE)),
+        by_size(study, f"{read_off}-{DOUBLE}", f"{known}, {DOUBLE}", known_motion(DOUBLE)),
         by_size(study, "roundoff-sources", "Sources of error: generic state, float64", sources()),
         against_bars(study),
     )  # fmt: skip
@@ -97,7 +97,7 @@ def evaluation_charts(study: RoundoffData) -> tuple[list[Panel], list[Panel]]:
         by_size(study, f"roundoff-{k}", f"One evaluation: {state}", forms(state))
         for k, state in enumerate((STRAIGHT, SPIN, UNEQUAL))
     ]
-    further.append(by_size(study, f"{single}-{SINGLE}", f"{known}, {SINGLE}", known_motion(SINGLE)))
+    further.append(by_size(study, f"{read_off}-{SINGLE}", f"{known}, {SINGLE}", known_motion(SINGLE)))
     return drawn(first), drawn(further)
 
 

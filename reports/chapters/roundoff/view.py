@@ -41,6 +41,7 @@ from reports.chapters.roundoff.series import (
     spelled,
 )
 from reports.tables.roundoff import read_roundoff
+from reports.tables.rows import records
 from reports.text.numerals import as_given, span_text
 from reports.text.record import is_complete, mapping, rows
 
@@ -111,12 +112,7 @@ def view_roundoff(folder: Path) -> SimpleNamespace:
     )  # fmt: skip
 
 
-def records(table: pd.DataFrame) -> list[dict[Any, Any]]:
-    """Rows of a table."""
-    return table.to_dict("records")
-
-
-def fitted_first(laws: pd.DataFrame) -> list[dict[Any, Any]]:
+def fitted_first(laws: pd.DataFrame) -> list[dict[str, Any]]:
     """Rows of a table of laws, those without a fit last."""
     return sorted(records(laws), key=lambda r: number_or_none(r["exponent"]) is None)
 
@@ -156,7 +152,7 @@ def evaluation_laws(study: RoundoffData) -> tuple[list[dict[str, Any]], list[dic
     return found
 
 
-def shown_first(row: dict[Any, Any]) -> bool:
+def shown_first(row: dict[str, Any]) -> bool:
     """Whether a law is shown first: errors of formula and input together, in common arithmetics."""
     vanishing = row["state"] == HORIZONTAL and row["yardstick"] == ORDINARY
     return (
@@ -165,7 +161,7 @@ def shown_first(row: dict[Any, Any]) -> bool:
     )  # fmt: skip
 
 
-def best_law(study: RoundoffData, row: dict[Any, Any]) -> dict[str, Any]:
+def best_law(study: RoundoffData, row: dict[str, Any]) -> dict[str, Any]:
     """Law of the smallest error of runs, with the size at which an error that falls with the size leaves no digit."""
     constant, expected, u = (
         number_or_none(row["constant"]),
@@ -178,7 +174,7 @@ def best_law(study: RoundoffData, row: dict[Any, Any]) -> dict[str, Any]:
 
 
 def law(
-    study: RoundoffData, row: dict[Any, Any], of: tuple[str, ...], last_digit_ratio: float | None = None
+    study: RoundoffData, row: dict[str, Any], of: tuple[str, ...], last_digit_ratio: float | None = None
 ) -> dict[str, Any]:
     """Cells of a fitted law.
 
@@ -223,7 +219,7 @@ def signed(value: float | None) -> str:
     return "" if value is None else f"{value:z.2f}".replace("-", "\N{MINUS SIGN}")
 
 
-def word_of(row: dict[Any, Any]) -> str:
+def word_of(row: dict[str, Any]) -> str:
     """Word of a row's quantity."""
     return QUANTITIES.get(row["quantity"], (str(row["quantity"]), ""))[0].lower()
 
@@ -258,7 +254,7 @@ def differing(longitudes: list[dict[str, Any]], *, of_formula: bool) -> tuple[in
     return sum(p is not None and p < SIGNIFICANT for p in own), len(own), SIGNIFICANT * len(own)
 
 
-def times(row: dict[Any, Any]) -> tuple[str, ...]:
+def times(row: dict[str, Any]) -> tuple[str, ...]:
     """Code, arithmetic, number of bars; time of an evaluation in relative and absolute coordinates, and the ratio."""
     relative, absolute, ratio, low, high = (
         number_or_none(row.get(k)) for k in ("relative_s", "absolute_s", "ratio", "low", "high")
