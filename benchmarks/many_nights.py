@@ -76,9 +76,9 @@ def changed(
 
 def timed(words: str, work: Callable[[], object]) -> None:
     """Print the time of some work."""
-    start = time.perf_counter()
+    start, used = time.perf_counter(), time.process_time()
     work()
-    print(f"{words}: {time.perf_counter() - start:.2f} s")
+    print(f"{words}: {time.perf_counter() - start:.2f} s, {time.process_time() - used:.2f} s of the processor")
 
 
 def main() -> None:

@@ -11,7 +11,9 @@ import fnmatch
 import hashlib
 import io
 import itertools
+import os
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,7 +25,6 @@ from scenarios.nearest import nearest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Sequence
-    from pathlib import Path
 
     import pyarrow as pa
     from numpy.typing import NDArray
@@ -224,34 +225,39 @@ def read_table(nights: Sequence[NightSummary], read: Callable[[NightSummary], by
         Address of the history, which names its cache.
     """
     import pyarrow as pa  # noqa: PLC0415
+    import pyarrow.parquet as pq  # noqa: PLC0415
 
     months = [list(own) for _, own in itertools.groupby(nights, key=lambda night: night.name[:MONTH])]
     blocks = [cached_block(own, read, url) if own is not months[-1] else block_of(own, read) for own in months]
+
+    def taken(name: str) -> pa.ChunkedArray:
+        """Column of all blocks; columns are read one after the other, as all together would be held twice."""
+        texts = [] if name in NUMBERS else [name]
+        tables = (pq.read_table(b, columns=[name], read_dictionary=texts) if isinstance(b, Path) else b for b in blocks)
+        return pa.chunked_array([chunk for table in tables for chunk in table[name].chunks])
+
     if not blocks:
         return FigureTable((), (), *(np.zeros(0, np.int32),) * 2, dict.fromkeys(NUMBERS, np.zeros(0)),
                            dict.fromkeys(WORDS, np.zeros(0, np.int32)), {name: [] for name in WORDS})  # fmt: skip
-    whole = pa.concat_tables(blocks).unify_dictionaries().combine_chunks()
-    del blocks
-    series, keys = coded(whole["series"])
-    at, names = coded(whole["night"])
+    series, keys = coded(taken("series"))
+    at, names = coded(taken("night"))
     place = {night.name: k for k, night in enumerate(nights)}
     night = np.array([place[name] for name in names], np.int32)[at]
     order = np.argsort(series.astype(np.int64) * len(nights) + night)
     words, texts = {}, {}
     for name in WORDS:
-        codes, texts[name] = coded(whole[name])
+        codes, texts[name] = coded(taken(name))
         words[name] = codes[order]
-    numbers = {name: np.asarray(whole[name].to_numpy(), np.float64)[order] for name in NUMBERS}
-    return FigureTable(
-        tuple(nights), tuple(map(identity_of, keys)), series[order], night[order], numbers, words, texts
-    )  # fmt: skip
+    numbers = {name: np.asarray(taken(name).to_numpy(), np.float64)[order] for name in NUMBERS}
+    identities = tuple(map(identity_of, keys))
+    return FigureTable(tuple(nights), identities, series[order], night[order], numbers, words, texts)
 
 
 def coded(column: pa.ChunkedArray) -> tuple[NDArray[np.int32], list[str]]:
     """Codes (n,) of a column of texts, and the texts."""
-    one = column.combine_chunks()
-    one = one.chunk(0) if hasattr(one, "chunk") else one
-    return one.indices.to_numpy().astype(np.int32, copy=False), one.dictionary.to_pylist()
+    one = column.unify_dictionaries()
+    codes = np.concatenate([chunk.indices.to_numpy() for chunk in one.chunks])
+    return codes.astype(np.int32, copy=False), one.chunk(0).dictionary.to_pylist()
 
 
 def identity_of(key: str) -> FigureIdentity:
@@ -280,25 +286,27 @@ def block_of(nights: Sequence[NightSummary], read: Callable[[NightSummary], byte
     return pa.concat_tables(found).unify_dictionaries()
 
 
-def cached_block(nights: Sequence[NightSummary], read: Callable[[NightSummary], bytes], url: str) -> pa.Table:
-    """Figures of the nights of a month, from the cache where it has them."""
+def cached_block(nights: Sequence[NightSummary], read: Callable[[NightSummary], bytes], url: str) -> Path | pa.Table:
+    """File of the cache with the figures of the nights of a month; the figures themselves without a cache."""
     import pyarrow.parquet as pq  # noqa: PLC0415
 
     state = hashlib.sha256(repr([(night.name, night.digest) for night in nights]).encode()).hexdigest()[:16]
     folder, month = cache_of(url), nights[0].name[:MONTH]
     path = folder / f"{month}-{state}.parquet"
-    if path.is_file():
-        with contextlib.suppress(Exception):  # a damaged cache is made again
-            return pq.read_table(path, read_dictionary=["series", "night", *WORDS])
+    with contextlib.suppress(Exception):  # one that is not there, or damaged, is made again
+        if pq.read_metadata(path).num_rows == sum(night.figures for night in nights):
+            return path
     made = block_of(nights, read)
-    with contextlib.suppress(OSError):  # without a cache it only takes longer
+    try:
         folder.mkdir(parents=True, exist_ok=True)
         for old in folder.glob(f"{month}-*.parquet"):
             old.unlink()
-        part = path.with_suffix(".part")
+        part = path.with_suffix(f".{os.getpid()}.part")
         pq.write_table(made, part, compression="zstd")
         part.replace(path)
-    return made
+    except OSError:  # without a cache it only takes longer
+        return made
+    return path
 
 
 def cache_of(url: str) -> Path:
