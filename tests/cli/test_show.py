@@ -53,7 +53,7 @@ def test_two_folders_side_by_side_show_what_differs(
     compared: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     other, file = tmp_path / "other", tmp_path / "changes.csv"
-    words = WORDS.replace("rebound", "pymunk") + " --set reference:rtol=1e-10"
+    words = WORDS.replace("rebound", "pymunk") + " --set reference:rtol=1e-7"
     assert run(["-q", *words.split(), "--out", str(other)]) == 0
     assert run(["show", str(compared), str(other), "--csv", str(file)]) == 0
     found = pd.read_csv(file)
@@ -62,6 +62,10 @@ def test_two_folders_side_by_side_show_what_differs(
     capsys.readouterr()
     assert run(["show", str(compared), str(compared)]) == 0
     assert capsys.readouterr().out.strip() == "no difference"
+    assert run(["show", str(compared), str(other), "--judge"]) == 1
+    assert "  worse  basics/two_bars_free:reference:rtol=1e-07:attitude.max" in capsys.readouterr().out
+    assert run(["show", str(compared), str(compared), "--judge"]) == 0
+    assert run(["show", str(compared), "--judge"]) == 2
 
 
 @pytest.mark.parametrize(
