@@ -265,3 +265,22 @@ def test_places_survive_a_table_bit_for_bit(engine: type[Engine], tmp_path) -> N
         else:
             assert back.position_m is not None
             assert back.position_m.tobytes() == seen.position_m.tobytes()
+
+
+def test_a_joint_is_ignored_where_it_is_open_by_a_tenth_of_its_shorter_bar() -> None:
+    scene = scene_of("basics/two_bars_free")
+    lengths = sorted(scene.chain.length_m)
+    assert 0.13 * lengths[0] < 0.1 * lengths[1], "a tenth of the longer bar is more"
+    undeclared = type("Undeclared", (Exudyn,), {"observables": Exudyn.observables - {"gap"}})
+    seen = run(Exudyn, "basics/two_bars_free").replace(gap_m=None)
+    assert fault(scene, undeclared, opened(seen, 0.09 * lengths[0], after=1)) is None
+    found = fault(scene, undeclared, opened(seen, 0.13 * lengths[0], after=1))
+    assert found is not None
+    assert found[0] is Outcome.JOINTS_IGNORED
+
+
+@pytest.mark.parametrize(("late", "refused"), [(0.5e-9, False), (3e-9, True)])
+def test_samples_are_at_the_instants_asked_for_to_a_billionth_of_the_run(late: float, refused: bool) -> None:
+    scene, seen = scene_of(), run(Reference)
+    found = fault(scene, Reference, seen.replace(t_s=seen.t_s + late * scene.run.duration_s))
+    assert (found is not None) is refused
