@@ -103,11 +103,14 @@ class Trial:
         return engine_with_fault(fault, self.inserted_size, self.host, runs, main) if fault else self.host
 
     def with_fault(self, job: Job, made: RunResult) -> RunResult:
-        """Result of a run with the fault in it; where the fault is in the samples, they are changed here."""
+        """Result of a run with the fault in it; where the fault is in the samples, they are changed here.
+
+        A replay has no durations: a kept verdict is known by what it judges, which has to be the same in every process.
+        """
         fault = self.inserted_fault
         if fault is None or not fault.replays or not fault.acts_in(job.role) or made.trajectory is None:
             return made
-        return run_phases(job, self.faulty_engine({job.setting: made.trajectory}))
+        return replace(run_phases(job, self.faulty_engine({job.setting: made.trajectory})), seconds={})
 
 
 @dataclass(frozen=True)

@@ -1,1 +1,0 @@
-"""Formulations of the reactions, and the exact states in which their round-off is measured."""

@@ -1,1 +1,0 @@
-"""Power laws fitted to the tables of errors."""

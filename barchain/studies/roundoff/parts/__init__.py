@@ -1,1 +1,0 @@
-"""Parts of the study: each measures the rows of one table."""
