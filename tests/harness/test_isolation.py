@@ -34,7 +34,7 @@ FAULTS = {
     "GivesUp": (Outcome.FAILED, "step size became zero"),
     "Raises": (Outcome.FAILED, "ZeroDivisionError: inside the engine"),
     "DoesNotImport": (Outcome.MISSING, "libmissing.so"),
-    "ReturnsNan": (Outcome.NOT_FINITE, "angle_rad is not finite from sample 7"),
+    "ReturnsNan": (Outcome.NOT_FINITE, "angle_rad is not finite from sample 100"),
     "StopsEarly": (Outcome.INCOMPLETE, "returned 100 of 201 samples"),
     "DropsChannel": (Outcome.INCOMPLETE, "declares but does not return: reaction"),
     "WrongShape": (Outcome.INCOMPLETE, "rate_rad_s has shape (201, 1), expected (201, 2)"),

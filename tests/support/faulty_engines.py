@@ -1,16 +1,14 @@
-"""Engines that go wrong in one way each: the reference, with a fault inserted."""
+"""Engines that go wrong in one way each: by a mistake of the catalogue, or by what their process does."""
 
 import ctypes
-import dataclasses
 import os
 import time
 from typing import ClassVar
 
-import numpy as np
-
 from adapters.engine import Engine, EngineError
 from adapters.reference.numpy_engines import Reference
-from adapters.trajectory import Observable
+from barchain.faults.catalogue import find
+from barchain.faults.insertion import engine_with_fault
 from barchain.runs.environment import THREADS
 
 TRACE = "BARCHAIN_TEST_TRACE"
@@ -45,6 +43,26 @@ class Unmodified(Faulty):
     """No fault."""
 
 
+def planted(called, name, size=None, module=__name__):
+    """Class of the reference with a mistake of the catalogue; by default at its natural size."""
+    fault = find(name)
+    found = engine_with_fault(fault, fault.natural if size is None else size, Reference)
+    found.__name__, found.__module__ = called, module
+    return found
+
+
+ReturnsNan = planted("ReturnsNan", "nan-attitude")
+StopsEarly = planted("StopsEarly", "cut")
+DropsChannel = planted("DropsChannel", "dropped-reaction")
+LateClock = planted("LateClock", "clock-stretched")
+IgnoresJoints = planted("IgnoresJoints", "opened-gap", 1e3)
+IgnoresJointsInSilence = planted("IgnoresJointsInSilence", "joints-ignored-in-silence")
+SwapsSign = planted("SwapsSign", "sign-reaction")
+WrongVelocity = planted("WrongVelocity", "scale-com-velocity", 1e-9)
+IsSloppy = planted("IsSloppy", "loosened", 1e6)
+"""Mistakes of the catalogue"""
+
+
 class Segfault(Faulty):
     def simulate(self):
         print("about to go", flush=True)
@@ -76,62 +94,9 @@ class DoesNotImport(Faulty):
         raise ImportError("libmissing.so: cannot open shared object file")
 
 
-class ReturnsNan(Faulty):
-    def change(self, seen):
-        angle = seen.angle_rad.copy()
-        angle[7, 1] = np.nan
-        return seen.replace(angle_rad=angle)
-
-
-class StopsEarly(Faulty):
-    def change(self, seen):
-        half = len(seen.t_s) // 2
-        arrays = {k: v[:half] for k, v in vars(seen).items() if isinstance(v, np.ndarray)}
-        return dataclasses.replace(seen, **arrays)
-
-
-class DropsChannel(Faulty):
-    def change(self, seen):
-        return dataclasses.replace(seen, reaction_N=None)
-
-
 class WrongShape(Faulty):
     def change(self, seen):
         return seen.replace(rate_rad_s=seen.rate_rad_s[:, :1])
-
-
-class LateClock(Faulty):
-    def change(self, seen):
-        return seen.replace(t_s=seen.t_s * (1 + 1e-6))
-
-
-class IgnoresJoints(Faulty):
-    def change(self, seen):
-        return seen.replace(gap_m=seen.gap_m + 0.3 * seen.t_s[:, None])
-
-
-class IgnoresJointsInSilence(Faulty):
-    """Free bars, and no gap to tell of it."""
-
-    observables: ClassVar = Reference.observables - {Observable.GAP}
-
-    def change(self, seen):
-        straight = seen.angle_rad[0] + np.outer(seen.t_s, seen.rate_rad_s[0])
-        rate = np.broadcast_to(seen.rate_rad_s[0], seen.rate_rad_s.shape)
-        zero = np.zeros_like(seen.reaction_N)
-        return seen.replace(angle_rad=straight, rate_rad_s=rate, reaction_N=zero, gap_m=None)
-
-
-class SwapsSign(Faulty):
-    def change(self, seen):
-        return seen.replace(reaction_N=-seen.reaction_N)
-
-
-class WrongVelocity(Faulty):
-    """A track that is right, with velocities that are not its own."""
-
-    def change(self, seen):
-        return seen.replace(com_velocity_m_s=seen.com_velocity_m_s * (1 + 1e-9))
 
 
 class LeavesTraces(Faulty):
@@ -170,13 +135,6 @@ class LosesItsGrip(Faulty):
     def build(self, scene, setting):
         super().build(scene, setting)
         self.scene = scene.name
-
-
-class IsSloppy(Faulty):
-    """A tolerance loosened on the quiet: both settings run at 1e-3."""
-
-    def build(self, scene, setting):
-        super().build(scene, dataclasses.replace(setting, value=setting.value * 1e6))
 
 
 class Chatters(Faulty):

@@ -13,8 +13,7 @@ from adapters.reference.numpy_engines import Reference
 from adapters.registry import Registration
 from barchain.judge.checks.beyond_limit import MAX_KINETIC_RATIO
 from scenarios import load_scene
-from tests.support import faulty_engines
-from tests.support.faulty_engines import Faulty
+from tests.support.faulty_engines import Faulty, planted
 
 if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
@@ -111,12 +110,8 @@ class CanNotFactor(Faulty):
         raise np.linalg.LinAlgError("not positive definite")
 
 
-class Lands(Faulty):
-    """Ends where the reference solution does not."""
-
-    def change(self, engine_runs: Trajectory) -> Trajectory:
-        early = faulty_engines.StopsEarly.change(self, engine_runs)
-        return dataclasses.replace(early, ended="a bar reached the surface")
+Lands = planted("Lands", "invented-end", 0.5, __name__)
+"""Ends where the reference solution does not"""
 
 
 class CanNot(Faulty):
