@@ -153,6 +153,8 @@ def roundoff_rows(folder: Path) -> Rows:
     for table, keys in KEYS.items():
         for row in records(getattr(tables, table)):
             where = {"quantity": "reaction"} | {key: row[key] for key in keys}
+            if row.get("against") == "steps" and not row["expected"] >= 0.0:  # beside the law of round-off
+                where["against"] = "steps, truncation"
             if table in LAWS:
                 ends = {"low": row["low"], "high": row["high"], "reason": row["remark"]}
                 found.add(f"{table}.exponent", row["exponent"], **ends, **where)

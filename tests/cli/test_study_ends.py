@@ -15,7 +15,7 @@ from barchain.cli.main import run
 from barchain.runs.timing.left_out import failures
 from barchain.studies.ensemble.statistics import RunTally
 from barchain.studies.ensemble.study import EnsembleSummary
-from barchain.studies.roundoff.run import RoundoffResult
+from barchain.studies.roundoff.study import RoundoffResult
 from barchain.studies.selftest.trial import SceneRuns
 from barchain.studies.stability.expected import recorded
 from reports.tables.reading import DamagedResultsError

@@ -9,11 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from barchain.studies.roundoff.formulations.definitions import FORMULATIONS
-from barchain.studies.roundoff.formulations.production import PRODUCTION
-from barchain.studies.roundoff.formulations.states import EvaluationCase, StateKind, exact_case
-from barchain.studies.roundoff.parts.evaluation import BOTH, REACTION, errors
+from barchain.studies.roundoff.evaluation import BOTH, REACTION, errors
+from barchain.studies.roundoff.formulations import FORMULATIONS, PRODUCTION
 from barchain.studies.roundoff.plan import DECADES
+from barchain.studies.roundoff.states import EvaluationCase, StateKind, exact_case
 from reference_impl.precision.arithmetic import FLOAT32, FLOAT64, exact_numbers
 from tests.reference.cancellation import errors_of_all
 from tests.support.kernel import needs_kernel

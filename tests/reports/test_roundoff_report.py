@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from barchain.studies.roundoff.objects import objects
+from barchain.studies.roundoff.study import OBJECTS
 from reports.chapters.roundoff.axes import name_box, staggered
 from reports.chapters.roundoff.series import NamedObject, RoundoffData, length, spelled
 from reports.chapters.roundoff.view import law, view_roundoff
@@ -188,7 +188,7 @@ def test_every_line_of_a_chart_has_a_sign_besides_its_colour(tmp_path):
 
 
 def test_names_on_the_axis_hide_neither_each_other_nor_their_lines():
-    places = [name_box(NamedObject(**o), (6e-13, 2e-2)) for o in objects()]
+    places = [name_box(NamedObject(**o), (6e-13, 2e-2)) for o in OBJECTS]
     rows = staggered(places)
     for k, (at, left, right) in enumerate(places):
         for (other_at, other_left, other_right), level in zip(places[:k], rows[:k], strict=True):

@@ -6,22 +6,24 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import barchain.studies.roundoff.parts.engines as module
+import barchain.studies.roundoff.engines as module
 from adapters.common.initial_state import initial_state
 from adapters.exudyn.adapter import ExudynAbsoluteIndex3
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES, Registration, UnknownEngineError
-from barchain.studies.roundoff import plan
-from barchain.studies.roundoff.formulations import third_parties
-from barchain.studies.roundoff.formulations.states import EvaluationCase, StateKind, exact_case
-from barchain.studies.roundoff.formulations.third_parties import THIRD_PARTIES, present
-from barchain.studies.roundoff.laws.engine_fits import NEAR, UNEXPLAINED, engine_laws
-from barchain.studies.roundoff.laws.fits import evaluation_laws, expected_exponent
-from barchain.studies.roundoff.parts.engines import attempt, engine_rows, scene_at, setting_of
-from barchain.studies.roundoff.parts.evaluation import errors, rows_of
-from barchain.studies.roundoff.parts.trajectories import ScaledScene, solution_of
+from barchain.record.environment import provenance
+from barchain.record.study_store import StudyStore
+from barchain.studies.roundoff import plan, third_parties
+from barchain.studies.roundoff.engine_laws import NEAR, UNEXPLAINED, engine_laws
+from barchain.studies.roundoff.engines import attempt, engine_rows, scene_at, setting_of
+from barchain.studies.roundoff.evaluation import errors, rows_of
+from barchain.studies.roundoff.laws import evaluation_laws, expected_exponent
 from barchain.studies.roundoff.plan import SWEEPS, make_plan
+from barchain.studies.roundoff.states import EvaluationCase, StateKind, exact_case
+from barchain.studies.roundoff.third_parties import THIRD_PARTIES, present
+from barchain.studies.roundoff.trajectories import ScaledScene, solution_of
 from reference_impl.precision.arithmetic import EXACT, FLOAT64, exact_numbers
+from reports.tables.roundoff import FILES, roundoff_rows
 from scenarios import load_scene
 
 RATIOS = (1e-3, 1e-5, 1e-7)
@@ -180,6 +182,15 @@ def test_laws_tell_truncation_from_round_off_and_one_size_from_another():
     size = found.loc["ratio"].iloc[0]
     assert np.isnan(size.exponent)  # at one size in three truncation still rules
     assert size.remark == "truncation still rules the finest step at most sizes"
+
+
+def test_rows_tell_the_law_of_truncation_from_that_of_round_off(tmp_path):
+    """Both are against steps, at one size."""
+    store = StudyStore(FILES, tmp_path, provenance("barchain roundoff") | {"parts": {"engines": {}}})
+    store.write("engine_laws", engine_laws(pd.DataFrame(curve("pymunk", "inertial", 1e-7, noisy(1e-15)))))
+    found = roundoff_rows(tmp_path).frame()
+    fitted = found[found.metric == "engine_laws.exponent"]
+    assert {"steps", "steps, truncation"} <= {tags.partition("against=")[2].partition(";")[0] for tags in fitted.tags}
 
 
 def test_what_is_not_as_expected_is_said():

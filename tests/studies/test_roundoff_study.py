@@ -9,21 +9,19 @@ import pandas as pd
 import pytest
 
 from barchain.runs.executors import LocalProcesses
-from barchain.studies.roundoff.formulations.states import EvaluationCase, StateKind
-from barchain.studies.roundoff.laws import fits as laws
-from barchain.studies.roundoff.laws.fits import best_laws, best_table, evaluation_laws, growth_laws
-from barchain.studies.roundoff.parts.evaluation import rows_of
-from barchain.studies.roundoff.parts.longitudes import longitude_rows
-from barchain.studies.roundoff.parts.times import many_states, one_state
-from barchain.studies.roundoff.parts.trajectories import (
+from barchain.studies.roundoff import laws
+from barchain.studies.roundoff.evaluation import longitude_rows, many_states, one_state, rows_of
+from barchain.studies.roundoff.laws import best_laws, best_table, evaluation_laws, growth_laws
+from barchain.studies.roundoff.plan import DECADES, PARTS, RoundoffPlan, RoundoffTask, make_plan
+from barchain.studies.roundoff.states import EvaluationCase, StateKind
+from barchain.studies.roundoff.study import RoundoffStudy
+from barchain.studies.roundoff.trajectories import (
     ScaledScene,
     chosen_step_rows,
     equal_step_rows,
     growth_rows,
     solution_of,
 )
-from barchain.studies.roundoff.plan import DECADES, PARTS, RoundoffPlan, RoundoffTask, make_plan
-from barchain.studies.roundoff.study import RoundoffStudy
 from barchain.studies.study import Reporter, run_study
 from reports.tables.roundoff import COLUMNS, read_roundoff
 from scenarios import load_scene
@@ -220,11 +218,10 @@ def test_the_plan_has_every_state_size_and_arithmetic_and_at_least_30_members():
 
 def small_plan():
     """A second's work, with a task that fails."""
-    function = "barchain.studies.roundoff.parts.evaluation:rows_of"
     ways = (("relative", "absolute"), ("float64",))
     cases = [EvaluationCase(StateKind.GENERIC, 2, r, 4) for r in (1e-3, 1e-5, 1e-7)]
-    good = [RoundoffTask("evaluation", f"{c.ratio:g}", function, (c, *ways)) for c in cases]
-    wrong = RoundoffTask("evaluation", "wrong", function, (cases[0], ("nonsense",), ("float64",)))
+    good = [RoundoffTask("evaluation", f"{c.ratio:g}", rows_of, (c, *ways)) for c in cases]
+    wrong = RoundoffTask("evaluation", "wrong", rows_of, (cases[0], ("nonsense",), ("float64",)))
     return RoundoffPlan((*good, wrong), full=False, executor=LocalProcesses(1))
 
 
@@ -273,9 +270,9 @@ def test_parts_are_known_to_the_command_line():
 
 def test_a_fresh_process_evaluates_every_form_of_the_product():
     code = (
-        "from barchain.studies.roundoff.formulations.production import PRODUCTION\n"
-        "from barchain.studies.roundoff.formulations.states import EvaluationCase, StateKind\n"
-        "from barchain.studies.roundoff.parts.evaluation import rows_of\n"
+        "from barchain.studies.roundoff.formulations import PRODUCTION\n"
+        "from barchain.studies.roundoff.states import EvaluationCase, StateKind\n"
+        "from barchain.studies.roundoff.evaluation import rows_of\n"
         "rows = rows_of(EvaluationCase(StateKind.GENERIC, 2, 1e-4, 2), tuple(PRODUCTION), ('float64',))\n"
         "print(sorted({row['formulation'] for row in rows}))\n"
     )

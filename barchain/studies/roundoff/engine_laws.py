@@ -26,8 +26,8 @@ import numpy as np
 import pandas as pd
 
 from barchain.runs.timing.orders import FEWEST, LEAST_SLOPE, SCATTERED, STRAIGHT
-from barchain.studies.roundoff.laws.fits import grouped, line
-from barchain.studies.roundoff.parts.engines import INERTIAL
+from barchain.studies.roundoff.engines import INERTIAL
+from barchain.studies.roundoff.laws import grouped, line
 from reports.tables.roundoff import ENGINE_COLUMNS, ENGINE_LAW_COLUMNS
 
 if TYPE_CHECKING:

@@ -19,16 +19,16 @@ from adapters.trajectory import Observable
 from barchain.runs.declared import engine_class
 from barchain.runs.raised import exception_words
 from barchain.runs.trajectory_checks import fault
-from barchain.studies.roundoff.formulations.states import EQUATOR_M
-from barchain.studies.roundoff.parts.evaluation import SHARES, quantiles
-from barchain.studies.roundoff.parts.trajectories import MARGIN, judged
+from barchain.studies.roundoff.evaluation import SHARES, quantiles
+from barchain.studies.roundoff.states import EQUATOR_M
+from barchain.studies.roundoff.trajectories import MARGIN, judged
 from reference_impl.precision.coordinates import ChainObservables
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
     from adapters.engine import Engine
     from adapters.trajectory import Array, Trajectory
-    from barchain.studies.roundoff.parts.trajectories import HighPrecisionSolution, ScaledScene
+    from barchain.studies.roundoff.trajectories import HighPrecisionSolution, ScaledScene
     from scenarios import Scene
 
 INERTIAL, MOVING = "inertial", "moving"

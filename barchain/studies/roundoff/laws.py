@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 
 from barchain.runs.timing.orders import FEWEST, slope
-from barchain.studies.roundoff.formulations.definitions import LONGEST_STEP
-from barchain.studies.roundoff.formulations.states import StateKind
-from barchain.studies.roundoff.formulations.third_parties import FALLS, THIRD_PARTIES
-from barchain.studies.roundoff.parts.evaluation import BOTH, FORMULA, INPUT, REACTION
-from barchain.studies.roundoff.parts.trajectories import GROWS_FROM
+from barchain.studies.roundoff.evaluation import BOTH, FORMULA, INPUT, REACTION
+from barchain.studies.roundoff.formulations import LONGEST_STEP
+from barchain.studies.roundoff.states import StateKind
+from barchain.studies.roundoff.third_parties import FALLS, THIRD_PARTIES
+from barchain.studies.roundoff.trajectories import GROWS_FROM
 from reference_impl.precision.arithmetic import ARITHMETICS
 from reports.tables.roundoff import BEST_LAW_COLUMNS, GROWTH_LAW_COLUMNS, LAW_COLUMNS, RUN
 
@@ -37,7 +37,7 @@ def expected_exponent(state: str, formulation: str, yardstick: str, source: str 
     Counted from the body's centre, a place is known to u r, gravity's differences over a bar, n² l, to n² u r: 1/ratio
     of them. Counted from the centre of mass, everything is known to u of itself. Reactions of a horizontal chain are
     m n² l times the ratio squared, and against them either error is larger by that. Third parties' frames have
-    exponents of their own, :mod:`barchain.studies.roundoff.formulations.third_parties`.
+    exponents of their own, :mod:`barchain.studies.roundoff.third_parties`.
     """
     base = own_exponent(formulation, source)
     return base - 2.0 if state == StateKind.HORIZONTAL.value and yardstick == REACTION else base

@@ -1,4 +1,4 @@
-"""Plan of a round-off study: tasks for a pool of processes, each some rows of one table."""
+"""Plan of a round-off study: tasks for other processes, each some rows of one table."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 from adapters.registry import ENGINES
 from barchain.runs.executors import ALL_CORES
-from barchain.studies.roundoff.formulations.states import EvaluationCase, StateKind
-from barchain.studies.roundoff.formulations.third_parties import present
-from barchain.studies.roundoff.parts.trajectories import ScaledScene
+from barchain.studies.roundoff.evaluation import longitude_rows
+from barchain.studies.roundoff.states import EvaluationCase, StateKind
+from barchain.studies.roundoff.third_parties import present
+from barchain.studies.roundoff.trajectories import ScaledScene, chosen_step_rows, equal_step_rows, growth_rows
 from scenarios import load_scene
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from barchain.runs.executors import Executor
 
@@ -51,8 +52,8 @@ class RoundoffTask:
 
     table: str
     title: str
-    function: str
-    """``module:function``"""
+    function: Callable[..., list[dict[str, Any]]]
+    """Of a module, so that a process can import it"""
     arguments: tuple[Any, ...]
     solution: ScaledScene | None = None
     """Whose high-precision solution is the function's first argument"""
@@ -74,11 +75,6 @@ class RoundoffPlan:
     def turns(self) -> int:
         """Number of tasks to be reported."""
         return len(self.tasks) + bool(self.time_bars)
-
-    @property
-    def high_precision_solutions(self) -> tuple[ScaledScene, ...]:
-        """Reference solutions of the tasks, each once."""
-        return tuple(dict.fromkeys(t.solution for t in self.tasks if t.solution is not None))
 
 
 def make_plan(
@@ -163,17 +159,16 @@ def evaluation(
     """Errors of some formulations at one case."""
     title = f"{kind}, {bars} bars, {ratio:.0e}"
     arguments = (EvaluationCase(kind, bars, ratio), formulations, arithmetics)
-    return RoundoffTask("evaluation", title, "barchain.studies.roundoff.parts.evaluation:rows_of", arguments)
+    return RoundoffTask("evaluation", title, "barchain.studies.roundoff.evaluation:rows_of", arguments)
 
 
 def longitudes() -> list[RoundoffTask]:
     """Errors by sector of the longitude."""
-    function = "barchain.studies.roundoff.parts.longitudes:longitude_rows"
     return [
         RoundoffTask(
             "longitudes",
             f"longitudes, {kind}",
-            function,
+            longitude_rows,
             (EvaluationCase(kind, 5, 1e-5, 256), ("relative", "absolute"), SHORT),
         )
         for kind in (StateKind.GENERIC, StateKind.STRAIGHT)
@@ -184,7 +179,6 @@ def trajectories(full: bool) -> list[RoundoffTask]:
     """One orbit, at many steps and tolerances."""
     ratios = DECADES[1::1] if full else (1e-3, 1e-5, 1e-7, 1e-9)
     family = ScaledScene(load_scene(SCENE), ratios, 32)
-    module = "barchain.studies.roundoff.parts.trajectories"
     finest = {("rk4", "float64"): 13 if full else 9, ("rk4", "float32"): 7, ("dop853", "float64"): 7 if full else 6,
               ("dop853", "float32"): 4}  # fmt: skip
     found = []
@@ -194,14 +188,12 @@ def trajectories(full: bool) -> list[RoundoffTask]:
                 continue  # truncation, which is the same in all coordinates, still rules there
             title = f"{name}, {arithmetic}, {method}, {2**power * family.samples} steps"
             arguments = (arithmetic, name, method, 2**power)
-            found.append(RoundoffTask("trajectories", title, f"{module}:equal_step_rows", arguments, family))
+            found.append(RoundoffTask("trajectories", title, equal_step_rows, arguments, family))
     exponents = {"float64": range(3, 16, 1 if full else 2), "float32": range(2, 8)}
     for name, (arithmetic, powers) in itertools.product(COORDINATES, exponents.items()):
         rtols = tuple(10.0**-k for k in powers)
         title = f"{name}, {arithmetic}, dop853, own steps"
-        found.append(
-            RoundoffTask("trajectories", title, f"{module}:chosen_step_rows", (arithmetic, name, rtols), family)
-        )
+        found.append(RoundoffTask("trajectories", title, chosen_step_rows, (arithmetic, name, rtols), family))
     return found[::-1]  # the longest first
 
 
@@ -209,9 +201,10 @@ def growths(full: bool) -> list[RoundoffTask]:
     """Many orbits, at a step where truncation is below round-off."""
     orbits, ratios = (32, (1e-3, 1e-5, 1e-7)) if full else (5, (1e-3, 1e-5))
     family = ScaledScene(load_scene(SCENE), ratios, 32, orbits, 4 * orbits)
-    function = "barchain.studies.roundoff.parts.trajectories:growth_rows"
     return [
-        RoundoffTask("growth", f"{name}, float64, {orbits} orbits", function, ("float64", name, "dop853", 64), family)
+        RoundoffTask(
+            "growth", f"{name}, float64, {orbits} orbits", growth_rows, ("float64", name, "dop853", 64), family
+        )
         for name in COORDINATES
     ]
 
@@ -230,6 +223,4 @@ def engines(full: bool) -> list[RoundoffTask]:
 def engine_run(family: ScaledScene, name: str, size: int, value: float) -> RoundoffTask:
     """One engine at one size and setting."""
     title = f"{name}, {family.ratios[size]:.0e}, {value:g}"
-    return RoundoffTask(
-        "engines", title, "barchain.studies.roundoff.parts.engines:engine_rows", (name, size, value), family
-    )
+    return RoundoffTask("engines", title, "barchain.studies.roundoff.engines:engine_rows", (name, size, value), family)

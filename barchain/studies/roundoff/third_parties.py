@@ -23,7 +23,7 @@ from adapters.bar_loads.gravity import AbsoluteLoads, Loads, MovingLoads
 from adapters.mujoco.chain import AppliedLoads, data_at, installed, model_of, reactions
 from adapters.pinocchio.chain import PinocchioChain
 from adapters.registry import ENGINES
-from barchain.studies.roundoff.formulations.definitions import Formulation, Given, circular_m_s
+from barchain.studies.roundoff.formulations import Formulation, Given, circular_m_s
 from reference_impl.precision.arithmetic import EXACT, FLOAT64, Arithmetic, Values
 from reference_impl.precision.chain import AbsoluteState, ChainParameters, bar_centres, directions
 from reference_impl.precision.formulations import absolute
@@ -31,7 +31,7 @@ from scenarios import Scene, load_scene
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array
-    from barchain.studies.roundoff.formulations.states import Exact
+    from barchain.studies.roundoff.states import Exact
 
 TEMPLATE = "paper/fig15"  # a scene of the paper's gravity; chain and body are exchanged
 MOVING, INERTIAL, PLACES = "moving frame", "inertial", "inertial places"

@@ -8,14 +8,15 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 import gmpy2
 import numpy as np
 
-from barchain.studies.roundoff.formulations.states import EQUATOR_M
-from barchain.studies.roundoff.parts.evaluation import quantiles
+from barchain.runs.message import message_bytes, read_message
+from barchain.studies.roundoff.evaluation import quantiles
+from barchain.studies.roundoff.states import EQUATOR_M
 from reference_impl.precision.arithmetic import ARITHMETICS, EXACT, LONG, Values, exact_numbers
 from reference_impl.precision.chain import ChainParameters
 from reference_impl.precision.coordinates import ChainObservables, InitialChains
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 SOLUTION_STEPS = 64, 48  # an orbit, of order 14: the high-precision solution's, and those that tell its error
 GROWS_FROM = 1.0  # orbits: the motion's own oscillation is averaged out
 REDRAWN = 400  # times that members are drawn again
+OBSERVABLES = tuple(f.name for f in fields(ChainObservables))
 MARGIN = 10.0  # a high-precision solution tells errors this many times its own
 
 
@@ -89,6 +91,28 @@ def solution_of(family: ScaledScene) -> HighPrecisionSolution:
     found = HighPrecisionSolution(family, fine, {})
     apart = judged(found, coarse, np.zeros(len(ratios)), np.arange(len(ratios)))
     return HighPrecisionSolution(family, fine, {quantity: values.max(axis=0) for quantity, values in apart.items()})
+
+
+def solution_bytes(family: ScaledScene) -> bytes:
+    """Message with a high-precision solution, made here; arrays of long doubles."""
+    found = solution_of(family)
+    seen = {f"{k} {name}": getattr(one, name) for k, one in enumerate(found.seen) for name in OBSERVABLES}
+    return message_bytes({}, seen | {f"error {k}": v.astype(np.longdouble) for k, v in found.error.items()})
+
+
+def solution_from(family: ScaledScene, content: bytes) -> HighPrecisionSolution:
+    """High-precision solution of a message.
+
+    Raises
+    ------
+    MessageError, KeyError
+        If a part is missing, or of another type.
+    """
+    _, arrays = read_message(content, np.longdouble)
+    count = sum(name.endswith(OBSERVABLES[0]) for name in arrays)
+    seen = tuple(ChainObservables(*(arrays[f"{k} {name}"] for name in OBSERVABLES)) for k in range(count))
+    error = {k.removeprefix("error "): v.astype(float) for k, v in arrays.items() if k.startswith("error ")}
+    return HighPrecisionSolution(family, seen, error)
 
 
 def judged(
