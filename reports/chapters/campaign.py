@@ -34,7 +34,7 @@ FINDINGS = (CellClass.FALSE_ALARM, CellClass.MISSED)
 def view_campaign(folder: Path) -> SimpleNamespace:
     """Contents of the page, from the campaign in a result folder."""
     tables = read_campaign(folder)
-    cells, rates = tables.cells, tables.rates
+    cells, rates = tables.campaign, tables.rates
     unmodified, faulty = cells[cells["fault"] == ""], cells[cells["fault"] != ""]
     return SimpleNamespace(
         record=tables.record,

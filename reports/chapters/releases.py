@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from reports.tables.nights.releases import ReleasesTables
+    from reports.tables.files import StudyTables
 
     Curve = tuple[str, pd.DataFrame]  # label, rows with `version` and the drawn column
 
@@ -47,7 +47,7 @@ def view_releases(folder: Path) -> SimpleNamespace:
     )
 
 
-def release_rows(tables: ReleasesTables) -> list[dict[str, Any]]:
+def release_rows(tables: StudyTables) -> list[dict[str, Any]]:
     """Releases in their order: state, digits compared with the last release that runs, time ratio, sizes."""
     found, before = [], dict[str, str]()
     for row in tables.releases.to_dict("records"):
@@ -96,7 +96,7 @@ def measured(value: float, factor: float, unit: str) -> str:
     return f"{significant(factor * value)} {unit}" if known(value) else ""
 
 
-def release_charts(tables: ReleasesTables) -> list[Panel]:
+def release_charts(tables: StudyTables) -> list[Panel]:
     """Charts of errors, times and sizes against the release."""
     good = tables.errors[tables.errors["value"] > 0.0]
     charts = []
@@ -118,7 +118,7 @@ def by(table: pd.DataFrame, column: str) -> list[Curve]:
     return [(str(word), part) for word, part in table.groupby(column, sort=False)]
 
 
-def release_chart(tables: ReleasesTables, title: str, unit: str, curves: Sequence[Curve], column: str) -> Panel | None:
+def release_chart(tables: StudyTables, title: str, unit: str, curves: Sequence[Curve], column: str) -> Panel | None:
     """Chart on a logarithmic axis; None if there is nothing to draw."""
     versions = [str(v) for v in tables.releases["version"]]
     place = {version: k for k, version in enumerate(versions)}

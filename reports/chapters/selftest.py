@@ -57,7 +57,7 @@ def view_selftest(folder: Path) -> SimpleNamespace:
     """Contents of the page and of the terminal, from the study in a result folder."""
     tables = read_selftest(folder)
     about, scenes = mapping(tables.record.get("faults")), list(mapping(tables.record.get("scenes")))
-    cells = cells_of(tables.cells)
+    cells = cells_of(tables.selftest)
     rows = [
         row_of(name, words, [cells[name, s] for s in scenes if (name, s) in cells]) for name, words in about.items()
     ]

@@ -141,11 +141,6 @@ def given_markup(value: object) -> str:
     return powers(text)
 
 
-def is_nan(value: object) -> bool:
-    """Whether a cell is empty."""
-    return isinstance(value, float) and math.isnan(value)
-
-
 def span_text(value: float | None) -> str:
     """``1.24 ms``."""
     if value is None:

@@ -11,8 +11,7 @@ import pandas as pd
 import pytest
 from jinja2 import Template
 
-from reports.chapters.registry import CHAPTERS
-from reports.render import render_all
+from reports.render import CHAPTERS, render_all
 from reports.tables.crossval import METRIC_COLUMNS
 from reports.tables.effects import COLUMNS
 from reports.tables.schema import KEY, SCHEMA_VERSION

@@ -9,8 +9,7 @@ import pytest
 from barchain.cli.main import run
 from barchain.record.environment import provenance
 from barchain.record.study_store import StudyStore
-from reports.chapters.registry import CHAPTERS
-from reports.render import render_all
+from reports.render import CHAPTERS, render_all
 from reports.tables.cost import read_cost
 from reports.tables.crossval import FILES, read_results
 from reports.tables.effects import read_effects

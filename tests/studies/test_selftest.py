@@ -297,16 +297,16 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.slow
 def test_the_command_writes_its_tables(folder: Path) -> None:
     tables = read_selftest(folder)
-    assert list(tables.cells.columns) == list(COLUMNS)
+    assert list(tables.selftest.columns) == list(COLUMNS)
     assert tables.record["finished"]
     assert tables.record["passed"]
-    fates = tables.cells.groupby("fault").fate.first().to_dict()
+    fates = tables.selftest.groupby("fault").fate.first().to_dict()
     assert fates[UNMODIFIED] == "clean"
     assert fates["mass"] == "not applicable"
     assert {fates[n] for n in ("nan-com", "gravity-torque-sign", "scale-rate")} == {"killed"}
     sizes = spread_rows(FILES, folder)
     assert set(sizes.fault[sizes.metric == CAUGHT]) == {"scale-rate"}
-    rate = tables.cells.query("fault == 'scale-rate' and killed")
+    rate = tables.selftest.query("fault == 'scale-rate' and killed")
     assert set(rate.quantity) == {"rate", "angular_momentum_about_com"}
 
 

@@ -30,8 +30,8 @@ def alarm_test(folder: Path, seed: int = 0) -> AlarmTest | None:
     if not FILES.has_record(folder) or not FILES.has(folder, "selftest"):
         return None
     tables = read_selftest(folder)
-    unmodified = tables.cells["fault"].isin(list(CONTROLS))
-    faults, controls = tables.cells[~unmodified], tables.cells[unmodified]
+    unmodified = tables.selftest["fault"].isin(list(CONTROLS))
+    faults, controls = tables.selftest[~unmodified], tables.selftest[unmodified]
     if not tables.record.get("complete"):
         faults = faults[faults["fault"].isin(tried_everywhere(faults, set(tables.record.get("scenes") or ())))]
     planted = set(faults.loc[~faults["fate"].isin(NOT_PLANTED), "fault"])

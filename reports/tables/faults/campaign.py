@@ -17,7 +17,7 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.files import StudyFiles, StudyTables
+from reports.tables.files import StudyFiles
 from reports.tables.rows import Followed, Rows, known, records
 from reports.tables.schema import Record
 
@@ -93,10 +93,7 @@ FAULT_CLASSES = (
 """Classes of faulty engines"""
 
 
-def read_campaign(folder: Path) -> StudyTables:
-    """Record, ``cells`` and ``rates`` of the campaign in a result folder; errors as `FILES.contents`."""
-    found = FILES.contents(folder)
-    return StudyTables(found.folder, {"cells": found.campaign, "rates": found.rates}, found.record)
+read_campaign = FILES.contents
 
 
 SIZES = {
@@ -113,7 +110,7 @@ FOLLOWED = {
 def campaign_rows(folder: Path) -> Rows:
     """Rows of a campaign: the class of each cell, and the rates with their intervals; of other seeds scenes differ."""
     tables, found = read_campaign(folder), Rows(FILES.name)
-    for row in records(tables.cells):
+    for row in records(tables.campaign):
         where = {name: row[name] for name in ("scene", "engine", "fault")}
         found.add("class", outcome=row["class"], reason=row["reason"], text=row["quantity"], **where)
         found.add("verdict", outcome=row["outcome"], **where)

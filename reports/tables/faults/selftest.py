@@ -13,7 +13,7 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.files import StudyFiles, StudyTables
+from reports.tables.files import StudyFiles
 from reports.tables.rows import Followed, Rows, known, records
 from reports.tables.schema import Record
 
@@ -78,10 +78,7 @@ ADVICE = {
 }
 
 
-def read_selftest(folder: Path) -> StudyTables:
-    """Record and ``cells`` of the self-test in a result folder; errors as `FILES.contents`."""
-    found = FILES.contents(folder)
-    return StudyTables(found.folder, {"cells": found.selftest}, found.record)
+read_selftest = FILES.contents
 
 
 FOLLOWED = {"fate": Followed("verdict", setting="{fault}")}
@@ -92,7 +89,7 @@ def selftest_rows(folder: Path) -> Rows:
     tables, found = read_selftest(folder), Rows(FILES.name)
     host = str(tables.record.get("host") or "")
     worst: dict[tuple[str, ...], dict[str, Any]] = {}
-    for row in records(tables.cells):
+    for row in records(tables.selftest):
         worst.setdefault((row["scene"], row["fault"]), row)
         key: tuple[str, ...] = (row["scene"], row["fault"], row["quantity"], row["check"])
         if known(row["ratio"]) or row["killed"] is True:

@@ -16,7 +16,6 @@ A folder ``releases`` inside a result folder holds
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
@@ -26,8 +25,6 @@ from reports.tables.schema import Record
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-    import pandas as pd
 
 RELEASES = (
     "engine", "version", "released", "state", "reason", "wheel_B", "installed_B",
@@ -70,29 +67,7 @@ FILES = StudyFiles(
 )
 
 
-@dataclass(frozen=True)
-class ReleasesTables:
-    """Contents of the folder of a study of releases."""
-
-    releases: pd.DataFrame
-    errors: pd.DataFrame
-    runs: pd.DataFrame
-    times: pd.DataFrame
-    record: dict[str, Any]
-
-
-def read_releases(folder: Path) -> ReleasesTables:
-    """Read the study of releases in a result folder.
-
-    Raises
-    ------
-    FileNotFoundError
-        If a table is missing.
-    SchemaVersionError
-        If the record has another schema version.
-    """
-    found = FILES.contents(folder)
-    return ReleasesTables(**found.tables, record=found.record)
+read_releases = FILES.contents
 
 
 MEASURED = {

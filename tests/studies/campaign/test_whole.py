@@ -19,8 +19,7 @@ from barchain.studies.selftest.rating import CampaignCell, Rate, rates
 from barchain.studies.selftest.shrinking import kept_findings
 from barchain.studies.study import run_study
 from reports.chapters.campaign import size_rows
-from reports.chapters.registry import CHAPTERS
-from reports.render import render_all
+from reports.render import CHAPTERS, render_all
 from reports.tables.faults.campaign import COLUMNS, RATE_COLUMNS, CellClass
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
