@@ -19,10 +19,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from barchain.cli.nightly.documents import write_documents
-from barchain.nightly.history.judged import judge
-from barchain.nightly.history.model.figures import Figure, FigureKind, Night, NightPart
-from barchain.nightly.history.store import open_store
-from barchain.nightly.telling.trends import SHOWN, drawn_nights
+from barchain.nightly.figures import Figure, FigureKind, Night, NightPart
+from barchain.nightly.history import open_store
+from barchain.nightly.judging import judge
+from barchain.nightly.trends import SHOWN, drawn_nights
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -14,12 +14,12 @@ import dataclasses
 from statistics import median
 from typing import TYPE_CHECKING
 
-from barchain.nightly.history.changes.times import measured, time_changes
-from barchain.nightly.history.model.figures import FigureKind
-from barchain.nightly.history.store import open_store
+from barchain.nightly.figures import FigureKind
+from barchain.nightly.history import open_store
+from barchain.nightly.steps import measured, time_changes
 
 if TYPE_CHECKING:
-    from barchain.nightly.history.model.series_model import FigureSeries
+    from barchain.nightly.figures import FigureSeries
 
 FACTORS = (1.03, 1.05, 1.1, 1.2)
 

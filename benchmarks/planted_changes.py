@@ -16,10 +16,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from unittest.mock import patch
 
-from barchain.nightly.environments.faults import PinnedEnvironmentError
-from barchain.nightly.environments.making import pinned_environment
-from barchain.nightly.environments.running import run_in
-from barchain.nightly.environments.sources import installed_tree
+from barchain.nightly.environments import installed_tree, pinned_environment
+from barchain.nightly.faults import PinnedEnvironmentError
+from barchain.nightly.processes import run_in
 
 EARLIER = 2
 LIMIT_S = 400.0

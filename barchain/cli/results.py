@@ -133,9 +133,9 @@ def show_table(found: pd.DataFrame) -> None:
 
 def show_judgement(before: Path, after: Path) -> None:
     """Print what changed between two folders by the rules of nights; exits with 1 if a figure is worse."""
-    from barchain.nightly.history.changes.model import Direction, result_words
-    from barchain.nightly.history.folders.reading import read_night
-    from barchain.nightly.history.pair import judge_pair
+    from barchain.nightly.changes import Direction, result_words
+    from barchain.nightly.judging import judge_pair
+    from barchain.nightly.results import read_night
 
     earlier, later = read_night(before), read_night(after)
     judged = judge_pair(earlier, later)

@@ -242,7 +242,7 @@ def schema(file: str) -> None:
 def schema_of(file: str) -> dict[str, object]:
     """JSON Schema of a kind of file."""
     if file == "plan":
-        from barchain.nightly.plan.tables import PlanFile
+        from barchain.nightly.plan import PlanFile
 
         return PlanFile.model_json_schema()
     if file == "nightly":

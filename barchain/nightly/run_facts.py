@@ -1,4 +1,4 @@
-"""What a night did of its plan: the parts that ran or were left, and the test of its alarm by planted faults."""
+"""What a night did of its plan, and the test of its alarm by planted faults."""
 
 from __future__ import annotations
 
@@ -7,8 +7,15 @@ from dataclasses import asdict, dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
+from barchain.faults.catalogue import CONTROLS
+from reports.tables.faults.selftest import FILES, FaultOutcome, read_selftest
+
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
+    from pathlib import Path
+
+    import pandas as pd
+
 
 INTERRUPTED = "the night was interrupted"
 """Reason of a part that was left because its night ended early: it says nothing of the time that the part needs"""
@@ -134,3 +141,47 @@ def tuples(entry: dict[str, Any]) -> dict[str, Any]:
 def scene_name(given: str) -> str:
     """Name of a scene in tables: of a file the file's name without its ending."""
     return given.rpartition("/")[2].removesuffix(".toml") if given.endswith(".toml") else given
+
+
+NOT_PLANTED = {str(FaultOutcome.NOTHING), str(FaultOutcome.INVISIBLE)}
+"""Outcomes of faults that change nothing"""
+REJECTED = {str(FaultOutcome.FALSE_ALARM), str(FaultOutcome.BROKEN)}
+"""Outcomes of an unmodified engine that must not be"""
+
+
+def alarm_test(folder: Path, seed: int = 0) -> AlarmTest | None:
+    """Result of the planted faults in a result folder; None if none was tried to its end.
+
+    A fault is missed if no check detects it in any scene in which it changes anything. So is a fault that does not
+    run as it should: nobody knows whether it would be detected. Of a self-test that was interrupted, those faults count
+    that have their result in all of their scenes.
+    """
+    if not FILES.has_record(folder) or not FILES.has(folder, "selftest"):
+        return None
+    tables = read_selftest(folder)
+    unmodified = tables.selftest["fault"].isin(list(CONTROLS))
+    faults, controls = tables.selftest[~unmodified], tables.selftest[unmodified]
+    if not tables.record.get("complete"):
+        faults = faults[faults["fault"].isin(tried_everywhere(faults, set(tables.record.get("scenes") or ())))]
+    planted = set(faults.loc[~faults["fate"].isin(NOT_PLANTED), "fault"])
+    broken = set(faults.loc[faults["fate"] == str(FaultOutcome.BROKEN), "fault"])
+    killed = set(faults.loc[faults["fate"] == str(FaultOutcome.KILLED), "fault"])
+    rejected = set(controls.loc[controls["fate"].isin(REJECTED), "scene"])
+    if not planted and not rejected:
+        return None
+    return AlarmTest(len(planted), tuple(sorted(planted - killed | broken)), seed, tuple(sorted(rejected)))
+
+
+def tried_everywhere(faults: pd.DataFrame, scenes: set[str]) -> set[str]:
+    """Faults that have a result in all scenes."""
+    return {str(name) for name, rows in faults.groupby("fault") if scenes and scenes <= set(rows["scene"])}
+
+
+def together(tests: Iterable[AlarmTest]) -> AlarmTest | None:
+    """Several tests of one night as one; None without any."""
+    found = list(tests)
+    if not found:
+        return None
+    missed = tuple(fault for test in found for fault in test.missed)
+    wrong = tuple(scene for test in found for scene in test.false_alarms)
+    return AlarmTest(sum(test.planted for test in found), missed, found[0].seed, wrong)

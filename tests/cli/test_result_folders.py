@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from barchain.cli.main import cli, run
-from barchain.nightly.releases.plan import ReleasesPlan
+from barchain.nightly.releases import ReleasesPlan
 from barchain.record.claim import ResultsInPlaceError, claim, claim_results
 from reports.tables import cost, crossval
 from tests.support.kernel import skip_without_kernel
@@ -32,7 +32,7 @@ WRITES_ONE_FILE = {"simulate", "certified"}
 
 @pytest.mark.parametrize(("command", "held"), HELD.items(), ids=lambda text: text.partition(" ")[0])
 def test_results_that_are_there_are_kept_and_the_command_exits_with_2(command, held, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("barchain.nightly.releases.study.make_plan", lambda *_: NO_RELEASES)  # no index
+    monkeypatch.setattr("barchain.nightly.release_runs.make_plan", lambda *_: NO_RELEASES)  # no index
     if command.startswith("ensemble"):
         skip_without_kernel()
     if command.startswith("certified"):

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from barchain.nightly.history import table
-from barchain.nightly.history.store import open_store
+from barchain.nightly import table
+from barchain.nightly.history import open_store
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from barchain.nightly.history.store import NightStore
+    from barchain.nightly.history import NightStore
 
 
 @pytest.fixture(autouse=True)

@@ -9,7 +9,7 @@ import pandas as pd
 from click.testing import CliRunner
 
 from barchain.cli.main import cli, run
-from barchain.nightly.history.store import open_store
+from barchain.nightly.history import open_store
 from reports.render import render, render_study
 from reports.tables.nights import releases
 from reports.tables.schema import KEY, SCHEMA_VERSION

@@ -52,6 +52,6 @@ def test_spread_makes_columns_of_tags() -> None:
 
 @pytest.mark.parametrize("study", STUDIES, ids=lambda study: study.files.name)
 def test_the_rules_of_nights_are_kinds_of_figures(study: Measuring) -> None:
-    from barchain.nightly.history.model.figures import FigureKind
+    from barchain.nightly.figures import FigureKind
 
     assert {rule.kind for rule in study.followed.values()} <= set(FigureKind)

@@ -75,7 +75,7 @@ def failure(error: Exception) -> tuple[str, ExitCode] | None:
     from adapters.command.entries import EntryError
     from adapters.engine import EngineError
     from adapters.registry import UnknownEngineError
-    from barchain.nightly.history.faults import HistoryError
+    from barchain.nightly.faults import HistoryError
     from barchain.record.claim import FolderInUseError, ResultsInPlaceError
     from barchain.runs.cluster.connection import ClusterError, ClusterLostError
     from barchain.runs.settings import SettingError

@@ -12,7 +12,7 @@ from barchain.cli.common.terminal import say
 from barchain.cli.nightly.options import history_option, opened
 
 if TYPE_CHECKING:
-    from barchain.nightly.attribution.attribute import Attributed
+    from barchain.nightly.attribute import Attributed
 
 MOST_CHANGES = 10
 
@@ -30,12 +30,15 @@ def attribute_night(night: str, names: tuple[str, ...], url: str | None) -> None
     Versions of engines and libraries come from the package index, barchain's own sources from its repository. The
     results are kept in the history. Exits with 1 if a change is not reproduced.
     """
-    from barchain.nightly.history.faults import need_extra  # noqa: PLC0415
+    from barchain.nightly.faults import need_extra  # noqa: PLC0415
 
     need_extra("packaging", "pypi_simple")
-    from barchain.nightly.attribution.attribute import attribute  # noqa: PLC0415
-    from barchain.nightly.attribution.choice import reasons_against, worth_attributing  # noqa: PLC0415
-    from barchain.nightly.history.judged import change_named, judge  # noqa: PLC0415
+    from barchain.nightly.attribute import (  # noqa: PLC0415
+        attribute,
+        reasons_against,
+        worth_attributing,
+    )
+    from barchain.nightly.judging import change_named, judge  # noqa: PLC0415
 
     with opened(url) as store:
         judged = judge(store, night)
@@ -70,10 +73,10 @@ def bisect_figure(figure: str, good: str, bad: str, part: str | None, url: str |
 
     Both ends are confirmed first; releases and commits that do not run are skipped and named.
     """
-    from barchain.nightly.history.faults import need_extra  # noqa: PLC0415
+    from barchain.nightly.faults import need_extra  # noqa: PLC0415
 
     need_extra("packaging", "pypi_simple")
-    from barchain.nightly.attribution.bisection import bisect_nights  # noqa: PLC0415
+    from barchain.nightly.bisection import bisect_nights  # noqa: PLC0415
 
     with opened(url) as store:
         found = bisect_nights(store, figure, good, bad, part, note=lambda text: say(f"  {text}", err=True))

@@ -17,9 +17,8 @@ from barchain.cli.nightly.options import history_option, opened
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from barchain.nightly.history.acceptances import Acceptance
-    from barchain.nightly.history.changes.judging import JudgedNight
-    from barchain.nightly.history.changes.model import Change
+    from barchain.nightly.acceptances import Acceptance
+    from barchain.nightly.changes import Change, JudgedNight
 
 HEADINGS = ("change", "figure", "was", "is", "direction", "since", "suspects", "accepted")
 UNKNOWN_USER = "unknown"
@@ -32,11 +31,11 @@ UNKNOWN_USER = "unknown"
 @json_option
 def changes(night: str, every: bool, url: str | None, as_json: bool) -> None:
     """List what NIGHT changed, each with its suspects; default: the latest night."""
-    from barchain.nightly.history.faults import need_extra  # noqa: PLC0415
+    from barchain.nightly.faults import need_extra  # noqa: PLC0415
 
     need_extra()
-    from barchain.nightly.history.acceptances import accepted  # noqa: PLC0415
-    from barchain.nightly.history.judged import judge  # noqa: PLC0415
+    from barchain.nightly.acceptances import accepted  # noqa: PLC0415
+    from barchain.nightly.judging import judge  # noqa: PLC0415
 
     with opened(url) as store:
         judged, known = judge(store, night), accepted(store)
@@ -70,10 +69,10 @@ def accept_change(
     In a name * stands for any text: '*:exudyn:*' accepts all changes of an engine, with one entry for each night since
     which they are. Entries stand in the file accepted.toml of the history.
     """
-    from barchain.nightly.history.acceptances import accept, acceptances_of, accepted, accepting  # noqa: PLC0415
-    from barchain.nightly.history.changes.suspects import suspicion  # noqa: PLC0415
-    from barchain.nightly.history.judged import changes_named, irreproducible, judge  # noqa: PLC0415
-    from barchain.nightly.history.told import keep_judgement  # noqa: PLC0415
+    from barchain.nightly.acceptances import accept, acceptances_of, accepted, accepting  # noqa: PLC0415
+    from barchain.nightly.judging import changes_named, irreproducible, judge  # noqa: PLC0415
+    from barchain.nightly.suspects import suspicion  # noqa: PLC0415
+    from barchain.nightly.told import keep_judgement  # noqa: PLC0415
     from scenarios.plural import plural  # noqa: PLC0415
 
     end, now = None if until is None else until.replace(tzinfo=datetime.UTC), datetime.datetime.now(datetime.UTC)
@@ -101,7 +100,7 @@ def accepted_changes(url: str | None, as_json: bool) -> None:
     """List what is accepted, as it stands in the file accepted.toml of the history."""
     from dataclasses import asdict  # noqa: PLC0415
 
-    from barchain.nightly.history.acceptances import accepted  # noqa: PLC0415
+    from barchain.nightly.acceptances import accepted  # noqa: PLC0415
 
     with opened(url) as store:
         known = accepted(store)
@@ -120,7 +119,7 @@ def accepted_changes(url: str | None, as_json: bool) -> None:
 @history_option
 def withdraw_acceptance(pattern: str, since: str | None, url: str | None) -> None:
     """Take back the acceptances of PATTERN, as `barchain history accepted` shows it."""
-    from barchain.nightly.history.acceptances import withdraw  # noqa: PLC0415
+    from barchain.nightly.acceptances import withdraw  # noqa: PLC0415
 
     with opened(url) as store:
         for gone in withdraw(store, pattern, since or ""):
@@ -163,9 +162,9 @@ def sentence(judged: JudgedNight) -> str:
 
 def change_values(change: Change, judged: JudgedNight, known: Sequence[Acceptance]) -> dict[str, Any]:
     """Change with its suspects and its acceptance, as JSON holds it."""
-    from barchain.nightly.history.acceptances import accepting  # noqa: PLC0415
-    from barchain.nightly.history.changes.model import result_words  # noqa: PLC0415
-    from barchain.nightly.history.changes.suspects import suspicion  # noqa: PLC0415
+    from barchain.nightly.acceptances import accepting  # noqa: PLC0415
+    from barchain.nightly.changes import result_words  # noqa: PLC0415
+    from barchain.nightly.suspects import suspicion  # noqa: PLC0415
 
     nights = {night.name: night for night in (*judged.compared_with, judged.night)}
     covering = accepting(change, known, datetime.datetime.now(datetime.UTC))

@@ -17,8 +17,7 @@ from barchain.cli.nightly.options import history_option, opened
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from barchain.nightly.history.model.figures import Figure, Night
-    from barchain.nightly.history.model.series_model import FigureSeries, NightSummary
+    from barchain.nightly.figures import Figure, FigureSeries, Night, NightSummary
 
 MOST_NIGHTS = 1_000_000
 MOST_DAYS = 36_525.0
@@ -44,7 +43,7 @@ def history(ctx: click.Context) -> None:
 @history_option
 def add(folders: tuple[Path, ...], url: str | None) -> None:
     """Add the results in each DIR as a night; a night that is there already stays as it is."""
-    from barchain.nightly.history.folders.reading import read_night  # noqa: PLC0415
+    from barchain.nightly.results import read_night  # noqa: PLC0415
 
     nights = [read_night(folder) for folder in folders]  # all are read before one is added
     with opened(url, create=True) as store:
@@ -115,7 +114,7 @@ def series(figure: str, url: str | None, as_json: bool) -> None:
 def export(path: Path, url: str | None) -> None:
     """Export all figures of all nights as one table; a baseline to be kept is a copy of a night's folder."""
     from barchain.cli.common.result_folder import need_writable  # noqa: PLC0415
-    from barchain.nightly.history.exporting import export_parquet  # noqa: PLC0415
+    from barchain.nightly.history import export_parquet  # noqa: PLC0415
 
     with opened(url) as store:
         need_writable(path, "--parquet")
@@ -133,7 +132,7 @@ def prune(keep: int | None, days: float | None, url: str | None) -> None:
     """Remove old nights; accepted changes stay, and so do nights that a change for the worse is compared with."""
     import datetime  # noqa: PLC0415
 
-    from barchain.nightly.telling.needed import needed_nights  # noqa: PLC0415
+    from barchain.nightly.pruning import needed_nights  # noqa: PLC0415
 
     if keep is None and days is None:
         raise click.UsageError("give --keep-nights N, --older-than DAYS, or both")

@@ -14,9 +14,9 @@ from barchain.cli.common.terminal import say
 from barchain.cli.nightly.options import history_option, opened
 
 if TYPE_CHECKING:
-    from barchain.nightly.history.changes.judging import JudgedNight
-    from barchain.nightly.history.model.figures import Night
-    from barchain.nightly.history.store import NightStore
+    from barchain.nightly.changes import JudgedNight
+    from barchain.nightly.figures import Night
+    from barchain.nightly.history import NightStore
     from reports.tables.nights.facts import NightlyFile
 
 WORSE, CHANGED, NOT_PASS, NEVER = "worse", "changed", "not-pass", "never"
@@ -65,7 +65,7 @@ def report_night(
 
     The exit code is that of `barchain nightly`.
     """
-    from barchain.nightly.history.faults import need_extra  # noqa: PLC0415
+    from barchain.nightly.faults import need_extra  # noqa: PLC0415
 
     need_extra("junitparser")
     from barchain.cli.common.result_folder import need_writable  # noqa: PLC0415
@@ -131,11 +131,10 @@ def write_documents(
     OSError
         If a file can't be written.
     """
-    from barchain.nightly.history.judged import judge  # noqa: PLC0415
-    from barchain.nightly.history.pair import judge_pair  # noqa: PLC0415
-    from barchain.nightly.history.told import keep_judgement, kept_judgements, told_by  # noqa: PLC0415
-    from barchain.nightly.telling.junit import write_junit  # noqa: PLC0415
-    from barchain.nightly.telling.trends import SHOWN, calendar, drawn_nights, trend_charts  # noqa: PLC0415
+    from barchain.nightly.judging import judge, judge_pair  # noqa: PLC0415
+    from barchain.nightly.junit import write_junit  # noqa: PLC0415
+    from barchain.nightly.told import keep_judgement, kept_judgements, told_by  # noqa: PLC0415
+    from barchain.nightly.trends import SHOWN, calendar, drawn_nights, trend_charts  # noqa: PLC0415
     from reports.nightly.page import write_page  # noqa: PLC0415
     from reports.nightly.summary import write_summary  # noqa: PLC0415
     from reports.tables.nights.facts import FILE  # noqa: PLC0415
@@ -164,9 +163,9 @@ def write_documents(
 
 def judged_facts(store: NightStore, judged: JudgedNight, night: Night, baseline: str = "") -> NightlyFile:
     """Facts of a judged night, with the acceptances and attributions of its history."""
-    from barchain.nightly.history.acceptances import accepted  # noqa: PLC0415
-    from barchain.nightly.history.told import attributed_words  # noqa: PLC0415
-    from barchain.nightly.telling.facts import night_facts  # noqa: PLC0415
+    from barchain.nightly.acceptances import accepted  # noqa: PLC0415
+    from barchain.nightly.facts import night_facts  # noqa: PLC0415
+    from barchain.nightly.told import attributed_words  # noqa: PLC0415
 
     confirmed = attributed_words(store, judged.changes)
     return night_facts(judged, accepted(store), night.figures, judged.night.run, baseline=baseline, confirmed=confirmed)
@@ -174,7 +173,7 @@ def judged_facts(store: NightStore, judged: JudgedNight, night: Night, baseline:
 
 def facts_of(store: NightStore, name: str) -> NightlyFile:
     """Facts of a stored night."""
-    from barchain.nightly.history.judged import judge  # noqa: PLC0415
+    from barchain.nightly.judging import judge  # noqa: PLC0415
 
     judged = judge(store, name)
     return judged_facts(store, judged, store.night(judged.night.name))
@@ -188,7 +187,7 @@ def baseline_night(store: NightStore, given: str) -> Night:
     HistoryError
         If there is neither.
     """
-    from barchain.nightly.history.store import open_store  # noqa: PLC0415
+    from barchain.nightly.history import open_store  # noqa: PLC0415
 
     path = Path(given).absolute()
     return open_store(str(path.parent)).night(path.name) if path.is_dir() else store.night(given)

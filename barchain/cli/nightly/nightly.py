@@ -30,10 +30,10 @@ from barchain.cli.nightly.options import history_option, opened
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from barchain.nightly.plan.jobs import NightJob
-    from barchain.nightly.plan.loading import NightPlan
+    from barchain.nightly.jobs import NightJob
+    from barchain.nightly.night import NightProgress
+    from barchain.nightly.plan import NightPlan
     from barchain.nightly.run_facts import PartResult
-    from barchain.nightly.running.night import NightProgress
 
 LEAST_MINUTES, MOST_MINUTES = 0.5, 1440.0
 
@@ -62,11 +62,11 @@ def nightly(
     Exits with 0 if nothing is worse, with 1 if something is, with 2 for bad input, and with 3 if the night is void (a
     planted fault was missed) or incomplete. An interrupted night goes on with the next call.
     """
-    from barchain.nightly.history.faults import need_extra  # noqa: PLC0415
+    from barchain.nightly.faults import need_extra  # noqa: PLC0415
 
     need_extra("junitparser")
-    from barchain.nightly.history.place import VARIABLE  # noqa: PLC0415
-    from barchain.nightly.plan.loading import SHIPPED, load_plan  # noqa: PLC0415
+    from barchain.nightly.place import VARIABLE  # noqa: PLC0415
+    from barchain.nightly.plan import SHIPPED, load_plan  # noqa: PLC0415
 
     plan = load_plan(path)
     if shown:
@@ -87,10 +87,10 @@ def list_jobs(plan: NightPlan, url: str, out: Path) -> None:
 
 def next_jobs(plan: NightPlan, url: str) -> tuple[NightJob, ...]:
     """Jobs of the next night."""
-    from barchain.nightly.history.store import last_run  # noqa: PLC0415
-    from barchain.nightly.plan.jobs import night_jobs  # noqa: PLC0415
-    from barchain.nightly.running.budget import leftovers, waiting_parts  # noqa: PLC0415
-    from barchain.nightly.running.night import next_turn  # noqa: PLC0415
+    from barchain.nightly.budget import leftovers, waiting_parts  # noqa: PLC0415
+    from barchain.nightly.history import last_run  # noqa: PLC0415
+    from barchain.nightly.jobs import night_jobs  # noqa: PLC0415
+    from barchain.nightly.night import next_turn  # noqa: PLC0415
 
     with opened(url, create=True) as store:
         last = last_run(store, plan.identity)
@@ -103,8 +103,8 @@ def run_and_tell(
 ) -> None:  # fmt: skip
     """Run the night, write its documents, and end with the exit code of what it found."""
     from barchain.cli.common.result_folder import need_writable  # noqa: PLC0415
-    from barchain.nightly.running.budget import process_age_s  # noqa: PLC0415
-    from barchain.nightly.running.night import run_night  # noqa: PLC0415
+    from barchain.nightly.budget import process_age_s  # noqa: PLC0415
+    from barchain.nightly.night import run_night  # noqa: PLC0415
 
     if junit is not None:
         need_writable(junit, "--junit")
@@ -130,7 +130,7 @@ def run_and_tell(
 @contextlib.contextmanager
 def kept_without_documents(name: str) -> Iterator[None]:
     """Tell that a night is in the history where its documents can't be written."""
-    from barchain.nightly.history.faults import HistoryError  # noqa: PLC0415
+    from barchain.nightly.faults import HistoryError  # noqa: PLC0415
 
     try:
         yield
@@ -144,7 +144,7 @@ def kept_without_documents(name: str) -> Iterator[None]:
 def shown_progress() -> Iterator[NightProgress]:
     """Progress of a night: a bar for the job on a terminal, a line for each job elsewhere."""
     from barchain.cli.common.progress import error_console, quiet  # noqa: PLC0415
-    from barchain.nightly.running.night import NightProgress  # noqa: PLC0415
+    from barchain.nightly.night import NightProgress  # noqa: PLC0415
 
     console = error_console()
     if quiet():

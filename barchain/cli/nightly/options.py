@@ -9,7 +9,7 @@ import click
 from barchain.cli.common.numbers import WORDS
 
 if TYPE_CHECKING:
-    from barchain.nightly.history.store import NightStore
+    from barchain.nightly.history import NightStore
 
 history_option = click.option(
     "--history",
@@ -29,10 +29,10 @@ def opened(url: str | None, *, create: bool = False) -> NightStore:
     HistoryError
         If it can't be opened, or a package is missing.
     """
-    from barchain.nightly.history.faults import need_extra  # noqa: PLC0415
-    from barchain.nightly.history.place import default_url  # noqa: PLC0415
+    from barchain.nightly.faults import need_extra  # noqa: PLC0415
+    from barchain.nightly.place import default_url  # noqa: PLC0415
 
     need_extra()
-    from barchain.nightly.history.store import open_store  # noqa: PLC0415
+    from barchain.nightly.history import open_store  # noqa: PLC0415
 
     return open_store(url or default_url(), create=create)

@@ -31,10 +31,10 @@ def releases(engine: str, scenes: tuple[str, ...], since: str | None, out: Path,
     time. Exits with 1 if no release runs.
     """
     from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
-    from barchain.nightly.history.faults import need_extra  # noqa: PLC0415
+    from barchain.nightly.faults import need_extra  # noqa: PLC0415
 
     need_extra("packaging", "pypi_simple")
-    from barchain.nightly.releases.study import ReleasesOptions, ReleasesStudy  # noqa: PLC0415
+    from barchain.nightly.release_runs import ReleasesOptions, ReleasesStudy  # noqa: PLC0415
     from barchain.studies.study import Reporter  # noqa: PLC0415
 
     study = ReleasesStudy()

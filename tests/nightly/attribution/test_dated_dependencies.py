@@ -8,11 +8,10 @@ from typing import Any
 
 import pytest
 
-from barchain.nightly.environments import dated
-from barchain.nightly.environments.dated import dependencies_at
-from barchain.nightly.environments.faults import PinnedEnvironmentError
-from barchain.nightly.environments.making import PinnedEnvironment
-from barchain.nightly.releases import measuring
+from barchain.nightly import environments as dated
+from barchain.nightly import release_runs as measuring
+from barchain.nightly.environments import PinnedEnvironment, dependencies_at
+from barchain.nightly.faults import PinnedEnvironmentError
 
 PLAN: Any = SimpleNamespace(distribution="pin", also=(), module="pinocchio")
 RELEASE: Any = SimpleNamespace(version="3.4.0", date="2025-02-13")

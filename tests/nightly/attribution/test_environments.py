@@ -7,11 +7,19 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from barchain.nightly.environments import making
-from barchain.nightly.environments.faults import PinnedEnvironmentError
-from barchain.nightly.environments.making import brief, constraints, loosened, pinned_environment, requirements
-from barchain.nightly.environments.running import run_in
-from barchain.nightly.environments.sources import commit_tree, installed_tree, replace_packages
+from barchain.nightly import environments as making
+from barchain.nightly.environments import (
+    brief,
+    commit_tree,
+    constraints,
+    installed_tree,
+    loosened,
+    pinned_environment,
+    replace_packages,
+    requirements,
+)
+from barchain.nightly.faults import PinnedEnvironmentError
+from barchain.nightly.processes import run_in
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -120,7 +128,7 @@ def test_an_older_release_runs_todays_barchain_and_a_version_that_does_not_exist
 def test_a_command_that_does_not_end_is_killed(tmp_path: Path) -> None:
     import sys
 
-    from barchain.nightly.environments.making import PinnedEnvironment
+    from barchain.nightly.environments import PinnedEnvironment
 
     here = PinnedEnvironment(tmp_path, ())
     (tmp_path / "bin").mkdir()

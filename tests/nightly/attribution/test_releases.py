@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from packaging.version import Version
 
-from barchain.nightly.environments.faults import PinnedEnvironmentError
-from barchain.nightly.releases import index, study
-from barchain.nightly.releases.index import Release, releases_of
-from barchain.nightly.releases.measuring import MeasuredRelease
-from barchain.nightly.releases.plan import engine_and_distribution, make_plan
-from barchain.nightly.releases.study import ReleasesOptions, ReleasesStudy
+from barchain.nightly import release_runs as study
+from barchain.nightly import releases as index
+from barchain.nightly.faults import PinnedEnvironmentError
+from barchain.nightly.release_runs import MeasuredRelease, ReleasesOptions, ReleasesStudy
+from barchain.nightly.releases import Release, engine_and_distribution, make_plan, releases_of
 from barchain.studies.study import run_study
 from reports.render import render_study
 from reports.tables.nights.releases import read_releases

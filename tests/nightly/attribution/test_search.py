@@ -8,7 +8,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from barchain.nightly.attribution.search import AttributionVerdict, EndsError, bisect, find_causes, minimal
+from barchain.nightly.bisection import AttributionVerdict, EndsError, bisect, find_causes, minimal
 
 A, B = frozenset("a"), frozenset("b")
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections import defaultdict
 from typing import TYPE_CHECKING, Any
 
-from barchain.nightly.history.model.series_model import FigureSeries, NightSummary
+from barchain.nightly.figures import FigureSeries, NightSummary
 from tests.nightly.history.synthetic import ENVIRONMENT, PARTS, night
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from barchain.nightly.history.model.figures import Environment, Figure, Night, NightPart
+    from barchain.nightly.figures import Environment, Figure, Night, NightPart
 
 FIGURES: dict[str, Sequence[Figure]] = {}
 """Figures of the nights made here, by name"""

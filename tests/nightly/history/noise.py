@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from barchain.nightly.history.changes.rank_test import autocorrelations
-from barchain.nightly.history.changes.steps import Step, alike, find_steps
-from barchain.nightly.history.changes.times import FALSE_ALARMS, common_threshold
+from barchain.nightly.rank_test import autocorrelations
+from barchain.nightly.steps import FALSE_ALARMS, Step, alike, common_threshold, find_steps
 
 Array = NDArray[np.float64]
 

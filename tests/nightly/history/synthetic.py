@@ -8,7 +8,7 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from barchain.nightly.history.model.figures import (
+from barchain.nightly.figures import (
     UNITS_OF,
     WORDED,
     Environment,

@@ -10,20 +10,19 @@ from typing import TYPE_CHECKING
 import pytest
 
 from barchain.cli.main import run
-from barchain.nightly.history.acceptances import FILE, accept, acceptances_of, accepted, accepting
-from barchain.nightly.history.changes.judging import judge_night
-from barchain.nightly.history.faults import HistoryError
-from barchain.nightly.history.judged import change_named, changes_named, judge, worse_and_not_accepted
-from barchain.nightly.history.model.checked_text import FigureError
-from barchain.nightly.history.place import VARIABLE
-from barchain.nightly.history.store import NightStore, open_store
+from barchain.nightly.acceptances import FILE, accept, acceptances_of, accepted, accepting
+from barchain.nightly.faults import HistoryError
+from barchain.nightly.figures import FigureError
+from barchain.nightly.history import NightStore, open_store
+from barchain.nightly.judging import change_named, changes_named, judge, judge_night, worse_and_not_accepted
+from barchain.nightly.place import VARIABLE
 from tests.nightly.history.histories import as_series, history_of
 from tests.nightly.history.synthetic import bits, count, error, night, verdict
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from barchain.nightly.history.changes.model import Change
+    from barchain.nightly.changes import Change
 
 AT = datetime.datetime(2026, 6, 1, tzinfo=datetime.UTC)
 

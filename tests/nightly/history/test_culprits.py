@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from barchain.nightly.history.changes.judging import judge_night
-from barchain.nightly.history.changes.model import Direction
-from barchain.nightly.history.changes.suspects import suspicion
-from barchain.nightly.history.model.figures import Figure, FigureKind, NightPart
+from barchain.nightly.changes import Direction
+from barchain.nightly.figures import Figure, FigureKind, NightPart
+from barchain.nightly.judging import judge_night
+from barchain.nightly.suspects import suspicion
 from tests.nightly.history.histories import as_series, history_of
 from tests.nightly.history.noise import noise
 from tests.nightly.history.synthetic import ENVIRONMENT, identity
@@ -22,7 +22,7 @@ from tests.support.slow import one_in
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from barchain.nightly.history.changes.judging import JudgedNight
+    from barchain.nightly.changes import JudgedNight
 
 ENGINES = ("mujoco", "exudyn", "rebound")
 SCENES = ("paper/fig05", "paper/fig13")

@@ -8,8 +8,7 @@ import math
 import pytest
 from hypothesis import given
 
-from barchain.nightly.history.model.checked_text import FigureError
-from barchain.nightly.history.model.figures import Figure, FigureIdentity, FigureKind, FigureUnit, Night, NightPart
+from barchain.nightly.figures import Figure, FigureError, FigureIdentity, FigureKind, FigureUnit, Night, NightPart
 from tests.nightly.history.synthetic import (
     ENVIRONMENT,
     FIRST,

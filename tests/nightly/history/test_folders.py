@@ -6,12 +6,12 @@ import json
 from typing import TYPE_CHECKING
 
 import pytest
+from barchain.nightly.results.reading import night_here, read_night
 
 from barchain.cli.main import run
-from barchain.nightly.history.changes.judging import judge_night
-from barchain.nightly.history.faults import HistoryError
-from barchain.nightly.history.folders.reading import night_here, read_night
-from barchain.nightly.history.model.figures import FigureKind
+from barchain.nightly.faults import HistoryError
+from barchain.nightly.figures import FigureKind
+from barchain.nightly.judging import judge_night
 from reports.tables.reading import DamagedResultsError
 from tests.nightly.history.histories import as_series, summaries
 from tests.nightly.history.synthetic import FIRST
@@ -20,7 +20,7 @@ from tests.storage.small_plans import SMALL
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from barchain.nightly.history.model.figures import Figure, Night
+    from barchain.nightly.figures import Figure, Night
 
 KINDS = {
     "comparison": {FigureKind.BITS, FigureKind.COUNT, FigureKind.ERROR, FigureKind.VALUE, FigureKind.VERDICT},

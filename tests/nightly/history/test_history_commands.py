@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 import pytest
 
 from barchain.cli.main import run
-from barchain.nightly.history.acceptances import accept
-from barchain.nightly.history.judged import judge
-from barchain.nightly.history.place import VARIABLE, default_url
-from barchain.nightly.history.store import open_store
+from barchain.nightly.acceptances import accept
+from barchain.nightly.history import open_store
+from barchain.nightly.judging import judge
+from barchain.nightly.place import VARIABLE, default_url
 from tests.nightly.history.synthetic import error, night, ratio, verdict
 
 if TYPE_CHECKING:

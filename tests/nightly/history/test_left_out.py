@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 import pytest
+from barchain.nightly.results.figures import figures_of
 
 from barchain.cli.main import run
-from barchain.nightly.history.changes.judging import judge_night
-from barchain.nightly.history.changes.levels import PATIENCE, level_changes
-from barchain.nightly.history.changes.model import Direction
-from barchain.nightly.history.folders.figures import figures_of
-from barchain.nightly.history.model.figures import Figure, FigureKind
+from barchain.nightly.changes import PATIENCE, Direction, level_changes
+from barchain.nightly.figures import Figure, FigureKind
+from barchain.nightly.judging import judge_night
 from reports.tables.cost import BUSY, FILES, FOLLOWED, cost_rows
 from reports.tables.reading import TABLES
 from reports.tables.rows import NOT_RUN

@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING
 import pytest
 
 from adapters.registry import ENGINES, UnknownEngineError
-from barchain.nightly.history.model.environment import capture, recorded_environment
-from barchain.nightly.history.model.figures import MACHINE, FigureKind
-from barchain.nightly.history.model.parts import (
+from barchain.nightly.figures import MACHINE, FigureKind
+from barchain.nightly.parts import (
     DECIDING,
+    capture,
     depends_on,
     environment_parts,
     installed_parts,
+    recorded_environment,
     variables_part,
 )
 from barchain.record.environment import environment, machine
@@ -24,7 +25,7 @@ from barchain.record.sources import contents_digest, installed_commit, made_by_w
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from barchain.nightly.history.model.figures import NightPart
+    from barchain.nightly.figures import NightPart
 
 
 def named(*engines: str) -> dict[str, NightPart]:

@@ -10,25 +10,22 @@ import pytest
 
 from barchain.cli.common.exit_codes import ExitCode
 from barchain.cli.nightly.documents import exit_code
-from barchain.nightly.history.acceptances import accept, accepted
-from barchain.nightly.history.changes.judging import judge_night
-from barchain.nightly.history.changes.model import Direction
-from barchain.nightly.history.changes.standing import still_holding
-from barchain.nightly.history.faults import HistoryError
-from barchain.nightly.history.judged import changes_named, judge
-from barchain.nightly.history.model.figures import Figure, FigureKind, FigureUnit, NightPart
-from barchain.nightly.history.pair import judge_pair
-from barchain.nightly.history.table import DENSE_NIGHTS
+from barchain.nightly.acceptances import accept, accepted
+from barchain.nightly.changes import Direction
+from barchain.nightly.facts import night_facts
+from barchain.nightly.faults import HistoryError
+from barchain.nightly.figures import Figure, FigureKind, FigureUnit, NightPart
+from barchain.nightly.judging import changes_named, judge, judge_night, judge_pair, still_holding
+from barchain.nightly.pruning import needed_nights
 from barchain.nightly.run_facts import NightRun, PartResult, PartState
-from barchain.nightly.telling.facts import night_facts
-from barchain.nightly.telling.needed import needed_nights
+from barchain.nightly.table import DENSE_NIGHTS
 from tests.nightly.history.synthetic import ENVIRONMENT, NAMES, PARTS, bits, error, identity, night, ratio, verdict
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from barchain.nightly.history.model.series_model import FigureSeries
-    from barchain.nightly.history.store import NightStore
+    from barchain.nightly.figures import FigureSeries
+    from barchain.nightly.history import NightStore
     from reports.tables.nights.facts import NightlyFile
 
 LONG = 60

@@ -6,14 +6,13 @@ import datetime
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from barchain.nightly.history.acceptances import acceptances_of, covers
-from barchain.nightly.history.judged import judge
-from barchain.nightly.history.pair import judge_pair
-from barchain.nightly.telling.facts import still_holding
+from barchain.nightly.acceptances import acceptances_of, covers
+from barchain.nightly.facts import still_holding
+from barchain.nightly.judging import judge, judge_pair
 from tests.nightly.history.synthetic import error, night, verdict
 
 if TYPE_CHECKING:
-    from barchain.nightly.history.store import NightStore
+    from barchain.nightly.history import NightStore
 
 LATER = datetime.datetime(2100, 1, 1, tzinfo=datetime.UTC)
 

@@ -9,13 +9,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from barchain.nightly.history.changes.bits import bit_changes
-from barchain.nightly.history.changes.errors import judge_error
-from barchain.nightly.history.changes.judging import judge_night
-from barchain.nightly.history.changes.levels import compared, level_changes, same_changes
-from barchain.nightly.history.changes.model import Direction
-from barchain.nightly.history.changes.verdicts import judge_verdict
-from barchain.nightly.history.model.figures import Figure, FigureKind, FigureUnit, NightPart
+from barchain.nightly.changes import (
+    Direction,
+    bit_changes,
+    compared,
+    judge_error,
+    judge_verdict,
+    level_changes,
+    same_changes,
+)
+from barchain.nightly.figures import Figure, FigureKind, FigureUnit, NightPart
+from barchain.nightly.judging import judge_night
 from reports.tables.outcome import Outcome
 from tests.nightly.history.histories import as_series, history_of
 from tests.nightly.history.synthetic import ENVIRONMENT, NAMES, PARTS, bits, count, error, identity, verdict

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import mannwhitneyu
 
-from barchain.nightly.history.changes.rank_test import (
+from barchain.nightly.rank_test import (
     FEWEST_NEW,
     FEWEST_OLD,
     autocorrelations,
@@ -17,8 +17,7 @@ from barchain.nightly.history.changes.rank_test import (
     two_sided,
     upper_tail,
 )
-from barchain.nightly.history.changes.steps import LEAST_EFFECT, find_steps
-from barchain.nightly.history.changes.times import FALSE_ALARMS
+from barchain.nightly.steps import FALSE_ALARMS, LEAST_EFFECT, find_steps
 from tests.nightly.history.noise import alarms, nights_until_found, noise, told
 
 

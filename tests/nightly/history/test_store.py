@@ -11,17 +11,16 @@ import pandas as pd
 import pytest
 from hypothesis import HealthCheck, given, settings
 
-from barchain.nightly.history.exporting import export_parquet
-from barchain.nightly.history.faults import HistoryError, UnknownFigureError, UnknownNightError
-from barchain.nightly.history.judged import judge
-from barchain.nightly.history.model.figures import FigureKind, Night
-from barchain.nightly.history.store import RECORD, NightStore, open_store
-from barchain.nightly.history.table import FIGURES
-from barchain.nightly.history.told import Attribution, attributed_words, keep_attribution, keep_judgement
+from barchain.nightly.faults import HistoryError, UnknownFigureError, UnknownNightError
+from barchain.nightly.figures import FigureKind, Night
+from barchain.nightly.history import RECORD, NightStore, export_parquet, open_store
+from barchain.nightly.judging import judge
+from barchain.nightly.table import FIGURES
+from barchain.nightly.told import Attribution, attributed_words, keep_attribution, keep_judgement
 from tests.nightly.history.synthetic import FIRST, bits, count, error, large_night, night, nights, ratio, verdict
 
 if TYPE_CHECKING:
-    from barchain.nightly.history.changes.judging import JudgedNight
+    from barchain.nightly.changes import JudgedNight
 
 
 def folder(store: NightStore, name: str = "") -> Path:
@@ -247,7 +246,7 @@ def test_an_attribution_goes_with_a_night_that_goes_on(store: NightStore) -> Non
 
 
 def test_the_place_of_a_history_shows_no_password() -> None:
-    from barchain.nightly.history.place import PASSWORD
+    from barchain.nightly.place import PASSWORD
 
     assert PASSWORD.sub("***", "s3://me:secret@host/x") == "s3://***@host/x"
 

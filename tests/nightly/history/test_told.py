@@ -8,22 +8,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from barchain.nightly.history.acceptances import accept, accepted, accepting
-from barchain.nightly.history.changes.model import Direction
-from barchain.nightly.history.changes.steps import LEAST_EFFECT, ToldStep, find_steps
-from barchain.nightly.history.changes.times import WINDOW
-from barchain.nightly.history.faults import HistoryError
-from barchain.nightly.history.judged import change_named, changes_named, judge
-from barchain.nightly.history.model.figures import FigureKind, FigureUnit
-from barchain.nightly.history.told import keep_judgement, kept_judgements, told_steps
-from barchain.nightly.telling.facts import still_holding
-from barchain.nightly.telling.needed import needed_nights
+from barchain.nightly.acceptances import accept, accepted, accepting
+from barchain.nightly.changes import Direction
+from barchain.nightly.facts import still_holding
+from barchain.nightly.faults import HistoryError
+from barchain.nightly.figures import FigureKind, FigureUnit
+from barchain.nightly.judging import change_named, changes_named, judge
+from barchain.nightly.pruning import needed_nights
+from barchain.nightly.steps import LEAST_EFFECT, WINDOW, ToldStep, find_steps
+from barchain.nightly.told import keep_judgement, kept_judgements, told_steps
 from tests.nightly.history.noise import Array, noise, told
 from tests.nightly.history.synthetic import Figure, bits, error, identity, night, ratio
 
 if TYPE_CHECKING:
-    from barchain.nightly.history.changes.judging import JudgedNight
-    from barchain.nightly.history.store import NightStore
+    from barchain.nightly.changes import JudgedNight
+    from barchain.nightly.history import NightStore
 
 QUANTITY = "time_ratio"
 LATER = datetime.datetime(2100, 1, 1, tzinfo=datetime.UTC)

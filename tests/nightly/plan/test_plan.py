@@ -12,15 +12,13 @@ from hypothesis import strategies as st
 
 from barchain.cli.main import cli, run
 from barchain.faults.catalogue import FIXED_SCENES
-from barchain.nightly.plan.items import tonights, tonights_faults, tonights_seed
-from barchain.nightly.plan.jobs import night_jobs
-from barchain.nightly.plan.loading import PlanError, load_plan
-from barchain.nightly.plan.tables import CampaignTable, SelftestTable
+from barchain.nightly.jobs import night_jobs, tonights, tonights_faults, tonights_seed
+from barchain.nightly.plan import CampaignTable, PlanError, SelftestTable, load_plan
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from barchain.nightly.plan.loading import NightPlan
+    from barchain.nightly.plan import NightPlan
 
 CORE = '[[comparison]]\nname = "core"\n'
 

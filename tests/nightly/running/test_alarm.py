@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 import pytest
 
-from barchain.nightly.plan.jobs import NightJob
-from barchain.nightly.run_facts import AlarmTest, PartState
-from barchain.nightly.running.alarm import alarm_test
-from barchain.nightly.running.child import ChildEnd
-from barchain.nightly.running.night import result_of
+from barchain.nightly.jobs import NightJob
+from barchain.nightly.night import result_of
+from barchain.nightly.processes import ChildEnd
+from barchain.nightly.run_facts import AlarmTest, PartState, alarm_test
 from barchain.studies.selftest import matrix
 from reports.tables.faults.selftest import COLUMNS, FILES
 from reports.tables.schema import SCHEMA_VERSION

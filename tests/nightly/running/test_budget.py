@@ -9,12 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from barchain.nightly.plan.items import part_scenes
-from barchain.nightly.plan.jobs import NightJob, night_jobs
-from barchain.nightly.plan.loading import load_plan
-from barchain.nightly.plan.tables import LEAST_MINUTES
-from barchain.nightly.run_facts import INTERRUPTED, NightRun, PartResult, PartState
-from barchain.nightly.running.budget import (
+from barchain.nightly.budget import (
     ENDING_S,
     FAVOURED,
     LEAST_RESERVE_S,
@@ -27,10 +22,13 @@ from barchain.nightly.running.budget import (
     waiting_parts,
     working_time_s,
 )
-from barchain.nightly.running.filing import joined
+from barchain.nightly.jobs import NightJob, night_jobs, part_scenes
+from barchain.nightly.plan import LEAST_MINUTES, load_plan
+from barchain.nightly.run_facts import INTERRUPTED, NightRun, PartResult, PartState
+from barchain.nightly.state import joined
 
 if TYPE_CHECKING:
-    from barchain.nightly.plan.loading import NightPlan
+    from barchain.nightly.plan import NightPlan
 
 SCENES = tuple(f"hard/{k}" for k in range(10))
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from barchain.nightly.running import child
-from barchain.nightly.running.child import reason_of, run_barchain
+from barchain.nightly import processes as child
+from barchain.nightly.processes import reason_of, run_barchain
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -13,24 +13,24 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from barchain.cli.main import run
-from barchain.nightly.history.faults import HistoryError
-from barchain.nightly.history.model import installation as installed
-from barchain.nightly.history.model.figures import NightPart
-from barchain.nightly.history.model.installation import code_of, installation_here, installation_of
-from barchain.nightly.history.store import NightStore, last_run, open_store
-from barchain.nightly.plan.loading import load_plan
-from barchain.nightly.running import night as running
-from barchain.nightly.running.child import ChildEnd
-from barchain.nightly.running.night import run_night
-from barchain.nightly.running.state import FILE, SET_ASIDE, DamagedStateError, read_state, write_state
+from barchain.nightly import night as running
+from barchain.nightly import parts as installed
+from barchain.nightly.faults import HistoryError
+from barchain.nightly.figures import NightPart
+from barchain.nightly.history import NightStore, last_run, open_store
+from barchain.nightly.night import run_night
+from barchain.nightly.parts import code_of, installation_here, installation_of
+from barchain.nightly.plan import load_plan
+from barchain.nightly.processes import ChildEnd
+from barchain.nightly.state import FILE, SET_ASIDE, DamagedStateError, read_state, write_state
 from tests.nightly.history.synthetic import error, night
 from tests.support.slow import one_in
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from barchain.nightly.plan.loading import NightPlan
-    from barchain.nightly.running.night import NightEnd
+    from barchain.nightly.night import NightEnd
+    from barchain.nightly.plan import NightPlan
 
 PLAN = """
 name = "two"

@@ -16,21 +16,21 @@ import pytest
 
 from adapters.registry import ENGINES
 from barchain.cli.main import run
-from barchain.nightly.history.judged import judge
-from barchain.nightly.history.store import last_run, open_store
-from barchain.nightly.plan.loading import load_plan
+from barchain.nightly import night as running
+from barchain.nightly.history import last_run, open_store
+from barchain.nightly.judging import judge
+from barchain.nightly.night import run_night
+from barchain.nightly.plan import load_plan
+from barchain.nightly.processes import ChildEnd, run_barchain
 from barchain.nightly.run_facts import PartState
-from barchain.nightly.running import night as running
-from barchain.nightly.running.child import ChildEnd, run_barchain
-from barchain.nightly.running.night import run_night
-from barchain.nightly.running.state import read_state, write_state
+from barchain.nightly.state import read_state, write_state
 from reports.tables.nights.facts import read_nightly
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from barchain.nightly.plan.loading import NightPlan
-    from barchain.nightly.running.night import NightEnd
+    from barchain.nightly.night import NightEnd
+    from barchain.nightly.plan import NightPlan
 
 PLAN = """
 name = "small"
@@ -276,8 +276,8 @@ def test_two_nights_at_once_are_two_nights(plan: NightPlan, tmp_path: Path, url:
 def test_a_history_that_can_not_be_written_keeps_the_results_and_the_next_call_adds_them(
     plan: NightPlan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from barchain.nightly.history.faults import HistoryError
-    from barchain.nightly.history.store import NightStore
+    from barchain.nightly.faults import HistoryError
+    from barchain.nightly.history import NightStore
 
     def full(*_: Any, **__: Any) -> bool:
         raise HistoryError("history.sqlite: the disk is full; nothing was changed")

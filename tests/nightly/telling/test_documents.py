@@ -17,12 +17,12 @@ from click.testing import CliRunner
 from junitparser import JUnitXml
 
 from barchain.cli.main import cli
-from barchain.nightly.history.acceptances import accept
-from barchain.nightly.history.judged import change_named, judge
-from barchain.nightly.history.model.figures import Figure, NightPart
-from barchain.nightly.history.store import open_store
-from barchain.nightly.history.told import kept_judgements
+from barchain.nightly.acceptances import accept
+from barchain.nightly.figures import Figure, NightPart
+from barchain.nightly.history import open_store
+from barchain.nightly.judging import change_named, judge
 from barchain.nightly.run_facts import AlarmTest, NightRun, PartResult, PartState
+from barchain.nightly.told import kept_judgements
 from reports.tables.nights.facts import NightlyFile, read_nightly
 from tests.nightly.history.synthetic import PARTS, bits, count, error, night, ratio, verdict
 

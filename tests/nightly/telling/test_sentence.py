@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from barchain.nightly.telling.sentence import opening
+from barchain.nightly.sentence import opening
 from reports.tables.nights.facts import AcceptanceEntry, ChangeEntry, SuspectEntry
 
 MUJOCO = SuspectEntry(name="engine:mujoco", before="3.2.7", after="4.0.0")

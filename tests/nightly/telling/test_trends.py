@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from barchain.nightly.history.model.figures import FigureKind
-from barchain.nightly.telling.trends import MOST_POINTS, SHOWN, drawn_nights, trend_charts
+from barchain.nightly.figures import FigureKind
+from barchain.nightly.trends import MOST_POINTS, SHOWN, drawn_nights, trend_charts
 from tests.nightly.history.synthetic import count, error, night
 
 if TYPE_CHECKING:
-    from barchain.nightly.history.store import NightStore
+    from barchain.nightly.history import NightStore
 
 
 def test_each_night_of_a_short_history_is_drawn(store: NightStore) -> None:

@@ -1,0 +1,238 @@
+"""Accepted changes: one file that can be reviewed, with an entry for each pattern of figures and night.
+
+An entry accepts what changed on one night. It ends on its date, or as soon as a figure moves again: that is a change of
+another night.
+"""
+
+from __future__ import annotations
+
+import datetime
+import fnmatch
+import json
+import tomllib
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from barchain.nightly.changes import result_words
+from barchain.nightly.faults import HistoryError
+from barchain.nightly.figures import MOST_TEXT, STEPPED, FigureError, need_text
+from barchain.nightly.steps import LEAST_EFFECT
+from scenarios.nearest import nearest
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from barchain.nightly.changes import Change
+    from barchain.nightly.history import NightStore
+
+
+FILE = "accepted.toml"
+HEAD = "# Changes that somebody accepted on purpose. `barchain history accept` and `withdraw` write this file.\n"
+KEYS = ("pattern", "was", "became", "cause", "since", "reason", "who", "date", "until", "factors")
+NO_ACCEPTANCE = "a run that is not reproducible can't be accepted"
+
+
+@dataclass(frozen=True)
+class Acceptance:
+    """Changes of one night that somebody accepted."""
+
+    pattern: str
+    """Name of a figure, in which * stands for any text"""
+    since: str
+    """Name of the first night with the new results"""
+    reason: str
+    who: str
+    date: datetime.datetime
+    """UTC"""
+    until: datetime.datetime | None = None
+    """UTC; the changes come back afterwards"""
+    cause: str = ""
+    """Suspects of the changes, for readers"""
+    was: str = ""
+    became: str = ""
+    """Results of a single figure in words, for readers"""
+    factors: Mapping[str, float] = field(default_factory=dict)
+    """Accepted steps of times and memory, by name of the figure"""
+
+    def __post_init__(self) -> None:
+        """Check the texts."""
+        for name in ("pattern", "since", "reason", "who"):
+            need_text(name, getattr(self, name))
+            if not getattr(self, name).strip():
+                raise FigureError(f"{name}: no text given, allowed: some")
+
+    def fits(self, figure: str) -> bool:
+        """Whether the name of a figure fits the pattern."""
+        return fits(figure, self.pattern)
+
+    @property
+    def words(self) -> str:
+        """Acceptance in one line."""
+        ending = f", until {self.until.date()}" if self.until else ""
+        moved = f": {self.became} (before {self.was})" if self.became else ""
+        return f"{self.pattern}{moved}, since {self.since}, by {self.who} on {self.date.date()}{ending}: {self.reason}"
+
+
+def fits(figure: str, pattern: str) -> bool:
+    """Whether the name of a figure fits a pattern, in which * stands for any text."""
+    return figure == pattern or fnmatch.fnmatchcase(figure, pattern.replace("[", "[[]"))
+
+
+def acceptances_of(
+    changes: Sequence[Change], who: str, date: datetime.datetime, reason: str,
+    until: datetime.datetime | None = None, pattern: str = "", causes: Mapping[str, str] | None = None,
+) -> list[Acceptance]:  # fmt: skip
+    """Acceptances of changes as they stand: one for each night of a pattern, or for each figure and night.
+
+    Raises
+    ------
+    HistoryError
+        If a change is that a run is not reproducible.
+    """
+    refused = next((change for change in changes if change.irreproducible), None)
+    if refused is not None:
+        raise HistoryError(f"{refused.identity.name}: {NO_ACCEPTANCE}; nothing was accepted")
+    grouped: dict[tuple[str, str], list[Change]] = {}
+    for change in changes:
+        grouped.setdefault((pattern or change.identity.name, change.since), []).append(change)
+    made = []
+    for (name, since), own in grouped.items():
+        factors = {c.identity.name: c.factor for c in own if is_step(c) and c.factor is not None}
+        said = sorted({(causes or {}).get(change.id, "") for change in own} - {""})
+        single = own[0] if name == own[0].identity.name else None
+        words = (result_words(single.was), result_words(single.now)) if single else ("", "")
+        made.append(
+            Acceptance(name, since, reason, who, date, until, "; ".join(said)[:MOST_TEXT], *words, factors)
+        )  # fmt: skip
+    return made
+
+
+def is_step(change: Change) -> bool:
+    """Whether a change is a step of times or memory."""
+    return change.identity.kind in STEPPED and not change.now.missing
+
+
+def accepting(change: Change, known: Iterable[Acceptance], at: datetime.datetime) -> Acceptance | None:
+    """Latest acceptance that covers a change at an instant; None if there is none, or the run is not reproducible."""
+    if change.irreproducible:
+        return None
+    covering = [a for a in known if a.fits(change.identity.name) and covers(a, change, at)]
+    return max(covering, key=lambda a: a.date, default=None)
+
+
+def covers(acceptance: Acceptance, change: Change, at: datetime.datetime) -> bool:
+    """Whether an acceptance covers a change of a figure that fits it.
+
+    A change between other nights is another change, though it may lead to the same value: the accepted night lies after
+    the last one with the earlier value, and is no later than the first one with the new value. A step of times, or
+    memory, has to be as large within its interval and the least effect, too: later steps beside it make it grow.
+    """
+    if acceptance.until is not None and at >= acceptance.until:
+        return False
+    if is_step(change):
+        accepted = acceptance.factors.get(change.identity.name)
+        if accepted is None or change.factor is None or change.since != acceptance.since:
+            return False
+        low, high = change.factor_low or change.factor, change.factor_high or change.factor
+        return low / (1.0 + LEAST_EFFECT) <= accepted <= high * (1.0 + LEAST_EFFECT)
+    return start(change.last) < start(acceptance.since) <= start(change.since)
+
+
+def start(night: str) -> str:
+    """Start of a night by its name."""
+    return night.rpartition("-")[0]
+
+
+def accepted(store: NightStore) -> tuple[Acceptance, ...]:
+    """All acceptances, in the order in which they were given.
+
+    Raises
+    ------
+    HistoryError
+        If the file is something else; the message names the entry.
+    """
+    content = store.place.read(FILE)
+    try:
+        entries = tomllib.loads((content or b"").decode()).get("accepted", [])
+    except ValueError as error:
+        raise HistoryError(f"{store}/{FILE}: {error}") from None
+    return tuple(
+        sorted((entry_of(entry, f"{store}/{FILE}", k) for k, entry in enumerate(entries)), key=lambda a: a.date)
+    )
+
+
+def entry_of(entry: dict[str, Any], file: str, number: int) -> Acceptance:
+    """Acceptance of an entry of the file."""
+    unknown = [key for key in entry if key not in KEYS]
+    if unknown:
+        raise HistoryError(f"{file}: entry {number + 1}: {unknown[0]}: no such key{nearest(unknown[0], KEYS)}")
+    times = {key: instant(entry[key]) for key in ("date", "until") if key in entry}
+    try:
+        return Acceptance(**(entry | times))
+    except (TypeError, FigureError) as error:
+        said = str(error).replace("Acceptance.__init__() ", "")
+        raise HistoryError(f"{file}: entry {number + 1}: {said}") from None
+
+
+def instant(value: Any) -> Any:
+    """Instant in UTC of a date or a time of the file."""
+    if isinstance(value, datetime.datetime):
+        return value if value.tzinfo else value.replace(tzinfo=datetime.UTC)
+    if isinstance(value, datetime.date):
+        return datetime.datetime(value.year, value.month, value.day, tzinfo=datetime.UTC)
+    return value
+
+
+def write_accepted(store: NightStore, known: Iterable[Acceptance]) -> None:
+    """Write the file with all acceptances."""
+    store.place.write(FILE, "\n".join([HEAD, *map(entry_text, known)]).encode())
+
+
+def entry_text(one: Acceptance) -> str:
+    """Entry of the file."""
+    lines = ["[[accepted]]"]
+    for key in KEYS[:-1]:
+        value = getattr(one, key)
+        if value is not None and value != "":
+            text = value.isoformat() if isinstance(value, datetime.datetime) else json.dumps(value, ensure_ascii=False)
+            lines.append(f"{key} = {text}")
+    if one.factors:
+        pairs = (f"{json.dumps(name, ensure_ascii=False)} = {factor!r}" for name, factor in one.factors.items())
+        lines.append(f"factors = {{ {', '.join(pairs)} }}")
+    return "\n".join(lines) + "\n"
+
+
+def accept(
+    store: NightStore, changes: Sequence[Change], who: str, reason: str, until: datetime.datetime | None = None,
+    pattern: str = "", causes: Mapping[str, str] | None = None,
+) -> list[Acceptance]:  # fmt: skip
+    """Store that somebody accepts some changes: all of them, or none. An earlier entry for the same ones is replaced.
+
+    Raises
+    ------
+    HistoryError
+        If a change is that a run is not reproducible, or the end has passed already.
+    """
+    now = datetime.datetime.now(datetime.UTC)
+    if until is not None and until <= now:
+        raise HistoryError(f"--until {until.date()}: has passed; allowed: a later date")
+    made = acceptances_of(changes, who, now, reason, until, pattern, causes)
+    new = {(one.pattern, one.since) for one in made}
+    write_accepted(store, [*(a for a in accepted(store) if (a.pattern, a.since) not in new), *made])
+    return made
+
+
+def withdraw(store: NightStore, pattern: str, since: str = "") -> list[Acceptance]:
+    """Remove the acceptances of a pattern, all or those of one night, and return them.
+
+    Raises
+    ------
+    HistoryError
+        If there is none; the message gives the nearest pattern.
+    """
+    known = accepted(store)
+    gone = [one for one in known if one.pattern == pattern and one.since.startswith(since)]
+    if not gone:
+        raise HistoryError(f"{pattern[:80]}: nothing is accepted for it{nearest(pattern, {a.pattern for a in known})}")
+    write_accepted(store, [one for one in known if one not in gone])
+    return gone

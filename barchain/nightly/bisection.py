@@ -1,0 +1,374 @@
+"""Search for causes and for the release or commit that changed a figure, in few runs."""
+
+from __future__ import annotations
+
+import itertools
+import subprocess
+import tempfile
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+from packaging.version import Version
+
+from barchain.nightly.cells import (
+    REPEATS,
+    CellPlace,
+    CellRunner,
+    NightTrees,
+    command_of,
+    middle,
+    pins_of,
+    shows,
+    swaps_of,
+)
+from barchain.nightly.changes import result_words
+from barchain.nightly.environments import commit_tree
+from barchain.nightly.faults import HistoryError
+from barchain.nightly.figures import STEPPED
+from barchain.nightly.parts import capture
+from barchain.nightly.releases import releases_of
+from barchain.nightly.suspects import differing
+from barchain.runs.environment import one_thread_each, temporary_root
+from barchain.studies.study import ignore
+from scenarios.nearest import nearest
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from barchain.nightly.cells import Swap
+    from barchain.nightly.figures import Figure, NightSummary
+    from barchain.nightly.history import NightStore
+
+    Cell = frozenset[str]
+
+
+ItemT = TypeVar("ItemT")
+
+
+class AttributionVerdict(StrEnum):
+    """Result of an attribution."""
+
+    CONFIRMED = "confirmed"
+    """One suspect alone makes the change, and the others together do not"""
+    BOTH = "both"
+    """Several suspects make a change, each by itself"""
+    INTERACTION = "interaction"
+    """Suspects make the change only together"""
+    NOT_REPRODUCED = "not reproduced"
+    """All suspects together don't make the change in a fresh environment"""
+
+
+@dataclass(frozen=True)
+class Causes:
+    """Causes of a change: each a smallest set of suspects that makes the change."""
+
+    verdict: AttributionVerdict
+    sets: tuple[frozenset[str], ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All suspects that belong to a cause, sorted."""
+        return tuple(sorted({name for one in self.sets for name in one}))
+
+
+def find_causes(suspects: Sequence[str], shows: Callable[[Cell], bool]) -> Causes:
+    """Causes of a change among suspects.
+
+    Parameters
+    ----------
+    suspects : sequence of str
+    shows : callable
+        Whether a cell shows the change; called once for each cell. Of the empty cell it is false by definition.
+
+    Notes
+    -----
+    The cell of all suspects is looked at first: without a change there, nothing is to be explained. Then smallest sets
+    are taken away one after the other, until the rest shows nothing.
+    """
+    known: dict[Cell, bool] = {frozenset(): False}
+
+    def seen(cell: Cell) -> bool:
+        if cell not in known:
+            known[cell] = shows(cell)
+        return known[cell]
+
+    rest = frozenset(suspects)
+    if not rest or not seen(rest):
+        return Causes(AttributionVerdict.NOT_REPRODUCED)
+    found: list[frozenset[str]] = []
+    while rest and seen(rest):
+        smallest = minimal(sorted(rest), seen)
+        found.append(smallest)
+        rest -= smallest
+    if len(found) > 1:
+        return Causes(AttributionVerdict.BOTH, tuple(found))
+    alone = len(found[0]) == 1
+    return Causes(AttributionVerdict.CONFIRMED if alone else AttributionVerdict.INTERACTION, tuple(found))
+
+
+def minimal(suspects: Sequence[str], shows: Callable[[Cell], bool]) -> frozenset[str]:
+    """Smallest set that shows the change: without any one of its members it does not (ddmin)."""
+    current, parts = list(suspects), 2
+    while len(current) >= 2:
+        chunks = split(current, parts)
+        smaller = next((chunk for chunk in chunks if shows(frozenset(chunk))), None)
+        if smaller is not None:
+            current, parts = smaller, 2
+            continue
+        without = next(
+            (rest for chunk in chunks if (rest := [s for s in current if s not in chunk]) and shows(frozenset(rest))),
+            None,
+        )
+        if without is not None:
+            current, parts = without, max(parts - 1, 2)
+        elif parts < len(current):
+            parts = min(len(current), 2 * parts)
+        else:
+            break
+    return frozenset(current)
+
+
+def split(items: Sequence[str], parts: int) -> list[list[str]]:
+    """Items in `parts` pieces of nearly equal sizes."""
+    bounds = [round(k * len(items) / parts) for k in range(parts + 1)]
+    return [list(items[a:b]) for a, b in itertools.pairwise(bounds) if b > a]
+
+
+@dataclass(frozen=True)
+class Bisected:
+    """Step of a figure between two states of an ordered list."""
+
+    last_good: int
+    first_bad: int
+    skipped: tuple[int, ...] = ()
+    """Numbers between both that do not run"""
+    tried: int = 0
+
+
+class EndsError(ValueError):
+    """Raised where an end of a bisection is not as it was given; the message is one line."""
+
+
+def bisect(count: int, is_bad: Callable[[int], bool | None]) -> Bisected:
+    """Bisect a list whose first state is good and whose last one is bad; both are confirmed first.
+
+    Parameters
+    ----------
+    count : int
+        Number of states, at least 2.
+    is_bad : callable
+        Whether a state is bad; None if it does not run. Called once for each state.
+
+    Raises
+    ------
+    EndsError
+        If the first state is not good, or the last one is not bad.
+    """
+    first, last = is_bad(0), is_bad(count - 1)
+    for said, wanted, place in ((first, False, "good"), (last, True, "bad")):
+        if said is None:
+            raise EndsError(f"the {place} end does not run here")
+        if said is not wanted:
+            raise EndsError(f"the {place} end is {'bad' if said else 'good'} here: nothing to bisect")
+    good, bad, tried = 0, count - 1, 2
+    dead: set[int] = set()
+    while True:
+        between = [k for k in range(good + 1, bad) if k not in dead]
+        if not between:
+            return Bisected(good, bad, tuple(sorted(k for k in dead if good < k < bad)), tried)
+        middle = (good + bad) / 2.0
+        k = min(between, key=lambda n: (abs(n - middle), n))
+        said, tried = is_bad(k), tried + 1
+        if said is None:
+            dead.add(k)
+        elif said:
+            bad = k
+        else:
+            good = k
+
+
+GIT_S = 60.0
+
+
+@dataclass(frozen=True)
+class FoundStep:
+    """State of a part since which a figure has its new value."""
+
+    figure: str
+    part: str
+    last_good: str
+    first_bad: str
+    skipped: tuple[str, ...]
+    tried: int
+    between: int
+
+    @property
+    def words(self) -> str:
+        """Result in one line."""
+        skipped = f"; {len(self.skipped)} between them do not run: {', '.join(self.skipped)}" if self.skipped else ""
+        return (
+            f"{self.figure}: new since {self.part} {self.first_bad}; {self.last_good} still has the old value "
+            f"({self.tried} of {self.between} tried){skipped}"
+        )
+
+
+def bisect_nights(
+    store: NightStore, figure: str, good: str, bad: str, part: str | None = None, note: Callable[[str], None] = ignore
+) -> FoundStep:
+    """Bisect a figure between two nights.
+
+    Parameters
+    ----------
+    store : NightStore
+    figure : str
+        Name of a figure that both nights have.
+    good, bad : str
+        Nights.
+    part : str, optional
+        Part whose states are walked; by default the only one that differs.
+    note : callable
+        Called with a sentence on each state.
+
+    Raises
+    ------
+    HistoryError
+        If a night lacks the figure, no single part differs, its states can't be made, or an end is not confirmed.
+    """
+    was, now = figure_of(store, good, figure), figure_of(store, bad, figure)
+    last, since = store.summary(good), store.summary(bad)
+    command_of(was.identity)
+    depends = tuple(sorted({*was.depends, *now.depends}))
+    swaps, fixed = swaps_of(differing(last, since, depends))
+    swap = the_one(swaps, fixed, part)
+    with one_thread_each(), tempfile.TemporaryDirectory(dir=temporary_root(), ignore_cleanup_errors=True) as scratch:
+        states = releases_between(swap) if swap.distribution else commits_between(last, since, swap)
+        walk = Walk(was, now, swap, swaps, states, last, since, depends, Path(scratch), note)
+        try:
+            found = bisect(len(states), walk.is_bad)
+        except EndsError as error:
+            raise HistoryError(f"{figure}: {error}") from None
+    return told(figure, swap, states, found)
+
+
+def told(figure: str, swap: Swap, states: list[str], found: Bisected) -> FoundStep:
+    """Result with the names of the states."""
+    skipped = tuple(states[k] for k in found.skipped)
+    return FoundStep(
+        figure, swap.name, states[found.last_good], states[found.first_bad], skipped, found.tried, len(states)
+    )
+
+
+def figure_of(store: NightStore, night: str, name: str) -> Figure:
+    """Figure of a night by its name."""
+    figures = {figure.identity.name: figure for figure in store.night(night).figures}
+    if name not in figures:
+        raise HistoryError(f"{name[:80]}: night {night} has no such figure{nearest(name, figures)}")
+    return figures[name]
+
+
+def the_one(swaps: list[Swap], fixed: list[str], part: str | None) -> Swap:
+    """Part whose states are walked."""
+    names = {swap.name: swap for swap in swaps}
+    if part is not None:
+        if part not in names:
+            differ = ", ".join(names) or "none"
+            raise HistoryError(
+                f"--part {part[:60]}: does not differ{nearest(part, names)}; those that differ: {differ}"
+            )
+        return names[part]
+    if len(swaps) != 1:
+        said = ", ".join(names) or "; ".join(fixed) or "none"
+        raise HistoryError(f"{len(swaps)} parts differ that can be exchanged ({said}); name one with --part")
+    return swaps[0]
+
+
+def releases_between(swap: Swap) -> list[str]:
+    """Releases from the old version to the new one; both are among them."""
+    before, after = swap.suspect.before, swap.suspect.after
+    assert before is not None
+    assert after is not None
+    ends = sorted((Version(before.version), Version(after.version)))
+    known = [r.version for r in releases_of(swap.distribution) if ends[0] < r.version < ends[1]]
+    found = [str(v) for v in (ends[0], *known, ends[1])]
+    return found if Version(before.version) < Version(after.version) else found[::-1]
+
+
+def commits_between(last: NightSummary, since: NightSummary, swap: Swap) -> list[str]:
+    """Commits that touch a part's packages, from that of the good night to that of the bad one."""
+    if not last.commit or not since.commit or "+" in last.commit + since.commit:
+        raise HistoryError(
+            f"{swap.name}: a night without a commit, or with changes that no commit has, can't be bisected"
+        )
+    folder = Path(__file__).parent
+    paths = [name.replace(".", "/") for name in swap.packages]
+
+    def git(*arguments: str, place: str = str(folder)) -> str:
+        line = ["git", "-C", place, *arguments]
+        try:
+            return subprocess.run(line, capture_output=True, text=True, check=True, timeout=GIT_S).stdout.strip()
+        except (OSError, subprocess.SubprocessError):
+            raise HistoryError(f"{swap.name}: Git gives no commits between {last.commit} and {since.commit}") from None
+
+    top = git("rev-parse", "--show-toplevel")
+    given = git("rev-list", "--reverse", f"{last.commit}..{since.commit}", "--", *paths, place=top)
+    return [last.commit, *given.split()] if given else [last.commit, since.commit]
+
+
+@dataclass
+class Walk:
+    """Figure at each state of one part; all other parts that differ have the good night's state."""
+
+    was: Figure
+    now: Figure
+    swap: Swap
+    swaps: list[Swap]
+    states: list[str]
+    last: NightSummary
+    since: NightSummary
+    depends: tuple[str, ...]
+    scratch: Path
+    note: Callable[[str], None]
+
+    def __post_init__(self) -> None:
+        """Take what all states share."""
+        self.runner = CellRunner(self.was.identity, self.scratch / "cells")
+        self.trees = NightTrees(self.scratch / "trees", self.last, self.since, self.depends)
+        self.base: Figure | None = None
+
+    def is_bad(self, k: int) -> bool | None:
+        """Whether a state has the new value; None if it does not run. The first state gives the old value."""
+        found = self.measured(k)
+        self.note(
+            f"{self.swap.name} {self.states[k]}: {result_words(found)}{f' ({found.reason})' if found.missing else ''}"
+        )
+        if found.missing and not self.now.missing:
+            return None
+        factor = self.now.value / self.was.value if self.now.value and self.was.value else None
+        if self.base is None:
+            self.base = found
+            return self.comparable and shows(self.was.identity, self.was, found, factor)
+        return shows(self.was.identity, self.base, found, factor)
+
+    @property
+    def comparable(self) -> bool:
+        """Whether the good night's figure should be found again here: on its machine class, and not a time."""
+        here = capture().machine_class == self.last.environment.machine_class
+        return here and self.was.identity.kind not in STEPPED
+
+    def measured(self, k: int) -> Figure:
+        """Figure at a state."""
+        place = self.place(k)
+        repeats = REPEATS if self.was.identity.kind in STEPPED else 1
+        return middle([self.runner.figure(place, self.was.identity, repeat) for repeat in range(repeats)])
+
+    def place(self, k: int) -> CellPlace:
+        """Environment and sources of a state."""
+        old: frozenset[str] = frozenset()
+        pins = pins_of(old, self.swaps, self.since, self.depends)
+        if self.swap.distribution:
+            pins = [p for p in pins if not p.startswith(f"{self.swap.distribution}==")]
+            return CellPlace((*pins, f"{self.swap.distribution}=={self.states[k]}"), self.trees.tree(old, self.swaps))
+        target = self.scratch / "commits" / self.states[k]
+        return CellPlace(tuple(pins), target if target.is_dir() else commit_tree(self.states[k], target))

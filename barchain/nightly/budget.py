@@ -1,0 +1,163 @@
+"""Budget of a night: the time of each job, what fits into it, and what a job that was ended has done."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import psutil
+
+from barchain.nightly.run_facts import INTERRUPTED, PartState, scene_name
+from barchain.runs.timing.bench import LONG_S
+from barchain.studies.cost.study import FEWEST_LONG_TURNS, FEWEST_TURNS
+from reports.tables import cost, crossval, stability
+from reports.tables.outcome import Outcome
+from reports.tables.reading import DamagedResultsError
+from reports.tables.schema import SchemaVersionError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    import pandas as pd
+
+    from barchain.nightly.jobs import NightJob
+    from barchain.nightly.run_facts import NightRun
+    from reports.tables.files import StudyFiles
+
+
+RESERVE_S = 25.0
+"""Time at the end of a long night for judging and telling"""
+LEAST_RESERVE_S = 6.0
+"""The same of a short night, which has a short history"""
+RESERVED = 0.05
+"""Part of a night that is kept for its end, between these two"""
+ALARM = "selftest"
+LEAST_S = 6.0
+"""A job with less time does not begin: reading barchain and an engine takes two seconds, an end up to four"""
+ENDING_S = 4.0
+"""Time in which an interrupted job ends, inside its own time"""
+RUNNING = 0.75
+"""Least part of a job's time before it is interrupted"""
+FILL = 0.9
+"""Part of a job's time that the scenes that are taken on may fill"""
+MEASURED = 0.85
+"""Part of a cost study's time that it plans with; its first runs are not planned"""
+FAVOURED = 0.75
+"""Part of the time that is left that one waiting part may take"""
+OLDEST_S = 60.0
+"""A process that is older than this was not started for the night"""
+
+
+def working_time_s(minutes: float) -> float:
+    """Time of all jobs together, without the reserve at the end."""
+    whole = 60.0 * minutes
+    return whole - min(RESERVE_S, max(LEAST_RESERVE_S, RESERVED * whole))
+
+
+def process_age_s() -> float:
+    """Time since the start of this process, which belongs to the night; 0 of one that was not started for it."""
+    age = time.time() - psutil.Process().create_time()
+    return age if 0.0 <= age <= OLDEST_S else 0.0
+
+
+def limit_s(job: NightJob, rest: Sequence[NightJob], left_s: float) -> float:
+    """Time of a job: its share of what is left, among itself and the jobs after it.
+
+    Planted faults get enough to begin in the shortest night: without them, no other part is worth believing. So does a
+    part of which nothing was done on the night before. One of these parts, another one each night, may take most of
+    what is left: a night that is too short for all parts does one after the other.
+    """
+    share = left_s * job.share / sum(each.share for each in (job, *rest))
+    if job.study == ALARM or job.waits:
+        share = max(share, LEAST_S)
+    if job.favoured:
+        share = max(share, FAVOURED * left_s)
+    return min(share, left_s)
+
+
+def running_s(time_s: float) -> float:
+    """Time after which a job is interrupted, so that it ends within its time."""
+    return max(time_s - ENDING_S, RUNNING * time_s)
+
+
+def pace_s(name: str, last: NightRun | None) -> float | None:
+    """Time of one item of a part on the last night of the plan; None where nothing was done."""
+    for part in last.parts if last else ():
+        if part.name == name and part.done and part.duration_s > 0.0:
+            return part.duration_s / part.done
+    return None
+
+
+def fitting(job: NightJob, time_s: float, pace: float | None) -> tuple[NightJob, tuple[str, ...]]:
+    """Job with the scenes that are known to fit, at least one, and the scenes that are left.
+
+    A part of which nothing was done on the last night takes on one scene.
+    """
+    if not job.scenes or (pace is None and not job.waits):
+        return job, ()
+    count = 1 if pace is None else max(int(FILL * time_s / pace), 1)
+    return replace(job, scenes=job.scenes[:count]), job.scenes[count:]
+
+
+def leftovers(last: NightRun | None) -> dict[str, list[str]]:
+    """What the last night of the plan left, by part: scenes, or the part's name."""
+    if last is None:
+        return {}
+    return {part.name: list(part.left or (part.name,)) for part in last.parts if part.state is PartState.LEFT}
+
+
+def waiting_parts(last: NightRun | None) -> list[str]:
+    """Parts of which the last night of the plan did nothing for want of time, in its order.
+
+    A night that ended before a part began says nothing of it.
+    """
+    parts = last.parts if last else ()
+    return [p.name for p in parts if p.state is PartState.LEFT and not p.done and p.reason != INTERRUPTED]
+
+
+FILES: dict[str, tuple[StudyFiles, str]] = {
+    "comparison": (crossval.FILES, "metrics"),
+    "stability": (stability.FILES, "outcomes"),
+    "cost": (cost.FILES, "points"),
+}
+"""Studies with scenes, each with a table that has a row for every scene and engine that is done"""
+
+
+def scenes_left(job: NightJob, folder: Path) -> tuple[str, ...]:
+    """Scenes of an interrupted job that are not done with all engines, in their order.
+
+    Parameters
+    ----------
+    job : NightJob
+        Of a study with scenes.
+    folder : Path
+        Result folder; without results there all scenes are left.
+    """
+    files, table = FILES[job.study]
+    if not files.has_record(folder):
+        return job.scenes
+    try:
+        record = files.sound_record(folder)
+        rows = files.read(folder, table) if files.has(folder, table) else None
+    except (FileNotFoundError, DamagedResultsError, SchemaVersionError):
+        return job.scenes
+    if record.get("complete"):
+        return ()
+    done = set() if rows is None else set(zip(rows["scene"], rows["engine"], strict=True))
+    done |= {(str(scene), str(engine)) for scene, engine in record.get("left_out") or () if job.study == "stability"}
+    engines = list(record.get("engines") or ())
+    if job.study == "cost":
+        return tuple(s for s in job.scenes if rows is None or not is_timed(rows[rows["scene"] == scene_name(s)]))
+    if not engines:
+        return job.scenes
+    return tuple(s for s in job.scenes if not all((scene_name(s), engine) in done for engine in engines))
+
+
+def is_timed(points: pd.DataFrame) -> bool:
+    """Whether the good points of a scene have the times that a median needs: they are measured in rounds over all."""
+    good = points[points["outcome"] == Outcome.PASS.value]
+    fewest = np.where(good["seconds"] >= LONG_S, FEWEST_LONG_TURNS, FEWEST_TURNS)
+    return bool(len(good) and (good["turns"].fillna(0).to_numpy() >= fewest).all())

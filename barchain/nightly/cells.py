@@ -1,0 +1,291 @@
+"""Cells of an attribution: states of suspects that can be made here, and figures measured in them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from adapters.registry import find_engine
+from barchain.nightly.changes import OTHER_STUDIES, RULES, Direction, compared
+from barchain.nightly.environments import commit_tree, installed_tree, pinned_environment, replace_packages
+from barchain.nightly.faults import HistoryError, PinnedEnvironmentError
+from barchain.nightly.figures import Figure, FigureIdentity, FigureKind
+from barchain.nightly.parts import SOURCES, installed_parts
+from barchain.nightly.processes import run_in
+from barchain.nightly.results import read_figures_of
+from scenarios import scene_names
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+    from pathlib import Path
+
+    from barchain.nightly.figures import NightPart, NightSummary
+    from barchain.nightly.suspects import Suspect
+
+
+DISTRIBUTIONS = ("engine:", "library:")
+ADAPTER, SCENE, SOLUTION = "adapter:", "scene:", "solution:"
+CERTIFIED = "barchain.solutions.certified_solutions"
+
+
+@dataclass(frozen=True)
+class Swap:
+    """Suspect whose states can be exchanged."""
+
+    suspect: Suspect
+    distribution: str = ""
+    """Of a version; empty of barchain's own sources"""
+    packages: tuple[str, ...] = ()
+    """Of barchain's own sources"""
+
+    @property
+    def name(self) -> str:
+        """Name of the part."""
+        return self.suspect.name
+
+
+def swap_of(suspect: Suspect) -> Swap | str:
+    """Exchange of a suspect, or why it can't be exchanged."""
+    name, before, after = suspect.name, suspect.before, suspect.after
+    if before is None or after is None:
+        return f"{name}: was not there on one of the nights"
+    if name.startswith(DISTRIBUTIONS):
+        if not before.version or not after.version or before.version == after.version:
+            return f"{name}: has the same version on both nights; other files of one version can't be installed again"
+        return Swap(suspect, distribution=name.partition(":")[2])
+    packages = packages_of(name)
+    return Swap(suspect, packages=packages) if packages else f"{name}: can't be exchanged here"
+
+
+def packages_of(name: str) -> tuple[str, ...]:
+    """Packages of barchain behind a part; none of Python, BLAS, the machine."""
+    if name in SOURCES:
+        return SOURCES[name]
+    kind, _, rest = name.partition(":")
+    if kind == "adapter":
+        return (f"adapters.{rest}",)
+    if kind == "scene":
+        return ("scenarios",)
+    return ("barchain.solutions",) if kind == "solution" else ()
+
+
+def swaps_of(suspects: Iterable[Suspect]) -> tuple[list[Swap], list[str]]:
+    """Exchanges of suspects, and the reasons why others can't be exchanged."""
+    found: list[Swap] = []
+    reasons = []
+    for suspect in suspects:
+        one = swap_of(suspect)
+        if isinstance(one, str):
+            reasons.append(one)
+        else:
+            found.append(one)
+    return found, reasons
+
+
+def pins_of(cell: frozenset[str], swaps: Sequence[Swap], since: NightSummary, depends: Iterable[str]) -> list[str]:
+    """Versions of a cell: old ones of suspects outside of it, new ones of all other distributions of the figure."""
+    versions = {}
+    for name in depends:
+        part = since.part_named.get(name)
+        if part is not None and name.startswith(DISTRIBUTIONS) and part.version:
+            versions[name.partition(":")[2]] = part.version
+    for swap in swaps:
+        if swap.distribution:
+            state = swap.suspect.after if swap.name in cell else swap.suspect.before
+            assert state is not None
+            versions[swap.distribution] = state.version
+    return [f"{name}=={version}" for name, version in sorted(versions.items())]
+
+
+class NightTrees:
+    """Sources of two nights, and mixtures of both; each is made once."""
+
+    def __init__(self, folder: Path, last: NightSummary, since: NightSummary, depends: Iterable[str]) -> None:
+        """Take an empty folder; trees are made when they are asked for."""
+        self.folder, self.last, self.since, self.depends = folder, last, since, tuple(depends)
+        self.made: dict[str, Path] = {}
+
+    def tree(self, cell: frozenset[str], swaps: Sequence[Swap]) -> Path:
+        """Sources of a cell.
+
+        Raises
+        ------
+        PinnedEnvironmentError
+            If the sources of a night can't be made again.
+        """
+        old = [swap for swap in swaps if swap.packages and swap.name not in cell]
+        if not old:
+            return self.whole(self.since)
+        key = "+".join(sorted(swap.name for swap in old))
+        if key not in self.made:
+            tree = self.copy(self.since, f"mixed-{len(self.made)}")
+            for swap in old:
+                replace_packages(tree, self.whole(self.last), swap.packages)
+            self.made[key] = tree
+        return self.made[key]
+
+    def whole(self, night: NightSummary) -> Path:
+        """Sources of a night."""
+        if night.name not in self.made:
+            self.made[night.name] = self.copy(night, f"night-{len(self.made)}")
+        return self.made[night.name]
+
+    def copy(self, night: NightSummary, name: str) -> Path:
+        """New tree of a night's sources: those of this installation if they are the same, else those of its commit."""
+        if same_sources(night, self.depends):
+            return installed_tree(self.folder / name)
+        if not night.commit:
+            raise PinnedEnvironmentError(
+                f"{night.name}: its sources are not those of this installation, and it knows no commit"
+            )
+        return commit_tree(night.commit, self.folder / name)
+
+
+def same_sources(night: NightSummary, depends: Iterable[str]) -> bool:
+    """Whether barchain's sources behind some parts are those of this installation."""
+    here = {part.name: part for part in installed_here(night)}
+    own = [name for name in depends if name in SOURCES or name.startswith((ADAPTER, SCENE, SOLUTION))]
+    return all(name in here and alike(here[name], night.part_named.get(name)) for name in own)
+
+
+def alike(here: NightPart, there: NightPart | None) -> bool:
+    """Whether a part has the same known digest here and there."""
+    return there is not None and bool(there.digest) and here.digest == there.digest
+
+
+def installed_here(night: NightSummary) -> tuple[NightPart, ...]:
+    """Parts of this installation, of the kinds that a night has."""
+    from adapters.registry import engines  # noqa: PLC0415
+    from scenarios import scene_names  # noqa: PLC0415
+
+    names = set(night.part_named)
+    shipped = [name for name in scene_names() if f"{SCENE}{name}" in names]
+    return installed_parts(engines(), shipped, night.environment)
+
+
+LIMIT_S = 300.0
+REPEATS = 3
+"""Measurements of a ratio in each cell; cells are measured in turns"""
+HALF = 0.5
+"""A ratio shows a change if it moved by more than this part of the change, as a logarithm"""
+MINUTES = 0.2
+FINER = "finer"
+"""End of the quantities of runs at the finer setting"""
+STUDIES = {"cost": "cost", "stability": "stability"}
+
+
+class CellError(HistoryError):
+    """Raised for a figure that can't be measured by itself; the message is one line."""
+
+
+@dataclass(frozen=True)
+class CellPlace:
+    """Environment and sources of a cell."""
+
+    pins: tuple[str, ...]
+    tree: Path
+
+
+@dataclass
+class CellRunner:
+    """Measures the figures of one scene and engine in cells; each cell and repeat is measured once."""
+
+    identity: FigureIdentity
+    folder: Path
+    limit_s: float = LIMIT_S
+    measured: dict[tuple[tuple[str, ...], str, int], Mapping[FigureIdentity, Figure]] = field(default_factory=dict)
+    reasons: dict[tuple[tuple[str, ...], str], str] = field(default_factory=dict)
+    """Why a cell gave no figures"""
+
+    def figure(self, place: CellPlace, identity: FigureIdentity, repeat: int = 0) -> Figure:
+        """Figure of a cell; missing, with the reason, if the cell does not run."""
+        key = (place.pins, str(place.tree), repeat)
+        if key not in self.measured:
+            self.measured[key] = self.measure(place, len(self.measured))
+        reason = self.reasons.get(key[:2], "the run gave no such figure")
+        return self.measured[key].get(identity, Figure(identity, reason=reason))
+
+    def measure(self, place: CellPlace, number: int) -> Mapping[FigureIdentity, Figure]:
+        """All figures of a run in a cell."""
+        scratch = self.folder / f"cell-{number}"
+        scratch.mkdir(parents=True)
+        try:
+            environment = pinned_environment(place.pins, also=needed_by(self.identity))
+        except PinnedEnvironmentError as error:
+            self.reasons[place.pins, str(place.tree)] = str(error)
+            return {}
+        line = ("-m", "barchain", "-q", *command_of(self.identity), "--out", str(scratch / "out"))
+        done = run_in(environment, place.tree, line, limit_s=self.limit_s, folder=scratch)
+        try:
+            return {figure.identity: figure for figure in read_figures_of(scratch / "out")}
+        except (HistoryError, FileNotFoundError, ValueError):
+            self.reasons[place.pins, str(place.tree)] = done.reason or f"ended with exit code {done.code}"
+            return {}
+
+
+def needed_by(identity: FigureIdentity) -> tuple[str, ...]:
+    """Distributions that the engines of a figure need."""
+    registrations = [find_engine(name) for name in (identity.engine, identity.anchor) if name]
+    names = {name for r in registrations for name in (r.requires, r.distribution)}
+    return tuple(sorted(names - {""}))
+
+
+def command_of(identity: FigureIdentity) -> tuple[str, ...]:
+    """Command that measures a figure and little else.
+
+    Raises
+    ------
+    CellError
+        If no command does, e.g. of a figure without engine.
+    """
+    study, _, last = identity.quantity.rpartition(".")
+    study = study.partition(".")[0] or last
+    if last == FINER:
+        raise CellError(f"{identity.name}: belongs to a run at the finer setting, which no command makes by itself")
+    if not identity.scene or not identity.engine:
+        raise CellError(f"{identity.name}: belongs to no scene and engine, so that it can't be measured by itself")
+    if study in OTHER_STUDIES - STUDIES.keys():
+        raise CellError(f"{identity.name}: figures of {study} are not measured by themselves")
+    if identity.scene not in scene_names():
+        raise CellError(
+            f"{identity.name}: belongs to a scene of a file, and only scenes that come with barchain are run again"
+        )
+    if study in STUDIES:
+        anchor = ("--engine", identity.anchor) if identity.anchor else ()
+        line = (STUDIES[study], identity.scene, "--engine", identity.engine, *anchor)
+        return (*line, "--repeats", "5", "--minutes", f"{MINUTES}") if study == "cost" else line
+    setting = ("--set", identity.setting) if "=" in identity.setting else ()
+    return ("compare", identity.scene, "--engine", identity.engine, *setting)
+
+
+def shows(identity: FigureIdentity, base: Figure, found: Figure, factor: float | None) -> bool:
+    """Whether a figure of a cell differs from that of the old state as a change says.
+
+    Parameters
+    ----------
+    identity : FigureIdentity
+    base : Figure
+        Of the cell in which all suspects have their old state.
+    found : Figure
+    factor : float, optional
+        New value of the change over its old one, of times and memory.
+    """
+    if base.missing or found.missing:
+        return base.missing is not found.missing
+    if identity.kind is FigureKind.BITS:
+        return base.word != found.word
+    if identity.kind in RULES:
+        judged = compared(base, found)
+        return judged is not None and judged.direction is not Direction.SAME
+    assert base.value is not None
+    assert found.value is not None
+    if factor is None or factor <= 0.0:
+        return False
+    return math.log(found.value / base.value) / math.log(factor) > HALF
+
+
+def middle(figures: list[Figure]) -> Figure:
+    """Figure with the median value of several measurements; a missing one if most are."""
+    known = sorted((f for f in figures if f.value is not None), key=lambda f: f.value or 0.0)
+    return known[len(known) // 2] if 2 * len(known) > len(figures) else figures[0]

@@ -1,0 +1,359 @@
+"""Fresh environments: other versions of engines and libraries, other sources of barchain, beside the installation."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tarfile
+import tempfile
+from dataclasses import dataclass
+from datetime import date, timedelta
+from importlib import metadata
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from filelock import FileLock
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+from platformdirs import user_cache_path
+
+from adapters.registry import PACKAGES
+from barchain.nightly.faults import PinnedEnvironmentError
+from barchain.nightly.figures import content_digest
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+
+VARIABLE = "BARCHAIN_ENVIRONMENTS"
+INSTALL_S = 900.0
+"""Longest installation"""
+READY = "ready.txt"
+LONGEST_REASON = 300
+ADDRESS = re.compile(r"https?://\S+")
+
+
+@dataclass(frozen=True)
+class PinnedEnvironment:
+    """Environment with some versions given, and all others as they are in this installation where that is possible."""
+
+    folder: Path
+    pins: tuple[str, ...]
+    moved: tuple[str, ...] = ()
+    """Other distributions whose versions differ from this installation's: the pins ask for it"""
+
+    @property
+    def python(self) -> Path:
+        """Its interpreter."""
+        return self.folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+
+
+def environments_folder() -> Path:
+    """Folder of all environments: by the variable, else in the user's cache."""
+    given = os.environ.get(VARIABLE)
+    return Path(given) if given else user_cache_path("barchain") / "environments"
+
+
+def pinned_environment(pins: Sequence[str], *, also: Sequence[str] = ()) -> PinnedEnvironment:
+    """Environment with what barchain needs, and with some versions given.
+
+    Parameters
+    ----------
+    pins : sequence of str
+        Requirements, e.g. ``mujoco==3.2.7``; their own dependencies are resolved, not forced.
+    also : sequence of str
+        Further distributions that are needed, as they are in this installation.
+
+    Returns
+    -------
+    PinnedEnvironment
+        Made now, or earlier by the same request.
+
+    Raises
+    ------
+    PinnedEnvironmentError
+        If the versions can't be installed together; the message is the resolver's reason in one line.
+    """
+    wanted, others = requirements(pins, also), constraints(pins)
+    key = content_digest([sys.version, sys.platform, sorted(wanted), sorted(others)])[:20]
+    root = environments_folder()
+    root.mkdir(parents=True, exist_ok=True)
+    folder = root / key
+    with FileLock(root / f"{key}.lock"):
+        if not (folder / READY).is_file():
+            make(folder, wanted, others)
+    return PinnedEnvironment(folder, tuple(pins), tuple((folder / READY).read_text("utf-8").splitlines()))
+
+
+def requirements(pins: Sequence[str], also: Sequence[str]) -> list[str]:
+    """Requirements of barchain itself, of `also`, and the pins in the place of what they name."""
+    pinned = {name_of(pin) for pin in pins}
+    found = {name_of(text): text for text in (*needed(), *map(as_installed, also))}
+    return [*(text for name, text in found.items() if name not in pinned), *pins]
+
+
+def needed() -> Iterator[str]:
+    """Distributions that barchain needs at all."""
+    try:
+        declared = metadata.requires("barchain") or []
+    except metadata.PackageNotFoundError:
+        raise PinnedEnvironmentError("barchain is not installed here, so that its requirements are not known") from None
+    for text in declared:
+        one = Requirement(text)
+        if one.marker is None or one.marker.evaluate({"extra": ""}):
+            yield as_installed(one.name)
+
+
+def as_installed(name: str) -> str:
+    """Requirement of the installed version; of any version without one."""
+    try:
+        return f"{canonicalize_name(name)}=={metadata.version(name)}"
+    except metadata.PackageNotFoundError:
+        return str(canonicalize_name(name))
+
+
+def constraints(pins: Sequence[str]) -> list[str]:
+    """Versions of this installation, of all distributions but those pinned, barchain, and local builds."""
+    pinned = {name_of(pin) for pin in pins} | {"barchain"}
+    found = {str(canonicalize_name(d.metadata["Name"])): d.version for d in metadata.distributions()}
+    return [
+        f"{name}=={version}" for name, version in sorted(found.items()) if name not in pinned and "+" not in version
+    ]
+
+
+def name_of(requirement: str) -> str:
+    """Name of a requirement's distribution."""
+    return str(canonicalize_name(Requirement(requirement).name))
+
+
+def make(folder: Path, wanted: Sequence[str], others: Sequence[str]) -> None:
+    """Make an environment, first with this installation's versions of everything else, then with any."""
+    with tempfile.TemporaryDirectory(dir=folder.parent, prefix="new-") as scratch:
+        failed = ""
+        for limits in (others, ()):
+            new = Path(scratch) / f"{'held' if limits else 'free'}"
+            names = {name_of(one) for one in wanted if "==" in one} if limits else set()
+            asked = wanted if limits else loosened(wanted)
+            failed = install(new, asked, [one for one in limits if name_of(one) not in names])
+            if not failed:
+                write_ready(new)
+                shutil.rmtree(folder, ignore_errors=True)
+                relocate(new, folder)
+                return
+    raise PinnedEnvironmentError(failed)
+
+
+def loosened(wanted: Sequence[str]) -> list[str]:
+    """Requirements without the versions of this installation; the pins, which come last, stay."""
+    installed = {as_installed(name_of(one)) for one in wanted}
+    return [name_of(one) if one in installed else one for one in wanted]
+
+
+def install(folder: Path, wanted: Sequence[str], limits: Sequence[str]) -> str:
+    """Make an environment in a folder; the reason of a failure, or an empty text."""
+    held = folder.parent / "constraints.txt"
+    held.write_text("\n".join(limits), "utf-8")
+    base = str(getattr(sys, "_base_executable", sys.executable))
+    python = str(PinnedEnvironment(folder, ()).python)
+    if find_spec("uv") is not None:
+        uv = [sys.executable, "-m", "uv", "--quiet", "--no-progress"]
+        steps = [
+            [*uv, "venv", "--python", base, str(folder)],
+            [*uv, "pip", "install", "--python", python, "--constraint", str(held), *wanted],
+        ]
+    else:
+        pip = [python, "-m", "pip", "--disable-pip-version-check", "--quiet", "install"]
+        steps = [
+            [base, "-m", "venv", str(folder)],
+            [*pip, "--only-binary", ":all:", "--constraint", str(held), *wanted],
+        ]
+    for step in steps:
+        try:
+            done = subprocess.run(step, capture_output=True, text=True, timeout=INSTALL_S, check=False)
+        except (OSError, subprocess.TimeoutExpired) as error:
+            return brief(str(error))
+        if done.returncode:
+            return brief(done.stderr or done.stdout)
+    return ""
+
+
+def relocate(new: Path, folder: Path) -> None:
+    """Put an environment in its place; interpreters of virtual environments find their packages by their own place."""
+    with contextlib.suppress(FileNotFoundError):
+        shutil.rmtree(new / "__pycache__")
+    new.rename(folder)
+
+
+def write_ready(folder: Path) -> None:
+    """Mark an environment as whole; the file lists versions that differ from this installation's."""
+    script = "from importlib import metadata\nfor d in metadata.distributions(): print(d.metadata['Name'], d.version)\n"
+    python = str(PinnedEnvironment(folder, ()).python)
+    said = subprocess.run([python, "-I", "-c", script], capture_output=True, text=True, check=True, timeout=60).stdout
+    moved = []
+    for line in sorted(said.splitlines()):
+        name, _, version = line.partition(" ")
+        with contextlib.suppress(metadata.PackageNotFoundError):
+            if metadata.version(name) != version:
+                moved.append(f"{canonicalize_name(name)} {version} (here {metadata.version(name)})")
+    (folder / READY).write_text("\n".join(moved) + "\n" if moved else "", "utf-8")
+
+
+def brief(said: str) -> str:
+    """Reason of an installer in one line, without addresses."""
+    lines = [line.strip(" ╰─▶│×") for line in said.splitlines() if line.strip()]
+    text = ADDRESS.sub("(address)", " ".join(lines))
+    text = "".join(c for c in text if c.isprintable())
+    return text if len(text) <= LONGEST_REASON else f"{text[: LONGEST_REASON - 3]}..."
+
+
+def prune_environments() -> int:
+    """Remove all environments, and return their number."""
+    root, count = environments_folder(), 0
+    for folder in root.iterdir() if root.is_dir() else ():
+        if folder.is_dir():
+            shutil.rmtree(folder, ignore_errors=True)
+            count += 1
+    return count
+
+
+MONTH = timedelta(days=30)
+"""Time after a release within which its dependencies were found to be wrong, if they were"""
+RESOLVE_S = 120.0
+
+
+def dependencies_at(pin: str, released: str) -> list[str]:
+    """Versions of all dependencies of a release, as the package index had them a month after the release.
+
+    Parameters
+    ----------
+    pin : str
+        Requirement of the release: ``pin==3.4.0``.
+    released : str
+        Day of the release, e.g. ``2025-02-13``.
+
+    Returns
+    -------
+    list of str
+        Requirements, without that of the release itself.
+
+    Raises
+    ------
+    PinnedEnvironmentError
+        If uv or the day is missing, or there are no such versions; the message is one line.
+    """
+    if find_spec("uv") is None:
+        raise PinnedEnvironmentError("dependencies of an earlier day need uv, which is not installed")
+    if not released:
+        raise PinnedEnvironmentError(f"the package index gives no day for {pin}")
+    day = date.fromisoformat(released) + MONTH
+    line = [sys.executable, "-m", "uv", "pip", "compile", "--quiet", "--no-header", "--no-annotate",
+            "--only-binary", ":all:", "--exclude-newer", day.isoformat(), "-"]  # fmt: skip
+    try:
+        done = subprocess.run(line, input=pin, capture_output=True, text=True, timeout=RESOLVE_S, check=False)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise PinnedEnvironmentError(brief(str(error))) from None
+    if done.returncode:
+        raise PinnedEnvironmentError(brief(done.stderr or done.stdout))
+    found = [line.strip() for line in done.stdout.splitlines() if "==" in line]
+    return [one for one in found if name_of(one) != name_of(pin)]
+
+
+GIT_S = 120.0
+LEFT_OUT = shutil.ignore_patterns("__pycache__", "*.pyc", ".git")
+
+
+def installed_tree(target: Path) -> Path:
+    """Copy the packages of this installation, with the metadata that holds their version, into a new folder.
+
+    Raises
+    ------
+    OSError
+        If a file can't be written.
+    """
+    for name in PACKAGES:
+        spec = find_spec(name)
+        assert spec is not None
+        assert spec.submodule_search_locations
+        shutil.copytree(spec.submodule_search_locations[0], target / name, ignore=LEFT_OUT)
+    information = information_folder()
+    if information is not None:
+        shutil.copytree(information, target / information.name, ignore=LEFT_OUT)
+    return target
+
+
+def information_folder() -> Path | None:
+    """Folder ``barchain-VERSION.dist-info`` of this installation; None of bare sources."""
+    try:
+        files = metadata.distribution("barchain").files or ()
+    except metadata.PackageNotFoundError:
+        return None
+    found = next((file for file in files if file.name == "METADATA"), None)
+    return None if found is None else Path(str(found.locate())).parent
+
+
+def commit_tree(commit: str, target: Path, repository: Path | None = None) -> Path:
+    """Write the packages of a commit into a new folder.
+
+    Parameters
+    ----------
+    commit : str
+        Any name that Git knows.
+    target : Path
+    repository : Path, optional
+        Folder inside the repository; that of this installation by default.
+
+    Raises
+    ------
+    PinnedEnvironmentError
+        If there is no repository, or no such commit in it.
+    """
+    if commit.endswith("+"):
+        raise PinnedEnvironmentError(f"commit {commit}: the sources differed from the commit; they can't be made again")
+    folder = repository or Path(__file__).parent
+    line = ["git", "-C", str(folder), "archive", "--format=tar", commit, *PACKAGES]
+    root = ["git", "-C", str(folder), "rev-parse", "--show-toplevel"]
+    try:
+        top = subprocess.run(root, capture_output=True, text=True, check=True, timeout=GIT_S).stdout.strip()
+        line[2] = top
+        found = subprocess.run(line, capture_output=True, check=True, timeout=GIT_S).stdout
+    except FileNotFoundError:
+        raise PinnedEnvironmentError(f"commit {commit}: Git is not installed") from None
+    except subprocess.CalledProcessError as error:
+        said = (error.stderr if isinstance(error.stderr, str) else error.stderr.decode("utf-8", "replace")).strip()
+        raise PinnedEnvironmentError(f"commit {commit}: {said.splitlines()[-1] if said else 'Git failed'}") from None
+    except subprocess.TimeoutExpired:
+        raise PinnedEnvironmentError(f"commit {commit}: Git did not answer in {GIT_S:.0f} s") from None
+    target.mkdir(parents=True, exist_ok=True)
+    with tarfile.open(fileobj=io.BytesIO(found)) as archive:
+        archive.extraction_filter = getattr(tarfile, "data_filter", None)  # not in early releases of Python 3.11
+        archive.extractall(target)
+    information = information_folder()
+    if information is not None and not (target / information.name).exists():
+        shutil.copytree(information, target / information.name, ignore=LEFT_OUT)
+    return target
+
+
+def replace_packages(tree: Path, other: Path, packages: Iterable[str]) -> None:
+    """Take some packages, or modules, of another tree into a tree: ``adapters.mujoco``, ``reference_impl``."""
+    for name in packages:
+        place = Path(*name.split("."))
+        for path in (place, place.with_suffix(".py")):
+            remove(tree / path)
+            if (other / path).is_dir():
+                shutil.copytree(other / path, tree / path, ignore=LEFT_OUT)
+            elif (other / path).is_file():
+                shutil.copy2(other / path, tree / path)
+
+
+def remove(path: Path) -> None:
+    """Remove a file or a folder, if it is there."""
+    if path.is_dir():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)

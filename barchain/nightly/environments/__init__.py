@@ -1,1 +1,0 @@
-"""Fresh environments: other versions of engines and libraries, other sources of barchain, beside the installation."""

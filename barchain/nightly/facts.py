@@ -1,0 +1,239 @@
+"""Facts of a stored night, as ``nightly.json`` holds them."""
+
+from __future__ import annotations
+
+import datetime
+import math
+from collections import Counter
+from dataclasses import asdict
+from typing import TYPE_CHECKING
+
+from barchain.nightly.acceptances import accepting
+from barchain.nightly.changes import VERDICT, result_words
+from barchain.nightly.figures import STEPPED, FigureKind
+from barchain.nightly.judging import still_holding
+from barchain.nightly.sentence import opening
+from barchain.nightly.suspects import differing, state_words, suspicion
+from reports.tables.nights.facts import (
+    AcceptanceEntry,
+    AgainstEntry,
+    AlarmEntry,
+    ChangeEntry,
+    CountsEntry,
+    NightEntry,
+    NightlyFile,
+    NightRunEntry,
+    PartEntry,
+    RejectedEntry,
+    SuspectEntry,
+)
+from reports.tables.outcome import Outcome
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+    from barchain.nightly.acceptances import Acceptance
+    from barchain.nightly.changes import Change, JudgedNight
+    from barchain.nightly.figures import Figure, NightSummary
+    from barchain.nightly.run_facts import NightRun
+    from barchain.nightly.suspects import Suspect
+
+
+VERSIONED = ("engine:", "library:", "python")
+MISSING = "missing"
+OWN = STEPPED | {FigureKind.BITS}
+"""Kinds whose changes are attributed by themselves"""
+
+
+def night_facts(
+    judged: JudgedNight,
+    accepted: Sequence[Acceptance],
+    figures: Iterable[Figure],
+    run: NightRun | None = None,
+    *,
+    baseline: str = "",
+    confirmed: Mapping[str, str] | None = None,
+) -> NightlyFile:
+    """Facts of a judged night.
+
+    Parameters
+    ----------
+    judged : JudgedNight
+    accepted : sequence of Acceptance
+        All acceptances of the history.
+    figures : iterable of Figure
+        Of the night.
+    run : NightRun, optional
+        What it did of its plan.
+    baseline : str
+        Name of the one night that it was judged against.
+    confirmed : mapping, optional
+        Results of attributions in words, by the id of the change.
+    """
+    nights = {night.name: night for night in (*judged.compared_with, judged.night)}
+    cells = comparison_verdicts(figures)
+    now = datetime.datetime.now(datetime.UTC)
+
+    def entry(change: Change) -> ChangeEntry:
+        return change_entry(change, nights, accepting(change, accepted, now), (confirmed or {}).get(change.id, ""))
+
+    tonight = tuple(events(sorted(standing_for(map(entry, judged.tonight)), key=weight)))
+    holding = events(sorted(map(entry, still_holding(judged)), key=weight))
+    standing = tuple(e for e in holding if e.accepted is None)
+    night = judged.night
+    return NightlyFile(
+        sentence=opening(
+            tonight, judged=judged.judged, earlier=len(judged.compared_with), void=night.void,
+            complete=night.complete, baseline=baseline, standing=len(standing),
+            replanned=(judged.new, judged.left_out) if judged.replanned and night.complete and not baseline else None,
+            new=0 if baseline else judged.new, renamed=judged.renamed,
+        ),
+        night=night_entry(night, exchanged(judged)),
+        against=against(judged, baseline),
+        counts=counts(judged, tonight),
+        verdicts=dict(Counter(cell.word or MISSING for cell in cells).most_common()),
+        rejected=tuple(map(rejected_entry, filter(is_rejected, cells))),
+        changes=tonight,
+        standing=standing,
+        held=tuple(e for e in holding if e.accepted is not None),
+        renamed=judged.renamed,
+        run=run_entry(run),
+    )  # fmt: skip
+
+
+def standing_for(changes: Iterable[ChangeEntry]) -> Iterator[ChangeEntry]:
+    """Changes, each with the attribution of one of the same engine and suspects, for which that one stands.
+
+    Bits and times stand for themselves alone, as in :func:`barchain.nightly.attribute.worth_attributing`.
+    """
+    every = list(changes)
+    known = {(c.engine, c.suspects): c.confirmed for c in every if c.confirmed and c.kind not in OWN}
+    for change in every:
+        found = "" if change.kind in OWN else known.get((change.engine, change.suspects), "")
+        yield change if change.confirmed or not found else change.model_copy(update={"confirmed": found})
+
+
+def events(changes: Sequence[ChangeEntry]) -> list[ChangeEntry]:
+    """Changes; figures that are missing since one run are one of them: the run's verdict, or the first figure."""
+    found: dict[tuple[str, ...], list[ChangeEntry]] = {}
+    for change in changes:
+        gone = change.became == MISSING
+        place = (change.scene, change.engine, change.since, str(change.accepted)) if gone else (change.id,)
+        found.setdefault(place, []).append(change)
+    verdicts: dict[tuple[str, ...], str] = {
+        (c.scene, c.engine, c.since, str(c.accepted)): c.id
+        for c in changes
+        if c.quantity == VERDICT and c.direction == "worse" and c.became != MISSING
+    }
+    folded = {place: own for place, own in found.items() if len(place) > 1}
+    also = {verdicts.get(place, own[0].id): len(own) - (place not in verdicts) for place, own in folded.items()}
+    dropped = {c.id for place, own in folded.items() for c in own[0 if place in verdicts else 1 :]}
+    kept = [change for change in changes if change.id not in dropped]
+    return [c.model_copy(update={"also": also[c.id]}) if also.get(c.id) else c for c in kept]
+
+
+def weight(change: ChangeEntry) -> tuple[bool, bool, int, bool, float]:
+    """Place of a change in a table: what needs a look first, verdicts before numbers, large factors before small."""
+    factor = abs(math.log(change.factor)) if change.factor else math.inf
+    direction = ("worse", "better", "changed").index(change.direction)
+    is_verdict = change.kind == FigureKind.VERDICT
+    return not change.irreproducible, change.accepted is not None, direction, not is_verdict, -factor
+
+
+def change_entry(
+    change: Change, nights: Mapping[str, NightSummary], covering: Acceptance | None, confirmed: str
+) -> ChangeEntry:
+    """Entry of a change."""
+    identity, found = change.identity, suspicion(change, nights)
+    return ChangeEntry(
+        id=change.id, figure=identity.name, scene=identity.scene, engine=identity.engine, setting=identity.setting,
+        quantity=identity.quantity, kind=str(identity.kind), unit=str(identity.unit),
+        was=result_words(change.was), became=result_words(change.now), factor=change.factor,
+        factor_low=change.factor_low, factor_high=change.factor_high, direction=change.direction.value,
+        last=change.last, since=change.since, reason=change.reason, irreproducible=change.irreproducible,
+        suspects=tuple(map(suspect_entry, found.suspects)), unknown=found.unknown, confirmed=confirmed,
+        accepted=covering and AcceptanceEntry(
+            who=covering.who, when=covering.date, reason=covering.reason, until=covering.until
+        ),
+    )  # fmt: skip
+
+
+def suspect_entry(suspect: Suspect) -> SuspectEntry:
+    """Entry of a suspect."""
+    before, after = suspect.before, suspect.after
+    return SuspectEntry(
+        name=suspect.name,
+        before=state_words(before, after) if before else "",
+        after=state_words(after, before) if after else "",
+    )
+
+
+def exchanged(judged: JudgedNight) -> tuple[SuspectEntry, ...]:
+    """Parts of the night that differ from the last night before; scenes that one of them left out tell nothing."""
+    if not judged.compared_with:
+        return ()
+    last, night = judged.compared_with[-1], judged.night
+    return tuple(map(suspect_entry, differing(last, night, set(last.part_named) & set(night.part_named))))
+
+
+def night_entry(night: NightSummary, exchanged_parts: tuple[SuspectEntry, ...]) -> NightEntry:
+    """Entry of the night."""
+    environment = {name: value for name, value in asdict(night.environment).items() if name != "cpu_flags"}
+    versions = {p.name: p.version for p in night.parts if p.name.startswith(VERSIONED) and p.version}
+    return NightEntry(
+        name=night.name, started=night.started, duration_s=night.duration_s, plan=night.plan, barchain=night.barchain,
+        commit=night.commit, state="void" if night.void else "complete" if night.complete else "incomplete",
+        void=night.void, figures=night.figures, machine_class=night.environment.machine_class,
+        environment=environment, versions=versions, exchanged=exchanged_parts,
+    )  # fmt: skip
+
+
+def against(judged: JudgedNight, baseline: str) -> AgainstEntry:
+    """Entry of the nights that it was judged against."""
+    names = [night.name for night in judged.compared_with]
+    first, last = (names[0], names[-1]) if names else ("", "")
+    return AgainstEntry(nights=len(names), first=first, last=last, baseline=baseline)
+
+
+def counts(judged: JudgedNight, tonight: Sequence[ChangeEntry]) -> CountsEntry:
+    """Numbers of changes; an accepted one counts as accepted only."""
+    told: Counter[str] = Counter()
+    for change in tonight:
+        told["accepted" if change.accepted else change.direction] += 1 + change.also
+    return CountsEntry(
+        judged=judged.judged, same=len(judged.same), worse=told["worse"], better=told["better"],
+        changed=told["changed"], accepted=told["accepted"],
+        irreproducible=sum(change.irreproducible for change in tonight), new=judged.new,
+    )  # fmt: skip
+
+
+def comparison_verdicts(figures: Iterable[Figure]) -> list[Figure]:
+    """Verdict of each cell of the comparison."""
+    return [
+        figure
+        for figure in figures
+        if figure.identity.kind is FigureKind.VERDICT and figure.identity.quantity == VERDICT
+    ]
+
+
+def is_rejected(cell: Figure) -> bool:
+    """Whether a cell is neither a pass nor a limit that the engine states; a word of another version counts."""
+    return not cell.not_run and cell.word not in {str(outcome) for outcome in Outcome if outcome.ok}
+
+
+def rejected_entry(cell: Figure) -> RejectedEntry:
+    """Entry of a cell."""
+    identity = cell.identity
+    return RejectedEntry(
+        scene=identity.scene, engine=identity.engine, setting=identity.setting, verdict=cell.word or MISSING,
+        reason=cell.reason,
+    )  # fmt: skip
+
+
+def run_entry(run: NightRun | None) -> NightRunEntry | None:
+    """Entry of what the night did of its plan."""
+    if run is None:
+        return None
+    parts = tuple(PartEntry.model_validate(asdict(part)) for part in run.parts)
+    alarm = None if run.alarm is None else AlarmEntry.model_validate(asdict(run.alarm))
+    return NightRunEntry(plan=run.plan, minutes=run.minutes, turn=run.turn, parts=parts, alarm=alarm)

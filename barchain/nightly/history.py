@@ -1,0 +1,334 @@
+"""History of nights: a folder with a folder for each night. A night is there once its record, written last, is there.
+
+``<night>/figures.parquet``
+    a row for each figure (:mod:`barchain.nightly.table`);
+``<night>/record.json``
+    start, plan, environment and parts of the night, what it did of its plan, and the digest of its figures;
+``<night>/told.json``
+    what the night told (:mod:`barchain.nightly.told`);
+``accepted.toml``
+    changes that somebody accepted (:mod:`barchain.nightly.acceptances`).
+
+Nights are copied, merged and removed as folders; several machines may write into one history.
+"""
+
+from __future__ import annotations
+
+import datetime
+import hashlib
+import io
+import json
+import re
+from dataclasses import asdict
+from functools import cache
+from typing import TYPE_CHECKING, Any, Self
+
+from barchain.nightly.faults import HistoryError, UnknownNightError
+from barchain.nightly.figures import Environment, FigureError, Night, NightPart, NightSummary
+from barchain.nightly.place import Place
+from barchain.nightly.run_facts import NightRun
+from barchain.nightly.table import COLUMNS, FIGURES, NUMBERS, FigureTable, figures_content, figures_in, read_table
+from scenarios.nearest import nearest
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+    from pathlib import Path
+    from types import TracebackType
+
+    import pyarrow as pa
+
+
+RECORD = "record.json"
+FORMAT = 1
+NIGHT_NAME = re.compile(r"\d{4}-\d\d-\d\dT\d\d-\d\d-\d\d-\w+")
+LATEST = "latest"
+"""Name that stands for the last night"""
+
+
+class NightStore:
+    """Nights in a folder."""
+
+    def __init__(self, place: Place) -> None:
+        """Take a folder that is there; :func:`open_store` makes it."""
+        self.place = place
+        self.known: dict[str, tuple[bytes, NightSummary]] = {}
+        self.loaded: tuple[list[tuple[str, str]], FigureTable] | None = None
+
+    def __enter__(self) -> Self:
+        """Store as it is."""
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
+        """Nothing is left open."""
+
+    def __str__(self) -> str:
+        """Address without its password."""
+        return self.place.url
+
+    def add(self, night: Night, run: NightRun | None = None) -> bool:
+        """Add a night: its figures, then its record.
+
+        Returns
+        -------
+        bool
+            Whether it was added: False of a night that is there already and complete. An incomplete one is replaced.
+
+        Raises
+        ------
+        HistoryError
+            If it can't be written; the night is not there then, or as it was.
+        """
+        name, content, added = night.name, figures_content(night.figures), now()
+        there = self.place.read(f"{name}/{RECORD}")
+        if there is not None:
+            earlier = self.summary(name)
+            if earlier.complete or earlier.digest == digest_of(content):
+                return False
+            added = earlier.added
+            self.place.remove(f"{name}/told.json")  # the whole night tells its changes anew
+        self.place.write(f"{name}/{FIGURES}", content)
+        self.place.write(f"{name}/{RECORD}", record_of(night, run, content, added))
+        return True
+
+    def nights(self, last: int | None = None) -> tuple[NightSummary, ...]:
+        """Nights in the order of their starts, all or the `last` ones; torn ones are left out (:meth:`torn`)."""
+        found = sorted(self.summaries().values(), key=lambda night: (night.started, night.name))
+        return tuple(found if last is None else found[-last:] if last else ())
+
+    def summaries(self) -> dict[str, NightSummary]:
+        """Whole nights by name."""
+        sizes = self.place.sizes(f"*/{FIGURES}")
+        records = self.place.read_all([name.replace(FIGURES, RECORD) for name in sizes])
+        found = {}
+        for file, content in records.items():
+            name = file.removesuffix(f"/{RECORD}")
+            if name not in self.known or self.known[name][0] != content:
+                summary = summary_of(name, content)
+                if summary is None:
+                    continue
+                self.known[name] = content, summary
+            if self.known[name][1].size_B == sizes[f"{name}/{FIGURES}"]:
+                found[name] = self.known[name][1]
+        return found
+
+    def torn(self) -> list[str]:
+        """Names of nights that are being written, or were copied in part: they count as not there."""
+        parts = {*self.place.sizes(f"*/{FIGURES}"), *self.place.sizes(f"*/{RECORD}")}
+        names = {name.partition("/")[0] for name in parts}
+        return sorted(name for name in names - self.summaries().keys() if NIGHT_NAME.fullmatch(name))
+
+    def summary(self, name: str) -> NightSummary:
+        """Night by its name, the beginning of it, or ``latest``.
+
+        Raises
+        ------
+        UnknownNightError
+            If there is none, or several; the message gives the nearest name.
+        """
+        every = self.nights()
+        if name == LATEST:
+            if not every:
+                raise UnknownNightError(f"{name}: the history holds no nights")
+            return latest_first(every)[0]
+        known = {night.name: night for night in every}
+        fitting = [name] if name in known else [each for each in known if name and each.startswith(name)]
+        if len(fitting) == 1:
+            return known[fitting[0]]
+        if fitting:
+            raise UnknownNightError(f"{name[:60]}: {len(fitting)} nights begin so, e.g. {fitting[0]} and {fitting[1]}")
+        if not known:
+            raise UnknownNightError(f"{name[:60]}: no such night; the history holds no nights")
+        raise UnknownNightError(f"{name[:60]}: no such night{nearest(name, known)}; `barchain history list` shows all")
+
+    def night(self, name: str) -> Night:
+        """Whole night; errors as :meth:`summary`."""
+        known = self.summary(name)
+        return Night(
+            known.started, known.duration_s, known.plan, known.barchain, known.environment, known.parts,
+            figures_in(self.figures_of(known)), known.commit, known.complete, known.void, known.name.rpartition("-")[2],
+        )  # fmt: skip
+
+    def figures_of(self, night: NightSummary) -> bytes:
+        """Contents of the file of a night's figures.
+
+        Raises
+        ------
+        HistoryError
+            If they are not those that the record describes.
+        """
+        content = self.place.read(f"{night.name}/{FIGURES}")
+        if content is None or digest_of(content) != night.digest:
+            raise HistoryError(f"{self}: {night.name}/{FIGURES} is damaged; copy the night again, or remove its folder")
+        return content
+
+    def table(self) -> FigureTable:
+        """Figures of all nights."""
+        every = self.nights()
+        key = [(night.name, night.digest) for night in every]
+        if self.loaded is None or self.loaded[0] != key:
+            self.loaded = key, read_table(every, self.figures_of, str(self))
+        return self.loaded[1]
+
+    def prune(
+        self, keep: int | None = None, before: datetime.datetime | None = None, spared: Collection[str] = ()
+    ) -> tuple[str, ...]:
+        """Remove nights with their folders.
+
+        Parameters
+        ----------
+        keep : int, optional
+            Number of the latest nights that stay.
+        before : datetime, optional
+            Nights that started before are removed.
+        spared : collection of str
+            Names of nights that stay.
+
+        Returns
+        -------
+        tuple of str
+            Names of the removed nights: those that both rules remove, where both are given.
+        """
+        kept = {night.name for night in latest_first(self.nights())[: 0 if keep is None else keep]} | set(spared)
+        gone = [n.name for n in self.nights() if n.name not in kept and (before is None or n.started < before)]
+        for name in gone:
+            self.place.remove(f"{name}/{RECORD}")  # first, so that no half of a night counts
+            self.place.remove(name)
+        return tuple(gone)
+
+
+def open_store(given: str, *, create: bool = False) -> NightStore:
+    """Open a history.
+
+    Parameters
+    ----------
+    given : str
+        A folder, or an address that fsspec knows.
+    create : bool
+        Take a folder that is not there yet.
+
+    Raises
+    ------
+    HistoryError
+        If it can't be opened; the message is one line.
+    """
+    place = Place(given)
+    if not create and not place.exists():
+        raise HistoryError(
+            f"{place.url}: no history there; `barchain nightly` and `barchain history add DIR` begin one"
+        )
+    return NightStore(place)
+
+
+def now() -> str:
+    """Present instant in UTC, as text that is ordered as instants are."""
+    return datetime.datetime.now(datetime.UTC).isoformat(timespec="microseconds")
+
+
+def digest_of(content: bytes) -> str:
+    """Digest of a file's contents."""
+    return hashlib.sha256(content).hexdigest()
+
+
+def record_of(night: Night, run: NightRun | None, figures: bytes, added: str) -> bytes:
+    """Record of a night, as JSON."""
+    content = {
+        "format": FORMAT, "name": night.name, "started": night.started.isoformat(), "duration_s": night.duration_s,
+        "plan": night.plan, "barchain": night.barchain, "commit": night.commit, "complete": night.complete,
+        "void": night.void, "machine_class": night.environment.machine_class,
+        "environment": asdict(night.environment), "parts": [[p.name, p.version, p.digest] for p in night.parts],
+        "figures": len(night.figures), "digest": digest_of(figures), "size_B": len(figures),
+        "run": None if run is None else json.loads(run.to_json()), "added": added,
+    }  # fmt: skip
+    return json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False).encode()
+
+
+def summary_of(name: str, content: bytes) -> NightSummary | None:
+    """Night without its figures, of its record; None of something else.
+
+    Raises
+    ------
+    HistoryError
+        If a later barchain wrote it.
+    """
+    try:
+        found: dict[str, Any] = json.loads(content)
+        if found["format"] > FORMAT:
+            raise HistoryError(f"{name}: a later barchain wrote this night; update barchain")
+        run = found["run"]
+        return NightSummary(
+            name, datetime.datetime.fromisoformat(found["started"]), found["duration_s"], found["plan"],
+            found["barchain"], environment_of(json.dumps(found["environment"])),
+            tuple(part_of(*part) for part in found["parts"]), found["figures"], found["commit"], found["complete"],
+            found["void"], run and NightRun.from_json(json.dumps(run)), found["digest"], found["size_B"],
+            found["added"],
+        )  # fmt: skip
+    except HistoryError:
+        raise
+    except (ValueError, TypeError, KeyError, FigureError):
+        return None
+
+
+@cache
+def part_of(name: str, version: str, digest: str) -> NightPart:
+    """Part of a night; nights share most of them."""
+    return NightPart(name, version, digest)
+
+
+@cache
+def environment_of(text: str) -> Environment:
+    """Environment of a record."""
+    return Environment(**json.loads(text))
+
+
+def latest_first(nights: Collection[NightSummary]) -> list[NightSummary]:
+    """Nights from the latest one on; those without figures, or with a start later than now, come at the end."""
+    here = datetime.datetime.now(datetime.UTC)
+    return sorted(nights, key=lambda n: (n.figures > 0 and n.started <= here, n.started, n.name), reverse=True)
+
+
+def last_run(store: NightStore, plan: str) -> NightRun | None:
+    """Run of the last turn of a plan; None before the first. A clock that was wrong once does not stop the turns."""
+    runs = [night.run for night in store.nights() if night.run is not None and night.run.plan == plan]
+    return max(runs, key=lambda run: run.turn, default=None)
+
+
+OF_NIGHT = ("night", "started", "plan", "barchain", "commit", "complete", "void", "machine_class", "cpu", "python")
+
+
+def export_parquet(store: NightStore, path: Path) -> int:
+    """Write all figures of all nights to a Parquet file, a row each, and return their number.
+
+    Raises
+    ------
+    OSError
+        If the file can't be written; an earlier file then stays.
+    """
+    import pyarrow as pa  # noqa: PLC0415
+    import pyarrow.parquet as pq  # noqa: PLC0415
+
+    from reports.tables.writing import replaced  # noqa: PLC0415
+
+    special = {"started": pa.timestamp("us", tz="UTC"), "complete": pa.bool_()}
+    special |= dict.fromkeys(NUMBERS, pa.float64())
+    schema = pa.schema([(name, special.get(name, pa.string())) for name in (*OF_NIGHT, *COLUMNS)])
+    written = 0
+    with replaced(path) as file, pq.ParquetWriter(file, schema, compression="zstd") as writer:
+        for night in store.nights():
+            rows = pq.read_table(io.BytesIO(store.figures_of(night)))
+            writer.write_table(with_night(rows, night, schema))
+            written += len(rows)
+    return written
+
+
+def with_night(rows: pa.Table, night: NightSummary, schema: pa.Schema) -> pa.Table:
+    """Figures with the columns of their night."""
+    import pyarrow as pa  # noqa: PLC0415
+
+    own = {
+        "night": night.name, "started": night.started, "plan": night.plan, "barchain": night.barchain,
+        "commit": night.commit, "complete": night.complete, "void": night.void,
+        "machine_class": night.environment.machine_class, "cpu": night.environment.cpu,
+        "python": night.environment.python,
+    }  # fmt: skip
+    columns = {name: pa.repeat(pa.scalar(own[name], schema.field(name).type), len(rows)) for name in OF_NIGHT}
+    return pa.table(columns | {name: rows[name] for name in COLUMNS}, schema=schema)

@@ -1,0 +1,376 @@
+"""Jobs of a night: each part of the plan as a command line of barchain, with tonight's scenes, faults and seeds."""
+
+from __future__ import annotations
+
+import fnmatch
+import random
+import shlex
+from dataclasses import dataclass, replace
+from functools import singledispatch
+from typing import TYPE_CHECKING
+
+from adapters.registry import UnknownEngineError, engines, find_engine
+from barchain.nightly.plan import (
+    CampaignTable,
+    ComparisonTable,
+    CostTable,
+    PartTable,
+    PlanError,
+    RoundoffTable,
+    ScalingTable,
+    ScenesTable,
+    SelftestTable,
+    StabilityTable,
+)
+from barchain.runs.settings import SettingError, choose_setting
+from reports.tables.cost import BASELINE
+from scenarios import SceneError, load_scene, scene_names
+from scenarios.nearest import nearest
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterable, Mapping, Sequence
+    from pathlib import Path
+
+    from barchain.nightly.plan import NightPlan
+
+
+HUGE = "huge"
+"""Tag of scenes that take hours, and are run only where they are named"""
+SCENE_FILE = ".toml"
+
+
+def part_scenes(part: ScenesTable, folder: Path) -> tuple[str, ...]:
+    """All scenes of a part, in the order of the plan.
+
+    Raises
+    ------
+    PlanError
+        If a name is no scene or no file, or a pattern fits none.
+    """
+    found = [scene for given in part.scenes or part.scenes_of_study for scene in scenes_of(given, folder)]
+    return tuple(dict.fromkeys(found))
+
+
+def scenes_of(given: str, folder: Path) -> list[str]:
+    """Scenes of one entry: a file, a name, or a pattern."""
+    if given.endswith(SCENE_FILE):
+        path = (folder / given).resolve()
+        if not path.is_file():
+            raise PlanError(f"scenes: {given!r} given, and there is no such file beside the plan")
+        return [str(path)]
+    known = scene_names()
+    if given in known:
+        return [given]
+    fitting = fnmatch.filter(known, given)
+    if not fitting:
+        raise PlanError(f"scenes: {given!r} given, which is no scene and fits none{nearest(given, known)}")
+    return [name for name in fitting if HUGE not in load_scene(name).tags]
+
+
+def tonights(scenes: Sequence[str], nights: int, turn: int) -> tuple[str, ...]:
+    """Scenes of one night, where they are divided among several: all are done once in `nights` nights."""
+    return tuple(scenes[turn % nights :: nights])
+
+
+def tonights_faults(part: SelftestTable, known: Iterable[str], turn: int) -> tuple[str, ...]:
+    """Faults of one night: the next ones in an order that the seed draws, from the beginning again at its end."""
+    order = sorted(known)
+    random.Random(part.seed).shuffle(order)
+    count = min(part.faults, len(order))
+    begin = turn * count
+    return tuple(order[(begin + k) % len(order)] for k in range(count))
+
+
+def tonights_seed(part: CampaignTable, turn: int) -> int:
+    """Number of the first random scene of one night: the next one after those of the night before."""
+    return part.seed + turn * part.scenes
+
+
+FIRST = "-left"
+"""Ending of the name of a job that does what an earlier night left"""
+NO_HOSTS = "none"
+RUNS = 4
+"""Longest runs that fit into the time of their part"""
+LEAST_RUN_S, MOST_RUN_S = 10.0, 120.0
+
+
+@dataclass(frozen=True)
+class NightJob:
+    """Part of a plan on one night, as a command line."""
+
+    name: str
+    """Of the part, and of the folder of the results"""
+    part: str
+    """Name of the part in the plan"""
+    study: str
+    share: float
+    arguments: tuple[str, ...]
+    """Command and options, without scenes and place of the results"""
+    scenes: tuple[str, ...] = ()
+    """Scenes in their order; empty where the command chooses its own"""
+    others: int = 0
+    """Number of items of a job without scenes: faults, random scenes"""
+    waits: bool = False
+    """Whether the night before did nothing of the part for want of time"""
+    favoured: bool = False
+    """Whether it is the part's turn among those that wait"""
+    missing: str = ""
+    """Why engines and scenes that the part names can't run here; empty if all can"""
+    bad_input: bool = False
+    """Whether a scene of the part can't be read"""
+
+    @property
+    def items(self) -> int:
+        """Number of items: scenes, faults, or one."""
+        return len(self.scenes) or self.others or 1
+
+    def command(self, out: Path, *more: str) -> tuple[str, ...]:
+        """Arguments of barchain with the place of the results."""
+        return (*self.arguments, *self.scenes, "--out", str(out), *more)
+
+    def shown(self, out: Path) -> str:
+        """Command line that repeats the job."""
+        return shlex.join(("barchain", *self.command(out)))
+
+
+def night_jobs(
+    plan: NightPlan, turn: int, left: Mapping[str, Sequence[str]], waiting: Collection[str] = ()
+) -> tuple[NightJob, ...]:
+    """Jobs of a night in their order.
+
+    Planted faults come first, then parts of which the night before did nothing, then what it left of others, then the
+    other parts. Among the parts that wait, one has its turn and comes before the others.
+
+    Parameters
+    ----------
+    plan : NightPlan
+    turn : int
+        Number of the night among those of its plan.
+    left : mapping
+        Scenes that the night before left, by the name of the part; the part's name where all of it was left.
+    waiting : collection of str
+        Parts of which the night before did nothing.
+
+    Raises
+    ------
+    PlanError
+        If the plan names a scene, an engine, a setting or a part of a study that does not exist.
+    """
+    placed: list[tuple[int, NightJob]] = []
+    favoured = favoured_part([part.name for part in plan.file.parts], turn, waiting)
+    for part in plan.file.parts:
+        for k, job in enumerate(checked_jobs(part, plan, turn, left.get(part.name, ()))):
+            waits = k == 0 and part.name in waiting
+            lacking = "; ".join(filter(None, (missing_words(part), job.missing)))
+            made = replace(job, waits=waits, favoured=waits and part.name == favoured, missing=lacking)
+            placed.append((place_of(made, left_before=k == 0 and part.name in left), made))
+    return tuple(job for _, job in sorted(placed, key=lambda entry: entry[0]))
+
+
+def place_of(job: NightJob, *, left_before: bool) -> int:
+    """Place of a job in its night; jobs of one place are in the plan's order."""
+    if job.study == SelftestTable.study:
+        return 0
+    return 1 if job.favoured else 2 if job.waits else 3 if left_before else 4
+
+
+def favoured_part(parts: Sequence[str], turn: int, waiting: Collection[str]) -> str:
+    """Part whose turn it is among those that wait; empty if none waits.
+
+    The first place goes round with the nights, so that each part that keeps waiting has its turn within as many nights
+    as the plan has parts.
+    """
+    begin = turn % len(parts)
+    return next((name for name in (*parts[begin:], *parts[:begin]) if name in waiting), "")
+
+
+def plan_engines(plan: NightPlan) -> tuple[str, ...]:
+    """Engines that the parts of a plan run: those that it names, and those that commands take without names."""
+    found = dict.fromkeys(default_engines())
+    for part in plan.file.parts:
+        found |= dict.fromkeys(named_engines(part))
+    return tuple(found)
+
+
+def checked_jobs(part: PartTable, plan: NightPlan, turn: int, left: Sequence[str]) -> list[NightJob]:
+    """Jobs of a part; an error names the plan's file and the part."""
+    try:
+        jobs = part_jobs(part, plan.folder, turn, left)
+        if isinstance(part, ComparisonTable) and part.time_limit_s is None:
+            longest = ("--time-limit", f"{longest_run_s(part, plan):.0f}")
+            jobs = [replace(job, arguments=(*job.arguments, *longest)) for job in jobs]
+        return jobs
+    except (PlanError, SettingError, UnknownEngineError) as error:
+        raise PlanError(f"{plan.shown}: {part.name}: {error}") from None
+
+
+def longest_run_s(part: PartTable, plan: NightPlan) -> float:
+    """Longest run of a comparison, s: one that hangs must not take the time of the others.
+
+    It follows from the plan alone, so that a run that ends within it does so on every night.
+    """
+    share_s = 60.0 * plan.file.minutes * part.share / sum(each.share for each in plan.file.parts)
+    return min(max(share_s / RUNS, LEAST_RUN_S), MOST_RUN_S)
+
+
+def missing_words(part: PartTable) -> str:
+    """Reasons why engines that a part names can't run here."""
+    return "; ".join(f"{name}: {reason}" for name, reason in missing_engines(named_engines(part)).items())
+
+
+def part_jobs(part: PartTable, folder: Path, turn: int, left: Sequence[str]) -> list[NightJob]:
+    """Jobs of a part: of one with scenes that were left, those scenes come first and by themselves."""
+    if not isinstance(part, ScenesTable):
+        arguments, others = arguments_of(part, turn)
+        return [NightJob(part.name, part.name, part.study, part.share, arguments, (), others)]
+    every, faults = readable(part_scenes(part, folder))
+    before = tuple(scene for scene in dict.fromkeys(left) if scene in every)  # the longest waiting ones first
+    now = tuple(scene for scene in tonights(every, part.nights, turn) if scene not in before)
+    arguments, _ = arguments_of(part, turn)
+    found = []
+    total = len(before) + len(now)
+    for name, scenes in ((part.name + FIRST, before), (part.name, now)):
+        if scenes:
+            share = part.share * len(scenes) / total
+            job = NightJob(name, part.name, part.study, share, arguments, scenes)
+            found.append(replace(job, missing=faults, bad_input=bool(faults)))
+    return found
+
+
+def readable(scenes: Sequence[str]) -> tuple[tuple[str, ...], str]:
+    """Scenes that can be read, and why the files of others can't; without any that can, all of them."""
+    faults = {}
+    for scene in scenes:
+        if scene.endswith(SCENE_FILE):
+            try:
+                load_scene(scene)
+            except SceneError as error:
+                faults[scene] = str(error).replace("\n", "; ")
+    good = tuple(scene for scene in scenes if scene not in faults)
+    return (good, "; ".join(faults.values())) if good else (tuple(scenes), "")
+
+
+@singledispatch
+def arguments_of(part: PartTable, turn: int) -> tuple[tuple[str, ...], int]:
+    """Command and options of a part, and the number of its items other than scenes."""
+    raise TypeError(f"{type(part).__name__} has no command for night {turn}")
+
+
+@arguments_of.register
+def comparison_arguments(part: ComparisonTable, turn: int) -> tuple[tuple[str, ...], int]:
+    """`barchain compare` with the part's engines and settings."""
+    del turn
+    chosen = each("--engine", checked_engines(part.engines)) if part.engines else ("--all-engines",)
+    settings = []
+    missing = missing_engines(part.engines)
+    for engine, given in part.settings.items():
+        if engine in missing:
+            continue
+        choose_setting(engine, given)
+        settings += [f"{engine}:{key}={int(value) if value.is_integer() else value!r}" for key, value in given.items()]
+    return ("compare", *chosen, *each("--set", settings), *limit(part)), 0
+
+
+@arguments_of.register
+def cost_arguments(part: CostTable, turn: int) -> tuple[tuple[str, ...], int]:
+    """`barchain cost` of the default engines, with the one that times are relative to; its budget is added later."""
+    del turn
+    names = tuple(dict.fromkeys((*(part.engines or default_engines()), BASELINE)))
+    orbits = () if part.orbits is None else ("--orbits", repr(part.orbits))
+    repeats = () if part.repeats is None else ("--repeats", str(part.repeats))
+    return ("cost", *each("--engine", checked_engines(names)), *orbits, *repeats, *limit(part)), 0
+
+
+@arguments_of.register
+def scaling_arguments(part: ScalingTable, turn: int) -> tuple[tuple[str, ...], int]:
+    """`barchain scaling` of the default engines; its budget is added when the job begins."""
+    del turn
+    names = part.engines or default_engines()
+    return ("scaling", *each("--engine", checked_engines(names)), *each("--bars", map(str, part.bars))), 0
+
+
+@arguments_of.register
+def stability_arguments(part: StabilityTable, turn: int) -> tuple[tuple[str, ...], int]:
+    """`barchain stability`."""
+    del turn
+    return ("stability", *each("--engine", checked_engines(part.engines)), *limit(part)), 0
+
+
+@arguments_of.register
+def roundoff_arguments(part: RoundoffTable, turn: int) -> tuple[tuple[str, ...], int]:
+    """`barchain roundoff` of some sizes."""
+    del turn
+    from barchain.studies.roundoff.plan import PARTS, check_sizes  # noqa: PLC0415
+
+    for name in part.parts:
+        if name not in PARTS:
+            raise PlanError(f"parts: {name!r} given, allowed: {', '.join(PARTS)}")
+    try:
+        check_sizes(part.sizes)
+    except ValueError as error:
+        raise PlanError(f"sizes: {error}") from None
+    return ("roundoff", *each("--part", part.parts), *each("--size", map(repr, part.sizes))), 0
+
+
+@arguments_of.register
+def campaign_arguments(part: CampaignTable, turn: int) -> tuple[tuple[str, ...], int]:
+    """`barchain selftest --random` with this night's seed."""
+    hosts = part.hosts if part.hosts == (NO_HOSTS,) else checked_engines(part.hosts)
+    seed = str(tonights_seed(part, turn))
+    random = ("--random", str(part.scenes), "--seed", seed, "--shrink-seconds", "0")
+    judged = each("--engine", checked_engines(part.engines))
+    return ("selftest", *random, *each("--host", hosts), *judged), part.scenes
+
+
+@arguments_of.register
+def selftest_arguments(part: SelftestTable, turn: int) -> tuple[tuple[str, ...], int]:
+    """`barchain selftest` of this night's faults."""
+    from barchain.faults.catalogue import FIXED_SCENES  # noqa: PLC0415
+
+    faults = tonights_faults(part, FIXED_SCENES, turn)
+    return ("selftest", *each("--fault", faults), *part.scenes), len(faults)
+
+
+def default_engines() -> tuple[str, ...]:
+    """Engines that a command without names takes; engines that only studies need would take most of a night."""
+    return tuple(name for name, registration in engines().items() if registration.by_default)
+
+
+def checked_engines(names: Sequence[str]) -> Sequence[str]:
+    """Names of engines that are installed; all names if none is, so that the command tells how to install them.
+
+    Raises
+    ------
+    UnknownEngineError
+        If one is none.
+    """
+    missing = missing_engines(names)
+    return [name for name in names if name not in missing] or names
+
+
+def missing_engines(names: Sequence[str]) -> dict[str, str]:
+    """Engines that are not installed, each with the reason.
+
+    Raises
+    ------
+    UnknownEngineError
+        If a name is none.
+    """
+    reasons = {name: find_engine(name).missing for name in names}
+    return {name: reason for name, reason in reasons.items() if reason}
+
+
+def named_engines(part: PartTable) -> tuple[str, ...]:
+    """Engines that a part names, to be judged or to hold faults."""
+    named = (*getattr(part, "engines", ()), *getattr(part, "hosts", ()))
+    return tuple(name for name in named if name != NO_HOSTS)
+
+
+def each(option: str, values: Iterable[str]) -> tuple[str, ...]:
+    """An option that is given once for each value."""
+    return tuple(word for value in values for word in (option, value))
+
+
+def limit(part: ScenesTable) -> tuple[str, ...]:
+    """Option of the longest run."""
+    return () if part.time_limit_s is None else ("--time-limit", repr(part.time_limit_s))

@@ -1,0 +1,388 @@
+"""Judgement of a night against the earlier ones, or one other; changes that still hold, and their names."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from barchain.nightly.acceptances import NO_ACCEPTANCE, accepting, fits
+from barchain.nightly.changes import (
+    RULES,
+    Change,
+    Direction,
+    JudgedNight,
+    bit_changes,
+    is_worse,
+    level_changes,
+    same_changes,
+    without_mended,
+)
+from barchain.nightly.faults import HistoryError
+from barchain.nightly.figures import STEPPED, Figure, FigureKind, FigureSeries, NightSummary
+from barchain.nightly.run_facts import PartState, scene_name
+from barchain.nightly.steps import FALSE_ALARMS, LEAST_EFFECT, WINDOW, time_changes
+from barchain.nightly.told import comparable_nights, steps_before, told_by
+from barchain.nightly.vanished import SAMPLED, Subject, continued, subject_of, vanished
+from scenarios.nearest import nearest
+
+if TYPE_CHECKING:
+    import datetime
+    from collections.abc import Iterable, Sequence
+
+    from barchain.nightly.acceptances import Acceptance
+    from barchain.nightly.figures import FigureIdentity, Night
+    from barchain.nightly.history import NightStore
+    from barchain.nightly.run_facts import NightRun, PartResult
+    from barchain.nightly.steps import ToldChanges
+    from barchain.nightly.table import FigureTable
+    from barchain.nightly.vanished import Presence
+
+
+def judge_night(
+    series: Sequence[FigureSeries],
+    nights: Sequence[NightSummary],
+    false_alarms: float = FALSE_ALARMS,
+    presence: Presence | None = None,
+    told: ToldChanges = MappingProxyType({}),
+) -> JudgedNight:
+    """Judge the last of some nights.
+
+    Parameters
+    ----------
+    series : sequence of FigureSeries
+        All figures over these nights.
+    nights : sequence of NightSummary
+        In their order. Void nights are left out; a void night is not judged.
+    false_alarms : float
+        Probability of a false alarm in a night, of times and memory together.
+    presence : Presence, optional
+        Nights on which scenes and figures were measured, for figures that are gone; default: those of `series`.
+    told : mapping
+        Steps of times and memory that earlier nights told, by name of the figure.
+    """
+    tonight = nights[-1]
+    if tonight.void is not None:
+        return JudgedNight(tonight, ())
+    kept = comparable(nights)
+    own, renames = continued([one for one in (restricted(each, kept) for each in series) if one.nights])
+    alike = same_class(kept)
+    current = [one for one in own if one.nights[-1].name == tonight.name]
+    settled = without_mended(
+        change
+        for one in own
+        if one.identity.kind not in STEPPED
+        for change in (level_changes(one) if one.identity.kind in RULES else bit_changes(one))
+    )
+    noisy = [restricted(one, alike) for one in own if one.identity.kind in STEPPED]
+    stepped, fresh = time_changes([one for one in noisy if one.nights], false_alarms, told)
+    gone = vanished(own, kept, presence)
+    changes = sorted([*settled, *stepped, *gone], key=lambda c: (not c.irreproducible, c.since))
+    steps = {change.id for change in stepped}
+    new = [c for c in changes if c.since == tonight.name and c.id not in steps]
+    return JudgedNight(
+        tonight, tuple(kept[:-1]), tuple(changes), (*new, *fresh),
+        tuple(c for one in current if one.identity.kind in RULES for c in same_changes(one)),
+        sum(len(one.nights) > 1 for one in current) + sum(c.since == tonight.name for c in gone),
+        sum(len(one.nights) == 1 and not one.identity.quantity.startswith(SAMPLED) for one in current),
+        left_out(own, kept), tuple(one.words for one in renames if one.since == tonight.name),
+    )  # fmt: skip
+
+
+def left_out(series: Sequence[FigureSeries], nights: Sequence[NightSummary]) -> int:
+    """Number of figures that the night before had last, if it had another plan than the last one."""
+    if len(nights) < 2 or nights[-2].plan == nights[-1].plan:
+        return 0
+    return sum(one.nights[-1].name == nights[-2].name for one in series)
+
+
+def comparable(nights: Sequence[NightSummary]) -> list[NightSummary]:
+    """Nights that the last one is judged against, and itself: those of its machine class, and all before the first.
+
+    A change that came with a new machine stands on its later nights, too.
+    """
+    believed = [night for night in nights if night.void is None]
+    own = same_class(believed)
+    return [*believed[: believed.index(own[0])], *own]
+
+
+def same_class(nights: Sequence[NightSummary]) -> list[NightSummary]:
+    """Nights of the machine class of the last one."""
+    return [n for n in nights if n.environment.machine_class == nights[-1].environment.machine_class]
+
+
+def restricted(series: FigureSeries, nights: Sequence[NightSummary]) -> FigureSeries:
+    """Series over some nights only."""
+    names = {night.name for night in nights}
+    kept = [k for k, night in enumerate(series.nights) if night.name in names]
+    if len(kept) == len(series.nights):
+        return series
+    return replace(series, nights=tuple(series.nights[k] for k in kept), figures=tuple(series.figures[k] for k in kept))
+
+
+def still_holding(judged: JudgedNight) -> list[Change]:
+    """Changes for the worse of earlier nights, before which the figure was still better than it is.
+
+    Of a figure the last one stands for those before it, as the figure is where that one led. Steps of times and memory
+    are factors, and stand for themselves. A run that was not reproducible is an event of its night, and no state that
+    holds.
+    """
+    own: dict[FigureIdentity, list[Change]] = {}
+    for change in sorted(judged.changes, key=lambda c: c.since):
+        own.setdefault(change.identity, []).append(change)
+    told = {change.id for change in judged.tonight}
+    found = []
+    for identity, changes in own.items():
+        holding = [c for c in changes if is_regression(c) and holds(c, changes)]
+        found += [c for c in (holding if identity.kind in STEPPED else holding[-1:]) if c.id not in told]
+    return found
+
+
+def is_regression(change: Change) -> bool:
+    """Whether a change is for the worse, and a state that can hold."""
+    return change.direction is Direction.WORSE and not change.irreproducible
+
+
+def holds(change: Change, own: Sequence[Change]) -> bool:
+    """Whether a figure is still worse than before a change, from all of its changes in their order.
+
+    Steps of times and memory multiply: a slow-down holds until later steps have taken it back, up to half the least
+    effect. One without later steps holds as long as it is there.
+    """
+    if change.identity.kind in STEPPED and change.factor is not None:
+        steps = [c.factor for c in own if c.since >= change.since and c.factor is not None]
+        return len(steps) == 1 or math.prod(steps) >= 1.0 + LEAST_EFFECT / 2.0
+    return change.now is own[-1].now or is_worse(change.was, own[-1].now)
+
+
+def judge_pair(before: Night, after: Night) -> JudgedNight:
+    """Judge a night against one other.
+
+    Times and memory need many nights, so that a baseline tells nothing of them. A figure of the baseline that a
+    complete night of the same plan lacks is a change for the worse. A void baseline is believed, as it was named on
+    purpose; a void night is not judged.
+
+    Parameters
+    ----------
+    before : Night
+        Baseline.
+    after : Night
+    """
+    nights = (replace(summary_of(before), void=None), summary_of(after))
+    if after.void is not None:
+        return JudgedNight(nights[1], nights[:1])
+    found: dict[FigureIdentity, list[tuple[NightSummary, Figure]]] = {}
+    for night, content in zip(nights, (before, after), strict=True):
+        for figure in content.figures:
+            found.setdefault(figure.identity, []).append((night, figure))
+    series = tuple(
+        FigureSeries(identity, tuple(n for n, _ in own), tuple(f for _, f in own)) for identity, own in found.items()
+    )
+    judged = judge_night(series, nights)
+    compared = sum(len(one.nights) > 1 for one in series if one.identity.kind not in STEPPED)
+    gone = tuple(lost(one, nights) for one in series if is_lost(one, nights))
+    return replace(
+        judged, changes=(*judged.changes, *gone), tonight=(*judged.tonight, *gone), judged=compared + len(gone)
+    )
+
+
+def is_lost(series: FigureSeries, nights: tuple[NightSummary, NightSummary]) -> bool:
+    """Whether a figure of the baseline should be there again, and is not."""
+    before, after = nights
+    alone = series.nights == (before,) and not series.figures[0].missing
+    rotates = series.identity.quantity.startswith(SAMPLED) or series.identity.kind in STEPPED
+    return alone and not rotates and before.plan == after.plan and after.complete
+
+
+def lost(series: FigureSeries, nights: tuple[NightSummary, NightSummary]) -> Change:
+    """Change of a figure that is gone."""
+    was, reason = series.figures[0], "not measured, though the baseline of the same plan has it"
+    now = Figure(series.identity, reason=reason, depends=was.depends)
+    return Change(series.identity, was, now, nights[0].name, nights[1].name, Direction.WORSE, reason)
+
+
+def summary_of(night: Night) -> NightSummary:
+    """Night without its figures."""
+    return NightSummary(
+        night.name, night.started, night.duration_s, night.plan, night.barchain, night.environment,
+        night.parts, len(night.figures), night.commit, night.complete, night.void,
+    )  # fmt: skip
+
+
+STUDY_OF_COMMAND = {"compare": "comparison"}
+"""Studies whose command has another name"""
+
+
+def judge(store: NightStore, name: str = "latest", *, false_alarms: float = FALSE_ALARMS) -> JudgedNight:
+    """Judge a night against the earlier ones.
+
+    Parameters
+    ----------
+    store : NightStore
+    name : str
+        Of the night.
+    false_alarms : float
+
+    Raises
+    ------
+    UnknownNightError
+        If there is no such night.
+    """
+    chosen, told = store.summary(name), told_by(store)
+    before = comparable_nights(store.nights(), chosen, told)
+    if chosen.void is not None:
+        return judge_night((), before, false_alarms)
+    before, table = comparable(before), store.table()
+    stepped = same_class(before)[-WINDOW:]
+    settled = [kind for kind in FigureKind if kind not in STEPPED]
+    series = (
+        *table.levels(before, settled),
+        *table.series_at(table.rows(stepped, STEPPED)),
+        *table.gone(before, stepped, STEPPED),
+    )
+    presence = StoredPresence(table, before)
+    return judge_night(series, before, false_alarms, presence, steps_before(told, chosen.name))
+
+
+@dataclass(frozen=True)
+class StoredPresence:
+    """Nights of a history on which scenes and figures were measured."""
+
+    table: FigureTable
+    nights: Sequence[NightSummary]
+
+    def of_figure(self, identity: FigureIdentity) -> frozenset[str]:
+        """Nights that have a figure."""
+        return self.nights_with([self.numbers[identity]] if identity in self.numbers else [])
+
+    def of_subject(self, subject: Subject) -> frozenset[str]:
+        """Nights on which a scene was done to its end by a study."""
+        if subject not in self.known:
+            study, scene, _ = subject
+            whole = self.nights_with(self.members.get(subject, ()))
+            self.known[subject] = frozenset(night for night in whole if self.was_done(night, study, scene))
+        return self.known[subject]
+
+    def nights_with(self, series: Sequence[int]) -> frozenset[str]:
+        """Nights that have one of some series."""
+        rows = self.table.rows(self.table.nights, series=series)
+        return frozenset(self.table.nights[k].name for k in set(self.table.night[rows].tolist()))
+
+    def was_done(self, night: str, study: str, scene: str) -> bool:
+        """Whether a night did a scene with all engines; an incomplete one tells what it left."""
+        left = self.left.get(night)
+        if left is None:
+            return night in self.complete
+        return not {(study, scene), (study, "")} & left
+
+    @cached_property
+    def known(self) -> dict[Subject, frozenset[str]]:
+        """Answers so far."""
+        return {}
+
+    @cached_property
+    def complete(self) -> frozenset[str]:
+        """Names of the complete nights."""
+        return frozenset(night.name for night in self.nights if night.complete)
+
+    @cached_property
+    def left(self) -> dict[str, frozenset[tuple[str, str]]]:
+        """Studies and scenes that each night left; of nights that know it."""
+        return {night.name: left_of(night.run) for night in self.table.nights if night.run is not None}
+
+    @cached_property
+    def numbers(self) -> dict[FigureIdentity, int]:
+        """Numbers of all series."""
+        return {identity: k for k, identity in enumerate(self.table.identities)}
+
+    @cached_property
+    def members(self) -> dict[Subject, list[int]]:
+        """Numbers of the series of each subject."""
+        found: dict[Subject, list[int]] = {}
+        for identity, number in self.numbers.items():
+            found.setdefault(subject_of(identity), []).append(number)
+        return found
+
+
+def left_of(run: NightRun) -> frozenset[tuple[str, str]]:
+    """Studies and scenes that a night did not do; an empty scene where it is not known which."""
+    return frozenset(pair for part in run.parts if part.state is not PartState.DONE for pair in left_of_part(part))
+
+
+def left_of_part(part: PartResult) -> Iterable[tuple[str, str]]:
+    """Study and scenes that a part left; without a command nothing of the part was run."""
+    for word in part.command.split()[1:2]:
+        study = STUDY_OF_COMMAND.get(word, word)
+        known = part.state is PartState.LEFT and part.left and part.left != (part.name,)
+        yield from ((study, scene_name(scene)) for scene in part.left) if known else ((study, ""),)
+
+
+def change_named(judged: JudgedNight, name: str) -> Change:
+    """Change by its id, or by the name of its figure, of which the last one counts.
+
+    Raises
+    ------
+    HistoryError
+        If there is none; the message gives the nearest name.
+    """
+    known: dict[str, Change] = {}
+    for change in sorted(judged.changes, key=lambda c: c.since):
+        known[change.identity.name] = known[change.id] = change
+    if name not in known:
+        there = f"{len(judged.changes)} changes are there" if known else "there are none"
+        raise HistoryError(f"{name[:80]}: no such change{nearest(name, known)}; {there} up to {judged.night.name}")
+    return known[name]
+
+
+def changes_named(judged: JudgedNight, name: str) -> list[Change]:
+    """Change of an id, or the last change of each figure of a name, or that fits a pattern with ``*``.
+
+    Raises
+    ------
+    HistoryError
+        If there is none.
+    """
+    every = acceptable(judged)
+    named = [change for change in every if change.identity.name == name]
+    if named or "*" not in name:
+        return named or event_of(change_named(judged, name), judged.changes)
+    fitting = [change for change in every if fits(change.identity.name, name)]
+    if not fitting:
+        refused = any(fits(change.identity.name, name) for change in judged.changes)
+        changed = len({change.identity for change in judged.changes})
+        fault = NO_ACCEPTANCE if refused else f"fits none of {changed} changed figures up to {judged.night.name}"
+        raise HistoryError(f"{name[:80]}: {fault}")
+    return fitting
+
+
+def event_of(change: Change, every: Sequence[Change]) -> list[Change]:
+    """Change with the figures that are missing since the same run: they are told, and accepted, as one event."""
+    if change.irreproducible:
+        return [change]
+    i = change.identity
+    place = (i.scene, i.engine, change.since)
+    return [change, *(c for c in every if c.now.missing and c is not change
+                      and (c.identity.scene, c.identity.engine, c.since) == place)]  # fmt: skip
+
+
+def acceptable(judged: JudgedNight) -> list[Change]:
+    """Changes that a name or a pattern accepts: those that hold, new steps, and the last ones of all other figures."""
+    steps = [change for change in judged.tonight if change.identity.kind in STEPPED]
+    found = [*still_holding(judged), *steps]  # not a recovery in part after a change that holds
+    last = {change.identity: change for change in sorted(judged.changes, key=lambda c: c.since)}
+    taken = {change.identity for change in found}
+    found += [change for identity, change in last.items() if identity not in taken]
+    return [change for change in found if not change.irreproducible]
+
+
+def irreproducible(judged: JudgedNight, names: Sequence[str]) -> int:
+    """Number of tonight's runs that are not reproducible and fit a pattern: an acceptance leaves them out."""
+    wild = [change for change in judged.tonight if change.irreproducible]
+    return sum(any("*" in name and fits(change.identity.name, name) for name in names) for change in wild)
+
+
+def worse_and_not_accepted(judged: JudgedNight, known: Sequence[Acceptance], at: datetime.datetime) -> list[Change]:
+    """Changes for the worse that a night tells first and that no acceptance covers."""
+    return [c for c in judged.tonight if c.direction is Direction.WORSE and accepting(c, known, at) is None]

@@ -1,0 +1,277 @@
+"""A night from its plan to its place in the history."""
+
+from __future__ import annotations
+
+import datetime
+import time
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from barchain.nightly.budget import (
+    ALARM,
+    ENDING_S,
+    LEAST_S,
+    MEASURED,
+    fitting,
+    leftovers,
+    limit_s,
+    pace_s,
+    running_s,
+    scenes_left,
+    waiting_parts,
+    working_time_s,
+)
+from barchain.nightly.faults import HistoryError
+from barchain.nightly.history import last_run
+from barchain.nightly.jobs import NightJob, night_jobs, plan_engines
+from barchain.nightly.parts import code_of, installation_here
+from barchain.nightly.plan import LOGS
+from barchain.nightly.processes import GRACE_S, run_barchain
+from barchain.nightly.run_facts import NightRun, PartResult, PartState, alarm_test
+from barchain.nightly.state import (
+    NightState,
+    PlannedJob,
+    add,
+    file_damaged,
+    file_interrupted,
+    goes_on,
+    has_results,
+    held,
+    new_folder,
+    read_state,
+    results_fault,
+    unfinished,
+    write_state,
+)
+from barchain.studies.study import ignore
+from scenarios import scene_names
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from barchain.nightly.history import NightStore
+    from barchain.nightly.plan import NightPlan
+    from barchain.nightly.processes import ChildEnd
+
+
+BAD_INPUT = 2
+"""Exit code of a command whose scene, or other input, can't be read"""
+TIMED = frozenset({"cost", "scaling"})
+"""Studies that plan with a budget of time"""
+
+
+@dataclass(frozen=True)
+class NightProgress:
+    """Callbacks for the progress of a night; by default they do nothing."""
+
+    note: Callable[[str], None] = ignore
+    """Called with a sentence"""
+    begin: Callable[[str, int, int, float], None] = ignore
+    """Called before each job with its name, number, the number of jobs, and its time limit, s"""
+    tick: Callable[[float], None] = ignore
+    """Called during a job with its time so far, s"""
+    end: Callable[[PartResult], None] = ignore
+    """Called after each job with its result"""
+
+
+@dataclass(frozen=True)
+class NightEnd:
+    """End of a night."""
+
+    folder: Path
+    name: str
+    """Of the night in the history"""
+    run: NightRun
+
+
+def run_night(
+    plan: NightPlan,
+    minutes: float,
+    store: NightStore,
+    out: Path,
+    progress: NightProgress | None = None,
+    spent_s: float = 0.0,
+) -> NightEnd:
+    """Run a night inside its budget, and add it to the history.
+
+    Parameters
+    ----------
+    plan : NightPlan
+    minutes : float
+        Wall time of the whole night, minutes.
+    store : NightStore
+    out : Path
+        Folder of all nights: each has a folder in it, named by its start.
+    progress : NightProgress, optional
+    spent_s : float
+        Part of the wall time that went by before this call, s.
+
+    Returns
+    -------
+    NightEnd
+
+    Raises
+    ------
+    PlanError
+        If the plan can't be met; nothing was run then.
+    HistoryError
+        If the history can't be written; the results stay in the night's folder, and the next call adds them.
+
+    Notes
+    -----
+    A night that was interrupted goes on, if plan, sources, engines, libraries and environment are the same and it
+    began less than 20 hours ago. Otherwise what it did is added to the history, with the parts of its start, and a new
+    night begins.
+    """
+    progress = progress or NightProgress()
+    end, now = time.monotonic() - spent_s + working_time_s(minutes), datetime.datetime.now(datetime.UTC)
+    last = last_run(store, plan.identity)
+    night_jobs(plan, next_turn(last), leftovers(last))  # an error of the plan comes before anything runs
+    note_future(store, now, progress.note)
+    file_damaged(store, out, progress.note)
+    engines = plan_engines(plan)
+    installation = installation_here(engines, scene_names())
+    code = code_of(installation, engines)
+    for folder, state in list(unfinished(out)):
+        with held(folder) as taken:
+            if not taken:
+                continue
+            if goes_on(state, plan.identity, code, now):
+                progress.note(f"going on with the night of {state.started}, which was interrupted")
+                return finish(Running(plan, end, store, folder, progress, last), replace(state, minutes=minutes))
+            file_interrupted(store, folder, state, progress.note)
+    last = last_run(store, plan.identity)
+    folder = new_folder(out, now)
+    with held(folder):
+        state = NightState(
+            plan.identity, minutes, next_turn(last), now.replace(microsecond=0).isoformat(), code, leftovers(last),
+            [part.name for part in plan.file.parts], waiting_parts(last), installation=installation,
+        )  # fmt: skip
+        jobs = {job.name: PlannedJob(job.part, job.scenes) for job in jobs_of(plan, state)}
+        state = replace(state, jobs=jobs)
+        write_state(folder, state)
+        return finish(Running(plan, end, store, folder, progress, last), state)
+
+
+def next_turn(last: NightRun | None) -> int:
+    """Turn of the next night of a plan."""
+    return last.turn + 1 if last else 0
+
+
+def jobs_of(plan: NightPlan, state: NightState) -> tuple[NightJob, ...]:
+    """Jobs of a night as its state says."""
+    return night_jobs(plan, state.turn, state.left, state.waiting)
+
+
+def note_future(store: NightStore, now: datetime.datetime, note: Callable[[str], None]) -> None:
+    """Tell nights that start later than now."""
+    ahead = [night for night in store.nights() if night.started > now]
+    if ahead:
+        several = f"{len(ahead)} nights start" if len(ahead) > 1 else "a night starts"
+        note(f"history: {several} later than now, e.g. {ahead[-1].name}; a clock was or is wrong")
+
+
+@dataclass(frozen=True)
+class Running:
+    """A night that is being run."""
+
+    plan: NightPlan
+    end: float
+    """Time of the monotonic clock at which all jobs have ended"""
+    store: NightStore
+    folder: Path
+    progress: NightProgress
+    last: NightRun | None = None
+    """Last night of the plan, for the pace of its parts"""
+
+
+def finish(night: Running, state: NightState) -> NightEnd:
+    """Run the jobs that are not done, and add the night to the history, also if it is interrupted."""
+    try:
+        state = run_jobs(night, state)
+    except OSError as error:
+        said = f"{error.filename or night.folder}: {error.strerror or error}"
+        raise HistoryError(f"{said}; results so far stay in {night.folder}, and the next call goes on") from error
+    except KeyboardInterrupt:
+        add(night.store, night.folder, read_state(night.folder) or state)
+        raise
+    name, run = add(night.store, night.folder, state)
+    write_state(night.folder, replace(read_state(night.folder) or state, finished=True))
+    return NightEnd(night.folder, name, run)
+
+
+def run_jobs(night: Running, state: NightState) -> NightState:
+    """Run all jobs that are not done, one after the other, and write the state before and after each."""
+    jobs = jobs_of(night.plan, state)
+    waiting = [job for job in jobs if job.name not in state.results or state.results[job.name].state is PartState.LEFT]
+    for k, job in enumerate(waiting):
+        left_s = max(night.end - time.monotonic(), 0.0)
+        time_s = limit_s(job, waiting[k + 1 :], left_s)
+        night.progress.begin(job.name, len(jobs) - len(waiting) + k + 1, len(jobs), time_s)
+        if time_s < LEAST_S:
+            result = PartResult(job.part, PartState.LEFT, time_s, 0.0, job.scenes or (job.part,), "no time was left")
+        else:
+            taken = taken_on(night, job, state, running_s(time_s))
+            state = replace(state, begun=state.begun | {job.name: taken.scenes})
+            write_state(night.folder, state)
+            result = run_job(night, job, taken, time_s)
+        state = state.with_result(job.name, result)
+        write_state(night.folder, state)
+        night.progress.end(state.results[job.name])
+    return state
+
+
+def taken_on(night: Running, job: NightJob, state: NightState, time_s: float) -> NightJob:
+    """Job with the scenes that fit into its time; one that began already goes on with the scenes of its begin."""
+    if job.name in state.begun:
+        return replace(job, scenes=state.begun[job.name])
+    return fitting(job, time_s, pace_s(job.part, night.last))[0]
+
+
+def run_job(night: Running, job: NightJob, taken: NightJob, time_s: float) -> PartResult:
+    """Run one job inside its time, with the scenes that it takes on."""
+    out, limit = night.folder / job.name, running_s(time_s)
+    more = ("--minutes", f"{MEASURED * limit / 60.0:.3f}") if job.study in TIMED else ()
+    again = ("--resume",) if has_results(out) else ()
+    grace_s = max(min(night.end - time.monotonic() - limit, GRACE_S), ENDING_S)
+    ended = run_barchain(
+        taken.command(out, *more, *again), night.folder / LOGS / f"{job.name}.txt", limit, night.progress.tick, grace_s
+    )
+    return result_of(job, taken, time_s, ended, out)
+
+
+def result_of(job: NightJob, taken: NightJob, time_s: float, ended: ChildEnd, out: Path) -> PartResult:
+    """Result of a job whose process has ended.
+
+    A part whose engines are not all installed is done with the others, and leaves its night incomplete.
+    """
+    beyond = tuple(scene for scene in job.scenes if scene not in taken.scenes)
+    left: tuple[str, ...] = ()
+    state, reason = PartState.DONE, ended.reason
+    if ended.interrupted:
+        left = scenes_left(taken, out) if job.scenes else (job.part,)
+        state, reason = PartState.LEFT, f"interrupted at its limit of {time_s:.0f} s"
+    elif ended.failed:
+        state = PartState.FAILED
+    elif fault := results_fault(out):
+        state, reason = PartState.FAILED, fault
+    elif job.study == ALARM and alarm_test(out) is None:
+        state, reason = PartState.FAILED, "no fault was inserted: the alarm was not tried"
+    if beyond and state is not PartState.FAILED:
+        state, reason = PartState.LEFT, reason or f"more scenes than fit into {time_s:.0f} s"
+    return PartResult(
+        job.part, state, round(time_s, 1), round(ended.duration_s, 3), (*left, *beyond), reason,
+        items_done(taken, state, left, out), taken.shown(out), taken.missing,
+        taken.bad_input or (ended.code == BAD_INPUT and state is PartState.FAILED),
+    )  # fmt: skip
+
+
+def items_done(taken: NightJob, state: PartState, left: tuple[str, ...], out: Path) -> int:
+    """Number of items that a job did: scenes, planted faults; another job is done whole or not at all."""
+    if state is PartState.FAILED:
+        return 0
+    if left and not taken.scenes:
+        tried = alarm_test(out) if taken.study == ALARM and not results_fault(out) else None
+        return tried.planted if tried else 0
+    return taken.items - len(left)

@@ -1,1 +1,0 @@
-"""Plan of a night: a TOML file that names studies, their scenes and engines, and their shares of the time."""

@@ -1,0 +1,410 @@
+"""A night from result folders: figures from rows by the rules that each study declares, one figure of each name."""
+
+from __future__ import annotations
+
+import datetime
+import math
+from string import Formatter
+from typing import TYPE_CHECKING, Any
+
+from adapters.registry import engines
+from barchain.nightly.changes import SCALES
+from barchain.nightly.faults import HistoryError
+from barchain.nightly.figures import (
+    MACHINE,
+    WORDED,
+    Figure,
+    FigureIdentity,
+    FigureKind,
+    FigureUnit,
+    Night,
+    NightPart,
+    content_digest,
+)
+from barchain.nightly.parts import (
+    VARIABLES,
+    Installation,
+    capture,
+    depends_on,
+    environment_parts,
+    installation_here,
+    recorded_environment,
+    scene_part,
+)
+from barchain.nightly.steps import LEAST_EFFECT
+from barchain.record.environment import package_version
+from reports.tables import measured
+from reports.tables.crossval import FILES as COMPARISON
+from reports.tables.crossval import is_engine
+from reports.tables.reading import brief, damaged
+from reports.tables.rows import BITS, NOT_COMPARED, NOT_RUN, RELATIVE_TO, is_count, parsed_tags, records
+from scenarios import scene_names
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+    from pathlib import Path
+
+    import pandas as pd
+
+    from reports.tables.files import StudyFiles
+    from reports.tables.measured import Measuring
+    from reports.tables.rows import Followed, Row
+
+
+NO_NUMBER = "no number is stored"
+STUDY_SEPARATOR = "."
+PAGE_B = 4096
+LEAST_MEMORY_B = PAGE_B / LEAST_EFFECT
+"""Least peak memory that is followed: of a smaller one, a page more or less would be a step"""
+Key = tuple[str, ...]
+
+
+def figures_of(rows: pd.DataFrame, followed: Mapping[str, Followed]) -> tuple[Figure, ...]:
+    """Figures of the rows of one study.
+
+    Of two rows of one name, which differ in what the name leaves out, a rule of their kind says which stands.
+
+    Parameters
+    ----------
+    rows : DataFrame
+        Columns of :mod:`reports.tables.rows`.
+    followed : mapping
+        Rule of each metric that nights follow.
+    """
+    every = {key_of(row): row for row in records(rows)}
+    depends: dict[tuple[str, str, FigureKind, str], Key] = {}
+    found: dict[FigureIdentity, Figure] = {}
+    for row in every.values():
+        rule = followed.get(row["metric"])
+        identity = None if rule is None else identity_of(row, rule)
+        if rule is None or identity is None:
+            continue
+        parts = (identity.scene, identity.engine, identity.kind, identity.anchor)
+        if parts not in depends:
+            depends[parts] = depends_on(*parts)
+        worded = identity.kind in WORDED
+        figure = word(identity, row, depends[parts]) if worded else number(identity, row, rule, every, depends[parts])
+        there = found.setdefault(identity, figure)
+        if there is not figure and identity.kind is FigureKind.VERDICT:
+            found[identity] = standing(there, figure)
+    return tuple(found.values())
+
+
+def key_of(row: Row, **other: str) -> Key:
+    """Identity of a row, or that of a row that differs in some columns."""
+    columns = ("scene", "engine", "setting", "tags", "quantity", "metric")
+    return tuple(str(other.get(name, row[name])) for name in columns)
+
+
+def identity_of(row: Row, rule: Followed) -> FigureIdentity | None:
+    """Identity of a row's figure; None of a row that is not followed: about several engines, or not worth it."""
+    kind, value = FigureKind(rule.kind), row["value"]
+    several = row["scene"].startswith("(") or (row["study"] == COMPARISON.name and not is_engine(row["engine"]))
+    unknown_unit = row["unit"] not in set(FigureUnit)
+    small = kind is FigureKind.MEMORY and value < LEAST_MEMORY_B
+    broken = kind is FigureKind.COUNT and not is_count(value)
+    if several or unknown_unit or small or broken or {row["engine"], row["quantity"]} & set(rule.besides):
+        return None
+    tags = parsed_tags(row["tags"])
+    filled = Filled()
+    parts = [filled.vformat(part, (), row | tags) for part in rule.quantity.split(STUDY_SEPARATOR)]
+    quantity = STUDY_SEPARATOR.join(part for part in (study_of(row), *parts) if part)
+    setting, anchor = filled.vformat(rule.setting, (), row | tags), str(tags.get(RELATIVE_TO, ""))
+    unit = FigureUnit.NONE if kind in WORDED else FigureUnit(row["unit"] or "1")
+    scene, engine, setting, quantity = map(brief, (row["scene"], row["engine"], setting, quantity))
+    relative = brief(anchor) if kind is FigureKind.RATIO else ""
+    return FigureIdentity(scene, engine, setting, quantity, kind, unit, relative)
+
+
+def study_of(row: Row) -> str:
+    """Study that begins a quantity's name; a comparison's has none."""
+    return "" if row["study"] == COMPARISON.name else str(row["study"])
+
+
+class Filled(Formatter):
+    """Templates of names: text that a row lacks is empty, a number that it lacks ``nan``."""
+
+    def get_value(self, key: int | str, args: Any, kwargs: Any) -> Any:  # noqa: ARG002  # the signature of Formatter
+        """Column or tag of a row."""
+        return kwargs.get(key, math.nan)
+
+    def format_field(self, value: Any, format_spec: str) -> str:
+        """Text of a value."""
+        if not format_spec and isinstance(value, float) and math.isnan(value):
+            return ""
+        return format(value, format_spec)
+
+
+def word(identity: FigureIdentity, row: Row, parts: Key) -> Figure:
+    """Figure of a digest or an outcome; without one it is missing, for the row's reason."""
+    if identity.kind is FigureKind.BITS:
+        found, reason = row["text"], "" if row["text"] else row["reason"] or row["outcome"]
+    elif row["outcome"] == NOT_RUN:
+        found, reason = "", reason_of(row)
+    else:
+        found, reason = row["outcome"], row["reason"]
+    return Figure(identity, word=found, reason=brief(reason) or ("" if found else NO_NUMBER), depends=parts)
+
+
+def number(identity: FigureIdentity, row: Row, rule: Followed, every: Mapping[Key, Row], parts: Key) -> Figure:
+    """Figure of a number; one that is not finite, or that tells nothing, is missing for the row's reason."""
+    value = real(row["value"])
+    if value is None or row["outcome"] in {NOT_RUN, NOT_COMPARED}:
+        return Figure(identity, reason=brief(reason_of(row)) or NO_NUMBER, depends=parts)
+    within = every.get(key_of(row, metric=rule.within)) if rule.within else None
+    bits = every.get(key_of(row, tags="", quantity="", metric=BITS)) if rule.trajectory else None
+    return Figure(
+        identity, value, "", real(row["low"]), real(row["high"]), None if within is None else real(within["value"]),
+        "" if bits is None else bits["text"], parts,
+    )  # fmt: skip
+
+
+def reason_of(row: Row) -> str:
+    """Why a row has no result: its reason, else its outcome; of what was not run both."""
+    if row["outcome"] == NOT_RUN:
+        return f"{NOT_RUN}: {row['reason']}"
+    return str(row["reason"] or row["outcome"])
+
+
+def real(value: Any) -> float | None:
+    """Finite number, or None."""
+    return float(value) if math.isfinite(value) else None
+
+
+LARGER = frozenset({FigureKind.ERROR, FigureKind.COUNT, FigureKind.RATIO, FigureKind.MEMORY})
+"""Kinds of which more is worse: the larger number stands"""
+
+
+def merged(figures: Iterable[Figure]) -> tuple[Figure, ...]:
+    """Figures of one night.
+
+    Parameters
+    ----------
+    figures : iterable of Figure
+        Of all folders, in the order of the plan's parts.
+
+    Returns
+    -------
+    tuple of Figure
+        One of each name.
+    """
+    found: dict[FigureIdentity, Figure] = {}
+    for figure in figures:
+        there = found.get(figure.identity)
+        found[figure.identity] = figure if there is None else standing(there, figure)
+    return tuple(found.values())
+
+
+def standing(first: Figure, second: Figure) -> Figure:
+    """Figure that stands for two of one name.
+
+    One with a result stands for one without. Of two verdicts the graver one stands, of two errors, counts, ratios or
+    memories the larger one, of two other numbers the first one: their plan says which part that is. Two digests of one
+    trajectory contradict each other, so that the figure is missing.
+    """
+    if second.missing or (first.value, first.word) == (second.value, second.word):
+        return first
+    if first.missing:
+        return second
+    kind = first.identity.kind
+    if kind in LARGER:
+        return max(first, second, key=number_of)
+    if kind is FigureKind.VALUE:
+        return first
+    return graver(first, second) if kind is FigureKind.VERDICT else contradiction(first, second)
+
+
+def number_of(figure: Figure) -> float:
+    """Number of a figure that has one."""
+    return 0.0 if figure.value is None else figure.value
+
+
+def graver(first: Figure, second: Figure) -> Figure:
+    """Graver one of two verdicts; words of no common scale contradict each other."""
+    for scale in SCALES:
+        if first.word in scale and second.word in scale:
+            return max(first, second, key=lambda figure: scale.index(figure.word))
+    return contradiction(first, second)
+
+
+def contradiction(first: Figure, second: Figure) -> Figure:
+    """Missing figure: two runs of one night gave different words."""
+    said = brief(f"two parts of the night differ: {first.word[:100]}, {second.word[:100]}")
+    return Figure(first.identity, reason=said, depends=(*first.depends, *second.depends))
+
+
+SUBJECTS = ("scenes", "engines", "bars", "faults")
+STUDIES = tuple(study for study in measured.STUDIES if study.followed)
+"""Kinds of results that nights follow"""
+
+
+def read_figures_of(folder: Path) -> tuple[Figure, ...]:
+    """Figures of all results in a folder; errors as :func:`read_night`."""
+    return tuple(
+        f for study in found_in(folder) for f in figures_of(measured.study_rows(study, folder), study.followed)
+    )
+
+
+def read_night(folder: Path) -> Night:
+    """Night of a result folder: its figures, and what its records say of environment and parts.
+
+    Records hold versions, and no digests of installed files: those parts are known by version only.
+
+    Raises
+    ------
+    HistoryError
+        If the folder holds no results.
+    FileNotFoundError, DamagedResultsError, SchemaVersionError
+        If a table or a record is missing, damaged, or of another version.
+    """
+    found = found_in(folder)
+    read = [(study.files, study.files.sound_record(folder)) for study in found]
+    figures = read_figures_of(folder)
+    first = min((record for _, record in read), key=lambda record: started(folder, record))
+    environment = recorded_environment(first)
+    return Night(
+        started=started(folder, first),
+        duration_s=sum(float(record.get("seconds") or 0.0) for _, record in read),
+        plan=plan_of(read),
+        barchain=str(first.get("barchain") or ""),
+        environment=environment,
+        parts=known_parts([record for _, record in read], environment_parts(environment), figures),
+        figures=figures,
+        complete=all(bool(record.get("complete")) for _, record in read),
+    )
+
+
+def night_here(
+    folders: Sequence[Path],
+    *,
+    started: datetime.datetime,
+    duration_s: float,
+    plan: str,
+    complete: bool = True,
+    void: str | None = None,
+    installation: Installation | None = None,
+    label: str = "",
+) -> Night:
+    """Night of result folders that this installation has just written: parts have the digests of the installed files.
+
+    Parameters
+    ----------
+    folders : sequence of Path
+        In the order of the plan. A figure that stands in several folders is chosen by :func:`merged`.
+    started : datetime
+        UTC.
+    duration_s : float
+    plan : str
+        Digest of the plan: nights of the same plan are expected to have the same figures.
+    complete : bool
+        Whether all of the plan was done; a folder whose record is incomplete makes the night incomplete too.
+    void : str, optional
+        Why the night can't be believed.
+    installation : Installation, optional
+        That the results come from; the one of this process by default.
+    label : str
+        Ending of the night's name; the first digits of its content by default.
+
+    Raises
+    ------
+    HistoryError, FileNotFoundError, DamagedResultsError, SchemaVersionError
+        As :func:`read_night`.
+    """
+    figures = merged(figure for folder in folders for figure in read_figures_of(folder))
+    records = [record for _, record in records_of(folders)]
+    own = installation or installation_behind([figure.identity for figure in figures])
+    needed = {name for figure in figures for name in figure.depends}
+    parts = known_parts(records, [part for part in own.parts if part.name in needed], figures)
+    done = complete and all(bool(record.get("complete")) for record in records)
+    return Night(
+        started, duration_s, plan, own.barchain, own.environment, parts, figures, own.commit, done, void, label
+    )
+
+
+def records_of(folders: Iterable[Path]) -> list[tuple[StudyFiles, dict[str, Any]]]:
+    """Records of all results in some folders, each with its kind of results."""
+    return [(study.files, study.files.sound_record(folder)) for folder in folders for study in found_in(folder)]
+
+
+def recorded_installation(folders: Sequence[Path]) -> Installation:
+    """Installation as the records of result folders know it: versions, and no digests of installed files."""
+    records = [record for _, record in records_of(folders)]
+    first = min(records, key=lambda record: str(record.get("created") or ""), default=None)
+    environment = capture() if first is None else recorded_environment(first)
+    own = package_version("barchain") if first is None else str(first.get("barchain") or "")
+    return Installation(own, environment, environment_parts(environment))
+
+
+def installation_behind(found: Sequence[FigureIdentity]) -> Installation:
+    """Installation of this process behind some figures."""
+    named = {name for i in found for name in (i.engine, i.anchor)} & set(engines())
+    return installation_here(named, {i.scene for i in found} & set(scene_names()))
+
+
+def found_in(folder: Path) -> list[Measuring]:
+    """Kinds of results that a folder holds."""
+    if not folder.is_dir():
+        raise HistoryError(f"{folder}: no such folder; give one that barchain wrote results into")
+    found = [study for study in STUDIES if study.files.has_record(folder)]
+    if not found:
+        kinds = ", ".join(study.files.name for study in STUDIES)
+        raise HistoryError(f"{folder}: no results there; a night is made from those of: {kinds}")
+    return found
+
+
+def started(folder: Path, record: Mapping[str, Any]) -> datetime.datetime:
+    """Start of a study, UTC."""
+    said = str(record.get("created") or "")
+    try:
+        found = datetime.datetime.fromisoformat(said)
+        return found.astimezone(datetime.UTC)
+    except (ValueError, OverflowError):
+        raise damaged(folder, f"its record was created {said[:40]!r}, which is no date") from None
+
+
+def known_parts(
+    found: Sequence[Mapping[str, Any]], below: Iterable[NightPart], figures: Sequence[Figure]
+) -> tuple[NightPart, ...]:
+    """Parts that figures depend on, with what the records know of each."""
+    parts = {part.name: part for part in below}
+    own = str(next((record["barchain"] for record in found if record.get("barchain")), ""))
+    versions = {name: str(version) for record in found for name, version in (record.get("packages") or {}).items()}
+    versions |= {name: version for record in found for name, version in engine_versions(record).items()}
+    digests = {name: digest for record in found for name, digest in scene_digests(record).items()}
+    for name in {name for figure in figures for name in figure.depends} - {MACHINE} - set(parts):
+        kind, _, rest = name.partition(":")
+        version = (
+            versions.get(rest, "") if kind in {"engine", "library"} else "" if kind in {"scene", VARIABLES} else own
+        )
+        parts[name] = NightPart(name, version, digests.get(name, ""))
+    return tuple(parts.values())
+
+
+def engine_versions(record: Mapping[str, Any]) -> dict[str, str]:
+    """Versions of the distributions behind a record's engines, by the names of the distributions."""
+    registered, found = engines(), {}
+    entries = record.get("engines")
+    for name, facts in entries.items() if isinstance(entries, dict) else ():
+        if name in registered and isinstance(facts, dict) and facts.get("version"):
+            distribution = registered[name].distribution or registered[name].requires
+            if distribution:
+                found[distribution] = str(facts["version"])
+    return found
+
+
+def plan_of(read: Sequence[tuple[StudyFiles, Mapping[str, Any]]]) -> str:
+    """Kinds of results, and a digest of their scenes and engines: folders of the same plan have the same figures."""
+    asked = [[files.name, *(names_in(record.get(entry)) for entry in SUBJECTS)] for files, record in read]
+    return f"{', '.join(sorted(files.name for files, _ in read))} {content_digest(sorted(asked))[:8]}"
+
+
+def names_in(entry: Any) -> list[str]:
+    """Names of an entry of a record: of scenes or engines, by name or as a list."""
+    return sorted(map(str, entry)) if isinstance(entry, (dict, list)) else []
+
+
+def scene_digests(record: Mapping[str, Any]) -> dict[str, str]:
+    """Digests of a record's scenes, by the names of their parts; empty texts where the record has none."""
+    scenes = record.get("scenes")
+    entries = scenes.items() if isinstance(scenes, dict) else ()
+    return {scene_part(name): str(facts.get("digest") or "") for name, facts in entries if isinstance(facts, dict)}

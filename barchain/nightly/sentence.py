@@ -1,0 +1,194 @@
+"""The sentence that opens the page of a night."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING
+
+from scenarios.plural import plural
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from reports.tables.nights.facts import ChangeEntry
+
+
+SMALL = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
+MOST_CAUSES = 3
+MOST_SUSPECTS = 3
+NOT_JUDGED = "Nothing was judged: no figure of this night has an earlier one."
+
+
+def opening(
+    changes: Sequence[ChangeEntry],
+    *,
+    judged: int,
+    earlier: int,
+    void: str | None,
+    complete: bool,
+    baseline: str = "",
+    standing: int = 0,
+    replanned: tuple[int, int] | None = None,
+    new: int = 0,
+    renamed: Sequence[str] = (),
+) -> str:
+    """Sentence on a night.
+
+    Parameters
+    ----------
+    changes : sequence of ChangeEntry
+        Of this night, accepted ones among them.
+    judged : int
+        Figures that have an earlier one.
+    earlier : int
+        Nights that the night was judged against.
+    void : str, optional
+        Why the night can't be believed.
+    complete : bool
+    baseline : str
+        Name of the one night that it was judged against.
+    standing : int
+        Changes of earlier nights for the worse that still hold.
+    replanned : tuple of int, optional
+        Figures that are new and figures that are left out, if the night before had another plan.
+    new : int
+        Figures that have no earlier one.
+    renamed : sequence of str
+        Settings and scenes that have other names since this night, in words.
+    """
+    if void:
+        return f"This night is void: {void}."
+    ending = "" if complete else " The night is incomplete."
+    if baseline and not judged:
+        return f"Nothing was compared: {baseline} has no figure of this night.{ending}"
+    if not earlier:
+        return f"This is the first night: there is no earlier one to compare it with.{ending}"
+    since = f" since {baseline}" if baseline else " tonight"
+    told = [change for change in changes if change.accepted is None]
+    wild = sum(change.irreproducible for change in told)
+    tame = plain([change for change in told if not change.irreproducible], since, judged)
+    accepted = figures(changes) - figures(told)
+    if told:
+        rest = more_accepted_words(accepted)
+    elif accepted:
+        rest = only_accepted_words(accepted, since, judged)
+    else:
+        rest = f"Nothing changed{since} among {judged} figures." if judged else NOT_JUDGED
+    said = (
+        wild_words(wild), tame, rest, standing_words(standing), renamed_words(renamed),
+        replanned_words(replanned) if replanned else new_words(new),
+    )  # fmt: skip
+    return " ".join(part for part in said if part) + ending
+
+
+def figures(changes: Sequence[ChangeEntry]) -> int:
+    """Number of the figures of some changes."""
+    return sum(1 + change.also for change in changes)
+
+
+def renamed_words(renamed: Sequence[str]) -> str:
+    """Sentence on names that changed; empty without any."""
+    if not renamed:
+        return ""
+    more = f" and {len(renamed) - MOST_CAUSES} more changed their names" if len(renamed) > MOST_CAUSES else ""
+    said = "; ".join(renamed[:MOST_CAUSES])
+    return f"{said[0].upper()}{said[1:]}{more}: figures are compared by their role."
+
+
+def new_words(count: int) -> str:
+    """Sentence on figures that have no earlier one; empty without any."""
+    return f"{amount(count, 'figure').capitalize()} {'is' if count == 1 else 'are'} new." if count else ""
+
+
+def wild_words(count: int) -> str:
+    """Sentence on runs that are not reproducible; empty without any."""
+    if not count:
+        return ""
+    runs = f"{amount(count, 'run').capitalize()} {'is' if count == 1 else 'are'} not reproducible"
+    return f"{runs}: the same sources, versions and machine class gave other bits."
+
+
+def replanned_words(figures: tuple[int, int] | None) -> str:
+    """Sentence on a plan that differs from that of the night before; empty if the plan is the same."""
+    if figures is None:
+        return ""
+    counted = zip(figures, ("new", "not measured tonight"), strict=True)
+    found = [f"{amount(count, 'figure')} {'is' if count == 1 else 'are'} {state}" for count, state in counted if count]
+    told = f": {', '.join(found)}" if found else ""
+    return f"The plan is another one than on the night before{told}."
+
+
+def standing_words(count: int) -> str:
+    """Sentence on changes of earlier nights that still hold; empty without any."""
+    noun = amount(count, "earlier change").capitalize()
+    return f"{noun} for the worse still {'holds' if count == 1 else 'hold'}." if count else ""
+
+
+def more_accepted_words(count: int) -> str:
+    """Sentence on accepted changes beside others; empty without any."""
+    return f"{amount(count, 'more change').capitalize()} {'is' if count == 1 else 'are'} accepted." if count else ""
+
+
+def only_accepted_words(count: int, since: str, judged: int) -> str:
+    """Sentence on accepted changes where there are no others."""
+    every = "the change is accepted" if count == 1 else "all changes are accepted"
+    return f"{amount(count, 'figure').capitalize()} of {judged} changed{since}; {every}. Nothing else changed."
+
+
+def plain(changes: Sequence[ChangeEntry], since: str, judged: int) -> str:
+    """Sentence on changes: how many, for the worse or not, and whose they are; empty without changes."""
+    if not changes:
+        return ""
+    counted: Counter[str] = Counter()
+    for change in changes:
+        counted[change.direction] += 1 + change.also
+    words = [
+        f"{amount(counted[d])} {'' if d == 'changed' else 'for the '}{d}" for d in ("worse", "better") if counted[d]
+    ]
+    if counted["changed"]:
+        words.append(f"{amount(counted['changed'])} neither better nor worse")
+    count = figures(changes)
+    many = f"{amount(count, 'figure').capitalize()} of {judged} changed{since}"
+    how = listed(words) if len(words) > 1 else f"{'all ' if count > 1 else ''}{words[0].partition(' ')[2]}"
+    return f"{many}, {how}; {causes(changes)}."
+
+
+def causes(changes: Sequence[ChangeEntry]) -> str:
+    """Whose changes they are: ``all three since engine:mujoco 4.0.0, confirmed``."""
+    found: Counter[str] = Counter()
+    for change in changes:
+        found[cause(change)] += 1 + change.also
+    if len(found) == 1:
+        (only,) = found
+        count = figures(changes)
+        every = "" if count == 1 else "both " if count == 2 else f"all {amount(count)} "
+        return f"{every}{only}"
+    shown = [f"{amount(count)} {name}" for name, count in found.most_common(MOST_CAUSES)]
+    more = figures(changes) - sum(count for _, count in found.most_common(MOST_CAUSES))
+    return listed([*shown, f"{amount(more)} by other causes"] if more else shown)
+
+
+def cause(change: ChangeEntry) -> str:
+    """Cause of a change in words."""
+    if len(change.suspects) == 1:
+        (only,) = change.suspects
+        since = f"since {only.name} {only.after or '(gone)'}".rstrip()
+        return f"{since}, {change.confirmed.partition(':')[0]}" if change.confirmed else since
+    if change.confirmed:
+        return f"by real runs {change.confirmed}"
+    if change.suspects:
+        names = [suspect.name for suspect in change.suspects]
+        more = len(names) - MOST_SUSPECTS
+        return f"with the suspects {listed([*names[:MOST_SUSPECTS], f'{amount(more)} more'] if more > 0 else names)}"
+    return "with unknown cause" if change.unknown else "without a change of any part"
+
+
+def amount(count: int, noun: str = "") -> str:
+    """``three figures``: numbers up to twelve in words."""
+    number = SMALL[count] if count < len(SMALL) else f"{count}"
+    return plural(count, noun, number) if noun else number
+
+
+def listed(words: Sequence[str]) -> str:
+    """``a, b and c``."""
+    return " and ".join(part for part in (", ".join(words[:-1]), words[-1]) if part)

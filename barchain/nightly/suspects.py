@@ -1,0 +1,106 @@
+"""Suspects of a change: parts that differ between the last night with the old value and the first with the new."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from barchain.nightly.figures import REQUIREMENTS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from barchain.nightly.changes import Change
+    from barchain.nightly.figures import NightPart, NightSummary
+
+
+@dataclass(frozen=True)
+class Suspect:
+    """Part that may have caused a change."""
+
+    name: str
+    before: NightPart | None
+    """None of a part that was not there"""
+    after: NightPart | None
+
+    @property
+    def words(self) -> str:
+        """Part with its versions, or the first digits of its digests where the version is the same."""
+        return f"{self.name} {state_words(self.before, self.after)} → {state_words(self.after, self.before)}"
+
+
+@dataclass(frozen=True)
+class Suspicion:
+    """Suspects of a change, and the parts of which it is not known whether they differ."""
+
+    suspects: tuple[Suspect, ...]
+    unknown: tuple[str, ...] = ()
+
+    @property
+    def words(self) -> str:
+        """Suspects in one line."""
+        if self.suspects:
+            return ", ".join(suspect.words for suspect in self.suspects)
+        if self.unknown:
+            return f"no known one; parts without digest: {', '.join(self.unknown)}"
+        return "none: all parts that the figure depends on are the same"
+
+
+def suspicion(change: Change, nights: Mapping[str, NightSummary]) -> Suspicion:
+    """Suspects of a change; `nights` holds its two nights by name."""
+    last, since = nights[change.last], nights[change.since]
+    depends = tuple(sorted({*change.was.depends, *change.now.depends}))
+    unknown = tuple(name for name in depends if not comparable(last.part_named.get(name), since.part_named.get(name)))
+    return Suspicion(differing(last, since, depends), unknown)
+
+
+def differing(last: NightSummary, since: NightSummary, depends: Iterable[str]) -> tuple[Suspect, ...]:
+    """Parts of some names that differ between two nights.
+
+    Requirements of an engine whose own distribution differs came with it, and are no suspect beside it.
+    """
+    if last.part_named == since.part_named:
+        return ()
+    found = []
+    for name in sorted(depends):
+        before, after = last.part_named.get(name), since.part_named.get(name)
+        if (before is None and after is None) or renamed(name, before, after, last, since):
+            continue
+        if before is None or after is None or before.differs(after):
+            found.append(Suspect(name, before, after))
+    engines = {rest(one.name) for one in found if one.name.startswith("engine:")}
+    return tuple(one for one in found if not (one.name.startswith(REQUIREMENTS) and rest(one.name) in engines))
+
+
+def renamed(
+    name: str, before: NightPart | None, after: NightPart | None, last: NightSummary, since: NightSummary
+) -> bool:
+    """Whether a part is there under another name on the other night: a part of the same kind with equal content."""
+    there, other = (after, last) if before is None else (before, since)
+    if (before is not None and after is not None) or there is None or not there.digest:
+        return False
+    kind = f"{name.partition(':')[0]}:"
+    return any(one.digest == there.digest and one.name.startswith(kind) for one in other.parts)
+
+
+def rest(name: str) -> str:
+    """Name of a part without its kind."""
+    return name.partition(":")[2]
+
+
+def comparable(before: NightPart | None, after: NightPart | None) -> bool:
+    """Whether it is known whether a part differs: by its digests, or because its versions do."""
+    if before is None or after is None:
+        return True
+    return bool(before.digest and after.digest) or before.version != after.version
+
+
+def state_words(part: NightPart | None, other: NightPart | None) -> str:
+    """State of a part beside another one."""
+    if part is None:
+        return "(none)"
+    if part.name.startswith(REQUIREMENTS) and other is not None:
+        own, others = part.version.split(", "), other.version.split(", ")
+        return ", ".join(each for each in own if each not in others) or part.digest[:8]
+    alike = other is not None and part.version == other.version
+    return part.digest[:8] if alike or not part.version else part.version

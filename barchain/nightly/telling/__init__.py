@@ -1,1 +1,0 @@
-"""Telling of a stored night: its facts, the sentence, trends, JUnit."""

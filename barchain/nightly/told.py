@@ -1,0 +1,157 @@
+"""What each night told, kept in its folder and never changed: later nights hold on to it, the calendar counts it."""
+
+from __future__ import annotations
+
+import json
+from collections import defaultdict
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+from barchain.nightly.acceptances import accepted, is_step
+from barchain.nightly.changes import Direction, ToldChange
+from barchain.nightly.figures import MOST_TEXT, STEPPED
+from barchain.nightly.history import now
+
+if TYPE_CHECKING:
+    import datetime
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from barchain.nightly.acceptances import Acceptance
+    from barchain.nightly.changes import Change, JudgedNight
+    from barchain.nightly.figures import NightSummary
+    from barchain.nightly.history import NightStore
+
+
+FILE = "told.json"
+ATTRIBUTED = "attributed"
+"""Folder of the results of attributions"""
+
+
+def keep_judgement(store: NightStore, judged: JudgedNight) -> None:
+    """Keep which changes a night told; what a night has told already stays as it is.
+
+    A step that no night recorded, because the night that told it was not judged here, is recorded with this one: later
+    nights hold on to it, too. If later nights have told changes, the steps of this one are not recorded.
+    """
+    night, told = judged.night, told_by(store)
+    if night.name in told:
+        return
+    known = {(figure, one) for figure, own in steps_before(told, night.name).items() for one in own}
+    tonight = {change.id for change in judged.tonight}
+    unrecorded = {c.id for c in judged.changes if is_step(c) and (c.identity.name, told_change(c)) not in known}
+    kept = [c for c in judged.changes if c.id in tonight | unrecorded]
+    later = any(name > night.name and facts["changes"] for name, facts in told.items())
+    content = {
+        "worse": sum(change.direction is Direction.WORSE for change in judged.tonight), "judged": judged.judged,
+        "changed": len(judged.tonight), "told": now(),
+        "changes": [told_entry(c, c.id in tonight) for c in kept if not (later and is_step(c))],
+    }  # fmt: skip
+    store.place.write(f"{night.name}/{FILE}", json.dumps(content, indent=1, ensure_ascii=False).encode())
+
+
+def told_by(store: NightStore) -> dict[str, dict[str, Any]]:
+    """What each night told, by the name of the night."""
+    found = store.place.read_all(list(store.place.sizes(f"*/{FILE}")))
+    return {name.removesuffix(f"/{FILE}"): json.loads(content) for name, content in sorted(found.items())}
+
+
+def comparable_nights(
+    nights: Sequence[NightSummary], chosen: NightSummary, told: Mapping[str, Mapping[str, Any]]
+) -> list[NightSummary]:
+    """Nights that a night is judged from, itself the last one: those that the history had when it told its changes.
+
+    A night that is added late, after a later night has told, is judged itself and counts for no other: it makes no
+    regression of today's, and what was told stays true.
+    """
+    at = told.get(chosen.name, {}).get("told", "")
+    found: list[NightSummary] = []
+    first_told = ""  # the earliest instant at which a later night of the machine class told its changes
+    for night in reversed(nights):
+        if night.environment.machine_class != chosen.environment.machine_class:
+            late = False
+        else:
+            late = bool(first_told) and night.added > first_told
+            instant = told.get(night.name, {}).get("told", "")
+            first_told = min(filter(None, (first_told, instant)), default="")
+        if night is chosen or (not late and not (at and night.added > at)):
+            found.append(night)
+    found.reverse()
+    return found[: found.index(chosen) + 1]
+
+
+def told_change(change: Change) -> ToldChange:
+    """Change as later nights know it."""
+    return ToldChange(change.since, change.direction)
+
+
+def told_entry(change: Change, tonight: bool) -> dict[str, Any]:
+    """Entry of a change that a night told."""
+    return {
+        "id": change.id, "figure": change.identity.name, "kind": str(change.identity.kind), "since": change.since,
+        "direction": str(change.direction), "tonight": tonight,
+    }  # fmt: skip
+
+
+def steps_before(told: Mapping[str, Mapping[str, Any]], before: str) -> dict[str, list[ToldChange]]:
+    """Steps of times and memory that were told on the nights before one, by name of the figure, in order of nights."""
+    found: dict[str, list[ToldChange]] = defaultdict(list)
+    for name, facts in told.items():
+        for one in facts["changes"] if name < before else ():
+            if one["kind"] in STEPPED:
+                found[one["figure"]].append(ToldChange(one["since"], Direction(one["direction"])))
+    return found
+
+
+def told_steps(store: NightStore, before: str) -> dict[str, list[ToldChange]]:
+    """Steps that the nights before one told, as :func:`steps_before`."""
+    return steps_before(told_by(store), before)
+
+
+def kept_judgements(store: NightStore, at: datetime.datetime) -> dict[str, tuple[int, int]]:
+    """Numbers of changes for the worse and of all changes, by the name of the night that told them.
+
+    Changes for the worse that somebody accepted are left out, unless the acceptance ended before `at`.
+    """
+    known = [one for one in accepted(store) if one.until is None or one.until > at]
+    return {name: (facts["worse"] - forgiven(facts["changes"], known), facts["changed"])
+            for name, facts in told_by(store).items()}  # fmt: skip
+
+
+def forgiven(changes: Iterable[Mapping[str, Any]], known: Sequence[Acceptance]) -> int:
+    """Number of told changes for the worse that are accepted."""
+    worse = [one for one in changes if one["tonight"] and one["direction"] == Direction.WORSE]
+    return sum(any(a.since == one["since"] and a.fits(one["figure"]) for a in known) for one in worse)
+
+
+@dataclass(frozen=True)
+class Attribution:
+    """Result of the real runs behind one change."""
+
+    change: str
+    """Id of the change"""
+    figure: str
+    last: str
+    since: str
+    verdict: str
+    """``confirmed``, ``both``, ``interaction`` or ``not reproduced``"""
+    culprits: tuple[str, ...]
+    """Parts that make the change"""
+    words: str
+    """Verdict with the states of the parts"""
+    made: datetime.datetime
+    """UTC"""
+
+
+def keep_attribution(store: NightStore, found: Attribution) -> None:
+    """Keep an attribution; an earlier one of the same change is replaced."""
+    content = asdict(found) | {"made": found.made.isoformat(), "words": found.words[:MOST_TEXT]}
+    store.place.write(f"{ATTRIBUTED}/{found.change}.json", json.dumps(content, indent=1, ensure_ascii=False).encode())
+
+
+def attributed_words(store: NightStore, changes: Iterable[Change]) -> dict[str, str]:
+    """Results of attributions in words, by the id of the change."""
+    names = [f"{ATTRIBUTED}/{change.id}.json" for change in changes]
+    found = store.place.read_all(names)
+    return {
+        name.partition("/")[2].removesuffix(".json"): json.loads(content)["words"] for name, content in found.items()
+    }

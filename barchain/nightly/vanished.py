@@ -1,0 +1,196 @@
+"""Figures that are gone, and figures that go on under another name."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Protocol
+
+from barchain.nightly.changes import Change, Direction
+from barchain.nightly.figures import Figure, FigureSeries
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from barchain.nightly.figures import FigureIdentity, NightSummary
+
+    Role = tuple[str, ...]
+
+
+OCCASIONS = 2
+"""Occasions in a row that must have a figure: some figures are measured only now and then"""
+SAMPLED = ("stability.", "selftest.", "campaign.")
+"""Beginnings of the quantities of studies of which a night does a part only: scenes, or faults, of that night"""
+STUDIES = frozenset({"cost", "scaling", "stability", "effects", "roundoff", "selftest", "campaign"})
+COMPARISON = "comparison"
+Subject = tuple[str, str, str]
+"""Study, scene and fault of a figure: what is done as a whole"""
+
+
+class Presence(Protocol):
+    """Nights on which scenes and figures were measured, by name."""
+
+    def of_figure(self, identity: FigureIdentity) -> frozenset[str]:
+        """Nights that have a figure, with or without a result."""
+
+    def of_subject(self, subject: Subject) -> frozenset[str]:
+        """Nights on which a scene was done to its end by a study."""
+
+
+@dataclass(frozen=True)
+class PresenceInSeries:
+    """Presence of series that have all of their nights; of an incomplete night nothing counts as done to its end."""
+
+    series: Sequence[FigureSeries]
+    nights: Sequence[NightSummary]
+
+    def of_figure(self, identity: FigureIdentity) -> frozenset[str]:
+        """Nights that have a figure."""
+        return frozenset(night.name for one in self.series if one.identity == identity for night in one.nights)
+
+    def of_subject(self, subject: Subject) -> frozenset[str]:
+        """Complete nights that have a figure of the subject."""
+        own = [one for one in self.series if subject_of(one.identity) == subject]
+        return frozenset(night.name for one in own for night in one.nights if night.complete)
+
+
+def vanished(
+    series: Sequence[FigureSeries], nights: Sequence[NightSummary], presence: Presence | None = None
+) -> tuple[Change, ...]:
+    """Figures that are gone up to the last of some nights, each since the first occasion without it.
+
+    A figure that is gone stays so on the nights of other plans and machines.
+
+    Parameters
+    ----------
+    series : sequence of FigureSeries
+    nights : sequence of NightSummary
+        In their order.
+    presence : Presence, optional
+    """
+    if not nights:
+        return ()
+    presence = presence or PresenceInSeries(series, nights)
+    tonight = nights[-1]
+    plans = [[night for night in nights if night.plan == plan] for plan in {night.plan: None for night in nights}]
+    current = [one for one in series if one.nights and one.nights[-1].name == tonight.name]
+    not_run = {place(one.identity) for one in current if one.figures[-1].not_run}
+    found = []
+    for one in series:
+        absent = bool(one.nights) and one.nights[-1].name != tonight.name and not one.figures[-1].missing
+        changes = [vanished_figure(one, plan, presence) for plan in plans] if absent else []
+        gone = min((c for c in changes if c), key=lambda c: c.since, default=None)
+        if gone and not (gone.since == tonight.name and place(one.identity) in not_run):
+            found.append(gone)
+    return tuple(found)
+
+
+def vanished_figure(one: FigureSeries, plan: Sequence[NightSummary], presence: Presence) -> Change | None:
+    """Change of a figure that no night of the plan has any more; None if no night should have had it."""
+    last, whole = one.nights[-1], presence.of_subject(subject_of(one.identity))
+    occasions = [night for night in plan if night.name in whole]
+    if not any(night.started > last.started for night in occasions):
+        if one.identity.quantity.startswith(SAMPLED):
+            return None
+        occasions = [night for night in plan if night.complete]  # nothing of its scene was measured since
+    before = [night for night in occasions if night.started <= last.started][-OCCASIONS:]
+    after = next((night for night in occasions if night.started > last.started), None)
+    if after is None or len(before) < OCCASIONS or not all(night.name in whole for night in before):
+        return None
+    own = presence.of_figure(one.identity)
+    if not all(night.name in own for night in before):
+        return None
+    reason = f"not measured, though each of the {OCCASIONS} nights before that did its scene had it"
+    was = one.figures[-1]
+    now = Figure(one.identity, reason=reason, depends=was.depends)
+    return Change(one.identity, was, now, last.name, after.name, Direction.WORSE, reason)
+
+
+def study_of(identity: FigureIdentity) -> str:
+    """Study that a figure is of."""
+    first = identity.quantity.partition(".")[0]
+    return first if first in STUDIES else COMPARISON
+
+
+def subject_of(identity: FigureIdentity) -> Subject:
+    """Study, scene and fault of a figure."""
+    study = study_of(identity)
+    return study, identity.scene, identity.setting if study in {"selftest", "campaign"} else ""
+
+
+def place(identity: FigureIdentity) -> tuple[str, str, str, str]:
+    """Study, scene, engine and setting of a figure: a run that had no time lacks all of its figures."""
+    return study_of(identity), identity.scene, identity.engine, identity.setting
+
+
+@dataclass(frozen=True)
+class Rename:
+    """Name under which figures go on."""
+
+    since: str
+    """Name of the first night with the new name"""
+    words: str
+
+
+def continued(series: Sequence[FigureSeries]) -> tuple[list[FigureSeries], list[Rename]]:
+    """Series, each with the nights of the one that it continues, and the renames.
+
+    A series continues the last one of its role that ended before it began, if no other one began on its first night.
+    """
+    found = {one.identity: one for one in series}
+    renames: dict[Rename, None] = {}
+    for role, words in ((of_scene, scene_words), (of_setting, setting_words)):
+        roles: dict[Role, list[FigureIdentity]] = defaultdict(list)
+        for one in found.values():
+            key = role(one)
+            if key is not None:
+                roles[key].append(one.identity)
+        for names in roles.values():
+            for name in sorted(names, key=lambda each: found[each].nights[0].started) if len(names) > 1 else ():
+                own = [found[each] for each in names if each in found]
+                new, old = found[name], before(found[name], own)
+                if old is not None:
+                    found[name] = joined(found.pop(old.identity), new)
+                    renames[Rename(new.nights[0].name, words(old, new))] = None
+    return list(found.values()), list(renames)
+
+
+def before(new: FigureSeries, own: Sequence[FigureSeries]) -> FigureSeries | None:
+    """Series that a new one continues; None if there is none, or several began on its night."""
+    first = new.nights[0]
+    if sum(one.nights[0].name == first.name for one in own) > 1:
+        return None
+    ended = [one for one in own if one.nights[-1].started < first.started]
+    return max(ended, key=lambda one: one.nights[-1].started, default=None)
+
+
+def joined(old: FigureSeries, new: FigureSeries) -> FigureSeries:
+    """Series with the nights of the one before it."""
+    earlier = tuple(replace(figure, identity=new.identity) for figure in old.figures)
+    return FigureSeries(new.identity, (*old.nights, *new.nights), (*earlier, *new.figures))
+
+
+def of_scene(one: FigureSeries) -> Role | None:
+    """Role of a figure in a scene of some content; None where the content is not known."""
+    i = one.identity
+    part = one.nights[-1].part_named.get(f"scene:{i.scene}")
+    if part is None or not part.digest:
+        return None
+    return part.digest, i.engine, i.setting, i.quantity, i.kind, i.unit, i.anchor
+
+
+def of_setting(one: FigureSeries) -> Role | None:
+    """Role of a figure at any value of its setting's parameter; None of a figure without one."""
+    i = one.identity
+    parameter, given, _ = i.setting.partition("=")
+    return (i.scene, i.engine, parameter, i.quantity, i.kind, i.unit, i.anchor) if given else None
+
+
+def scene_words(old: FigureSeries, new: FigureSeries) -> str:
+    """Rename of a scene in words."""
+    return f"the scene {old.identity.scene} became {new.identity.scene}"
+
+
+def setting_words(old: FigureSeries, new: FigureSeries) -> str:
+    """Change of a setting in words."""
+    return f"the setting {old.identity.setting} of {new.identity.engine} became {new.identity.setting}"
