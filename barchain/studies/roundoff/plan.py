@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from adapters.registry import ENGINES
 from barchain.runs.executors import ALL_CORES
-from barchain.studies.roundoff.evaluation import longitude_rows
+from barchain.studies.roundoff.engines import engine_rows
+from barchain.studies.roundoff.evaluation import longitude_rows, rows_of
 from barchain.studies.roundoff.states import EvaluationCase, StateKind
 from barchain.studies.roundoff.third_parties import present
 from barchain.studies.roundoff.trajectories import ScaledScene, chosen_step_rows, equal_step_rows, growth_rows
@@ -159,7 +160,7 @@ def evaluation(
     """Errors of some formulations at one case."""
     title = f"{kind}, {bars} bars, {ratio:.0e}"
     arguments = (EvaluationCase(kind, bars, ratio), formulations, arithmetics)
-    return RoundoffTask("evaluation", title, "barchain.studies.roundoff.evaluation:rows_of", arguments)
+    return RoundoffTask("evaluation", title, rows_of, arguments)
 
 
 def longitudes() -> list[RoundoffTask]:
@@ -223,4 +224,4 @@ def engines(full: bool) -> list[RoundoffTask]:
 def engine_run(family: ScaledScene, name: str, size: int, value: float) -> RoundoffTask:
     """One engine at one size and setting."""
     title = f"{name}, {family.ratios[size]:.0e}, {value:g}"
-    return RoundoffTask("engines", title, "barchain.studies.roundoff.engines:engine_rows", (name, size, value), family)
+    return RoundoffTask("engines", title, engine_rows, (name, size, value), family)

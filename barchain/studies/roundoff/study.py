@@ -126,7 +126,10 @@ class RoundoffStudy:
         failed = store.record["failed"]
         rows: dict[str, dict[int, Rows]] = {}
         solutions = {t.solution: Shared(solution_case(t.solution)) for t in plan.tasks if t.solution is not None}
-        cases = ((k, task_case(task, solutions.get(task.solution))) for k, task in enumerate(plan.tasks))
+        cases = (
+            (k, task_case(task, solutions.get(task.solution) if task.solution else None))
+            for k, task in enumerate(plan.tasks)
+        )
         try:
             for k, found in run_cases(cases, plan.executor):
                 task = plan.tasks[k]
