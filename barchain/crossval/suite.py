@@ -23,9 +23,9 @@ from barchain.runs.call import CallLateError
 from barchain.runs.cases import Case, Known, Shared, Task, run_cases
 from barchain.runs.declared import OutsideEngine, engine_class, engine_fault
 from barchain.runs.job import JUDGING_ROLES, Job, Role, RunResult
+from barchain.runs.kept_runs import keep_run
 from barchain.runs.message import plain_text
 from barchain.runs.pool import limit_of, run_task
-from barchain.runs.store import keep_run
 from barchain.solutions.judging import (
     CERTIFIER,
     WORDS,

@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
 DISTRIBUTIONS = ("engine:", "library:")
 ADAPTER, SCENE, SOLUTION = "adapter:", "scene:", "solution:"
-CERTIFIED = "barchain.solutions.certified_solutions"
 
 
 @dataclass(frozen=True)

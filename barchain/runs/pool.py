@@ -8,15 +8,16 @@ beside the workers of a Dask cluster (:mod:`barchain.runs.executors`).
 
 from __future__ import annotations
 
+import math
 from enum import IntEnum
 from typing import TYPE_CHECKING
 
+from adapters.engine import AccuracyParameter
 from adapters.registry import ENGINES
 from barchain.runs.cases import Task, alone, run_cases
 from barchain.runs.executors import ALL_CORES
 from barchain.runs.job import JUDGING_ROLES, Job
 from barchain.runs.messages import outside_call, outside_result, shared_call, shared_result
-from barchain.runs.order import expected_work
 from barchain.runs.time_limits import COMPILE_S, SOLUTION_PATIENCE, TimeLimit
 
 if TYPE_CHECKING:
@@ -27,6 +28,11 @@ if TYPE_CHECKING:
     from barchain.runs.job import RunResult
 
 RUNS_PER_WORKER = 40  # some engines leak memory with every model
+STEPS_PER_RADIAN = 1.0
+"""Of the fastest rate at rtol = 1; methods of high order take rtol^(-1/8) times more"""
+ORDER = 8.0
+COMPILING = 1e18
+"""Work of a run that compiles first"""
 
 
 class PoolGroup(IntEnum):
@@ -130,3 +136,18 @@ def call_of(job: Job, group: PoolGroup, limit: TimeLimit) -> Call:
         return outside_call("run", job, limit.time_s)
     own, pool = group is PoolGroup.SOLUTION, f"{group.name.lower()} runs"
     return shared_call(job, limit.allowed_s(job), limit.simulate_s(job), pool, RUNS_PER_WORKER, own_work=own)
+
+
+def expected_work(job: Job) -> float:
+    """Steps times bars that a run takes, as far as scene and setting tell.
+
+    Only the order of jobs depends on it: the longest come first, so that no process waits at the end for a long one.
+    """
+    scene, setting = job.scene, job.setting
+    if job.registration.compiles and job.registration in ENGINES.values():
+        return COMPILING * scene.bars
+    turns = scene.run.duration_s / scene.step_period_s
+    steps = setting.value * turns
+    if setting.parameter is AccuracyParameter.RTOL:
+        steps = STEPS_PER_RADIAN * 2.0 * math.pi * turns * scene.bars * setting.value ** (-1.0 / ORDER)
+    return max(steps, scene.run.samples) * scene.bars

@@ -55,7 +55,6 @@ SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "integrate_in_lanes": (c_bool, (c_void_p,) * 3),
     "evaluate_in_lanes": (c_int64, (c_void_p,) * 3),
     "height_above_surface": (c_double, (c_void_p, c_void_p)),
-    "count_in_bins": (None, (c_int64, c_int64, *[c_void_p] * 5, *[c_int64] * 3, c_void_p)),
 }
 """Result and parameters of each function of ``c/kernel.h``; the functions for CVODE are called by CVODE alone"""
 
@@ -404,27 +403,3 @@ def height_above_surface(y: Vector, data: CvodeData) -> float:
         raise ValueError(f"y has {len(y)} numbers, allowed: N+2 = {len(data.half_m) + 2} or more")
     found: float = library().height_above_surface(check("y", y, y.shape), data.address)
     return found
-
-
-def count_in_bins(
-    values: Matrix, centre: Vector, scale: Vector, least: Vector, most: Vector, bins: tuple[int, int, int], counts: Any
-) -> None:
-    """Count values (columns, runs) in bins, NaN left out, and keep the least and the most of each column.
-
-    Parameters
-    ----------
-    values : ndarray, shape (columns, runs)
-        Deviations over the scale on return.
-    centre, scale, least, most : ndarray, shape (columns,)
-    bins : tuple of int
-        SHIFT, LEAST and SIDE of the bins.
-    counts : ndarray of int64, shape (columns, 2 SIDE + 1)
-    """
-    columns, runs = values.shape
-    if counts.shape != (columns, 2 * bins[2] + 1) or counts.dtype != "int64" or not counts.flags.c_contiguous:
-        raise ValueError(f"counts of {counts.dtype} {counts.shape}, allowed: int64 {(columns, 2 * bins[2] + 1)}")
-    vectors = {"centre": centre, "scale": scale, "least": least, "most": most}
-    library().count_in_bins(
-        columns, runs, check("values", values, (columns, runs)),
-        *(check(name, vector, (columns,)) for name, vector in vectors.items()), *bins, address_of(counts),
-    )  # fmt: skip

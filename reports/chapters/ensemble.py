@@ -57,12 +57,11 @@ def fan(part: pd.DataFrame, title: str, label: str, period_s: float) -> Panel:
 
 
 def final(table: pd.DataFrame) -> list[dict[str, Any]]:
-    """Quantiles at the last instant, a row for each bar or joint, with the largest of their error bounds."""
+    """Quantiles at the last instant, a row for each bar or joint."""
     last = table[table["t_s"] == table["t_s"].max()]
     index = ["quantity", "item", "unit", "runs"]
     wide = last.pivot_table(index=index, columns="quantile", values="value")
-    bounds = last.groupby(index)["error_bound"].max()
     return [
-        {**dict(zip(index, key, strict=True)), "values": dict(row), "error_bound": float(bounds[key])}
+        {**dict(zip(index, key, strict=True)), "values": dict(row)}
         for key, row in zip(wide.index, wide.to_dict("records"), strict=True)
     ]

@@ -4,8 +4,7 @@ A folder ``ensemble`` inside a result folder holds
 
 ``quantiles.csv``
     tidy: a row for each instant, quantity, item (bar or joint, from 1) and quantile, columns :data:`QUANTILE_COLUMNS`;
-    ``runs`` is the number of runs that reached the instant, ``error_bound`` the largest error of an estimated quantile,
-    0 of an exact one;
+    ``runs`` is the number of runs that reached the instant;
 ``runs.csv``
     a row for each run: the drawn values, the outcome (finished, ended or failed), its reason, steps, evaluations;
 ``record.json``
@@ -17,7 +16,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
-from reports.tables.rows import COUNT, Followed, Rows, known, records
+from reports.tables.rows import COUNT, Followed, Rows, records
 from reports.tables.schema import Record
 
 if TYPE_CHECKING:
@@ -25,7 +24,7 @@ if TYPE_CHECKING:
 
     from reports.tables.files import StudyTables
 
-QUANTILE_COLUMNS = ("t_s", "quantity", "item", "quantile", "value", "unit", "runs", "error_bound")
+QUANTILE_COLUMNS = ("t_s", "quantity", "item", "quantile", "value", "unit", "runs")
 
 
 class EnsembleRecord(Record):
@@ -37,9 +36,6 @@ class EnsembleRecord(Record):
     rtol: float | None = None
     seed: int | None = None
     key: str | None = None
-    estimated: dict[str, float] | None = None
-    """Of quantiles estimated from counts in bins: largest error relative to the distance from the median of the first
-    runs, and their number; None of exact quantiles"""
     outcomes: dict[str, int] | None = None
     phases_s: dict[str, float] | None = None
     evaluations: int | None = None
@@ -62,7 +58,7 @@ def read_ensemble(folder: Path) -> StudyTables:
 
 ENGINE = "reference-fast"
 FOLLOWED = {
-    "quantile": Followed("value", "{quantity}.{item:g}.q{quantile:g}", within="error_bound"),
+    "quantile": Followed("value", "{quantity}.{item:g}.q{quantile:g}"),
     COUNT: Followed("count", "runs.{quantity}"),
 }
 
@@ -78,8 +74,6 @@ def ensemble_rows(folder: Path) -> Rows:
     for row in records(last):
         where = place | {name: row[name] for name in ("quantity", "item", "quantile")}
         found.add("quantile", row["value"], row["unit"] or "1", until_s=row["t_s"], **where)
-        if known(row["error_bound"]):
-            found.add("error_bound", row["error_bound"], row["unit"] or "1", **where)
     for outcome, runs in (record.get("outcomes") or {}).items():
         found.add(COUNT, runs, quantity=outcome, **place)
     for phase, seconds in (record.get("phases_s") or {}).items():

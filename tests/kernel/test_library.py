@@ -148,7 +148,7 @@ def test_the_kernels_tests_pass_under_the_sanitizers(tmp_path: Path) -> None:
     }  # fmt: skip
     tests = [
         "tests/kernel/test_compiled_reference.py", "tests/kernel/test_lanes.py",
-        "tests/effects/test_compiled_effects.py", "tests/studies/test_streamed_quantiles.py",
+        "tests/effects/test_compiled_effects.py", "tests/studies/test_ensemble_chunks.py",
     ]  # fmt: skip
     command = [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider", *tests]
     done = subprocess.run(command, cwd=ROOT, env=env, capture_output=True, text=True, check=False)

@@ -44,7 +44,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-QUANTILES = ("quantity", "item", "unit", "runs", "t_s", "quantile", "value", "error_bound")
+QUANTILES = ("quantity", "item", "unit", "runs", "t_s", "quantile", "value")
 
 
 def write(folder: Path, table: str, columns: tuple[str, ...], record: dict[str, Any]) -> None:

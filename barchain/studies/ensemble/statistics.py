@@ -147,6 +147,5 @@ def tidy(plan: EnsemblePlan, quantity: str, unit: str, value: Array, reached: np
             "value": value.ravel(),
             "unit": unit,
             "runs": np.broadcast_to(reached, value.shape).ravel(),
-            "error_bound": np.where(np.isnan(value), np.nan, 0.0).ravel(),
         }
     )

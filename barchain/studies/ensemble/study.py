@@ -73,7 +73,7 @@ class EnsembleSummary:
     """As it was run, unperturbed"""
     quantiles: pd.DataFrame
     """Tidy: t_s, quantity (attitude, reaction), item (bar or joint, from 1), quantile, value, unit, runs (that reached
-    the instant), error_bound (0: quantiles are exact)"""
+    the instant)"""
     tally: RunTally
     """Outcomes and evaluations of all runs"""
     seconds: dict[str, float]

@@ -13,9 +13,9 @@ from barchain.runs.cases import Case, Known, Shared, Task, run_cases
 from barchain.runs.declared import engine_class
 from barchain.runs.facts import engine_facts
 from barchain.runs.job import JUDGING_ROLES, Job, Role, RunResult, failure
+from barchain.runs.kept_runs import keep_run
 from barchain.runs.pool import run_task
 from barchain.runs.selection import unique_names
-from barchain.runs.store import keep_run
 from barchain.runs.time_limits import TimeLimit
 from barchain.runs.timing.estimate import need_runnable
 from barchain.runs.timing.left_out import cannot

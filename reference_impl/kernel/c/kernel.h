@@ -136,9 +136,4 @@ int64_t evaluate_in_lanes(const batch_members *members, number *rates, number *r
 int cvode_rates(double t_s, void *state, void *slopes, void *user_data);
 int cvode_height(double t_s, void *state, double *height, void *user_data);
 double height_above_surface(const double *y, const cvode_data *own);
-
-/* bin_counts.c */
-void count_in_bins(int64_t columns, int64_t runs, double *values, const double *centre, const double *scale,
-                   double *least, double *most, int64_t shift, int64_t first, int64_t side, int64_t *counts);
-
 #endif
