@@ -44,7 +44,7 @@ def test_a_pipe_or_a_device_is_never_replaced(tmp_path: Path, capsys: pytest.Cap
 
 @pytest.mark.parametrize(
     "error",
-    [SystemExit(0), SystemExit(), click.exceptions.Exit(0), GeneratorExit(), BaseException("x"), KeyboardInterrupt()],
+    [SystemExit(0), SystemExit(), GeneratorExit(), BaseException("x"), KeyboardInterrupt()],
 )
 def test_no_exception_ends_a_command_with_0(error: BaseException, monkeypatch: pytest.MonkeyPatch) -> None:
     @click.command("fails")
