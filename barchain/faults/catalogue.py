@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from barchain.faults import declarations, equations, events, forces, garbage, misprints, output, readings
+from barchain.faults import declarations, equations, events, forces, misprints, output, readings
 from barchain.faults.fault import Fault, FaultGroup
 from scenarios import nearest
 
@@ -22,7 +22,7 @@ UNMODIFIED = "unmodified"
 CONTROLS = by_name((Fault(UNMODIFIED, "the engine as it is", "no fault", FaultGroup.CONTROL), misprints.CONTROL))
 CATALOGUE = by_name((
     *misprints.FAULTS, *equations.FAULTS, *forces.FAULTS, *events.FAULTS, *output.FAULTS, *readings.FAULTS,
-    *garbage.FAULTS, *declarations.FAULTS,
+    *readings.GARBAGE, *declarations.FAULTS,
 ))  # fmt: skip
 SHARED = ("sign-reaction", "damped-rate", "mass", "mu", "impulse-late", "thrust-late")
 """Faults that are tried on fixed and on random scenes"""
@@ -34,7 +34,7 @@ REACHING_RANDOM_SCENES = (
 RANDOM_SCENES = {
     name: CATALOGUE[name]
     for name in (
-        *(f.name for f in (*garbage.FAULTS, *readings.FAULTS)), "sign-reaction", "damped-rate",
+        *(f.name for f in (*readings.GARBAGE, *readings.FAULTS)), "sign-reaction", "damped-rate",
         *REACHING_RANDOM_SCENES, *(f.name for f in declarations.FAULTS),
     )
 }  # fmt: skip

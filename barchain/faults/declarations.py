@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from adapters.engine import AccuracyParameter, Coordinates
 from barchain.faults.equations import HEAVIER
 from barchain.faults.fault import Fault, FaultGroup
-from barchain.faults.garbage import largest
+from barchain.faults.readings import largest
 
 if TYPE_CHECKING:
     from adapters.engine import Engine, Setting

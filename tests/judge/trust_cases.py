@@ -9,7 +9,7 @@ import numpy as np
 from adapters.common.equal_steps import finer_setting
 from adapters.engine import AccuracyParameter, Coordinates, Setting
 from adapters.reference.numpy_engines import Reference
-from barchain.faults.garbage import garbage as planted_garbage
+from barchain.faults.readings import garbage as planted_garbage
 from barchain.judge.compare import judge
 from barchain.judge.evidence import Evidence
 from barchain.runs.job import RunResult

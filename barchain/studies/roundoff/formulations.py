@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -90,7 +90,7 @@ class Turned:
 class Formulation(ABC):
     """A way to the reactions."""
 
-    name: ClassVar[str]
+    name: str
 
     @abstractmethod
     def given(self, exact: Exact, to: Arithmetic) -> Given:

@@ -72,7 +72,10 @@ class ThirdParty(Formulation):
 
     engine: ClassVar[str]
     """Registered name, by which it is known whether the library is there"""
-    frame: ClassVar[str]
+
+    def __init__(self, frame: str) -> None:
+        """Root at the centre of mass, in orbit, or as far as the orbit and at rest."""
+        self.frame, self.name = frame, f"{self.engine} ({frame})"
 
     def given(self, exact: Exact, to: Arithmetic) -> Given:
         """Tree of the state."""
@@ -138,48 +141,9 @@ class MujocoTree(ThirdParty):
             return reactions(model, data)
 
 
-class PinocchioMoving(PinocchioTree):
-    """Root at the centre of mass."""
-
-    name, frame = f"pinocchio ({MOVING})", MOVING
-
-
-class PinocchioInertial(PinocchioTree):
-    """Root in orbit."""
-
-    name, frame = f"pinocchio ({INERTIAL})", INERTIAL
-
-
-class PinocchioPlaces(PinocchioTree):
-    """Root as far as the orbit, at rest."""
-
-    name, frame = f"pinocchio ({PLACES})", PLACES
-
-
-class MujocoMoving(MujocoTree):
-    """Root at the centre of mass."""
-
-    name, frame = f"mujoco ({MOVING})", MOVING
-
-
-class MujocoInertial(MujocoTree):
-    """Root in orbit."""
-
-    name, frame = f"mujoco ({INERTIAL})", INERTIAL
-
-
-class MujocoPlaces(MujocoTree):
-    """Root as far as the orbit, at rest."""
-
-    name, frame = f"mujoco ({PLACES})", PLACES
-
-
 THIRD_PARTIES: dict[str, ThirdParty] = {
-    f.name: f
-    for f in (
-        PinocchioMoving(), PinocchioInertial(), PinocchioPlaces(), MujocoMoving(), MujocoInertial(), MujocoPlaces(),
-    )
-}  # fmt: skip
+    f.name: f for library in (PinocchioTree, MujocoTree) for f in map(library, (MOVING, INERTIAL, PLACES))
+}
 
 
 def present() -> tuple[str, ...]:

@@ -14,8 +14,8 @@ from adapters.pymunk.adapter import Pymunk
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import find_engine
 from barchain.faults.catalogue import RANDOM_SCENES, UnknownFaultError, find
-from barchain.faults.garbage import LEAST, SHARES
 from barchain.faults.insertion import engine_with_fault, fault_registration
+from barchain.faults.readings import LEAST, SHARES
 from barchain.runs.job import Role
 from barchain.studies.selftest.random_scenes import draw
 from scenarios import Gravity
