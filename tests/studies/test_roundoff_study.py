@@ -212,6 +212,7 @@ def test_the_plan_has_every_state_size_and_arithmetic_and_at_least_30_members():
     assert min(c.members for c, *_ in evaluated) >= 30
     assert {a for _, _, arithmetics in evaluated for a in arithmetics} == {"float32", "float64", "long double"}
     assert {t.arguments[1] for t in tasks if t.table == "trajectories"} == {"minimal", "relative", "absolute"}
+    assert all(callable(t.function) for t in tasks)
     assert len(make_plan(full=True).tasks) > len(tasks)
     assert make_plan(("times",)).tasks == ()
 
