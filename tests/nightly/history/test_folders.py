@@ -6,12 +6,12 @@ import json
 from typing import TYPE_CHECKING
 
 import pytest
-from barchain.nightly.results.reading import night_here, read_night
 
 from barchain.cli.main import run
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import FigureKind
 from barchain.nightly.judging import judge_night
+from barchain.nightly.results import night_here, read_night
 from reports.tables.reading import DamagedResultsError
 from tests.nightly.history.histories import as_series, summaries
 from tests.nightly.history.synthetic import FIRST

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 import pytest
-from barchain.nightly.results.figures import figures_of
 
 from barchain.cli.main import run
 from barchain.nightly.changes import PATIENCE, Direction, level_changes
 from barchain.nightly.figures import Figure, FigureKind
 from barchain.nightly.judging import judge_night
+from barchain.nightly.results import figures_of
 from reports.tables.cost import BUSY, FILES, FOLLOWED, cost_rows
 from reports.tables.reading import TABLES
 from reports.tables.rows import NOT_RUN

@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import pytest
-from barchain.nightly.results.figures import figures_of
-from barchain.nightly.results.merging import merged, standing
 from hypothesis import given
 from hypothesis import strategies as st
 
 from barchain.nightly.changes import SCALES
 from barchain.nightly.figures import Figure, FigureKind
+from barchain.nightly.results import figures_of, merged, standing
 from reports.tables.crossval import FOLLOWED
 from reports.tables.rows import Rows
 from tests.nightly.history.synthetic import bits, count, error, identity, ratio, verdict
