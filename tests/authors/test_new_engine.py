@@ -10,7 +10,8 @@ import subprocess
 import sys
 import tomllib
 from importlib.metadata import EntryPoint
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -29,7 +30,6 @@ from tests.structure.product import ROOT
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from pathlib import Path
 
 NAME = "my-Engine_2"
 SCENE = "basics/two_bars_free"
@@ -230,11 +230,15 @@ def test_what_is_there_is_kept(
 def test_a_disk_that_fails_midway_leaves_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def full(*_: object) -> None:
-        raise OSError(28, "No space left on device", "chain.py")
+    write = Path.write_text
+
+    def until_full(path: Path, *given: Any, **options: Any) -> int:
+        if path.name == "chain.py":
+            raise OSError(28, "No space left on device", "chain.py")
+        return write(path, *given, **options)
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("barchain.engine.new_package.render_into", full)
+    monkeypatch.setattr(Path, "write_text", until_full)
     assert run(["new-engine", "trial"]) == 2
     assert capsys.readouterr().err == "barchain: chain.py: No space left on device\n"
     assert list(tmp_path.iterdir()) == []
