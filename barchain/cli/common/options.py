@@ -310,8 +310,8 @@ def use_programs(_ctx: click.Context, _param: click.Parameter, files: tuple[Path
 
 
 programs_option = click.option(
-    "--engines", "program_files", metavar="FILE", multiple=True, expose_value=False, is_eager=True, callback=use_programs,
-    type=NamedPath(path_type=Path, exists=True, dir_okay=False),
+    "--engines", "program_files", metavar="FILE", multiple=True, expose_value=False, is_eager=True,
+    callback=use_programs, type=NamedPath(path_type=Path, exists=True, dir_okay=False),
     help="Read engines that are programs from this file too; engines.toml here is read always.",
 )  # fmt: skip
 
