@@ -2,14 +2,12 @@
 
 import dataclasses
 import functools
-from types import SimpleNamespace
 
 import numpy as np
 
 from adapters.common.equal_steps import finer_setting
 from adapters.engine import AccuracyParameter, Coordinates, Setting
 from adapters.reference.numpy_engines import Reference
-from barchain.faults.readings import garbage as planted_garbage
 from barchain.judge.compare import judge
 from barchain.judge.evidence import Evidence
 from barchain.runs.job import RunResult
@@ -46,9 +44,22 @@ def value(verdict, quantity, metric):
 
 
 def garbage(seen, share, *, growing, seed):
-    """Garbage of the catalogue, from a share of the run on: 1400 km, radians, several newtons."""
-    scene = SimpleNamespace(run=SimpleNamespace(duration_s=seen.t_s[-1]))
-    return planted_garbage(share, growing=growing)(seen, scene, 1.0, np.random.default_rng(seed))
+    """Nonsense in all channels, rates and velocities too, from a share on: 1400 km, radians, several newtons."""
+    rng = np.random.default_rng(seed)
+    reached = np.clip((seen.t_s / seen.t_s[-1] - share) / (1.0 - share), 0.0, 1.0)
+    weight = 1e-9 * np.expm1(reached * np.log(1e9)) if growing else (reached > 0.0).astype(float)
+
+    def disturbed(values, size):
+        pushed = size * rng.uniform(0.5, 1.5, values.shape) * rng.choice([-1.0, 1.0], values.shape)
+        return values + weight.reshape(-1, *[1] * (values.ndim - 1)) * pushed
+
+    return seen.replace(
+        com_m=disturbed(seen.com_m, 1.4e6),
+        com_velocity_m_s=disturbed(seen.com_velocity_m_s, 1e3),
+        angle_rad=disturbed(seen.angle_rad, 1.0),
+        rate_rad_s=disturbed(seen.rate_rad_s, 1e-3),
+        reaction_N=disturbed(seen.reaction_N, 5.0),
+    )
 
 
 def three_settings(engine, scene):
