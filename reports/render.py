@@ -2,20 +2,12 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
-from reports.chapters.campaign import view_campaign
-from reports.chapters.cost import view_cost
 from reports.chapters.crossval.report import write_report
-from reports.chapters.effects import view_effects
-from reports.chapters.ensemble import view_ensemble
-from reports.chapters.releases import view_releases
-from reports.chapters.roundoff.view import view_roundoff
-from reports.chapters.scaling import view_scaling
-from reports.chapters.selftest import view_selftest
-from reports.chapters.stability import view_stability
 from reports.page import fitting, surroundings, templates
 from reports.tables.crossval import METRICS, read_results
 from reports.tables.reading import DamagedResultsError, read_json
@@ -52,8 +44,8 @@ class Chapter:
     """Heading, entry in the report's navigation, and title of the study's own page"""
     tables: tuple[str, ...]
     """Required files in the study's folder"""
-    view: Callable[[Path], ChapterView]
-    """Makes the view of a result folder that holds these files"""
+    view: str
+    """Function ``module:name`` that makes the view of a result folder that holds these files; imported on first use"""
     command: str = ""
     """Command that writes the tables, if it is not called as the study is"""
     in_report: bool = True
@@ -87,26 +79,35 @@ class Chapter:
         if missing:
             command = f"barchain {self.command or self.name}"
             raise FileNotFoundError(f"{folder}: no {missing[0]} there; give a folder that {command} wrote")
-        return fitting(folder / self.name, lambda: self.view(folder))
+        module, _, name = self.view.partition(":")
+        made: Callable[[Path], ChapterView] = getattr(importlib.import_module(module), name)
+        return fitting(folder / self.name, lambda: made(folder))
 
 
 CHAPTERS = (
-    Chapter("cost", "Cost of accuracy", ("points.csv", RECORD), view_cost),
-    Chapter("scaling", "Cost against the number of bars", ("points.csv", RECORD), view_scaling),
-    Chapter("roundoff", "Round-off in absolute and relative coordinates", (RECORD,), view_roundoff),
-    Chapter("effects", "Relevance of each effect", ("effects.csv", RECORD), view_effects),
+    Chapter("cost", "Cost of accuracy", ("points.csv", RECORD), "reports.chapters.cost:view_cost"),
+    Chapter(
+        "scaling", "Cost against the number of bars", ("points.csv", RECORD), "reports.chapters.scaling:view_scaling"
+    ),
+    Chapter(
+        "roundoff",
+        "Round-off in absolute and relative coordinates",
+        (RECORD,),
+        "reports.chapters.roundoff.view:view_roundoff",
+    ),
+    Chapter("effects", "Relevance of each effect", ("effects.csv", RECORD), "reports.chapters.effects:view_effects"),
     Chapter(
         "selftest",
         "Detection of inserted faults",
         ("selftest.csv", RECORD),
-        view_selftest,
+        "reports.chapters.selftest:view_selftest",
         in_report=False,
     ),
     Chapter(
         "campaign",
         "Random campaign",
         ("campaign.csv", "rates.csv", RECORD),
-        view_campaign,
+        "reports.chapters.campaign:view_campaign",
         command="selftest --random N",
         in_report=False,
     ),
@@ -114,17 +115,23 @@ CHAPTERS = (
         "stability",
         "Numerical stability on hard scenes",
         ("outcomes.csv", "evidence.csv", RECORD),
-        view_stability,
+        "reports.chapters.stability:view_stability",
         in_report=False,
     ),
     Chapter(
         "releases",
         "Releases of an engine",
         ("releases.csv", RECORD),
-        view_releases,
+        "reports.chapters.releases:view_releases",
         in_report=False,
     ),
-    Chapter("ensemble", "Ensemble of perturbed runs", ("quantiles.csv", RECORD), view_ensemble, in_report=False),
+    Chapter(
+        "ensemble",
+        "Ensemble of perturbed runs",
+        ("quantiles.csv", RECORD),
+        "reports.chapters.ensemble:view_ensemble",
+        in_report=False,
+    ),
 )
 
 
