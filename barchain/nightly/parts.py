@@ -10,6 +10,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from adapters.command.entries import unpacked
 from adapters.registry import PACKAGES, engines, find_engine
 from barchain.nightly.figures import (
     MACHINE,
@@ -116,6 +117,9 @@ def installed_parts(names: Iterable[str], scenes: Iterable[str], environment: En
         for part, name in distributions_of(registration).items():
             found[part] = distribution_part(part, name)
         found |= {part.name: part for part in map(requirements_part, requiring(registration))}
+        if registration.entry:
+            made = program_part(registration)
+            found[made.name] = made
     for scene in scenes:
         found |= {part.name: part for part in scene_parts(scene)}
     return tuple(found.values())
@@ -176,6 +180,8 @@ def depends_on(scene: str, engine: str, kind: FigureKind, anchor: str = "") -> t
         if registration is not None:
             found |= {SHARED, *adapters_of(registration), *distributions_of(registration)}
             found |= {f"{REQUIREMENTS}{name}" for name in requiring(registration)}
+            if registration.entry:
+                found.add(program_part(registration).name)
     if scene:
         found.add(scene_part(scene))
     if kind in JUDGED:
@@ -201,6 +207,13 @@ def distributions_of(registration: Registration) -> dict[str, str]:
     """Distributions behind an engine, by the name of the part."""
     names = {registration.requires, registration.distribution} - {"", *LIBRARIES}
     return {f"engine:{name}": name for name in names}
+
+
+def program_part(registration: Registration) -> NightPart:
+    """Files that the entry of an engine names which is a program; its name tells them."""
+    _, entry = unpacked(registration.entry)
+    files = ", ".join(entry.files) or "files unknown"
+    return NightPart(f"program:{entry.name} ({files})"[:MOST_TEXT], "", registration.version)
 
 
 def requiring(registration: Registration) -> tuple[str, ...]:

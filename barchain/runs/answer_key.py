@@ -2,7 +2,8 @@
 
 That is the function with its arguments, the modules that it imports, and Python with its numerical libraries. Of each
 engine among the arguments it is the adapter with its imports, the engine's distribution and those that this requires,
-by content. A changed document, report or study makes no run anew, a changed adapter those of its engines only.
+by content; of a program the files that its entry names. A changed document, report or study makes no run anew, a
+changed adapter those of its engines only.
 """
 
 from __future__ import annotations
@@ -75,7 +76,8 @@ def answer_key(call: Call) -> str:
     ours = frozenset(name for name in found.modules | targets if top_of(name) in OURS)
     others = sorted({top_of(name) for name in targets} - set(OURS))
     installed = {name for r in found.registrations for name in (r.requires, r.distribution) if name}
-    code = closure_digest(ours), *map(digest_of, others), *map(distribution_text, sorted(installed))
+    programs = sorted(registration.version for registration in found.registrations if registration.entry)
+    code = closure_digest(ours), *map(digest_of, others), *map(distribution_text, sorted(installed)), *programs
     parts = (*machine_parts(), *code)
     return hashlib.sha256("\0".join(parts).encode() + found.content).hexdigest()[:DIGITS]
 

@@ -14,7 +14,11 @@ from adapters.registry import engines, find_engine
 from barchain.cli.engines import OFFERED
 from barchain.cli.main import cli
 from barchain.engine.new_program import LANGUAGES, write_program
+from barchain.nightly.figures import FigureKind
+from barchain.nightly.parts import capture, depends_on, installed_parts
+from barchain.runs.answer_key import answer_key
 from barchain.runs.job import Job, Role
+from barchain.runs.messages import outside_call
 from barchain.runs.outside_runs import one_run
 from reports.tables.outcome import Outcome
 from tests.support.slow import slow_but
@@ -174,3 +178,20 @@ def test_a_file_of_programs_with_a_fault_is_bad_input(tmp_path):
     found = CliRunner().invoke(cli, ["engines", "--engines", str(tmp_path / "engines.toml")])
     assert isinstance(found.exception, EntryError)
     assert "did you mean command?" in str(found.exception)
+
+
+def test_a_changed_program_makes_its_runs_anew_and_is_a_part_of_nights(program):
+    registration = program(RIGHT)
+    call = outside_call("run", Job(SCENE, "mine", registration, Setting("rtol", 1e-10), Role.MAIN), 60.0)
+    key, (part,) = answer_key(call), [p for p in parts_here() if p.name.startswith("program:")]
+    assert part.name == "program:mine (program.py)"
+    assert part.name in depends_on("basics/two_bars_free", "mine", FigureKind.ERROR)
+    folder, _ = unpacked(registration.entry)
+    (folder / "program.py").write_text(RIGHT + "\n")
+    assert answer_key(call) != key
+    assert [p.digest for p in parts_here() if p.name == part.name] != [part.digest]
+
+
+def parts_here():
+    """Parts of a night with the program alone."""
+    return installed_parts(["mine"], ["basics/two_bars_free"], capture())
