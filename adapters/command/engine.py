@@ -26,7 +26,8 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 FILES = {REQUEST: "request.json", SAMPLES: "samples.csv", RESULT: "result.json"}
-LAST_WORDS = 300  # characters of what a program printed that a failure tells
+OUTPUT = "output.log"
+LAST_B, LAST_WORDS = 4096, 300  # of what a program printed, that a failure tells
 
 
 class CommandEngine(Engine):
@@ -63,15 +64,16 @@ class CommandEngine(Engine):
         EngineError
             If it does not start, or ends with another code than 0.
         """
-        begun = time.perf_counter()
+        begun, output = time.perf_counter(), Path(self.files.name) / OUTPUT
         try:
-            ended = subprocess.run(
-                self.line, stdin=subprocess.DEVNULL, capture_output=True, check=False, cwd=self.files.name
-            )
+            with output.open("wb") as sink:  # a pipe would wait for children that the program leaves behind
+                ended = subprocess.run(
+                    self.line, stdin=subprocess.DEVNULL, stdout=sink, stderr=sink, check=False, cwd=self.files.name
+                )
         except OSError as error:
             raise EngineError(f"{self.line[0]} does not start: {error.strerror}") from None
         self.process_s = time.perf_counter() - begun
-        said = " ".join((ended.stderr or ended.stdout).decode(errors="replace").split())[-LAST_WORDS:]
+        said = " ".join(output.read_bytes()[-LAST_B:].decode(errors="replace").split())[-LAST_WORDS:]
         self.said = f": {said}" if said else ""
         if ended.returncode:
             how = f"with code {ended.returncode}" if ended.returncode > 0 else f"by signal {-ended.returncode}"

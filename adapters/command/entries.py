@@ -216,9 +216,13 @@ def why_not_there(folder: Path, entry: Entry) -> str:
 
 
 def content_digest(folder: Path, entry: Entry) -> str:
-    """Digest of an entry and of the files that it declares; a file that is missing counts as that."""
+    """Digest of an entry, of the files that it declares and of those that its command names beside it.
+
+    A file that is missing counts as that.
+    """
     found = hashlib.sha256(packed(Path(), entry).encode())
-    for name in sorted(entry.files):
+    named = {word for word in shlex.split(entry.command) if (folder / word).is_file()}
+    for name in sorted(named | set(entry.files)):
         path = folder / name
         found.update(name.encode() + b"\0" + (hashlib.sha256(path.read_bytes()).digest() if path.is_file() else b"-"))
     return found.hexdigest()[:DIGITS]

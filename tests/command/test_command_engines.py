@@ -138,6 +138,21 @@ def test_the_version_of_a_program_follows_its_files(program):
     assert content_digest(folder, entry) != before
 
 
+def test_a_program_counts_though_its_entry_names_no_files(program):
+    registration = program(RIGHT, ENTRY.replace('files = ["program.py"]', ""))
+    folder, entry = unpacked(registration.entry)
+    before = content_digest(folder, entry)
+    (folder / "program.py").write_text(RIGHT + "\n")
+    assert content_digest(folder, entry) != before
+
+
+def test_a_child_that_a_program_leaves_behind_delays_nothing(program):
+    found = run(program(f"{RIGHT}\nimport subprocess\nsubprocess.Popen(['sleep', '876543'], start_new_session=True)\n"))
+    assert found.outcome is Outcome.PASS, found.reason
+    assert found.seconds["process"] < 30.0
+    assert not subprocess.run(["pgrep", "-f", "sleep 876543"], capture_output=True, check=False).stdout
+
+
 def test_a_program_that_is_not_there_is_missing(program):
     registration = program(RIGHT, ENTRY.replace("{python}", "no-such-program"))
     assert "no-such-program" in registration.missing
