@@ -215,14 +215,16 @@ def why_not_there(folder: Path, entry: Entry) -> str:
     return ""
 
 
-def content_digest(folder: Path, entry: Entry) -> str:
-    """Digest of an entry, of the files that it declares and of those that its command names beside it.
+def deciding_files(folder: Path, entry: Entry) -> list[str]:
+    """Files that decide results: those that an entry declares, and those that its command names beside it."""
+    words = (word for word in shlex.split(entry.command) if not Path(word).is_absolute())
+    return sorted({*entry.files, *(word for word in words if (folder / word).is_file())})
 
-    A file that is missing counts as that.
-    """
+
+def content_digest(folder: Path, entry: Entry) -> str:
+    """Digest of an entry and of its deciding files; a file that is missing counts as that."""
     found = hashlib.sha256(packed(Path(), entry).encode())
-    named = {word for word in shlex.split(entry.command) if (folder / word).is_file()}
-    for name in sorted(named | set(entry.files)):
+    for name in deciding_files(folder, entry):
         path = folder / name
         found.update(name.encode() + b"\0" + (hashlib.sha256(path.read_bytes()).digest() if path.is_file() else b"-"))
     return found.hexdigest()[:DIGITS]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.command.entries import unpacked
+from adapters.command.entries import deciding_files, unpacked
 from adapters.engine import AccuracyParameter, EngineError
 from adapters.registry import engines
 from barchain.conform.checks import FAILED, PASSED, WARNING, Check
@@ -87,12 +87,11 @@ def name_check(engine: Examined) -> Check:
         return Check("entry point", FAILED, said)
     if r.entry:
         folder, entry = unpacked(r.entry)
-        files = (
-            f"version {r.version}, of its entry and {', '.join(entry.files)}"
-            if entry.files
-            else ("names no files, so that results can't be told apart by their contents")
-        )
-        return Check("entry point", PASSED if entry.files else WARNING, f"{engine.name} in {folder}: {files}")
+        files = deciding_files(folder, entry)
+        said = f"version {r.version}, of its entry and {', '.join(files)}"
+        lacking = "names no files, so that results can't be told apart by their contents"
+        state, words = (PASSED, said) if files else (WARNING, lacking)
+        return Check("entry point", state, f"{engine.name} in {folder}: {words}")
     provided = f"{r.distribution or r.requires or 'barchain'} {r.version}"
     return Check("entry point", PASSED, f"{engine.name} of {provided}")
 

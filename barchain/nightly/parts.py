@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from adapters.command.entries import unpacked
+from adapters.command.entries import deciding_files, unpacked
 from adapters.registry import PACKAGES, engines, find_engine
 from barchain.nightly.figures import (
     MACHINE,
@@ -118,8 +118,8 @@ def installed_parts(names: Iterable[str], scenes: Iterable[str], environment: En
             found[part] = distribution_part(part, name)
         found |= {part.name: part for part in map(requirements_part, requiring(registration))}
         if registration.entry:
-            made = program_part(registration)
-            found[made.name] = made
+            program = program_name(registration)
+            found[program] = NightPart(program, "", registration.version)
     for scene in scenes:
         found |= {part.name: part for part in scene_parts(scene)}
     return tuple(found.values())
@@ -181,7 +181,7 @@ def depends_on(scene: str, engine: str, kind: FigureKind, anchor: str = "") -> t
             found |= {SHARED, *adapters_of(registration), *distributions_of(registration)}
             found |= {f"{REQUIREMENTS}{name}" for name in requiring(registration)}
             if registration.entry:
-                found.add(program_part(registration).name)
+                found.add(program_name(registration))
     if scene:
         found.add(scene_part(scene))
     if kind in JUDGED:
@@ -209,11 +209,11 @@ def distributions_of(registration: Registration) -> dict[str, str]:
     return {f"engine:{name}": name for name in names}
 
 
-def program_part(registration: Registration) -> NightPart:
-    """Files that the entry of an engine names which is a program; its name tells them."""
-    _, entry = unpacked(registration.entry)
-    files = ", ".join(entry.files) or "files unknown"
-    return NightPart(f"program:{entry.name} ({files})"[:MOST_TEXT], "", registration.version)
+def program_name(registration: Registration) -> str:
+    """Part of an engine that is a program; the name tells the files whose contents count."""
+    folder, entry = unpacked(registration.entry)
+    files = ", ".join(deciding_files(folder, entry)) or "files unknown"
+    return f"program:{entry.name} ({files})"[:MOST_TEXT]
 
 
 def requiring(registration: Registration) -> tuple[str, ...]:
