@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import subprocess
 import tempfile
 from dataclasses import dataclass
 from enum import StrEnum
@@ -31,6 +30,7 @@ from barchain.nightly.parts import capture
 from barchain.nightly.releases import releases_of
 from barchain.nightly.suspects import differing
 from barchain.runs.environment import one_thread_each, temporary_root
+from barchain.runs.processes import GitError, git
 from barchain.studies.study import ignore
 from scenarios.nearest import nearest
 
@@ -189,9 +189,6 @@ def bisect(count: int, is_bad: Callable[[int], bool | None]) -> Bisected:
             good = k
 
 
-GIT_S = 60.0
-
-
 @dataclass(frozen=True)
 class FoundStep:
     """State of a part since which a figure has its new value."""
@@ -301,18 +298,12 @@ def commits_between(last: NightSummary, since: NightSummary, swap: Swap) -> list
         raise HistoryError(
             f"{swap.name}: a night without a commit, or with changes that no commit has, can't be bisected"
         )
-    folder = Path(__file__).parent
     paths = [name.replace(".", "/") for name in swap.packages]
-
-    def git(*arguments: str, place: str = str(folder)) -> str:
-        line = ["git", "-C", place, *arguments]
-        try:
-            return subprocess.run(line, capture_output=True, text=True, check=True, timeout=GIT_S).stdout.strip()
-        except (OSError, subprocess.SubprocessError):
-            raise HistoryError(f"{swap.name}: Git gives no commits between {last.commit} and {since.commit}") from None
-
-    top = git("rev-parse", "--show-toplevel")
-    given = git("rev-list", "--reverse", f"{last.commit}..{since.commit}", "--", *paths, place=top)
+    try:
+        top = Path(git(Path(__file__).parent, "rev-parse", "--show-toplevel").decode().strip())
+        given = git(top, "rev-list", "--reverse", f"{last.commit}..{since.commit}", "--", *paths).decode()
+    except GitError:
+        raise HistoryError(f"{swap.name}: Git gives no commits between {last.commit} and {since.commit}") from None
     return [last.commit, *given.split()] if given else [last.commit, since.commit]
 
 

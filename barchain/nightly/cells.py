@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING
 
 from adapters.registry import find_engine
 from barchain.nightly.changes import OTHER_STUDIES, RULES, Direction, compared
-from barchain.nightly.environments import commit_tree, installed_tree, pinned_environment, replace_packages
+from barchain.nightly.environments import commit_tree, installed_tree, pinned_environment, replace_packages, run_in
 from barchain.nightly.faults import HistoryError, PinnedEnvironmentError
 from barchain.nightly.figures import Figure, FigureIdentity, FigureKind
 from barchain.nightly.parts import SOURCES, installed_parts
-from barchain.nightly.processes import run_in
 from barchain.nightly.results import read_figures_of
 from scenarios import scene_names
 

@@ -7,7 +7,6 @@ import io
 import os
 import re
 import shutil
-import subprocess
 import sys
 import tarfile
 import tempfile
@@ -18,7 +17,6 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from filelock import FileLock
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 from platformdirs import user_cache_path
@@ -26,9 +24,13 @@ from platformdirs import user_cache_path
 from adapters.registry import PACKAGES
 from barchain.nightly.faults import PinnedEnvironmentError
 from barchain.nightly.figures import content_digest
+from barchain.runs.environment import one_thread_each
+from barchain.runs.processes import GitError, git, run
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
+
+    from barchain.runs.processes import Finished
 
 
 VARIABLE = "BARCHAIN_ENVIRONMENTS"
@@ -52,6 +54,32 @@ class PinnedEnvironment:
     def python(self) -> Path:
         """Its interpreter."""
         return self.folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+
+
+REMOVED = ("PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV")
+"""Variables of this Python that another one must not have"""
+
+
+def run_in(
+    environment: PinnedEnvironment, tree: Path, arguments: Sequence[str], *, limit_s: float, folder: Path
+) -> Finished:
+    """Run Python with a tree of barchain's sources in an environment.
+
+    Parameters
+    ----------
+    environment : PinnedEnvironment
+    tree : Path
+        Folder of barchain's packages.
+    arguments : sequence of str
+        Of Python, e.g. ``("-m", "barchain", "compare", ...)``.
+    limit_s : float
+        Wall time after which all processes of the command are killed, s.
+    folder : Path
+        Working folder.
+    """
+    with one_thread_each():
+        variables = {k: v for k, v in os.environ.items() if k not in REMOVED} | {"PYTHONPATH": str(tree)}
+        return run([environment.python, *arguments], limit_s=limit_s, folder=folder, variables=variables)
 
 
 def environments_folder() -> Path:
@@ -85,9 +113,8 @@ def pinned_environment(pins: Sequence[str], *, also: Sequence[str] = ()) -> Pinn
     root = environments_folder()
     root.mkdir(parents=True, exist_ok=True)
     folder = root / key
-    with FileLock(root / f"{key}.lock"):
-        if not (folder / READY).is_file():
-            make(folder, wanted, others)
+    if not (folder / READY).is_file():
+        make(folder, wanted, others)
     return PinnedEnvironment(folder, tuple(pins), tuple((folder / READY).read_text("utf-8").splitlines()))
 
 
@@ -133,7 +160,11 @@ def name_of(requirement: str) -> str:
 
 
 def make(folder: Path, wanted: Sequence[str], others: Sequence[str]) -> None:
-    """Make an environment, first with this installation's versions of everything else, then with any."""
+    """Make an environment, first with this installation's versions of everything else, then with any.
+
+    It is made beside its place and renamed when it is whole. If another command made the same one meanwhile, that one
+    stays.
+    """
     with tempfile.TemporaryDirectory(dir=folder.parent, prefix="new-") as scratch:
         failed = ""
         for limits in (others, ()):
@@ -143,7 +174,6 @@ def make(folder: Path, wanted: Sequence[str], others: Sequence[str]) -> None:
             failed = install(new, asked, [one for one in limits if name_of(one) not in names])
             if not failed:
                 write_ready(new)
-                shutil.rmtree(folder, ignore_errors=True)
                 relocate(new, folder)
                 return
     raise PinnedEnvironmentError(failed)
@@ -174,12 +204,9 @@ def install(folder: Path, wanted: Sequence[str], limits: Sequence[str]) -> str:
             [*pip, "--only-binary", ":all:", "--constraint", str(held), *wanted],
         ]
     for step in steps:
-        try:
-            done = subprocess.run(step, capture_output=True, text=True, timeout=INSTALL_S, check=False)
-        except (OSError, subprocess.TimeoutExpired) as error:
-            return brief(str(error))
-        if done.returncode:
-            return brief(done.stderr or done.stdout)
+        done = run(step, limit_s=INSTALL_S)
+        if done.reason:
+            return brief(done.said or done.reason)
     return ""
 
 
@@ -187,16 +214,24 @@ def relocate(new: Path, folder: Path) -> None:
     """Put an environment in its place; interpreters of virtual environments find their packages by their own place."""
     with contextlib.suppress(FileNotFoundError):
         shutil.rmtree(new / "__pycache__")
-    new.rename(folder)
+    if not (folder / READY).is_file():
+        shutil.rmtree(folder, ignore_errors=True)  # half removed, by a command that was ended
+    try:
+        new.rename(folder)
+    except OSError:
+        if not (folder / READY).is_file():
+            raise
 
 
 def write_ready(folder: Path) -> None:
     """Mark an environment as whole; the file lists versions that differ from this installation's."""
     script = "from importlib import metadata\nfor d in metadata.distributions(): print(d.metadata['Name'], d.version)\n"
     python = str(PinnedEnvironment(folder, ()).python)
-    said = subprocess.run([python, "-I", "-c", script], capture_output=True, text=True, check=True, timeout=60).stdout
+    done = run([python, "-I", "-c", script], limit_s=INSTALL_S)
+    if done.reason:
+        raise PinnedEnvironmentError(done.reason)
     moved = []
-    for line in sorted(said.splitlines()):
+    for line in sorted(done.output.splitlines()):
         name, _, version = line.partition(" ")
         with contextlib.suppress(metadata.PackageNotFoundError):
             if metadata.version(name) != version:
@@ -254,17 +289,13 @@ def dependencies_at(pin: str, released: str) -> list[str]:
     day = date.fromisoformat(released) + MONTH
     line = [sys.executable, "-m", "uv", "pip", "compile", "--quiet", "--no-header", "--no-annotate",
             "--only-binary", ":all:", "--exclude-newer", day.isoformat(), "-"]  # fmt: skip
-    try:
-        done = subprocess.run(line, input=pin, capture_output=True, text=True, timeout=RESOLVE_S, check=False)
-    except (OSError, subprocess.TimeoutExpired) as error:
-        raise PinnedEnvironmentError(brief(str(error))) from None
-    if done.returncode:
-        raise PinnedEnvironmentError(brief(done.stderr or done.stdout))
-    found = [line.strip() for line in done.stdout.splitlines() if "==" in line]
+    done = run(line, limit_s=RESOLVE_S, given=pin)
+    if done.reason:
+        raise PinnedEnvironmentError(brief(done.said or done.reason))
+    found = [line.strip() for line in done.output.splitlines() if "==" in line]
     return [one for one in found if name_of(one) != name_of(pin)]
 
 
-GIT_S = 120.0
 LEFT_OUT = shutil.ignore_patterns("__pycache__", "*.pyc", ".git")
 
 
@@ -316,19 +347,11 @@ def commit_tree(commit: str, target: Path, repository: Path | None = None) -> Pa
     if commit.endswith("+"):
         raise PinnedEnvironmentError(f"commit {commit}: the sources differed from the commit; they can't be made again")
     folder = repository or Path(__file__).parent
-    line = ["git", "-C", str(folder), "archive", "--format=tar", commit, *PACKAGES]
-    root = ["git", "-C", str(folder), "rev-parse", "--show-toplevel"]
     try:
-        top = subprocess.run(root, capture_output=True, text=True, check=True, timeout=GIT_S).stdout.strip()
-        line[2] = top
-        found = subprocess.run(line, capture_output=True, check=True, timeout=GIT_S).stdout
-    except FileNotFoundError:
-        raise PinnedEnvironmentError(f"commit {commit}: Git is not installed") from None
-    except subprocess.CalledProcessError as error:
-        said = (error.stderr if isinstance(error.stderr, str) else error.stderr.decode("utf-8", "replace")).strip()
-        raise PinnedEnvironmentError(f"commit {commit}: {said.splitlines()[-1] if said else 'Git failed'}") from None
-    except subprocess.TimeoutExpired:
-        raise PinnedEnvironmentError(f"commit {commit}: Git did not answer in {GIT_S:.0f} s") from None
+        top = Path(git(folder, "rev-parse", "--show-toplevel").decode().strip())
+        found = git(top, "archive", "--format=tar", commit, *PACKAGES)
+    except GitError as error:
+        raise PinnedEnvironmentError(f"commit {commit}: {error}") from None
     target.mkdir(parents=True, exist_ok=True)
     with tarfile.open(fileobj=io.BytesIO(found)) as archive:
         archive.extraction_filter = getattr(tarfile, "data_filter", None)  # not in early releases of Python 3.11

@@ -26,7 +26,6 @@ from barchain.nightly.history import last_run
 from barchain.nightly.jobs import NightJob, night_jobs, plan_engines
 from barchain.nightly.parts import code_of, installation_here
 from barchain.nightly.plan import LOGS
-from barchain.nightly.processes import GRACE_S, run_barchain
 from barchain.nightly.run_facts import NightRun, PartResult, PartState, alarm_test
 from barchain.nightly.state import (
     NightState,
@@ -43,6 +42,7 @@ from barchain.nightly.state import (
     unfinished,
     write_state,
 )
+from barchain.runs.processes import GRACE_S, run_barchain
 from barchain.studies.study import ignore
 from scenarios import scene_names
 
@@ -52,7 +52,7 @@ if TYPE_CHECKING:
 
     from barchain.nightly.history import NightStore
     from barchain.nightly.plan import NightPlan
-    from barchain.nightly.processes import ChildEnd
+    from barchain.runs.processes import Finished
 
 
 BAD_INPUT = 2
@@ -241,7 +241,7 @@ def run_job(night: Running, job: NightJob, taken: NightJob, time_s: float) -> Pa
     return result_of(job, taken, time_s, ended, out)
 
 
-def result_of(job: NightJob, taken: NightJob, time_s: float, ended: ChildEnd, out: Path) -> PartResult:
+def result_of(job: NightJob, taken: NightJob, time_s: float, ended: Finished, out: Path) -> PartResult:
     """Result of a job whose process has ended.
 
     A part whose engines are not all installed is done with the others, and leaves its night incomplete.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import os
-import subprocess
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -23,6 +22,7 @@ from barchain.nightly.figures import (
 )
 from barchain.record.environment import environment, machine, package_version
 from barchain.record.sources import DIGITS, contents_digest, digest_of, installed_commit, required_by
+from barchain.runs.processes import GitError, git
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -257,16 +257,12 @@ def commit() -> str | None:
     from a repository's address, pip notes the commit.
     """
     folder = Path(__file__).parent
-
-    def git(*arguments: str) -> str:
-        line = ["git", "-C", str(folder), *arguments]
-        return subprocess.run(line, capture_output=True, text=True, check=True, timeout=30).stdout.strip()
-
     try:
-        git("ls-files", "--error-unmatch", Path(__file__).name)
-        found = git("rev-parse", "HEAD")
-        changed = git("status", "--porcelain", "--untracked-files=no", "--", *(f":/{name}" for name in PACKAGES))
-    except (OSError, subprocess.SubprocessError):
+        git(folder, "ls-files", "--error-unmatch", Path(__file__).name)
+        found = git(folder, "rev-parse", "HEAD").decode().strip()
+        paths = (f":/{name}" for name in PACKAGES)
+        changed = git(folder, "status", "--porcelain", "--untracked-files=no", "--", *paths)
+    except GitError:
         return installed_commit("barchain")
     return f"{found}+" if changed else found
 

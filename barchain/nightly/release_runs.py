@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from packaging.version import Version
 
-from barchain.nightly.environments import dependencies_at, installed_tree, pinned_environment
+from barchain.nightly.environments import dependencies_at, installed_tree, pinned_environment, run_in
 from barchain.nightly.faults import HistoryError, PinnedEnvironmentError
 from barchain.nightly.figures import FigureKind
-from barchain.nightly.processes import run_in
 from barchain.nightly.releases import Release, ReleasesPlan, make_plan
 from barchain.nightly.results import read_figures_of
 from barchain.runs.call import Answer, Call

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 import sys
 from dataclasses import dataclass
 from functools import cache
@@ -17,6 +16,7 @@ from pypi_simple import PyPISimple
 from adapters.registry import engines, find_engine
 from barchain.nightly.faults import PinnedEnvironmentError
 from barchain.runs.declared import engine_class
+from barchain.runs.processes import run
 from scenarios import load_scene
 from scenarios.nearest import nearest
 
@@ -107,12 +107,8 @@ def packages(distribution: str) -> Iterable[DistributionPackage]:
 @cache
 def configured_index() -> str:
     """Index that pip is configured to use; empty for the usual one."""
-    line = [sys.executable, "-m", "pip", "config", "get", "global.index-url"]
-    try:
-        done = subprocess.run(line, capture_output=True, text=True, timeout=INDEX_S, check=False)
-    except (OSError, subprocess.TimeoutExpired):
-        return ""
-    return done.stdout.strip() if done.returncode == 0 else ""
+    done = run([sys.executable, "-m", "pip", "config", "get", "global.index-url"], limit_s=INDEX_S)
+    return "" if done.reason else done.output.strip()
 
 
 SCENES = ("paper/fig05", "paper/fig13", "basics/two_bars_free", "basics/kepler_circular")

@@ -1,4 +1,4 @@
-"""Environment of worker processes: one thread each, and a temporary folder that goes with the process that compares.
+"""Start of every process, and what it inherits: one thread, and a temporary folder that goes with who compares.
 
 A process that starts others needs standard streams, a current folder and a number of open files. Closed streams are
 replaced by the null device: pipes would take their numbers. What else is missing is told before anything starts.
@@ -17,6 +17,9 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import shutil
+import subprocess
+import sys
 import tempfile
 import threading
 from pathlib import Path
@@ -24,10 +27,9 @@ from typing import TYPE_CHECKING
 
 import psutil
 
-from barchain.runs.watchman import Watchman
-
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping, Sequence
+    from typing import IO
 
 THREADS = (
     "OMP_NUM_THREADS",
@@ -118,6 +120,104 @@ def need_open_files(processes: int = 0) -> None:
         )
     if needed > usual:
         resource.setrlimit(resource.RLIMIT_NOFILE, (needed, resource.getrlimit(resource.RLIMIT_NOFILE)[1]))
+
+
+def start(
+    command: Sequence[str | Path],
+    *,
+    given: int | IO[bytes] = subprocess.DEVNULL,
+    output: int | IO[bytes] = subprocess.DEVNULL,
+    errors: int | IO[bytes] = subprocess.DEVNULL,
+    folder: Path | None = None,
+    variables: Mapping[str, str] | None = None,
+) -> subprocess.Popen[bytes]:
+    """Start a process in a session of its own; every process that barchain starts, and does not fork, begins here.
+
+    Parameters
+    ----------
+    command : sequence of str or Path
+    given, output, errors : int or file
+        Its standard streams, as for :class:`subprocess.Popen`; none by default.
+    folder : Path, optional
+        Its working folder; that of this process by default.
+    variables : mapping, optional
+        Its environment; that of this process by default.
+
+    Raises
+    ------
+    NoProcessError
+        If this process can't start others.
+    OSError
+        If there is no such program.
+    """
+    fill_standard_streams()
+    need_current_folder()
+    need_open_files(1)
+    return subprocess.Popen(
+        [str(word) for word in command], stdin=given, stdout=output, stderr=errors, cwd=folder, env=variables,
+        start_new_session=True,
+    )  # fmt: skip
+
+
+DONE = b"done"
+PROGRAM = r"""
+import os, shutil, signal, sys, time
+for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    signal.signal(number, signal.SIG_IGN)
+folder = sys.argv[1]
+orderly = sys.stdin.buffer.read() == b"done"
+marked = ("BARCHAIN_TEMPORARY=" + folder).encode()
+
+def belongs(pid):
+    try:
+        if os.readlink(f"/proc/{pid}/cwd").startswith(folder + "/"):
+            return True
+        with open(f"/proc/{pid}/environ", "rb") as file:
+            return marked in file.read().split(b"\0")
+    except OSError:
+        return False
+
+def kill_all():
+    found = [int(p) for p in os.listdir("/proc") if p.isdigit() and int(p) != os.getpid() and belongs(p)]
+    for pid in found:
+        try:
+            os.kill(pid, signal.SIGKILL)
+        except OSError:
+            pass
+    return found
+
+if not orderly and os.path.isdir("/proc/self"):
+    for _ in range(100):
+        if not kill_all():
+            break
+        time.sleep(0.05)
+shutil.rmtree(folder, ignore_errors=True)
+"""
+"""Program of the watchman; it imports nothing but the standard library, to start in some 20 ms"""
+
+
+class Watchman:
+    """A temporary folder, and a small process that cleans up after this one, however it ends.
+
+    The watchman reads a pipe that only this process holds open. A word on the pipe is an orderly end: the folder is
+    removed. The end of the pipe without a word means that this process was killed: the watchman first kills every
+    process whose environment names the folder, or that works inside it. It runs in a session of its own, so that a
+    closed terminal does not end it.
+    """
+
+    def __init__(self) -> None:
+        """Make the folder and start the process."""
+        self.folder = tempfile.mkdtemp(prefix="barchain-")
+        self.process = start([sys.executable, "-I", "-S", "-c", PROGRAM, self.folder], given=subprocess.PIPE)
+
+    def dismiss(self) -> None:
+        """End the process in order; it removes the folder first, or was killed and leaves that to its owner."""
+        assert self.process.stdin is not None
+        with contextlib.suppress(OSError):
+            self.process.stdin.write(DONE)
+            self.process.stdin.close()
+        self.process.wait()
+        shutil.rmtree(self.folder, ignore_errors=True)
 
 
 class WorkerEnvironment:

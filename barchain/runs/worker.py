@@ -26,13 +26,12 @@ import psutil
 from barchain.runs import asking  # noqa: F401  # what every forked process has loaded already
 from barchain.runs.call import Answer, CallEnd, limits_of, packed_answers, unpacked_answers
 from barchain.runs.child import FORKS, LOG, PR_SET_CHILD_SUBREAPER, called, process_control, serve
-from barchain.runs.environment import FOLDER
+from barchain.runs.environment import FOLDER, Watchman
 from barchain.runs.frames import LENGTH, joined, parted, read_frame, write_frame
 from barchain.runs.limits import FILE_B
 from barchain.runs.message import MessageError, plain_text
 from barchain.runs.phase import late_words
 from barchain.runs.versions import code_versions, difference
-from barchain.runs.watchman import Watchman
 
 if TYPE_CHECKING:
     from barchain.runs.call import CallLimits

@@ -12,7 +12,7 @@ import time
 from typing import TYPE_CHECKING
 
 from barchain.runs.call import Answer, CallEnd, WrongWorkerError, limits_of, unpacked_answers
-from barchain.runs.environment import ONE_THREAD, fill_standard_streams, need_current_folder, need_open_files
+from barchain.runs.environment import ONE_THREAD, need_current_folder, start
 from barchain.runs.frames import joined, parted, read_frame, write_frame
 from barchain.runs.message import MessageError, plain_text
 
@@ -32,7 +32,8 @@ class WorkerLostError(RuntimeError):
 
 def module_paths() -> list[str]:
     """Folders in which this process finds modules, absolute."""
-    return [path or os.getcwd() for path in sys.path]  # noqa: PTH109  # need_current_folder tells where there is none
+    need_current_folder()
+    return [path or os.getcwd() for path in sys.path]  # noqa: PTH109
 
 
 class Worker:
@@ -40,14 +41,10 @@ class Worker:
 
     def __init__(self, idle_s: float | None = None) -> None:
         """Start it, with the modules that this process can import; it ends by itself after `idle_s` without a call."""
-        fill_standard_streams()
-        need_current_folder()
-        need_open_files(1)
         paths = {"PYTHONPATH": os.pathsep.join(module_paths())}
-        self.process = subprocess.Popen(
-            [*COMMAND, *([] if idle_s is None else [str(idle_s)])], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL, env=os.environ | ONE_THREAD | paths, start_new_session=True,
-        )  # fmt: skip
+        line = [*COMMAND, *([] if idle_s is None else [str(idle_s)])]
+        variables = os.environ | ONE_THREAD | paths
+        self.process = start(line, given=subprocess.PIPE, output=subprocess.PIPE, variables=variables)
 
     def ask(self, request: bytes, limit_s: float) -> bytes:
         """Content of the reply to a request; a worker that takes longer than `limit_s` is killed.

@@ -12,6 +12,7 @@ from barchain.nightly import environments as dated
 from barchain.nightly import release_runs as measuring
 from barchain.nightly.environments import PinnedEnvironment, dependencies_at
 from barchain.nightly.faults import PinnedEnvironmentError
+from barchain.runs.processes import Finished
 
 PLAN: Any = SimpleNamespace(distribution="pin", also=(), module="pinocchio")
 RELEASE: Any = SimpleNamespace(version="3.4.0", date="2025-02-13")
@@ -66,18 +67,18 @@ def test_a_release_that_imports_with_neither_has_the_fault_of_today(made, monkey
 def test_the_index_is_asked_for_versions_up_to_a_month_after_the_release(monkeypatch) -> None:
     asked: list[list[str]] = []
 
-    def run(line: list[str], **_: Any) -> SimpleNamespace:
+    def run(line: list[str], **_: Any) -> Finished:
         asked.append(line)
-        return SimpleNamespace(returncode=0, stdout="numpy==2.2.3\npin==3.4.0\n", stderr="")
+        return Finished(0, 1.0, content=b"numpy==2.2.3\npin==3.4.0\n")
 
-    monkeypatch.setattr(dated.subprocess, "run", run)
+    monkeypatch.setattr(dated, "run", run)
     assert dependencies_at("pin==3.4.0", "2025-02-13") == ["numpy==2.2.3"]
     assert asked[0][asked[0].index("--exclude-newer") + 1] == "2025-03-15"
 
 
 @pytest.mark.parametrize(("day", "said"), [("", "gives no day for pin==3.4.0"), ("2025-02-13", "no versions")])
 def test_no_day_and_no_versions_are_told(monkeypatch, day: str, said: str) -> None:
-    ended = SimpleNamespace(returncode=1, stdout="", stderr="no versions")
-    monkeypatch.setattr(dated.subprocess, "run", lambda *_, **__: ended)
+    ended = Finished(1, 1.0, "no versions", said="no versions")
+    monkeypatch.setattr(dated, "run", lambda *_, **__: ended)
     with pytest.raises(PinnedEnvironmentError, match=said):
         dependencies_at("pin==3.4.0", day)

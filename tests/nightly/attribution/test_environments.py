@@ -17,9 +17,9 @@ from barchain.nightly.environments import (
     pinned_environment,
     replace_packages,
     requirements,
+    run_in,
 )
 from barchain.nightly.faults import PinnedEnvironmentError
-from barchain.nightly.processes import run_in
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -10,8 +10,8 @@ import pytest
 
 from barchain.nightly.jobs import NightJob
 from barchain.nightly.night import result_of
-from barchain.nightly.processes import ChildEnd
 from barchain.nightly.run_facts import AlarmTest, PartState, alarm_test
+from barchain.runs.processes import Finished
 from barchain.studies.selftest import matrix
 from reports.tables.faults.selftest import COLUMNS, FILES
 from reports.tables.schema import SCHEMA_VERSION
@@ -58,14 +58,14 @@ def test_a_self_test_of_which_no_fault_came_to_its_end_is_no_test_of_the_alarm(t
 
 def test_an_alarm_that_planted_nothing_is_a_failed_part_and_not_a_silent_one(tmp_path: Path) -> None:
     folder = selftest(tmp_path, *everywhere("cut", "not applicable"), complete=True)
-    result = result_of(JOB, JOB, 10.0, ChildEnd(0, 1.0), folder)
+    result = result_of(JOB, JOB, 10.0, Finished(0, 1.0), folder)
     assert (result.state, result.done) == (PartState.FAILED, 0)
     assert result.reason == "no fault was inserted: the alarm was not tried"
 
 
 def test_an_interrupted_alarm_counts_the_faults_that_it_tried(tmp_path: Path) -> None:
     folder = selftest(tmp_path, *everywhere("cut", "killed"), ("length", "basics/a", "killed"), complete=False)
-    result = result_of(JOB, JOB, 10.0, ChildEnd(None, 10.0), folder)
+    result = result_of(JOB, JOB, 10.0, Finished(None, 10.0), folder)
     assert (result.state, result.done, result.left) == (PartState.LEFT, 1, ("alarm",))
 
 

@@ -21,8 +21,8 @@ from barchain.nightly.history import NightStore, last_run, open_store
 from barchain.nightly.night import run_night
 from barchain.nightly.parts import code_of, installation_here, installation_of
 from barchain.nightly.plan import load_plan
-from barchain.nightly.processes import ChildEnd
 from barchain.nightly.state import FILE, SET_ASIDE, DamagedStateError, read_state, write_state
+from barchain.runs.processes import Finished
 from tests.nightly.history.synthetic import error, night
 from tests.support.slow import one_in
 
@@ -61,10 +61,10 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def made_at_once(measured: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Jobs that copy the results instead of a run."""
 
-    def copied(arguments: Sequence[str], *_: Any, **__: Any) -> ChildEnd:
+    def copied(arguments: Sequence[str], *_: Any, **__: Any) -> Finished:
         out = Path(arguments[arguments.index("--out") + 1])
         shutil.copytree(measured / out.name.removesuffix("-left"), out, dirs_exist_ok=True)
-        return ChildEnd(0, 1.0)
+        return Finished(0, 1.0)
 
     monkeypatch.setattr(running, "run_barchain", copied)
 
@@ -89,7 +89,7 @@ def killed(plan: NightPlan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     jobs: list[str] = []
     copied = running.run_barchain
 
-    def second_dies(arguments: Sequence[str], *given: Any) -> ChildEnd:
+    def second_dies(arguments: Sequence[str], *given: Any) -> Finished:
         jobs.append(arguments[0])
         if len(jobs) > 1:
             raise SystemError("killed")  # nothing after a kill is run
@@ -255,7 +255,7 @@ def test_a_history_that_can_not_be_written_at_the_end_says_where_the_results_are
 def test_a_disk_that_is_full_during_a_night_says_that_the_next_call_goes_on(
     tmp_path: Path, plan: NightPlan, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def full(*_: Any, **__: Any) -> ChildEnd:
+    def full(*_: Any, **__: Any) -> Finished:
         raise OSError(28, "No space left on device", "logs/core.txt")
 
     said = r"logs/core.txt: No space left on device; results so far stay in .*, and the next call goes on"

@@ -21,9 +21,9 @@ from barchain.nightly.history import last_run, open_store
 from barchain.nightly.judging import judge
 from barchain.nightly.night import run_night
 from barchain.nightly.plan import load_plan
-from barchain.nightly.processes import ChildEnd, run_barchain
 from barchain.nightly.run_facts import PartState
 from barchain.nightly.state import read_state, write_state
+from barchain.runs.processes import Finished, run_barchain
 from reports.tables.nights.facts import read_nightly
 
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ def test_an_engine_that_is_not_installed_costs_its_own_figures_alone_and_the_nig
 def test_a_night_that_is_killed_goes_on_with_what_it_has(
     plan: NightPlan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def killed(*given: Any, **more: Any) -> ChildEnd:
+    def killed(*given: Any, **more: Any) -> Finished:
         run_barchain(*given, **more)
         raise SystemError("killed")  # nothing after a kill is run
 
@@ -111,7 +111,7 @@ def test_a_night_that_is_killed_goes_on_with_what_it_has(
 def test_an_interrupted_night_is_kept_as_incomplete_and_replaced_when_it_has_gone_on(
     plan: NightPlan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def interrupted(*_: Any, **__: Any) -> ChildEnd:
+    def interrupted(*_: Any, **__: Any) -> Finished:
         raise KeyboardInterrupt
 
     monkeypatch.setattr(running, "run_barchain", interrupted)

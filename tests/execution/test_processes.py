@@ -1,20 +1,19 @@
-"""A job is a process of its own: a limit keeps its results, and a bad end costs the job alone."""
+"""A program is a process of its own: a limit keeps its results, and a bad end costs the program alone."""
 
 from __future__ import annotations
 
 import signal
 import sys
 import time
-from typing import TYPE_CHECKING
+from pathlib import Path
 
+import psutil
 import pytest
 
-from barchain.nightly import processes as child
-from barchain.nightly.processes import reason_of, run_barchain
+from barchain.runs import processes as child
+from barchain.runs.processes import GitError, git, reason_of, run, run_barchain
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
+ROOT = Path(child.__file__).parents[2]
 SCRIPT = "import signal, sys, time\n"
 
 
@@ -84,3 +83,58 @@ def test_a_process_that_a_signal_ended_says_which() -> None:
     assert reason_of(-9, "") == "ended by signal 9"
     assert reason_of(-11, "working") == "ended by signal 11: working"
     assert reason_of(70, "") == "ended with exit code 70"
+
+
+def running(pid: int) -> bool:
+    """Whether a process is there, and no zombie that nobody has asked for its end."""
+    try:
+        return psutil.Process(pid).status() != psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return False
+
+
+def test_at_its_limit_a_program_is_killed_with_its_processes() -> None:
+    code = (
+        "import subprocess, sys, time\n"
+        "child = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(60)'], start_new_session=True)\n"
+        "print(child.pid, flush=True); time.sleep(60)"
+    )
+    done = run([sys.executable, "-c", code], limit_s=1.5)
+    assert (done.code, done.reason) == (None, "did not end within 2 s")
+    within = time.monotonic() + 20.0
+    while running(int(done.output)) and time.monotonic() < within:
+        time.sleep(0.05)
+    assert not running(int(done.output))
+
+
+def test_a_child_that_a_program_leaves_behind_delays_nothing() -> None:
+    code = "import subprocess; print(subprocess.Popen(['sleep', '30']).pid)"
+    done = run([sys.executable, "-c", code], limit_s=25.0)
+    psutil.Process(int(done.output)).kill()
+    assert done.code == 0
+    assert done.duration_s < 20.0
+
+
+def test_what_a_program_reads_and_says_comes_through_and_its_two_outputs_are_apart() -> None:
+    code = "import sys; print(input()); print('careful', file=sys.stderr); sys.exit(3)"
+    done = run([sys.executable, "-c", code], limit_s=30.0, given="pin==3.4.0")
+    assert (done.code, done.reason, done.output) == (3, "careful", "pin==3.4.0\n")
+
+
+def test_a_program_that_is_not_there_is_a_reason_and_no_exception() -> None:
+    assert run(["no-such-program"], limit_s=5.0).reason == "no-such-program does not start: No such file or directory"
+
+
+def test_git_answers_or_its_last_words_are_told(tmp_path: Path) -> None:
+    with pytest.raises(GitError, match="not a git repository"):
+        git(tmp_path, "rev-parse", "HEAD")
+
+
+def test_one_package_starts_processes_beside_the_kernels_build_and_programs_as_engines() -> None:
+    """The kernel is built while barchain is installed, and adapters know nothing of barchain."""
+    packages = ("barchain", "adapters", "reference_impl", "reports", "scenarios")
+    files = [path for name in packages for path in (ROOT / name).rglob("*.py")]
+    modules = {"import subprocess", "import multiprocessing"}
+    lines = {path.relative_to(ROOT).as_posix(): set(path.read_text("utf-8").splitlines()) for path in files}
+    elsewhere = {name for name, own in lines.items() if own & modules and not name.startswith("barchain/runs/")}
+    assert elsewhere == {"adapters/command/engine.py", "reference_impl/kernel/build.py"}
