@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from adapters.engine import Engine as Engine
     from adapters.engine import EngineError as EngineError
     from adapters.engine import Setting as Setting
+    from adapters.engine import SettingError as SettingError
     from adapters.registry import Registration as Registration
     from adapters.registry import UnknownEngineError as UnknownEngineError
     from adapters.trajectory import Trajectory as Trajectory
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from barchain.api import simulate as simulate
     from barchain.crossval.run import ComparisonResult as ComparisonResult
     from barchain.runs.arguments import ArgumentError as ArgumentError
-    from barchain.runs.settings import SettingError as SettingError
     from barchain.studies.own import asked_run as asked_run
     from barchain.studies.own import measure as measure
     from reports.tables.schema import SchemaVersionError as SchemaVersionError
@@ -50,7 +50,7 @@ MODULES = {
     "asked_run": "barchain.studies.own",
     "measure": "barchain.studies.own",
     "ComparisonResult": "barchain.crossval.run",
-    "SettingError": "barchain.runs.settings",
+    "SettingError": "adapters.engine",
     "SchemaVersionError": "reports.tables.schema",
     "SceneError": "scenarios.load",
     "change_scene": "scenarios.load",

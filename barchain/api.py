@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from adapters.engine import EngineError
+from adapters.engine import EngineError, SettingError
 from adapters.registry import engines as registered_engines
 from adapters.registry import find_engine
 from barchain.record.claim import locked_if_there
@@ -21,14 +21,11 @@ from barchain.runs.arguments import (
     engine_list,
     scene_list,
 )
-from barchain.runs.cluster.limits import WORKERS_S
-from barchain.runs.declared import engine_class
-from barchain.runs.executors import LocalProcesses, chosen_executor
-from barchain.runs.job import Job, Role
-from barchain.runs.pool import run_jobs
-from barchain.runs.selection import chosen_engines
-from barchain.runs.settings import SettingError, choose_setting
-from barchain.runs.time_limits import TIME_LIMIT_S
+from barchain.runs.asking import engine_class
+from barchain.runs.choices import choose_setting, chosen_engines
+from barchain.runs.executors import WORKERS_S, LocalProcesses, chosen_executor
+from barchain.runs.job import TIME_LIMIT_S, Job, Role
+from barchain.runs.tasks import run_jobs
 from barchain.runs.timing.estimate import need_runnable
 from reports.tables.outcome import Outcome
 from scenarios import Scene, check_scene, load_scene, scene_names

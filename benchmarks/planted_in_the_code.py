@@ -88,7 +88,7 @@ MISTAKES: dict[tuple[str, str], list[tuple[str, str]]] = {
         ("if late <= TIME", "if late <= 10.0 * TIME"),
         ("np.minimum(length[:-1]", "np.maximum(length[:-1]"),
     ],
-    ("barchain/runs/time_limits.py", "harness execution"): [
+    ("barchain/runs/job.py", "harness execution"): [
         ("0.0) > self.time_s", "0.0) > 10.0 * self.time_s"),
     ],
     ("barchain/runs/kept_answers.py", "execution"): [

@@ -21,7 +21,7 @@ from barchain.cli.common.options import (
 )
 from barchain.cli.common.terminal import say
 from barchain.record.environment import typed
-from barchain.runs.time_limits import SOLUTION_PATIENCE, TIME_LIMIT_S
+from barchain.runs.job import SOLUTION_PATIENCE, TIME_LIMIT_S
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -100,7 +100,7 @@ def compare_and_render(
     from barchain.cli.common.options import settings_by_engine
     from barchain.cli.common.progress import verdicts_shown
     from barchain.crossval.run import run_comparison
-    from barchain.runs.selection import chosen_engines, one_of_each
+    from barchain.runs.choices import chosen_engines, one_of_each
     from reports.render import check_others, render
 
     engines = chosen_engines(names)

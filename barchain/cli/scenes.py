@@ -113,7 +113,7 @@ def answer(registration: Registration, scene: Scene, solution: ReferenceSolution
 
     Some engines support a scene as long as no bar turns its other face to the wind or the Sun: only a solution tells.
     """
-    from barchain.runs.declared import OutsideEngine, engine_class, engine_fault
+    from barchain.runs.asking import OutsideEngine, engine_class, engine_fault
     from barchain.runs.questions import overrides
 
     try:

@@ -18,7 +18,7 @@ from barchain.cli.common.options import (
 )
 from barchain.cli.common.result_folder import need_writable
 from barchain.cli.common.terminal import say
-from barchain.runs.time_limits import TIME_LIMIT_S
+from barchain.runs.job import TIME_LIMIT_S
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -59,9 +59,9 @@ def run(
     scene: str, engine: str, settings: tuple[GivenSetting, ...], time_limit_s: float, condition: bool
 ) -> Trajectory:
     """Trajectory of a run; a scene that the engine does not support is bad usage."""
+    from adapters.engine import SettingError
     from barchain import api
     from barchain.cli.common.options import settings_by_engine
-    from barchain.runs.settings import SettingError
     from scenarios import SceneError
 
     chosen = settings_by_engine(settings, [engine]).get(engine, {})

@@ -13,7 +13,6 @@ from barchain.conform.physics import reason_against, unsupported_check
 from barchain.conform.runs import START_S, TIME_LIMITS
 from barchain.conform.target import PARTICLE, REPEATED, scene_of
 from barchain.runs.asking import ask
-from barchain.runs.limits import OutsideLimits
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -50,7 +49,7 @@ def behaviour(engine: Examined) -> Iterator[Check]:
     scene, setting = scene_of(name), engine.load().sweep.setting()
     asked = (engine.registration, scene, setting)
     engine.note(f"behaviour: {TIMES} runs of {name} in one process")
-    first = ask("behaviour", *asked, TIMES, limits=OutsideLimits(START_S + TIMES * engine.run_s))
+    first = ask("behaviour", *asked, TIMES, limit_s=START_S + TIMES * engine.run_s)
     if first.problem:
         yield no_result("several runs", first, name)
         return
@@ -59,7 +58,7 @@ def behaviour(engine: Examined) -> Iterator[Check]:
     said = f"a later run writes into or shares {reused} of an earlier one; return copies" if reused else ""
     yield told("arrays of its own", said, FAILED)
     start = time.monotonic()
-    again = ask("behaviour", *asked, 1, limits=OutsideLimits(START_S + engine.run_s))
+    again = ask("behaviour", *asked, 1, limit_s=START_S + engine.run_s)
     if again.problem:
         yield no_result("a run in another process", again, name)
         return
@@ -114,7 +113,7 @@ def end_check(engine: Examined, scene: Scene, setting: Setting, limit_s: float) 
     run = dataclasses.replace(scene.run, duration_s=LONG_ORBITS * scene.step_period_s, samples=2)
     asked = (engine.registration, frozenset[str](), dataclasses.replace(scene, run=run), setting)
     start = time.monotonic()
-    reply = ask("run", *asked, limits=OutsideLimits(limit_s))
+    reply = ask("run", *asked, limit_s=limit_s)
     late_s = time.monotonic() - start - limit_s
     if reply.kind != "timed_out":
         state = WARNING if reply.problem else PASSED

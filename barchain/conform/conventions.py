@@ -17,7 +17,6 @@ from barchain.judge.checks.whole_run import rounded_values
 from barchain.judge.error_model import ErrorModel
 from barchain.metrics.quantities import differences
 from barchain.runs.asking import ask
-from barchain.runs.limits import OutsideLimits
 from reports.tables.crossval import QUANTITY_UNITS
 from reports.tables.outcome import Outcome
 from scenarios import nearest
@@ -53,7 +52,7 @@ keep nine digits of a bar's angle"""
 def loading(engine: Examined) -> Iterator[Check]:
     """Checks of the entry point, the import, the class and its declarations."""
     yield name_check(engine)
-    reply = ask("examined_class", engine.registration, limits=OutsideLimits())
+    reply = ask("examined_class", engine.registration)
     if reply.problem:
         yield Check("import", FAILED, reply.problem)
         return

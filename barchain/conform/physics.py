@@ -22,7 +22,7 @@ from barchain.judge.diagnosis.words import QUANTITY_WORDS, SINGLE_PRECISION, loo
 from barchain.judge.evidence import Evidence, follow_up_jobs, gathered
 from barchain.judge.scales import declared_noise, scales
 from barchain.metrics.quantities import differences
-from barchain.runs.declared import OutsideEngine
+from barchain.runs.asking import OutsideEngine
 from barchain.runs.job import Role
 from reports.tables.crossval import QUANTITY_UNITS
 from reports.tables.outcome import Outcome

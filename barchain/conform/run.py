@@ -16,7 +16,7 @@ from barchain.conform.physics import physics
 from barchain.conform.target import RUN_S, WHOLE, Extent, examined
 from barchain.runs.environment import NoProcessError
 from barchain.runs.message import plain_text
-from barchain.runs.raised import line
+from barchain.runs.phases import line
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -8,11 +8,9 @@ import time
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from barchain.runs.asking import Reply, ask, failed_reply
+from barchain.runs.asking import OutsideEngine, Reply, ask, failed_reply
 from barchain.runs.declarations import DeclarationError
-from barchain.runs.declared import OutsideEngine
-from barchain.runs.limits import OutsideLimits
-from barchain.runs.outside_runs import one_run, result_of
+from barchain.runs.run import one_run, result_of
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -54,8 +52,8 @@ def results(
         return [alone(jobs[0], limit_s)]
     asked = [(job.scene, job.setting, t) for job, t in zip(jobs, t_s, strict=True)]
     together_s = max(limit_s, TOGETHER_SHARE * engine.run_s * len(jobs))
-    limits = OutsideLimits(START_S + min(together_s, budget_s))
-    reply = ask("several_runs", engine.registration, asked, budget_s, limits=limits)
+    allowed_s = START_S + min(together_s, budget_s)
+    reply = ask("several_runs", engine.registration, asked, budget_s, limit_s=allowed_s)
     if not reply.problem and budget_s < math.inf:
         jobs = jobs[: len(reply.header.get("runs", ()))]
     if reply.problem or len(reply.header.get("runs", ())) != len(jobs):  # to see which run ends the process

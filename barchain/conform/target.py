@@ -17,7 +17,7 @@ from adapters.engine import AccuracyParameter
 from adapters.registry import ENGINES, RESERVED, TARGET, Registration, UnknownEngineError, find_engine
 from barchain.conform.checks import Group
 from barchain.judge.error_model import ErrorModel
-from barchain.runs.declared import engine_class
+from barchain.runs.asking import engine_class
 from barchain.runs.job import Job
 from barchain.solutions.reference import closely_sampled
 from barchain.solutions.shipped import shipped_solution
@@ -90,7 +90,7 @@ class Examined:
         return Job(scene, self.name, self.registration, setting, role)
 
     def load(self) -> type[Engine]:
-        """Class with the engine's declarations. Errors as :func:`barchain.runs.declared.engine_class`."""
+        """Class with the engine's declarations. Errors as :func:`barchain.runs.asking.engine_class`."""
         return engine_class(self.registration)
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from adapters.common.step_alignment import half_interval_s, inner_events_s, misalignment, off_step_events_s
 from adapters.registry import engines
-from barchain.runs.declared import AdapterLoadError, engine_class, engine_fault
+from barchain.runs.asking import AdapterLoadError, engine_class, engine_fault
 from barchain.solutions.certified_table import committed_tables, physics_digest, read_head
 from barchain.solutions.judging import WORDS
 from barchain.solutions.reference import SolutionSource

@@ -18,12 +18,11 @@ from barchain.judge.tolerances import TOLERANCES
 from barchain.record.claim import claimed
 from barchain.record.environment import provenance
 from barchain.record.study_store import StudyStore
+from barchain.runs.choices import choose_setting, chosen_engines, unique_names
 from barchain.runs.environment import kept_or_temporary
 from barchain.runs.executors import ALL_CORES, KeptAnswers
 from barchain.runs.facts import engine_facts, scene_facts
-from barchain.runs.selection import chosen_engines, unique_names
-from barchain.runs.settings import choose_setting
-from barchain.runs.time_limits import TIME_LIMIT_S
+from barchain.runs.job import TIME_LIMIT_S
 from barchain.runs.timing.estimate import TOLD_S, estimated_run_s, need_runnable, work_words
 from reference_impl.kernel.build import why_missing
 from reference_impl.paper.misprint_effects import misprint_effects

@@ -19,13 +19,13 @@ from barchain.judge.evidence import follow_up_jobs, gathered
 from barchain.judge.verdict import VERDICTS, Row, Verdict, no_verdict
 from barchain.metrics.model_difference import com_displacement
 from barchain.record.scene_description import gradient_defect
+from barchain.runs.asking import OutsideEngine, engine_class, engine_fault
 from barchain.runs.call import CallLateError
 from barchain.runs.cases import Case, Known, Shared, Task, run_cases
-from barchain.runs.declared import OutsideEngine, engine_class, engine_fault
+from barchain.runs.facts import keep_run
 from barchain.runs.job import JUDGING_ROLES, Job, Role, RunResult
-from barchain.runs.kept_runs import keep_run
 from barchain.runs.message import plain_text
-from barchain.runs.pool import limit_of, run_task
+from barchain.runs.tasks import limit_of, run_task
 from barchain.solutions.judging import (
     CERTIFIER,
     WORDS,

@@ -9,7 +9,7 @@ import pandas as pd
 
 from barchain.runs.job import Role
 from barchain.runs.message import MessageError, message_bytes, read_message
-from barchain.runs.verdict_task import VerdictCodec
+from barchain.runs.tasks import VerdictCodec
 from reports.tables.crossval import METRIC_COLUMNS, QUANTITY_UNITS
 from reports.tables.outcome import Outcome, gravest
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from functools import singledispatch
 from typing import TYPE_CHECKING
 
+from adapters.engine import SettingError
 from adapters.registry import UnknownEngineError, engines, find_engine
 from barchain.nightly.plan import (
     CampaignTable,
@@ -22,7 +23,7 @@ from barchain.nightly.plan import (
     SelftestTable,
     StabilityTable,
 )
-from barchain.runs.settings import SettingError, choose_setting
+from barchain.runs.choices import choose_setting
 from reports.tables.cost import BASELINE
 from scenarios import SceneError, load_scene, scene_names
 from scenarios.nearest import nearest

@@ -15,7 +15,7 @@ from pypi_simple import PyPISimple
 
 from adapters.registry import engines, find_engine
 from barchain.nightly.faults import PinnedEnvironmentError
-from barchain.runs.declared import engine_class
+from barchain.runs.asking import engine_class
 from barchain.runs.processes import run
 from scenarios import load_scene
 from scenarios.nearest import nearest

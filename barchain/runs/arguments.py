@@ -8,9 +8,8 @@ import os
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from adapters.engine import is_number
+from adapters.engine import SettingError, is_number
 from adapters.registry import engines, find_engine
-from barchain.runs.settings import SettingError
 from scenarios import Scene, scene_names
 from scenarios.nearest import nearest_name, nearest_scene
 from scenarios.text import shorten, visible

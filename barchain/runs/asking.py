@@ -1,4 +1,4 @@
-"""Ask an engine of another package, and get an answer or one line on why there is none.
+"""Engines of other packages: questions to them, with an answer or one line on why there is none, and their classes.
 
 None of such an engine's code runs in the process that compares: import, declarations, `unsupported`,
 `unsupported_motion`, `noise` and runs happen in a process of their own, which a worker forks, confines and ends
@@ -9,27 +9,42 @@ is no sandbox against malice.
 
 from __future__ import annotations
 
+import copyreg
+import hashlib
 import os
 import sys
+from abc import ABCMeta
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from functools import cache
+from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
 
+import numpy as np
+
+from adapters.engine import Engine, EngineError
+from adapters.registry import ENGINES, Registration
 from barchain.runs import examination, questions
-from barchain.runs.call import Answer, Call, CallEnd, pickled
+from barchain.runs.call import QUESTION_S, Answer, Call, CallEnd, pickled
 from barchain.runs.child import FORKS
+from barchain.runs.declarations import DECLARED, DeclarationError
 from barchain.runs.environment import FOLDER, THREADS
-from barchain.runs.limits import OutsideLimits
-from barchain.runs.message import MessageError, message_bytes, need_finite, plain_text, read_message
-from barchain.runs.phase import QUESTION
+from barchain.runs.message import TEXT_LENGTH, MessageError, message_bytes, need_finite, plain_text, read_message
+from barchain.runs.phases import QUESTION, failed
+from barchain.runs.pool import SLOTS, module_paths
 from barchain.runs.versions import need_same_version, version_of
-from barchain.runs.workers import IdleSlots, module_paths
+from reports.tables.crossval import QUANTITY_UNITS
+from scenarios import nearest
 
 if TYPE_CHECKING:
-    from adapters.trajectory import Array
+    from collections.abc import Iterable
 
-IDLE = IdleSlots()
+    from adapters.engine import Setting
+    from adapters.trajectory import Array, Trajectory
+    from scenarios import Scene
+
 OWN_VARIABLES = {*THREADS, FOLDER, QUESTION}
 """Variables that the processes of a worker have from it"""
+NOISE = tuple(QUANTITY_UNITS)
+"""Quantities whose noise an engine may declare"""
 
 
 @dataclass(frozen=True)
@@ -46,7 +61,7 @@ class Reply:
     """Whether the engine rejected the scene before its first step"""
 
 
-def ask(question: str, *given: Any, limits: OutsideLimits | None = None) -> Reply:
+def ask(question: str, *given: Any, limit_s: float = QUESTION_S) -> Reply:
     """Ask an engine in a process of its own.
 
     Parameters
@@ -55,7 +70,8 @@ def ask(question: str, *given: Any, limits: OutsideLimits | None = None) -> Repl
         Name of a function in :mod:`barchain.runs.questions` or :mod:`barchain.runs.examination`.
     *given : Any
         Its arguments.
-    limits : OutsideLimits, optional
+    limit_s : float
+        Wall time of the process, s.
 
     Returns
     -------
@@ -64,16 +80,15 @@ def ask(question: str, *given: Any, limits: OutsideLimits | None = None) -> Repl
     """
     if not FORKS:
         return Reply(problem="engines of other packages need a system that forks: Linux or macOS", kind="failed")
-    limits = limits or OutsideLimits()
     here = module_paths(), {name: value for name, value in os.environ.items() if name not in OWN_VARIABLES}
-    with IDLE.slot() as slot:
-        call = Call(answered_here, (*here, question, given), limits.time_s, pool="", confined=limits)
+    call = Call(answered_here, (*here, question, given), limit_s, pool="", confined=True)
+    with SLOTS.slot() as slot:
         return reply_of(slot.run(pickled(call)))
 
 
-def question_call(question: str, *given: Any, limits: OutsideLimits, version: str) -> Call:
+def question_call(question: str, *given: Any, limit_s: float, version: str) -> Call:
     """Call that asks; `version` is what the engine's package must have where it is answered."""
-    return Call(answered_there, (version, question, given), limits.time_s, pool="", confined=limits)
+    return Call(answered_there, (version, question, given), limit_s, pool="", confined=True)
 
 
 def answered_here(paths: list[str], variables: dict[str, str], question: str, given: tuple[Any, ...]) -> bytes:
@@ -103,7 +118,7 @@ def answered(question: str, given: tuple[Any, ...]) -> bytes:
         need_finite(header)
         return message_bytes(header, arrays)
     except BaseException as error:  # also SystemExit, KeyboardInterrupt and GeneratorExit: all are the engine's
-        return message_bytes(questions.failed(error), {})
+        return message_bytes(failed(error), {})
 
 
 def reply_of(answer: Answer) -> Reply:
@@ -122,3 +137,180 @@ def failed_reply(header: dict[str, Any]) -> Reply:
     kind = "missing" if header["failed"] == "missing" else "failed"
     rejected = bool(header.get("rejected")) and header.get("phase") == "build"
     return Reply(problem=plain_text(header.get("words", "")), kind=kind, rejected=rejected)
+
+
+class AdapterLoadError(EngineError):
+    """Raised for an engine whose class can't be had; the message is one line."""
+
+    def __init__(self, registration: Registration, reason: str) -> None:
+        """Name the adapter."""
+        self.reason = " ".join(reason.split())
+        super().__init__(f"the adapter {registration.target} does not load: {self.reason}")
+
+
+class OutsideEngineClass(ABCMeta):
+    """Type of such classes; pickled by content, as each is made while barchain runs."""
+
+
+class OutsideEngine(Engine, metaclass=OutsideEngineClass):
+    """Engine of another package. Its class can be asked here; its runs are made elsewhere."""
+
+    registration: ClassVar[Registration]
+    asks: ClassVar[frozenset[str]]
+    """Methods that the engine replaces, and which are therefore asked"""
+    said: ClassVar[dict[str, Any]]
+    """Declarations as they came"""
+    answers: ClassVar[dict[str, str | None]]
+    """Reasons against scenes by their digests"""
+    noises: ClassVar[dict[str, dict[str, Array]]]
+    """Declared noise by scene, setting and instants; another process takes it along, and asks nobody"""
+
+    @classmethod
+    def unsupported(cls, scene: Scene) -> str | None:
+        """Reason why this engine does not support `scene`, by its own answer."""
+        if "unsupported" not in cls.asks:
+            return super().unsupported(scene)
+        if scene.digest not in cls.answers:
+            cls.prepare([scene])
+        return cls.answers[scene.digest]
+
+    @classmethod
+    def prepare(cls, scenes: Iterable[Scene]) -> None:
+        """Ask about several scenes at once; a process a question would take seconds for a suite."""
+        left = [s for s in scenes if s.digest not in cls.answers]
+        if "unsupported" in cls.asks and left:
+            header = cls.answer("unsupported", left).header
+            for scene, reason in zip(left, header["reasons"], strict=True):
+                cls.answers[scene.digest] = None if reason is None else str(reason)[:TEXT_LENGTH]
+
+    @classmethod
+    def unsupported_motion(cls, scene: Scene, motion: Trajectory) -> str | None:
+        """Reason why this engine does not support a motion, by its own answer."""
+        if "unsupported_motion" not in cls.asks:
+            return None
+        reason = cls.answer("unsupported_motion", scene, motion).header["reasons"][0]
+        return None if reason is None else str(reason)[:TEXT_LENGTH]
+
+    @classmethod
+    def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
+        """Errors that the engine declares, by its own answer; names and values are checked."""
+        if "noise" not in cls.asks:
+            return {}
+        key = noise_key(scene, setting, t_s)
+        if key not in cls.noises:
+            cls.remember_noise(scene, setting, t_s, cls.answer("noise", scene, setting, t_s).arrays)
+        return dict(cls.noises[key])
+
+    @classmethod
+    def remember_noise(cls, scene: Scene, setting: Setting, t_s: Array, found: dict[str, Array]) -> None:
+        """Check and keep an answer; it may have come with a run.
+
+        Raises
+        ------
+        DeclarationError
+            If a name or a value is wrong.
+        """
+        for name, values in found.items():
+            check_noise(name, values, t_s)
+        cls.noises[noise_key(scene, setting, t_s)] = found
+
+    @classmethod
+    def answer(cls, question: str, *given: Any) -> Reply:
+        """Answer to a question; an error with the reason if there is none."""
+        reply = ask(question, cls.registration, *given, limit_s=QUESTION_S)
+        if reply.problem:
+            raise EngineError(f"{question}: {reply.problem}")
+        return reply
+
+    def build(self, scene: Scene, setting: Setting) -> None:
+        """Not here: runs are made in a process of their own."""
+        del scene, setting
+        self.refuse()
+
+    def simulate(self) -> None:
+        """Not here."""
+        self.refuse()
+
+    def read(self) -> Trajectory:
+        """Not here."""
+        self.refuse()
+
+    def refuse(self) -> NoReturn:
+        """Raise: code of another package is not run in this process."""
+        raise RuntimeError(f"{self.registration.target} runs in a process of its own; use barchain.simulate")
+
+
+def noise_key(scene: Scene, setting: Setting, t_s: Array) -> str:
+    """Key of an answer on noise."""
+    return f"{scene.digest} {setting} {hashlib.sha256(t_s.tobytes()).hexdigest()}"
+
+
+def check_noise(name: str, values: Array, t_s: Array) -> None:
+    """Raise for noise of an unknown quantity, of a wrong shape, negative, or not finite."""
+    if name not in NOISE:
+        raise DeclarationError(
+            f"declares noise of {name!r}: no quantity{nearest(name, NOISE)}; allowed: {', '.join(NOISE)}"
+        )
+    if values.shape != t_s.shape or not np.isfinite(values).all() or (values < 0.0).any():
+        raise DeclarationError(f"declares noise of {name} that is negative or not finite")
+
+
+def engine_class(registration: Registration) -> type[Engine]:
+    """Class of an engine: barchain's own, or the declarations of one of another package.
+
+    Raises
+    ------
+    AdapterLoadError
+        If the adapter does not import, or an engine of another package does not declare what it must.
+    """
+    if registration not in ENGINES.values():
+        return outside_class(registration)
+    try:
+        return registration.load()
+    except Exception as error:  # a broken installation of the engine's library may raise anything
+        raise AdapterLoadError(registration, f"{type(error).__name__}: {plain_text(error)}") from error
+
+
+def outside_class(registration: Registration) -> type[OutsideEngine]:
+    """Class with the declarations of an engine of another package."""
+    found = asked_class(registration)
+    if isinstance(found, str):
+        raise AdapterLoadError(registration, found)
+    return found
+
+
+def engine_fault(error: Exception) -> str:
+    """Reason, in one line, why an engine's class can't be loaded or asked."""
+    said = str(error) if isinstance(error, EngineError) else f"its declarations raise {type(error).__name__}: {error}"
+    return " ".join(said.split())
+
+
+@cache
+def asked_class(registration: Registration) -> type[OutsideEngine] | str:
+    """Class of an engine, or why there is none; asked once, as an import that hangs costs its whole limit."""
+    reply = ask("declarations", registration, limit_s=QUESTION_S)
+    if reply.problem:
+        return reply.problem
+    try:
+        return made_class(registration, reply.header)
+    except (KeyError, TypeError, ValueError) as error:
+        return f"its declarations are damaged: {plain_text(error)}"
+
+
+def made_class(
+    registration: Registration, said: dict[str, Any], noises: dict[str, dict[str, Array]] | None = None
+) -> type[OutsideEngine]:
+    """Class from an engine's declarations; a wrong type raises, as the answer may come from a process gone astray."""
+    own: dict[str, Any] = {name: form.meant(said[name]) for name, form in DECLARED.items()}
+    own |= {"registration": registration, "said": said, "answers": {}, "noises": dict(noises or {})}
+    own["asks"] = frozenset(map(str, said["asks"]))
+    name = registration.target.partition(":")[2] or "Engine"
+    return OutsideEngineClass(name, (OutsideEngine,), own)  # type: ignore[return-value]
+
+
+def reduced(made: type[OutsideEngine]) -> Any:
+    """Form of a pickled class: its name, or of an engine's class what it has declared."""
+    return "OutsideEngine" if made is OutsideEngine else (made_class, (made.registration, made.said, made.noises))
+
+
+copyreg.pickle(OutsideEngineClass, reduced)  # type: ignore[arg-type]

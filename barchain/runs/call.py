@@ -4,37 +4,28 @@ from __future__ import annotations
 
 import json
 import pickle
-from dataclasses import dataclass
+import struct
+from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any
 
 from adapters.engine import EngineError
-from barchain.runs.frames import joined, parted
 from barchain.runs.message import MessageError, plain_number, plain_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from barchain.runs.limits import OutsideLimits
-
 BUSY = 20.0
 """Wall time of own work, relative to its limit, after which its process is ended in any case: it must stand still"""
-TASKS_PER_PROCESS = 1000  # a leak of barchain's own code ends with its process
-
-
-@dataclass(frozen=True)
-class CallLimits:
-    """What a worker must know of a call, to choose its process and to end it."""
-
-    limit_s: float
-    """Time that is allowed, s"""
-    wall_s: float
-    """Wall time after which the process is ended in any case, s"""
-    pool: str
-    """Calls of one pool share a process, one after the other; empty: a process of its own"""
-    calls_per_process: int
-    confined: OutsideLimits | None
-    """Limits of memory and output, for an engine of another package"""
+CALLS_PER_PROCESS = 1000  # a leak of barchain's own code ends with its process
+QUESTION_S = 30.0  # for an import, a declaration or a claim: the slowest package known here imports in eight seconds
+MEMORY_B = 4 * 2**30
+"""Memory of an engine of another package and its children: a hundred times what the largest core scene needs"""
+OUTPUT_B = 32 * 2**20
+"""Text that an engine of another package may print in one run"""
+FILE_B = 2 * 2**30
+"""Largest file that an engine may write, its answer included"""
+LENGTH = struct.Struct("<Q")
 
 
 @dataclass(frozen=True)
@@ -46,13 +37,13 @@ class Call:
     given: tuple[Any, ...]
     limit_s: float
     """Time after which its process is ended, s: wall time, as an engine may sleep"""
-    pool: str = "tasks"
+    pool: str = "calls"
     """Calls of one pool share processes, one after the other; empty: a process of its own"""
-    calls_per_process: int = TASKS_PER_PROCESS
+    calls_per_process: int = CALLS_PER_PROCESS
     own_work: bool = False
     """Whether the work is barchain's own: the limit is then processor time, which a busy machine does not use up"""
-    confined: OutsideLimits | None = None
-    """Limits of memory and output, for an engine of another package"""
+    confined: bool = False
+    """Whether memory and output are limited too, for an engine of another package"""
     aside: tuple[Any, ...] = ()
     """Further arguments, after those given, that decide no answer: limits of time, the core that it runs on"""
     repetition: int = 0
@@ -61,10 +52,9 @@ class Call:
     """Whether a command that goes on may take this answer; a failed run is tried again"""
 
     @property
-    def limits(self) -> CallLimits:
-        """What the worker must know."""
-        wall_s = self.limit_s * (BUSY if self.own_work else 1.0)
-        return CallLimits(self.limit_s, wall_s, self.pool, self.calls_per_process, self.confined)
+    def wall_s(self) -> float:
+        """Wall time after which the process is ended in any case, s."""
+        return self.limit_s * (BUSY if self.own_work else 1.0)
 
 
 class CallEnd(StrEnum):
@@ -121,44 +111,82 @@ class CallLateError(CallFailedError):
 
 
 def pickled(call: Call) -> bytes:
-    """Call for a worker, which trusts its sender: its limits, and what only the process that answers it unpacks."""
+    """Call for a worker, which trusts its sender: what it must know, and what only the answering process unpacks."""
+    known = replace(call, function=bytes, given=(), aside=(), worth_keeping=bool)
     work = call.function, (*call.given, *call.aside), call.limit_s if call.own_work else 0.0
-    return joined([pickle.dumps(call.limits, protocol=5), pickle.dumps(work, protocol=5)])
+    return joined([pickle.dumps(known, protocol=5), pickle.dumps(work, protocol=5)])
 
 
-def limits_of(call: bytes) -> CallLimits:
-    """Limits of a pickled call."""
-    found: CallLimits = pickle.loads(parted(call)[0])
+def known_of(call: bytes) -> Call:
+    """What a worker knows of a pickled call: its limits and its pool, and no function."""
+    found: Call = pickle.loads(parted(call)[0])
     return found
 
 
-def packed_answers(answers: Sequence[Answer]) -> bytes:
-    """Answers as bytes."""
-    heads = [[str(a.end), a.reason, a.seconds] for a in answers]
-    return joined([json.dumps(heads).encode("ascii"), *(a.content for a in answers)])
+def packed(answer: Answer) -> bytes:
+    """Answer as bytes."""
+    head = [str(answer.end), answer.reason, answer.seconds]
+    return joined([json.dumps(head).encode("ascii"), answer.content])
 
 
-def unpacked_answers(content: object, count: int) -> list[Answer]:
-    """Answers to `count` calls, from a worker that is not trusted to send them well.
+def unpacked(content: object) -> Answer:
+    """Answer from a process that is not trusted to send it well.
 
     Raises
     ------
     MessageError
-        If they are no such answers.
+        If it is none.
     """
     if not isinstance(content, bytes):
         raise MessageError(f"its answer is a {type(content).__name__}, expected bytes")
-    head, *contents = parted(content) or [b""]
     try:
-        heads = json.loads(head.decode("ascii"))
-        found = [Answer(c, CallEnd(end), plain_text(why), seconds_of(s)) for (end, why, s), c in zip(heads, contents)]  # noqa: B905
+        head, found = parted(content)
+        end, why, seconds = json.loads(head.decode("ascii"))
+        return Answer(found, CallEnd(end), plain_text(why), float(plain_number(seconds) or 0.0))
     except (ValueError, TypeError) as error:
         raise MessageError(f"its answer is damaged: {plain_text(error)}") from None
-    if not len(found) == len(heads) == len(contents) == count:
-        raise MessageError(f"its answer is to {len(contents)} calls, expected {count}")
-    return found
 
 
-def seconds_of(value: object) -> float:
-    """Duration from an answer."""
-    return float(plain_number(value) or 0.0)
+def joined(parts: Sequence[bytes]) -> bytes:
+    """Several bytes as one."""
+    return b"".join((LENGTH.pack(len(parts)), *(LENGTH.pack(len(part)) for part in parts), *parts))
+
+
+def parted(content: bytes) -> list[bytes]:
+    """Parts that :func:`joined` joined.
+
+    Raises
+    ------
+    MessageError
+        If the lengths contradict the content.
+    """
+    size = LENGTH.size
+    count = LENGTH.unpack_from(content)[0] if len(content) >= size else -1
+    if not 0 <= count <= len(content) // size - 1:
+        raise MessageError("a wrong number of parts")
+    lengths = struct.unpack_from(f"<{count}Q", content, size)
+    place = (1 + count) * size
+    if place + sum(lengths) != len(content):
+        raise MessageError("wrong lengths of parts")
+    parts = []
+    for length in lengths:
+        parts.append(content[place : place + length])
+        place += length
+    return parts
+
+
+def write_frame(file: IO[bytes], content: bytes) -> None:
+    """Write bytes after their length."""
+    file.write(LENGTH.pack(len(content)))
+    file.write(content)
+    file.flush()
+
+
+def read_frame(file: IO[bytes]) -> bytes | None:
+    """Bytes that :func:`write_frame` wrote; None at the end of the file."""
+    head = file.read(LENGTH.size)
+    if len(head) < LENGTH.size:
+        return None
+    (length,) = LENGTH.unpack(head)
+    content = file.read(length)
+    return content if len(content) == length else None

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from barchain.runs.call import Answer, Call
     from barchain.runs.executors import Executor
-    from barchain.runs.session import Session
+    from barchain.runs.pool import Session
 
 T = TypeVar("T")
 Case = Generator[list["Task | Known | Shared"], list[Any], T]

@@ -15,17 +15,13 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from adapters.engine import EngineError
-from barchain.runs.call import Answer, CallEnd, WrongWorkerError, packed_answers
-from barchain.runs.frames import read_frame, write_frame
-from barchain.runs.limits import FILE_B
+from barchain.runs.call import FILE_B, MEMORY_B, Answer, CallEnd, WrongWorkerError, packed, read_frame, write_frame
 from barchain.runs.message import plain_text
-from barchain.runs.phase import QUESTION
+from barchain.runs.phases import PHASE, QUESTION
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
-
-    from barchain.runs.limits import OutsideLimits
 
 LOG, WORK = "output.log", "work"
 MOST_FILES = 65536  # open files that are looked for
@@ -35,7 +31,7 @@ LINUX = sys.platform.startswith("linux")
 FORKS = hasattr(os, "fork")
 
 
-def serve(requests: int, answers: int, folder: Path, confined: OutsideLimits | None) -> None:
+def serve(requests: int, answers: int, folder: Path, *, confined: bool) -> None:
     """Answer calls from a descriptor on another, until it ends; this process ends without any exit handler."""
     code = 1
     try:
@@ -45,12 +41,13 @@ def serve(requests: int, answers: int, folder: Path, confined: OutsideLimits | N
         requests, answers = raised(requests), raised(answers)
         close_others(requests, answers)
         os.environ[QUESTION] = str(folder)
-        if confined is not None:
-            confine(folder, confined)
+        if confined:
+            confine(folder)
         with os.fdopen(requests, "rb") as source, os.fdopen(answers, "wb") as sink:
             while (content := read_frame(source)) is not None:
                 os.truncate(folder / LOG, 0)
-                write_frame(sink, packed_answers([called(content)]))
+                (folder / PHASE).unlink(missing_ok=True)
+                write_frame(sink, packed(called(content)))
         code = 0
     finally:
         os._exit(code)
@@ -84,14 +81,14 @@ def close_others(*kept: int) -> None:
     os.closerange(last + 1, MOST_FILES)
 
 
-def confine(folder: Path, limits: OutsideLimits) -> None:
+def confine(folder: Path) -> None:
     """Let the system enforce limits of memory and of file sizes, and begin in an empty folder."""
     import resource  # noqa: PLC0415  # not on Windows, where no engine of another package runs
 
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     resource.setrlimit(resource.RLIMIT_FSIZE, (FILE_B, FILE_B))
     if LINUX:
-        resource.setrlimit(resource.RLIMIT_DATA, (2 * limits.memory_B, 2 * limits.memory_B))
+        resource.setrlimit(resource.RLIMIT_DATA, (2 * MEMORY_B, 2 * MEMORY_B))
     (folder / WORK).mkdir()
     os.chdir(folder / WORK)
 

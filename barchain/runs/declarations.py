@@ -1,8 +1,9 @@
-"""Declarations of an engine: their types, and the values that a comparison can work with."""
+"""Declarations of an engine: their types, the values that a comparison can work with, and their form in messages."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates
@@ -10,24 +11,31 @@ from adapters.trajectory import Observable
 from barchain.runs.message import plain_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
     from adapters.engine import Engine
 
-DECLARED: dict[str, tuple[type, ...]] = {
-    "title": (str,), "coordinates": (str,), "order": (float, int, type(None)), "sweep": (AccuracySweep,),
-    "effects": (frozenset, set), "observables": (frozenset, set), "options": (frozenset, set),
-    "joints_in_place": (bool,), "track_by_length": (bool,), "step_constant": (float, int),
-    "unsupported_reasons": (dict,),
-}  # fmt: skip
-"""Declarations of an engine, with their types"""
 HIGHEST_ORDER = 40.0
 """Taylor series in double precision have about half of it"""
 LARGEST_STEP_CONSTANT = 10.0
+NAME_LENGTH = 60
 
 
 class DeclarationError(TypeError):
     """A declaration of an engine that is missing, of a wrong type or out of range; the message names it."""
+
+
+@dataclass(frozen=True)
+class Declaration:
+    """One declaration of engines."""
+
+    types: tuple[type, ...]
+    plain: Callable[[Any], Any]
+    """Form in a message"""
+    meant: Callable[[Any], Any]
+    """Value of that form; raises for another form, as the message may come from a process gone astray"""
+    check: Callable[[Any], object] = bool
+    """Raises for a value out of range"""
 
 
 def declared(engine: type[Engine], name: str) -> Any:
@@ -40,12 +48,11 @@ def declared(engine: type[Engine], name: str) -> Any:
     """
     if not hasattr(engine, name):
         raise DeclarationError(f"it does not declare {name}")
-    value, types = getattr(engine, name), DECLARED[name]
+    value, types = getattr(engine, name), DECLARED[name].types
     if not isinstance(value, types) or (isinstance(value, bool) and bool not in types):
         wanted = " or ".join("None" if t is type(None) else t.__name__ for t in types)
         raise DeclarationError(f"{name} is a {type(value).__name__}, expected {wanted}")
-    if name in CHECKS:
-        CHECKS[name](value)
+    DECLARED[name].check(value)
     return value
 
 
@@ -61,12 +68,6 @@ def check_step_constant(constant: float) -> None:
         raise DeclarationError(
             f"step_constant is {constant:g}, allowed: greater than 0, at most {LARGEST_STEP_CONSTANT:g}"
         )
-
-
-def check_observables(observables: frozenset[str]) -> None:
-    """Check that each quantity is known."""
-    for each in observables:
-        Observable(each)
 
 
 def check_sweep(sweep: AccuracySweep) -> None:
@@ -86,11 +87,60 @@ def check_sweep(sweep: AccuracySweep) -> None:
         )
 
 
-CHECKS: dict[str, Callable[[Any], object]] = {
-    "coordinates": Coordinates,
-    "order": check_order,
-    "observables": check_observables,
-    "step_constant": check_step_constant,
-    "sweep": check_sweep,
+def plain_sweep(sweep: AccuracySweep) -> dict[str, Any]:
+    """Sweep as a message has it."""
+    return {
+        "parameter": str(sweep.parameter), "values": [float(v) for v in sweep.values], "default": float(sweep.default),
+        "finer_rtol": float(sweep.finer_rtol),
+    }  # fmt: skip
+
+
+def meant_sweep(said: dict[str, Any]) -> AccuracySweep:
+    """Sweep of a message."""
+    values = tuple(float(v) for v in said["values"])
+    return AccuracySweep(
+        AccuracyParameter(said["parameter"]), values, float(said["default"]), float(said["finer_rtol"])
+    )
+
+
+def number_or_none(value: Any) -> float | None:
+    """Number as a float."""
+    return None if value is None else float(value)
+
+
+def plain_names(names: Iterable[object]) -> list[str]:
+    """Names, sorted."""
+    return sorted(plain_text(name, NAME_LENGTH) for name in names)
+
+
+def meant_names(names: Iterable[object]) -> frozenset[str]:
+    """Names of a message."""
+    return frozenset(map(str, names))
+
+
+def observables(names: Iterable[str]) -> frozenset[Observable]:
+    """Quantities; one that is unknown raises."""
+    return frozenset(map(Observable, names))
+
+
+def plain_reasons(reasons: dict[str, str]) -> dict[str, str]:
+    """Reasons by their names."""
+    return {plain_text(name, NAME_LENGTH): plain_text(reason) for name, reason in reasons.items()}
+
+
+NAMES = Declaration((frozenset, set), plain_names, meant_names)
+SWITCH = Declaration((bool,), bool, bool)
+DECLARED: dict[str, Declaration] = {
+    "title": Declaration((str,), lambda title: plain_text(title, 200), str),
+    "coordinates": Declaration((str,), str, Coordinates, Coordinates),
+    "order": Declaration((float, int, type(None)), number_or_none, number_or_none, check_order),
+    "sweep": Declaration((AccuracySweep,), plain_sweep, meant_sweep, check_sweep),
+    "effects": NAMES,
+    "observables": Declaration((frozenset, set), plain_names, observables, observables),
+    "options": NAMES,
+    "joints_in_place": SWITCH,
+    "track_by_length": SWITCH,
+    "step_constant": Declaration((float, int), float, float, check_step_constant),
+    "unsupported_reasons": Declaration((dict,), plain_reasons, plain_reasons),
 }
-"""Checks of a declaration's value, by name"""
+"""Declarations of an engine"""

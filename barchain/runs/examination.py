@@ -22,9 +22,9 @@ import psutil
 from adapters.engine import Engine
 from barchain.runs.declarations import DECLARED, DeclarationError, declared
 from barchain.runs.message import plain_text
+from barchain.runs.phases import failed
 from barchain.runs.questions import (
     Answer,
-    failed,
     finished,
     loaded,
     noise,

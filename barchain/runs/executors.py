@@ -1,17 +1,18 @@
-"""Executors: the places where calls run, behind one interface."""
+"""Executors: the places where calls run, behind one interface; quick to import, as the command line's help needs it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
-from barchain.runs.cluster.address import DaskAddress
-from barchain.runs.cluster.limits import WORKERS_S
+from barchain.runs.cluster import WORKERS_S, DaskCluster
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from barchain.runs.session import Session
+    from barchain.runs.pool import Session
+
+__all__ = ["ALL_CORES", "WORKERS_S", "DaskCluster", "Executor", "KeptAnswers", "LocalProcesses", "chosen_executor"]
 
 
 @dataclass(frozen=True)
@@ -26,32 +27,9 @@ class LocalProcesses:
 
     def session(self) -> Session:
         """Context that runs calls."""
-        from barchain.runs.local import LocalSession  # noqa: PLC0415  # the command line's help must be quick
+        from barchain.runs.pool import LocalSession  # noqa: PLC0415
 
         return LocalSession(self.workers)
-
-
-@dataclass(frozen=True)
-class DaskCluster(DaskAddress):
-    """Workers of an existing Dask cluster."""
-
-    def check(self) -> None:
-        """Check that a scheduler answers, that workers are there, and that all have the code that is here.
-
-        Raises
-        ------
-        ClusterError
-            With one line on the first fault.
-        """
-        from barchain.runs.cluster.connection import check_cluster  # noqa: PLC0415
-
-        check_cluster(self)
-
-    def session(self) -> Session:
-        """Context that runs calls."""
-        from barchain.runs.cluster.dask_session import DaskSession  # noqa: PLC0415
-
-        return DaskSession(self)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Entries of engines and scenes in a record."""
+"""Entries of engines, scenes and runs in a record."""
 
 from __future__ import annotations
 
@@ -6,12 +6,17 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from barchain.record.scene_description import effect_words, invariant_words
-from barchain.runs.declared import engine_class, engine_fault
+from barchain.runs.asking import engine_class, engine_fault
+from reports.tables.reading import digest
+from reports.tables.rows import frame_digest
+from reports.tables.writing import parquet
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from adapters.registry import Registration
+    from barchain.record.study_store import StudyStore
+    from barchain.runs.job import Job, RunResult
     from scenarios import Scene
 
 
@@ -88,3 +93,29 @@ def scene_words(scene: Scene) -> dict[str, Any]:
         "samples": scene.run.samples,
         "bars": scene.bars,
     }
+
+
+def keep_run(store: StudyStore, job: Job, result: RunResult) -> None:
+    """Write a run's samples as ``trajectories/<scene>/<engine>.parquet``, and note the run in the record."""
+    trajectory = result.trajectory
+    frame = None if trajectory is None else trajectory.of_run(job.scene).to_frame()
+    content = None if frame is None else parquet(frame)
+    file = None if content is None else f"trajectories/{job.scene.name}/{job.file_stem}.parquet"
+    store.record["runs"].append({
+        "scene": job.scene.name,
+        "engine": job.engine,
+        "setting": str(job.setting),
+        "role": str(job.role),
+        "outcome": str(result.outcome),
+        "reason": result.reason,
+        "seconds": result.seconds,
+        "info": {} if trajectory is None else trajectory.info,
+        "file": file,
+        "digest": None if content is None else digest(content),
+        "rejected": result.rejected,
+        "bits": "" if frame is None else frame_digest(frame),
+    })  # fmt: skip
+    if file is None or content is None:
+        store.write_record()
+    else:
+        store.write_file(file, content)

@@ -1,23 +1,162 @@
-"""Answers kept in a folder: a command that goes on after an interruption finds them there, and asks for the rest."""
+"""Answers kept in a folder, each by its key: all that decides it, and nothing else.
+
+A command that goes on after an interruption finds them there, and asks for the rest. The key is that of the function
+with its arguments, the modules that it imports, and Python with its numerical libraries. Of each engine among the
+arguments it is the adapter with its imports, the engine's distribution and those that this requires, by content; of a
+program the files that its entry names. A changed document, report or study makes no run anew, a changed adapter those
+of its engines only.
+"""
 
 from __future__ import annotations
 
+import ast
 import hashlib
+import io
+import pickle
+import platform
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from types import FunctionType
 from typing import TYPE_CHECKING, Any
 
-from barchain.runs.answer_key import answer_key
+from adapters.registry import ENGINES, Registration, engines
+from barchain.record.environment import blas, package_version, processor
+from barchain.record.sources import contents_digest, digest_of, required_by
 from barchain.runs.call import Answer, CallEnd
-from barchain.runs.session import Session
+from barchain.runs.pool import Session
+from reference_impl.kernel.build import source_digest, why_missing
 from reports.tables.files import ANSWERS
 from reports.tables.writing import make_folder, write_atomically
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable, Iterator
-    from pathlib import Path
+    from collections.abc import Callable, Hashable, Iterable, Iterator
 
     from barchain.runs.call import Call
 
+OURS = ("adapters", "barchain", "reference_impl", "scenarios")
+"""Packages whose modules count one by one"""
+LIBRARIES = ("numpy", "scipy", "gmpy2")
+"""Libraries beside those of engines that compute; a version of one is one content"""
+KERNEL = "reference_impl.kernel"
+"""Package whose sources in C count with its modules, and whether it can be used"""
+DIGITS = 40
 CHECK_B = hashlib.sha256().digest_size
+
+
+class Ingredients(pickle.Pickler):
+    """Pickler that notes where the code of its objects lies."""
+
+    def __init__(self, call: Call) -> None:
+        """Pickle a call's function, arguments and number of the repetition."""
+        self.sink = io.BytesIO()
+        super().__init__(self.sink, protocol=5)
+        self.modules: set[str] = set()
+        """Modules of all functions, and of the classes of all objects"""
+        self.registrations: set[Registration] = set()
+        self.dump((call.function, call.given, call.repetition))
+        self.content = self.sink.getvalue()
+        for name, found in (other_engines() | ENGINES).items():  # some functions know engines by name: a short text
+            if b"\x8c%c%s" % (len(name), name.encode("ascii")) in self.content:
+                self.registrations.add(found)
+
+    def reducer_override(self, found: Any) -> Any:
+        """Note an object, and pickle it as usual."""
+        if isinstance(found, Registration):
+            self.registrations.add(found)
+        code = found if isinstance(found, (type, FunctionType)) else type(found)
+        self.modules.add(str(code.__module__))
+        return NotImplemented
+
+
+@cache
+def other_engines() -> dict[str, Registration]:
+    """Engines of other packages, which are looked for once in a process."""
+    return {name: found for name, found in engines().items() if name not in ENGINES}
+
+
+def answer_key(call: Call) -> str:
+    """Key of a call's answer; limits do not count, as an answer that is there came within some."""
+    found = Ingredients(call)
+    targets = {registration.target.partition(":")[0] for registration in found.registrations}
+    ours = frozenset(name for name in found.modules | targets if top_of(name) in OURS)
+    others = sorted({top_of(name) for name in targets} - set(OURS))
+    installed = {name for r in found.registrations for name in (r.requires, r.distribution) if name}
+    programs = sorted(registration.version for registration in found.registrations if registration.entry)
+    code = closure_digest(ours), *map(digest_of, others), *map(distribution_text, sorted(installed)), *programs
+    parts = (*machine_parts(), *code)
+    return hashlib.sha256("\0".join(parts).encode() + found.content).hexdigest()[:DIGITS]
+
+
+def top_of(module: str) -> str:
+    """Top-level package of a module."""
+    return module.partition(".")[0]
+
+
+@cache
+def machine_parts() -> tuple[str, ...]:
+    """Python, libraries that compute, and the processor: they decide the last bits, and times."""
+    libraries = [f"{name} {package_version(name)}" for name in LIBRARIES]
+    return platform.python_version(), *libraries, blas(), platform.machine(), processor()
+
+
+@cache
+def distribution_text(name: str) -> str:
+    """Version and contents of a distribution, and of those that it requires."""
+    names = (name, *sorted(required_by(name)))
+    return " ".join(f"{each} {package_version(each)} {contents_digest(each)}" for each in names)
+
+
+@cache
+def closure_digest(modules: frozenset[str]) -> str:
+    """Digest of modules of ours and of all that they import."""
+    found, ahead = dict[str, str](), sorted(modules)
+    while ahead:
+        name = ahead.pop()
+        if name not in found:
+            found[name], more = known_module(name)
+            ahead += more
+    content = sorted(found.items())
+    kernel = source_digest() + why_missing() if any(name.startswith(KERNEL) for name in found) else ""
+    return hashlib.sha256(f"{content} {kernel}".encode()).hexdigest()
+
+
+@cache
+def known_module(name: str) -> tuple[str, tuple[str, ...]]:
+    """Digest of a module of ours, and the names that it imports; nothing of what is no module."""
+    path = source_of(name)
+    if path is None:
+        return "", ()
+    text = path.read_bytes()
+    return hashlib.sha256(text).hexdigest(), tuple(dict.fromkeys(imported(ast.parse(text).body)))
+
+
+@cache
+def root_of(top: str) -> Path:
+    """Folder of a top-level package."""
+    return Path(import_module(top).__path__[0])
+
+
+def source_of(module: str) -> Path | None:
+    """Source of a module of ours; None if it is none."""
+    top, *inside = module.split(".")
+    if top not in OURS:
+        return None
+    folder = root_of(top).joinpath(*inside)
+    place = folder / "__init__.py" if folder.is_dir() else folder.with_suffix(".py")
+    return place if place.is_file() else None
+
+
+def imported(statements: Iterable[Any]) -> Iterator[str]:
+    """Names that statements import, those in functions too, but not those for type checking alone."""
+    for each in statements:
+        if isinstance(each, ast.Import):
+            yield from (alias.name for alias in each.names)
+        elif isinstance(each, ast.ImportFrom) and each.module:
+            yield from (each.module, *(f"{each.module}.{alias.name}" for alias in each.names))
+        elif not (isinstance(each, ast.If) and "TYPE_CHECKING" in ast.unparse(each.test)):
+            for inner in ("body", "orelse", "finalbody", "handlers"):
+                yield from imported(getattr(each, inner, ()))
 
 
 class AnswerStore:
@@ -70,7 +209,7 @@ class KeptSession(Session):
         self.inside.submit(key, call)
 
     def answers(self, *, wait: bool = True) -> Iterator[tuple[Any, Answer]]:
-        """Answers, as :meth:`barchain.runs.session.Session.answers`, each kept before it is given."""
+        """Answers, as :meth:`barchain.runs.pool.Session.answers`, each kept before it is given."""
         for key, answer in super().answers(wait=wait):
             call = self.calls.pop(key, None)
             if call is not None:

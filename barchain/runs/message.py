@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.runs.limits import TEXT_LENGTH
-
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
@@ -19,6 +17,8 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
 
 HEADER = "header"
+TEXT_LENGTH = 500
+"""Characters of a text that are kept"""
 MAX_INFO = 50
 """Entries of `info` that are kept"""
 

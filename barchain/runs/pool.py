@@ -1,153 +1,286 @@
-"""Runs in worker processes with a time limit: a crash or a hang costs one run.
+"""Workers of this process, and calls that are under way: here in slots side by side, elsewhere by other sessions.
 
-A process is used again for further runs, and keeps the changes of an engine: a module, a rounding mode, an environment
-variable. Therefore the judging solutions are run in processes without any judged engine, and each run of a third-party
-adapter has a process of its own. Every process computes in one thread. Processes are those of this machine, or stand
-beside the workers of a Dask cluster (:mod:`barchain.runs.executors`).
+A slot asks its worker (:mod:`barchain.runs.worker`) one call after the other, and replaces it when it dies.
 """
 
 from __future__ import annotations
 
-import math
-from enum import IntEnum
-from typing import TYPE_CHECKING
+import atexit
+import contextlib
+import os
+import queue
+import subprocess
+import sys
+import threading
+import time
+from abc import ABC, abstractmethod
+from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING, Any, Self
 
-from adapters.engine import AccuracyParameter
-from adapters.registry import ENGINES
-from barchain.runs.cases import Task, alone, run_cases
-from barchain.runs.executors import ALL_CORES
-from barchain.runs.job import JUDGING_ROLES, Job
-from barchain.runs.messages import outside_call, outside_result, shared_call, shared_result
-from barchain.runs.time_limits import COMPILE_S, SOLUTION_PATIENCE, TimeLimit
+from barchain.runs.call import (
+    Answer,
+    CallEnd,
+    WrongWorkerError,
+    joined,
+    known_of,
+    parted,
+    pickled,
+    read_frame,
+    unpacked,
+    write_frame,
+)
+from barchain.runs.environment import ONE_THREAD, need_current_folder, need_open_files, start
+from barchain.runs.message import MessageError, plain_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Hashable, Iterator
+    from types import TracebackType
 
-    from barchain.runs.call import Answer, Call
-    from barchain.runs.executors import Executor
-    from barchain.runs.job import RunResult
+    from barchain.runs.call import Call
 
-RUNS_PER_WORKER = 40  # some engines leak memory with every model
-STEPS_PER_RADIAN = 1.0
-"""Of the fastest rate at rtol = 1; methods of high order take rtol^(-1/8) times more"""
-ORDER = 8.0
-COMPILING = 1e18
-"""Work of a run that compiles first"""
+COMMAND = [sys.executable, "-m", "barchain.runs.worker"]
+OTHER = b"other code"
+"""Head of a reply of a worker whose code differs from its sender's"""
+START_S = 60.0  # for a worker to import barchain on a busy machine
+END_S = 10.0  # for a worker to end its processes
 
 
-class PoolGroup(IntEnum):
-    """Runs that may share a process, in the order of running."""
-
-    SOLUTION = 0
-    """The reference or heyoka, for the solutions that judge"""
-    REGISTERED = 1
-    """Engines behind barchain's own adapters"""
-    THIRD_PARTY = 2
-    """Engines that other packages register: one run, one process behind the boundary"""
+class WorkerLostError(RuntimeError):
+    """Raised where a worker died, or gave no answer within the limits of its calls."""
 
 
-def pool_group(job: Job) -> PoolGroup:
-    """Group of processes that a run belongs to."""
-    if job.role in JUDGING_ROLES:
-        return PoolGroup.SOLUTION
-    return PoolGroup.REGISTERED if job.registration in ENGINES.values() else PoolGroup.THIRD_PARTY
+def module_paths() -> list[str]:
+    """Folders in which this process finds modules, absolute."""
+    need_current_folder()
+    return [path or os.getcwd() for path in sys.path]  # noqa: PTH109
 
 
-def run_jobs(
-    jobs: Iterable[Job],
-    *,
-    time_limit_s: float,
-    executor: Executor = ALL_CORES,
-    compile_s: float = COMPILE_S,
-    solution_patience: float = SOLUTION_PATIENCE,
-) -> Iterator[tuple[Job, RunResult]]:
-    """Run jobs in worker processes and yield each result as it comes.
+class Worker:
+    """A worker process."""
 
-    Parameters
-    ----------
-    jobs : iterable of Job
-    time_limit_s : float
-        Wall time after which a run's process is ended, s. An engine that compiles has `compile_s` more, and the limit
-        holds for its `simulate` alone.
-    executor : Executor
-        Place of the processes; all cores of this machine by default.
-    compile_s : float
-        Additional wall time for compiling, s; 0 if everything is known to be compiled.
-    solution_patience : float
-        Limit of a run for the judging solution, relative to `time_limit_s`.
+    def __init__(self, idle_s: float | None = None) -> None:
+        """Start it, with the modules that this process can import; it ends by itself after `idle_s` without a call."""
+        variables = os.environ | ONE_THREAD | {"PYTHONPATH": os.pathsep.join(module_paths())}
+        line = [*COMMAND, *([] if idle_s is None else [str(idle_s)])]
+        self.process = start(line, given=subprocess.PIPE, output=subprocess.PIPE, variables=variables)
+        assert self.process.stdin is not None
+        assert self.process.stdout is not None
+        self.requests, self.replies = self.process.stdin, self.process.stdout
 
-    Raises
-    ------
-    ClusterLostError
-        If the executor is a cluster, and fails; results so far have been yielded.
-    """
-    tasks = ((job, run_task(job, limit_of(job, time_limit_s, compile_s, solution_patience))) for job in jobs)
-    return run_cases(((job, alone(task)) for job, task in tasks), executor)
+    def ask(self, request: bytes, limit_s: float) -> bytes:
+        """Content of the reply to a request; a worker that takes longer than `limit_s` is killed.
 
+        Raises
+        ------
+        WrongWorkerError
+            If its code differs from the sender's.
+        WorkerLostError
+            If it dies.
+        """
+        timer = threading.Timer(limit_s, self.process.kill)
+        timer.start()
+        try:
+            write_frame(self.requests, request)
+            found = read_frame(self.replies)
+            kind, content = parted(found) if found is not None else (b"", b"")
+        except (OSError, ValueError) as error:
+            raise WorkerLostError(plain_text(error)) from None
+        finally:
+            timer.cancel()
+        if found is None:
+            raise WorkerLostError("the worker died")
+        if kind == OTHER:
+            raise WrongWorkerError(content.decode())
+        return content
 
-def run_together(
-    jobs: Iterable[Job], limit: TimeLimit, executor: Executor = ALL_CORES
-) -> Iterator[tuple[Job, RunResult]]:
-    """Run jobs in processes that all of them may share, and yield each result as it comes."""
-    return run_cases(((job, alone(run_task(job, limit, PoolGroup.REGISTERED))) for job in jobs), executor)
-
-
-def limit_of(
-    job: Job, time_limit_s: float, compile_s: float = COMPILE_S, solution_patience: float = SOLUTION_PATIENCE
-) -> TimeLimit:
-    """Limit of a run by its group of processes; arguments as of :func:`run_jobs`."""
-    group = pool_group(job)
-    if group is PoolGroup.THIRD_PARTY:
-        return TimeLimit(time_limit_s, 0.0)
-    return TimeLimit(time_limit_s * (solution_patience if group is PoolGroup.SOLUTION else 1.0), compile_s)
-
-
-def run_task(
-    job: Job, limit: TimeLimit, group: PoolGroup | None = None, kept: Callable[[RunResult], object] | None = None
-) -> Task:
-    """Task that makes a run, for a case.
-
-    Runs of judging solutions come first, then the longest.
-
-    Parameters
-    ----------
-    job : Job
-    limit : TimeLimit
-    group : PoolGroup, optional
-        Group of processes; it follows from the job by default.
-    kept : callable, optional
-        Called with the result as soon as it is there.
-    """
-    chosen = pool_group(job) if group is None else group
-    result_of = outside_result if chosen is PoolGroup.THIRD_PARTY else shared_result
-
-    def result(answer: Answer) -> RunResult:
-        found = limit.judged(job, result_of(job, answer))
-        if kept is not None:
-            kept(found)
-        return found
-
-    return Task(call_of(job, chosen, limit), result, (float(chosen), -expected_work(job)))
+    def close(self) -> None:
+        """End it, and with it all that it has started, also while a call is at work."""
+        with contextlib.suppress(OSError):
+            self.requests.close()
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self.process.wait(END_S)
+        self.process.kill()
+        self.process.wait()
+        with contextlib.suppress(OSError):
+            self.replies.close()
 
 
-def call_of(job: Job, group: PoolGroup, limit: TimeLimit) -> Call:
-    """Call that makes a run."""
-    if group is PoolGroup.THIRD_PARTY:
-        return outside_call("run", job, limit.time_s)
-    own, pool = group is PoolGroup.SOLUTION, f"{group.name.lower()} runs"
-    return shared_call(job, limit.allowed_s(job), limit.simulate_s(job), pool, RUNS_PER_WORKER, own_work=own)
+class Slot:
+    """A worker that answers calls, and is replaced by another where a call has killed it."""
+
+    def __init__(self, idle_s: float | None = None) -> None:
+        """Start none yet; `idle_s` as for :class:`Worker`."""
+        self.idle_s, self.closed = idle_s, False
+        self.worker: Worker | None = None
+        self.lock = threading.Lock()
+
+    def run(self, call: bytes, versions: bytes = b"") -> Answer:
+        """Answer to a call from :func:`barchain.runs.call.pickled`; one that kills its worker is answered as dead.
+
+        Raises
+        ------
+        WrongWorkerError
+            If versions of the sender's code are given, as JSON, and this machine has others.
+        """
+        begun, wall_s = time.monotonic(), known_of(call).wall_s
+        try:
+            return unpacked(self.started().ask(joined([versions, call]), wall_s + START_S))
+        except (WorkerLostError, MessageError) as error:
+            self.close_worker()
+            reason = f"its process died with the process that started it ({plain_text(error)})"
+            return Answer(end=CallEnd.DIED, reason=reason, seconds=time.monotonic() - begun)
+
+    def started(self) -> Worker:
+        """The worker.
+
+        Raises
+        ------
+        WorkerLostError
+            If the slot is closed.
+        """
+        with self.lock:
+            if self.closed:
+                raise WorkerLostError("no call is wanted any more")
+            if self.worker is None or self.worker.process.poll() is not None:
+                self.close_worker()
+                self.worker = Worker(self.idle_s)
+            return self.worker
+
+    def close_worker(self) -> None:
+        """End the worker."""
+        worker, self.worker = self.worker, None
+        if worker is not None:
+            worker.close()
+
+    def close(self) -> None:
+        """End the worker, and start none again."""
+        with self.lock:
+            self.closed = True
+        self.close_worker()
 
 
-def expected_work(job: Job) -> float:
-    """Steps times bars that a run takes, as far as scene and setting tell.
+class Slots:
+    """Slots for calls from any thread: as many as are at work at once."""
 
-    Only the order of jobs depends on it: the longest come first, so that no process waits at the end for a long one.
-    """
-    scene, setting = job.scene, job.setting
-    if job.registration.compiles and job.registration in ENGINES.values():
-        return COMPILING * scene.bars
-    turns = scene.run.duration_s / scene.step_period_s
-    steps = setting.value * turns
-    if setting.parameter is AccuracyParameter.RTOL:
-        steps = STEPS_PER_RADIAN * 2.0 * math.pi * turns * scene.bars * setting.value ** (-1.0 / ORDER)
-    return max(steps, scene.run.samples) * scene.bars
+    def __init__(self, idle_s: float | None = None) -> None:
+        """Start none yet; `idle_s` as for :class:`Worker`."""
+        self.idle_s, self.lock = idle_s, threading.Lock()
+        self.idle: list[Slot] = []
+        self.busy: set[Slot] = set()
+
+    @contextlib.contextmanager
+    def slot(self) -> Iterator[Slot]:
+        """An idle slot, or a new one; after an exception, also an interruption, it is closed."""
+        with self.lock:
+            found = self.idle.pop() if self.idle else Slot(self.idle_s)
+            self.busy.add(found)
+        try:
+            yield found
+        except BaseException:
+            found.close()
+            raise
+        finally:
+            with self.lock:
+                self.busy.discard(found)
+                if not found.closed:
+                    self.idle.append(found)
+
+    def close_idle(self) -> None:
+        """End idle workers: they may have old code."""
+        with self.lock:
+            idle, self.idle = self.idle, []
+        for slot in idle:
+            slot.close()
+
+    def close(self) -> None:
+        """End all workers, and with them the calls at work."""
+        with self.lock:
+            busy = list(self.busy)
+        for slot in busy:
+            slot.close()
+        self.close_idle()
+
+
+SLOTS = Slots()
+"""Slots for single questions, which end with this process"""
+atexit.register(SLOTS.close_idle)
+
+
+class Session(ABC):
+    """A place while it runs calls; a context, at whose end calls at work are ended."""
+
+    def __init__(self) -> None:
+        self.done: queue.SimpleQueue[tuple[Hashable, Answer] | Exception] = queue.SimpleQueue()
+        self.left: int = 0
+        """Calls whose answer has not been taken"""
+
+    @abstractmethod
+    def start(self, key: Hashable, call: Call) -> None:
+        """Begin a call, or queue it; its answer goes to `done`."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """End everything."""
+
+    def side_by_side(self) -> int:
+        """Calls that run at the same time, as far as is known."""
+        return 1
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self.close()
+
+    def submit(self, key: Hashable, call: Call) -> None:
+        """Take a call; calls begin in the order in which they are submitted."""
+        self.left += 1
+        self.start(key, call)
+
+    def answers(self, *, wait: bool = True) -> Iterator[tuple[Any, Answer]]:
+        """Answers with the keys of their calls: those that are there, or with `wait` all.
+
+        Raises
+        ------
+        ClusterLostError
+            If the place fails; answers so far have been given.
+        """
+        while self.left and (wait or not self.done.empty()):
+            found = self.done.get()
+            if isinstance(found, Exception):
+                raise found
+            self.left -= 1
+            yield found
+
+
+class LocalSession(Session):
+    """Calls in slots of this machine, side by side, each asked by a thread."""
+
+    def __init__(self, workers: int | None = None) -> None:
+        """Prepare; `workers` is the number of calls side by side, as many as there are cores by default."""
+        super().__init__()
+        self.workers = workers or os.cpu_count() or 1
+        need_open_files(self.workers)
+        self.slots, self.threads = Slots(), ThreadPoolExecutor(self.workers)
+
+    def start(self, key: Hashable, call: Call) -> None:
+        """Queue a call."""
+        self.threads.submit(self.serve, key, call)
+
+    def serve(self, key: Hashable, call: Call) -> None:
+        """Answer a call, in a thread; a fault of barchain's own ends the command with its traceback."""
+        try:
+            with self.slots.slot() as slot:
+                self.done.put((key, slot.run(pickled(call))))
+        except Exception as error:
+            self.done.put(error)
+
+    def side_by_side(self) -> int:
+        """Slots."""
+        return self.workers
+
+    def close(self) -> None:
+        """End the calls at work, and all processes."""
+        self.threads.shutdown(wait=False, cancel_futures=True)
+        self.slots.close()
+        self.threads.shutdown()

@@ -9,14 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adapters.command.entries import OWN_CLOCK
-from adapters.engine import Engine, EngineError
+from adapters.engine import Engine
 from adapters.trajectory import Trajectory
 from barchain.runs.declarations import DECLARED, DeclarationError, declared
-from barchain.runs.memory import Peak
+from barchain.runs.measuring import Peak
 from barchain.runs.message import MessageError, plain_info, plain_number, plain_text
-from barchain.runs.phase import enter
-from barchain.runs.raised import exception_words, place_words
-from barchain.runs.stopwatch import timed
+from barchain.runs.phases import enter, three_phases
 
 if TYPE_CHECKING:
     from adapters.engine import Setting
@@ -32,45 +30,11 @@ WORDS = {"ended", "info", "scene", "engine", "setting", "torque_bars"}
 ARRAYS = tuple(f.name for f in dataclasses.fields(Trajectory) if f.name not in WORDS)
 
 
-def failed(error: BaseException) -> dict[str, Any]:
-    """Answer of an engine whose code raised an exception."""
-    phase = next(iter(getattr(error, "__notes__", ())), "")
-    if isinstance(error, ImportError):
-        return {"failed": "missing", "words": f"does not import ({plain_text(error)})", "phase": "", "rejected": False}
-    if isinstance(error, (EngineError, DeclarationError, MessageError)):
-        words = plain_text(error) or type(error).__name__
-    elif isinstance(error, Exception):
-        words = exception_words(error)
-    else:
-        words = f"it ended its process by {type(error).__name__}({plain_text(error)}){place_words(error)}"
-    rejects = isinstance(error, (EngineError, ValueError)) and not isinstance(error, np.linalg.LinAlgError)
-    return {"failed": "failed", "words": words, "phase": plain_text(phase, 20), "rejected": rejects}
-
-
 def declarations(registration: Registration) -> Answer:
     """Declarations of an engine's class, checked."""
     engine = loaded(registration)
-    said = {name: declared(engine, name) for name in DECLARED}
-    sweep, order = said["sweep"], said["order"]
-    return {
-        "title": plain_text(said["title"], 200),
-        "coordinates": str(said["coordinates"]),
-        "order": None if order is None else float(order),
-        "sweep": {
-            "parameter": str(sweep.parameter),
-            "values": tuple(float(v) for v in sweep.values),
-            "default": float(sweep.default),
-            "finer_rtol": float(sweep.finer_rtol),
-        },
-        "effects": sorted(plain_text(e, 60) for e in said["effects"]),
-        "observables": sorted(map(str, said["observables"])),
-        "options": sorted(plain_text(o, 60) for o in said["options"]),
-        "joints_in_place": said["joints_in_place"],
-        "track_by_length": said["track_by_length"],
-        "step_constant": float(said["step_constant"]),
-        "unsupported_reasons": {plain_text(k, 60): plain_text(v) for k, v in said["unsupported_reasons"].items()},
-        "asks": sorted(n for n in CLASS_METHODS if overrides(engine, n)),
-    }, {}
+    said = {name: form.plain(declared(engine, name)) for name, form in DECLARED.items()}
+    return said | {"asks": sorted(n for n in CLASS_METHODS if overrides(engine, n))}, {}
 
 
 def loaded(registration: Registration) -> type[Engine]:
@@ -139,14 +103,7 @@ def finished(
     registration: Registration, options: tuple[str, ...], scene: Scene, setting: Setting
 ) -> tuple[dict[str, Any], Trajectory]:
     """Header of an answer, and the engine's own trajectory."""
-    seconds: dict[str, float] = {}
-    engine = loaded(registration)(**dict.fromkeys(options, True))
-    enter("build")
-    timed(seconds, "build", lambda: engine.build(scene, setting))
-    enter("simulate")
-    timed(seconds, "simulate", engine.simulate)
-    enter("read")
-    result = timed(seconds, "read", engine.read)
+    result, seconds = three_phases(loaded(registration)(**dict.fromkeys(options, True)), scene, setting)
     if not isinstance(result, Trajectory):
         raise MessageError(f"read() returned a {type(result).__name__}, expected a Trajectory")
     ended = result.ended

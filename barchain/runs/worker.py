@@ -19,24 +19,35 @@ import signal
 import sys
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO
+from typing import BinaryIO
 
 import psutil
 
 from barchain.runs import asking  # noqa: F401  # what every forked process has loaded already
-from barchain.runs.call import Answer, CallEnd, limits_of, packed_answers, unpacked_answers
+from barchain.runs.call import (
+    FILE_B,
+    LENGTH,
+    MEMORY_B,
+    OUTPUT_B,
+    Answer,
+    Call,
+    CallEnd,
+    joined,
+    known_of,
+    packed,
+    parted,
+    read_frame,
+    unpacked,
+    write_frame,
+)
 from barchain.runs.child import FORKS, LOG, PR_SET_CHILD_SUBREAPER, called, process_control, serve
 from barchain.runs.environment import FOLDER, Watchman
-from barchain.runs.frames import LENGTH, joined, parted, read_frame, write_frame
-from barchain.runs.limits import FILE_B
 from barchain.runs.message import MessageError, plain_text
-from barchain.runs.phase import late_words
+from barchain.runs.phases import late_words
+from barchain.runs.pool import OTHER
 from barchain.runs.versions import code_versions, difference
 
-if TYPE_CHECKING:
-    from barchain.runs.call import CallLimits
-
-DONE, OTHER = b"done", b"other code"
+DONE = b"done"
 KEPT_POOLS = 3  # calls of several pools come mixed: solutions, other runs, verdicts
 POLL_S = 0.05  # between looks at time, memory and output: an engine fills some 100 MB in that time
 READ_B = 1 << 20
@@ -49,15 +60,15 @@ class SenderGoneError(Exception):
 class Child:
     """A forked process that answers calls."""
 
-    def __init__(self, folder: Path, limits: CallLimits) -> None:
+    def __init__(self, folder: Path, *, confined: bool) -> None:
         """Fork it."""
         folder.mkdir()
-        self.folder, self.limits, self.calls = folder, limits, 0
+        self.folder, self.calls = folder, 0
         self.code: int | None = None
         ours, theirs = os.pipe(), os.pipe()
         self.pid = os.fork()
         if self.pid == 0:
-            serve(ours[0], theirs[1], folder, limits.confined)
+            serve(ours[0], theirs[1], folder, confined=confined)
         os.close(ours[0])
         os.close(theirs[1])
         self.to, self.back = ours[1], theirs[0]
@@ -104,33 +115,33 @@ class Children:
         self.folder, self.requests, self.spared, self.numbers = folder, requests, spared, itertools.count()
         self.kept: dict[str, Child] = {}
 
-    def answer(self, limits: CallLimits, content: bytes) -> Answer:
-        """Answer to a call."""
+    def answer(self, call: Call, content: bytes) -> Answer:
+        """Answer to a call, of which the worker knows the limits, and the process the content."""
         start = time.monotonic()
         if not FORKS:  # the sender ends this process at the limit
             return called(content)
-        child = self.child(limits)
+        child = self.child(call)
         child.send(content)
         answer: Answer | None = None
         try:
-            answer = self.awaited(child, limits, start)
+            answer = self.awaited(child, call, start)
         finally:
             again = answer is not None and answer.end in {CallEnd.ANSWERED, CallEnd.RAISED}
-            if not (again and limits.pool and child.calls < limits.calls_per_process):
+            if not (again and call.pool and child.calls < call.calls_per_process):
                 self.end(child)
         return Answer(answer.content, answer.end, answer.reason, time.monotonic() - start)
 
-    def child(self, limits: CallLimits) -> Child:
+    def child(self, call: Call) -> Child:
         """Process of a call's pool, forked at the first call; a fresh one without a pool."""
-        found = self.kept.pop(limits.pool, None) if limits.pool else None
+        found = self.kept.pop(call.pool, None) if call.pool else None
         if found is not None and found.exit_code() is not None:  # killed while it had no call
             self.end(found)
             found = None
-        found = found or Child(self.folder / str(next(self.numbers)), limits)
-        if limits.pool:
+        found = found or Child(self.folder / str(next(self.numbers)), confined=call.confined)
+        if call.pool:
             while len(self.kept) >= KEPT_POOLS:
                 self.end(self.kept.pop(next(iter(self.kept))))
-            self.kept[limits.pool] = found  # the last one called stands last
+            self.kept[call.pool] = found  # the last one called stands last
         return found
 
     def end(self, child: Child) -> None:
@@ -155,7 +166,7 @@ class Children:
                 with contextlib.suppress(ChildProcessError):
                     os.waitpid(process.pid, 0)
 
-    def awaited(self, child: Child, limits: CallLimits, start: float) -> Answer:
+    def awaited(self, child: Child, call: Call, start: float) -> Answer:
         """Answer of a process, or the first limit that it exceeds, or how it ended."""
         received, poll = bytearray(), select.poll()
         poll.register(child.back, select.POLLIN)
@@ -174,23 +185,21 @@ class Children:
                 if more:
                     continue
             if child.code is not None:  # it had ended before this look at its pipe
-                return ended(child, child.code, limits)
-            if time.monotonic() - start > limits.wall_s:
-                return Answer(end=CallEnd.TIMED_OUT, reason=late_words(child.folder, limits.limit_s))
+                return ended(child, child.code, call)
+            if time.monotonic() - start > call.wall_s:
+                return Answer(end=CallEnd.TIMED_OUT, reason=late_words(child.folder, call.limit_s))
             if child.exit_code() is not None:
                 continue
-            if limits.confined is not None and (excess := self.excess(child)):
+            if call.confined and (excess := self.excess(child)):
                 return Answer(end=CallEnd.DIED, reason=excess)
 
     def excess(self, child: Child) -> str:
         """Words on the output or memory that a confined process takes beyond its limits; empty if none."""
-        limits = child.limits.confined
-        assert limits is not None
         log = child.folder / LOG
-        if log.exists() and log.stat().st_size > limits.output_B:
-            return f"printed more than {limits.output_B / 2**20:.0f} MB"
-        if memory_B(child.pid) > limits.memory_B:
-            return f"used more than {limits.memory_B / 2**30:.3g} GB of memory"
+        if log.exists() and log.stat().st_size > OUTPUT_B:
+            return f"printed more than {OUTPUT_B / 2**20:.0f} MB"
+        if memory_B(child.pid) > MEMORY_B:
+            return f"used more than {MEMORY_B / 2**30:.3g} GB of memory"
         return ""
 
     def close(self) -> None:
@@ -229,15 +238,15 @@ def whole_answer(received: bytearray) -> Answer | None:
     if len(received) < LENGTH.size + length:
         return None
     try:
-        return unpacked_answers(bytes(received[LENGTH.size : LENGTH.size + length]), 1)[0]
+        return unpacked(bytes(received[LENGTH.size : LENGTH.size + length]))
     except MessageError as error:
         return Answer(end=CallEnd.LOST, reason=f"its result could not be brought back: {error}")
 
 
-def ended(child: Child, code: int, limits: CallLimits) -> Answer:
+def ended(child: Child, code: int, call: Call) -> Answer:
     """Answer for a process that ended without one."""
     if hasattr(signal, "SIGPROF") and code == -signal.SIGPROF:
-        return Answer(end=CallEnd.TIMED_OUT, reason=f"no result within {limits.limit_s:g} s of processor time")
+        return Answer(end=CallEnd.TIMED_OUT, reason=f"no result within {call.limit_s:g} s of processor time")
     if hasattr(signal, "SIGALRM") and code == -signal.SIGALRM:
         return Answer(end=CallEnd.OWN_TIMER, reason="its own timer ended its process")
     reason = f"its process {describe_exit(code)} and gave no result{child.last_words()}"
@@ -291,14 +300,14 @@ def next_request(requests: BinaryIO, idle_s: float | None) -> bytes | None:
 
 
 def reply(children: Children, request: bytes) -> bytes:
-    """Reply to a request: answers to its calls, or the version that differs from the sender's."""
+    """Reply to a request: the answer to its call, or all versions, or the one that differs from the sender's."""
     versions, *calls = parted(request)
     differs = difference(code_versions(), json.loads(versions)) if versions else ""
     if differs:
         return joined([OTHER, differs.encode()])
     if not calls:
         return joined([DONE, json.dumps(code_versions()).encode("ascii")])
-    return joined([DONE, packed_answers([children.answer(limits_of(call), parted(call)[1]) for call in calls])])
+    return joined([DONE, packed(children.answer(known_of(calls[0]), parted(calls[0])[1]))])
 
 
 if __name__ == "__main__":

@@ -20,11 +20,10 @@ from typing import TYPE_CHECKING, Any
 
 from adapters.registry import find_engine
 from barchain.runs.cases import run_cases
+from barchain.runs.choices import choose_setting
 from barchain.runs.executors import ALL_CORES
-from barchain.runs.job import Job, Role
-from barchain.runs.pool import limit_of, run_task
-from barchain.runs.settings import choose_setting
-from barchain.runs.time_limits import TIME_LIMIT_S
+from barchain.runs.job import TIME_LIMIT_S, Job, Role
+from barchain.runs.tasks import limit_of, run_task
 from barchain.studies.study import Reporter, StudyEnd, run_study
 from reports.tables.files import StudyFiles
 from reports.tables.measured import STUDIES, own_study, study_rows

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from adapters.engine import AccuracyParameter, EngineError, Setting
+from adapters.engine import AccuracyParameter, EngineError, Setting, SettingError
 from adapters.heyoka.adapter import Heyoka, HeyokaLong, HeyokaQuad
 from adapters.heyoka.compiled import DOUBLE, QUAD, symbols
 from adapters.heyoka.equations import backward_step
@@ -16,7 +16,7 @@ from adapters.heyoka.structure import structure_of
 from adapters.heyoka.units import units_of
 from adapters.reference.numpy_engines import Reference
 from barchain.metrics.quantities import differences
-from barchain.runs.settings import SettingError, choose_setting
+from barchain.runs.choices import choose_setting
 from reference_impl.model import relative
 from reference_impl.model.state import Accelerations
 from scenarios import load_scene

@@ -13,8 +13,8 @@ import pytest
 
 from adapters.registry import Registration
 from barchain.crossval.run import run_comparison
-from barchain.runs import limits
 from barchain.runs.environment import FOLDER
+from barchain.runs.message import TEXT_LENGTH
 from reports.render import render
 from reports.tables.outcome import Outcome
 from tests.boundary.misbehaving import ENGINES, FINE, TRACE
@@ -73,7 +73,7 @@ def check(result: ComparisonResult, folder: Path, names: object) -> None:
         assert not result.outcomes[SCENE, name].ok, name
         reasons = result.metrics.query("engine == @name and outcome != 'pass' and outcome != 'reported'").reason
         assert reasons.str.len().max() > 0, name
-        assert all(r.isprintable() and len(r) <= limits.TEXT_LENGTH + 200 for r in reasons), (name, list(reasons))
+        assert all(r.isprintable() and len(r) <= TEXT_LENGTH + 200 for r in reasons), (name, list(reasons))
         assert not reasons.str.contains("Traceback").any(), name
     assert all(path.is_file() for path in render(folder))
     assert not TRACE.exists()
@@ -89,7 +89,7 @@ def test_an_engine_that_exits_dies_or_lies_costs_its_own_row(tmp_path: Path, nam
 
 @pytest.mark.slow
 def test_a_worker_that_an_engine_has_stopped_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("barchain.runs.workers.START_S", 12.0)
+    monkeypatch.setattr("barchain.runs.pool.START_S", 12.0)
     result = compared(targets(["simulate_stops_worker", "plain"]), tmp_path, 8.0)
     assert not result.outcomes[SCENE, "simulate_stops_worker"].ok
     assert result.outcomes[SCENE, "plain"] is Outcome.PASS
@@ -109,8 +109,8 @@ def test_every_misbehaviour_costs_its_own_row_and_leaves_no_process(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert len(ENGINES) >= 100
-    monkeypatch.setattr("barchain.runs.declared.QUESTION_LIMITS", limits.OutsideLimits(4.0))
-    monkeypatch.setattr("barchain.runs.workers.START_S", 12.0)
+    monkeypatch.setattr("barchain.runs.asking.QUESTION_S", 4.0)
+    monkeypatch.setattr("barchain.runs.pool.START_S", 12.0)
     before = ours()
     result = compared(targets(ENGINES), tmp_path, 8.0)
     check(result, tmp_path, ENGINES)
@@ -138,7 +138,7 @@ def test_harmless_engines_pass_whatever_they_start(tmp_path: Path, names: list[s
 def test_a_package_that_misbehaves_at_import_costs_its_own_row(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(tmp_path)
     (tmp_path / "bad_syntax.py").write_text("def")
-    monkeypatch.setattr("barchain.runs.declared.QUESTION_LIMITS", limits.OutsideLimits(2.0))
+    monkeypatch.setattr("barchain.runs.asking.QUESTION_S", 2.0)
     names = {name: f"tests.boundary.bad_imports.{name}:Engine" for name in IMPORTS}
     names |= {"syntax": "bad_syntax:Engine", "nowhere": "there_is_no_such_package:Engine"}
     result = compared(names | targets(["plain"]), tmp_path / "out")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from barchain.runs.raised import exception_words
+from barchain.runs.phases import exception_words
 
 HERE = __name__
 

@@ -16,10 +16,9 @@ from barchain.cli.main import cli
 from barchain.engine.new_program import LANGUAGES, write_program
 from barchain.nightly.figures import FigureKind
 from barchain.nightly.parts import capture, depends_on, installed_parts
-from barchain.runs.answer_key import answer_key
 from barchain.runs.job import Job, Role
-from barchain.runs.messages import outside_call
-from barchain.runs.outside_runs import one_run
+from barchain.runs.kept_answers import answer_key
+from barchain.runs.run import one_run, outside_call
 from reports.tables.outcome import Outcome
 from tests.support.slow import slow_but
 

@@ -24,8 +24,6 @@ from tests.support.kernel import needs_kernel
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from barchain.runs.limits import OutsideLimits
-
 
 pytestmark = needs_kernel
 HERE = "tests.conform.wrong_engines"
@@ -171,11 +169,11 @@ def test_a_setting_that_hangs_costs_no_other_setting(monkeypatch: pytest.MonkeyP
 def test_runs_without_a_result_are_told_as_that_and_not_as_runs_that_differ(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[float] = []
 
-    def answer(question: str, *asked: object, limits: OutsideLimits, **others: object) -> Reply:
-        seen.append(limits.time_s)
+    def answer(question: str, *asked: object, limit_s: float, **others: object) -> Reply:
+        seen.append(limit_s)
         if question == "behaviour" and asked[-1] == 1:
             return Reply(problem="no result within 90 s, ended in build", kind="timed_out")
-        return ask(question, *asked, limits=limits, **others)  # type: ignore[arg-type]
+        return ask(question, *asked, limit_s=limit_s, **others)  # type: ignore[arg-type]
 
     monkeypatch.setattr("barchain.conform.behaviour.ask", answer)
     found = {c.name: c for c in behaviour(dataclasses.replace(target.examined(f"{HERE}:Right"), run_s=60.0))}

@@ -11,11 +11,11 @@ import pytest
 
 from adapters.registry import ENGINES, Registration
 from barchain.record import sources
-from barchain.runs import answer_key as keys
-from barchain.runs.answer_key import answer_key
+from barchain.runs import kept_answers as keys
 from barchain.runs.call import Call
-from barchain.runs.job import Job, Role
-from barchain.runs.messages import shared_call
+from barchain.runs.job import Job, Role, TimeLimit
+from barchain.runs.kept_answers import answer_key
+from barchain.runs.run import shared_call
 from scenarios import load_scene
 from tests.execution import calls
 
@@ -170,7 +170,7 @@ def test_sources_of_the_kernel_count_for_the_compiled_reference(monkeypatch: pyt
 
 
 def test_documents_reports_studies_and_the_command_line_decide_no_run() -> None:
-    call = shared_call(run_of(ENGINES["exudyn"]).given[0], 1.0, None, "runs", 1)
+    call = shared_call(run_of(ENGINES["exudyn"]).given[0], TimeLimit(1.0), "runs", 1)
     ahead, found = ["adapters.exudyn.adapter", *keys.Ingredients(call).modules], set[str]()
     while ahead:
         name = ahead.pop()

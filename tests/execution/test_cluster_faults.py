@@ -15,7 +15,7 @@ import numpy as np
 import psutil
 
 from barchain.cli.main import run as barchain
-from barchain.runs.cluster.limits import ANSWER_S
+from barchain.runs.cluster.connection import ANSWER_S
 from reports.tables.ensemble import FILES
 from reports.tables.files import ANSWERS
 from tests.support import local_cluster

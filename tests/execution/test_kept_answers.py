@@ -12,8 +12,8 @@ import pytest
 from adapters.registry import Registration
 from barchain.runs.call import Call, CallEnd
 from barchain.runs.executors import KeptAnswers, LocalProcesses
-from barchain.runs.job import Job, Role
-from barchain.runs.messages import shared_call, shared_result
+from barchain.runs.job import Job, Role, TimeLimit
+from barchain.runs.run import shared_call, shared_result
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
 from tests.execution import calls
@@ -73,7 +73,7 @@ def test_a_run_that_fails_is_made_again(tmp_path: Path) -> None:
     registration = Registration("tests.support.faulty_engines:GivesUp")
     scene = load_scene("basics/two_bars_free")
     job = Job(scene, "GivesUp", registration, registration.load().sweep.setting(), Role.MAIN)
-    found = answer(tmp_path, shared_call(job, PATIENT_S, None, "runs", 1))
+    found = answer(tmp_path, shared_call(job, TimeLimit(PATIENT_S), "runs", 1))
     assert shared_result(job, found).outcome is Outcome.FAILED
     assert files(tmp_path) == []
 

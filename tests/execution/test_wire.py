@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from barchain.runs.call import Answer, CallEnd, packed_answers, unpacked_answers
-from barchain.runs.frames import joined, parted
+from barchain.runs.call import Answer, CallEnd, joined, packed, parted, unpacked
 from barchain.runs.job import Job, Role
 from barchain.runs.message import MessageError
-from barchain.runs.messages import shared_result, shared_run, version_of
+from barchain.runs.run import shared_result, shared_run
+from barchain.runs.versions import version_of
 from barchain.solutions.judging import solution_jobs
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
@@ -20,8 +20,9 @@ from scenarios import load_scene
 ANSWERS = [Answer(b"\x00" * 7), Answer(end=CallEnd.DIED, reason="signal 9"), Answer(b"", seconds=0.25)]
 
 
-def test_answers_come_back_as_they_were_sent() -> None:
-    assert unpacked_answers(packed_answers(ANSWERS), 3) == ANSWERS
+@pytest.mark.parametrize("answer", ANSWERS)
+def test_an_answer_comes_back_as_it_was_sent(answer: Answer) -> None:
+    assert unpacked(packed(answer)) == answer
 
 
 def head(*entries: Any) -> bytes:
@@ -43,18 +44,18 @@ class Trap:
         (b"", "a wrong number of parts"),
         (b"\xff" * 64, "a wrong number of parts"),
         (pickle.dumps(Trap()), "a wrong number of parts"),
-        (packed_answers(ANSWERS)[:-1], "wrong lengths of parts"),
-        (packed_answers(ANSWERS) + b"x", "wrong lengths of parts"),
-        (packed_answers(ANSWERS[:2]), "is to 2 calls, expected 3"),
+        (packed(ANSWERS[0])[:-1], "wrong lengths of parts"),
+        (packed(ANSWERS[0]) + b"x", "wrong lengths of parts"),
         (joined([b"no JSON"]), "its answer is damaged"),
-        (head(["answered", ""]), "its answer is damaged"),
-        (head(["no such end", "", 0.0]), "its answer is damaged"),
-        (head(*[["answered", "", 0.0]] * 3), "is to 1 calls, expected 3"),
+        (joined([b"no JSON", b""]), "its answer is damaged"),
+        (joined([head("answered", "", 0.0), b"", b""]), "its answer is damaged"),
+        (head("answered", ""), "its answer is damaged"),
+        (head("no such end", "", 0.0), "its answer is damaged"),
     ],
 )
 def test_an_answer_that_is_none_is_told_in_one_line(content: object, words: str) -> None:
     with pytest.raises(MessageError, match=words):
-        unpacked_answers(content, 3)
+        unpacked(content)
 
 
 def test_parts_are_joined_and_parted() -> None:

@@ -18,10 +18,9 @@ from barchain.crossval.plan import (
     turns_per_orbit,
     two_digits,
 )
-from barchain.runs.job import Job, Role
-from barchain.runs.pool import run_task
-from barchain.runs.selection import chosen_engines, one_of_each
-from barchain.runs.time_limits import TimeLimit
+from barchain.runs.choices import chosen_engines, one_of_each
+from barchain.runs.job import Job, Role, TimeLimit
+from barchain.runs.tasks import run_task
 from barchain.solutions.reference import closely_sampled
 from barchain.solutions.shipped import shipped_solution
 from scenarios import load_scene

@@ -14,9 +14,8 @@ from adapters.registry import ENGINES
 from barchain.api import compare
 from barchain.crossval.suite import beforehand
 from barchain.runs.executors import LocalProcesses
-from barchain.runs.job import Job, Role, RunResult, failure
-from barchain.runs.pool import run_jobs
-from barchain.runs.time_limits import COMPILE_S, TimeLimit
+from barchain.runs.job import COMPILE_S, Job, Role, RunResult, TimeLimit, failure
+from barchain.runs.tasks import run_jobs
 from barchain.solutions.judging import judging_engine, solution_jobs
 from reports.render import render
 from reports.tables.outcome import Outcome

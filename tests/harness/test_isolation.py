@@ -14,8 +14,8 @@ from barchain.crossval.suite import Suite
 from barchain.record.study_store import StudyStore
 from barchain.runs.executors import LocalProcesses
 from barchain.runs.job import Job, Role, failure
-from barchain.runs.local import LocalSession
-from barchain.runs.pool import PoolGroup, pool_group
+from barchain.runs.pool import LocalSession
+from barchain.runs.tasks import PoolGroup, pool_group
 from barchain.solutions.judging import solution_jobs
 from reports.chapters.crossval.overview import summary_verdict
 from reports.chapters.crossval.summary import summarise
@@ -240,7 +240,7 @@ def test_a_scene_that_no_external_engine_passes_is_a_failure():
 
 @pytest.mark.slow
 def test_a_verdict_that_takes_too_long_is_no_failure_of_the_engine(monkeypatch):
-    monkeypatch.setattr("barchain.runs.verdict_task.JUDGING_S", 0.01)
+    monkeypatch.setattr("barchain.runs.tasks.JUDGING_S", 0.01)
     result = run_comparison(["paper/fig05"], ["rebound"])
     assert result.outcomes["paper/fig05", "rebound"] is Outcome.NOTHING_COMPARED
     assert not result.passed

@@ -11,7 +11,7 @@ import pytest
 from adapters.registry import Registration
 from barchain.crossval.run import run_comparison
 from barchain.record.sources import digest_of
-from barchain.runs.local import LocalSession
+from barchain.runs.pool import LocalSession
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from barchain.runs.stopwatch import Stopwatch, queue_time_s, timed
+from barchain.runs.measuring import Stopwatch, queue_time_s, timed
 
 WORK = "while True: pass"
 

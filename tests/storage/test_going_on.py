@@ -12,7 +12,7 @@ from barchain.cli.main import run
 from barchain.crossval.run import run_comparison
 from barchain.record.claim import ResultsInPlaceError, claim_results
 from barchain.record.study_store import StudyStore
-from barchain.runs.local import LocalSession
+from barchain.runs.pool import LocalSession
 from reports.tables import crossval, roundoff, stability
 from reports.tables.reading import DamagedResultsError
 from reports.tables.schema import KEY, SCHEMA_VERSION, SchemaVersionError

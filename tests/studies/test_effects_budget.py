@@ -15,7 +15,7 @@ from adapters.common.initial_state import initial_state
 from adapters.reference.numpy_engines import Reference
 from barchain.runs.executors import LocalProcesses
 from barchain.runs.message import read_message
-from barchain.runs.workers import Slot
+from barchain.runs.pool import Slot
 from barchain.studies.defaults import FAST, SLOW
 from barchain.studies.effects.atmosphere import (
     LAYERS,

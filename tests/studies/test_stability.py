@@ -14,7 +14,7 @@ from barchain.cli.main import run as command
 from barchain.runs.cases import Known
 from barchain.runs.executors import LocalProcesses
 from barchain.runs.job import JUDGING_ROLES, Job, Role, failure
-from barchain.runs.local import LocalSession
+from barchain.runs.pool import LocalSession
 from barchain.studies.stability import expected
 from barchain.studies.stability.expected import SLOW
 from barchain.studies.stability.plan import (
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from barchain.runs.call import Call
-    from barchain.runs.time_limits import TimeLimit
+    from barchain.runs.job import TimeLimit
     from tests.support.faulty_engines import Faulty
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from barchain.runs.call import Answer
 from barchain.runs.cases import run_cases
-from barchain.runs.session import Session
+from barchain.runs.pool import Session
 
 if TYPE_CHECKING:
     from collections.abc import Hashable

@@ -43,7 +43,7 @@ worker.main()
 """
 OTHER_SOURCES = f"""
 import sys
-import barchain.runs.workers as workers
+import barchain.runs.pool as workers
 workers.COMMAND = [sys.executable, "-c", {OTHER_HOST!r}]
 """
 OTHER_DASK = """

@@ -73,12 +73,11 @@ def failure(error: Exception) -> tuple[str, ExitCode] | None:
         said = f"{error.filename}: {error.strerror}" if error.filename else error.strerror or str(error)
         return said, ExitCode.BAD_INPUT
     from adapters.command.entries import EntryError
-    from adapters.engine import EngineError
+    from adapters.engine import EngineError, SettingError
     from adapters.registry import UnknownEngineError
     from barchain.nightly.faults import HistoryError
     from barchain.record.claim import FolderInUseError, ResultsInPlaceError
     from barchain.runs.cluster.connection import ClusterError, ClusterLostError
-    from barchain.runs.settings import SettingError
     from barchain.solutions.certified_table import DamagedTableError
     from reports.tables.reading import DamagedResultsError
     from reports.tables.schema import SchemaVersionError

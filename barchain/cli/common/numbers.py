@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from barchain.runs.time_limits import MOST_SECONDS
+from barchain.runs.job import MOST_SECONDS
 
 MOST_MINUTES = 10_080.0
 """A week."""

@@ -25,8 +25,7 @@ from barchain.cli.common.numbers import (
     NamedPath,
     RealNumber,
 )
-from barchain.runs.cluster.limits import WORKERS_S
-from barchain.runs.executors import chosen_executor
+from barchain.runs.executors import WORKERS_S, chosen_executor
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -160,7 +159,7 @@ def need_loaded(name: str) -> None:
         If its adapter does not load.
     """
     from adapters.registry import find_engine
-    from barchain.runs.declared import engine_class
+    from barchain.runs.asking import engine_class
 
     need_engine(name)
     engine_class(find_engine(name))
@@ -212,7 +211,7 @@ def settings_by_engine(given: Iterable[GivenSetting], chosen: Iterable[str]) -> 
     SettingError
         If its engine has another accuracy parameter, or the value is out of range.
     """
-    from barchain.runs.settings import choose_setting
+    from barchain.runs.choices import choose_setting
 
     names = list(chosen)
     found: dict[str, dict[str, float]] = {}
@@ -232,7 +231,7 @@ def engines_of(setting: GivenSetting, names: list[str]) -> list[str]:
         If there is none.
     """
     from adapters.registry import find_engine
-    from barchain.runs.declared import engine_class
+    from barchain.runs.asking import engine_class
     from scenarios import nearest
 
     if setting.engine and setting.engine not in names:

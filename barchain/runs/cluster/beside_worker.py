@@ -7,18 +7,19 @@ every run.
 from __future__ import annotations
 
 import asyncio
+import atexit
 import json
 from typing import TYPE_CHECKING
 
-from barchain.runs.call import WrongWorkerError, packed_answers
-from barchain.runs.frames import joined
-from barchain.runs.workers import START_S, IdleSlots, Worker
+from barchain.runs.call import WrongWorkerError, joined, packed
+from barchain.runs.pool import START_S, Slots, Worker
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
 IDLE_S = 600.0  # without a call: the memory of its processes is given back
-IDLE = IdleSlots(IDLE_S)
+SLOTS = Slots(IDLE_S)
+atexit.register(SLOTS.close_idle)
 
 
 def answer_call(versions: bytes, call: bytes) -> bytes:
@@ -34,7 +35,7 @@ def answer_call(versions: bytes, call: bytes) -> bytes:
     Returns
     -------
     bytes
-        From :func:`barchain.runs.call.packed_answers`.
+        From :func:`barchain.runs.call.packed`.
 
     Raises
     ------
@@ -42,12 +43,12 @@ def answer_call(versions: bytes, call: bytes) -> bytes:
         If this machine has other code than the sender.
     """
     try:
-        with IDLE.slot() as slot:
-            return packed_answers([slot.run(call, versions)])
+        with SLOTS.slot() as slot:
+            return packed(slot.run(call, versions))
     except WrongWorkerError:
-        IDLE.close()  # it may have old code in memory
-        with IDLE.slot() as slot:
-            return packed_answers([slot.run(call, versions)])
+        SLOTS.close_idle()  # it may have old code in memory
+        with SLOTS.slot() as slot:
+            return packed(slot.run(call, versions))
 
 
 async def worker_versions() -> dict[str, str]:
@@ -57,7 +58,7 @@ async def worker_versions() -> dict[str, str]:
 
 def fresh_versions() -> dict[str, str]:
     """Versions that decide results, in a fresh process."""
-    IDLE.close()
+    SLOTS.close_idle()
     worker = Worker()
     try:
         found: dict[str, str] = json.loads(worker.ask(joined([b""]), START_S))

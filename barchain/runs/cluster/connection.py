@@ -1,7 +1,7 @@
 """Connection to a Dask cluster: every fault is one line within a stated time, and nothing of Dask stays.
 
 The client lives in an event loop of this package's own, without threads of Dask. A watch beside the calls asks the
-scheduler for its state, so that a fault is not waited for longer than :mod:`barchain.runs.cluster.limits` says.
+scheduler for its state, so that a fault is not waited for longer than the times below.
 """
 
 from __future__ import annotations
@@ -16,15 +16,18 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
 from barchain.runs.cluster.beside_worker import worker_versions
-from barchain.runs.cluster.limits import ANSWER_S, CLOSE_S, SILENT_S, START_S
 from barchain.runs.message import plain_text
 from barchain.runs.versions import code_fault, protocol_fault
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Coroutine, Iterator
 
-    from barchain.runs.cluster.address import DaskAddress
+    from barchain.runs.cluster import DaskCluster
 
+ANSWER_S = 10.0  # for a scheduler to connect
+SILENT_S = 30.0  # for a scheduler to answer: it may import this code for several seconds
+START_S = 120.0  # for workers to start a process beside them, which imports this code
+CLOSE_S = 5.0  # for the connection to be closed
 LOOK_S = 1.0  # between looks at the scheduler
 TALKATIVE = ("distributed", "tornado", "tornado.application", "tornado.general", "asyncio")
 
@@ -37,7 +40,7 @@ class ClusterLostError(ClusterError):
     """Raised for a Dask cluster that failed while calls ran."""
 
 
-def check_cluster(cluster: DaskAddress) -> None:
+def check_cluster(cluster: DaskCluster) -> None:
     """Check that a scheduler answers, that workers are there, and that all have the code that is here.
 
     Raises
@@ -102,7 +105,7 @@ def import_distributed() -> Any:
     return distributed
 
 
-async def checked(cluster: DaskAddress) -> None:
+async def checked(cluster: DaskCluster) -> None:
     """Body of :func:`check_cluster`."""
     async with connected(cluster) as client:
         await workers_there(client, cluster)
@@ -113,7 +116,7 @@ async def checked(cluster: DaskAddress) -> None:
 
 
 @contextlib.asynccontextmanager
-async def connected(cluster: DaskAddress) -> AsyncIterator[Any]:
+async def connected(cluster: DaskCluster) -> AsyncIterator[Any]:
     """Client of the scheduler; it is closed at the end, also if the scheduler is gone.
 
     Raises
@@ -140,7 +143,7 @@ async def connected(cluster: DaskAddress) -> AsyncIterator[Any]:
                 await asyncio.wait_for(client.close(), CLOSE_S)
 
 
-def look_up(cluster: DaskAddress) -> None:
+def look_up(cluster: DaskCluster) -> None:
     """Connect to a TCP address before Dask does, which retries in the background.
 
     Raises
@@ -160,7 +163,7 @@ def look_up(cluster: DaskAddress) -> None:
         raise ClusterError(f"{cluster}: no Dask scheduler answers there ({error})") from None
 
 
-async def answered(cluster: DaskAddress, question: Any, limit_s: float | None = None) -> Any:
+async def answered(cluster: DaskCluster, question: Any, limit_s: float | None = None) -> Any:
     """Answer of the scheduler within its time.
 
     Raises
@@ -180,7 +183,7 @@ async def answered(cluster: DaskAddress, question: Any, limit_s: float | None = 
         raise ClusterError(f"{cluster}: the scheduler was lost ({plain_text(error, 200)})") from None
 
 
-async def workers_there(client: Any, cluster: DaskAddress) -> None:
+async def workers_there(client: Any, cluster: DaskCluster) -> None:
     """Wait for the first worker."""
     waited = Absence(cluster)
     while not await waited.over(client):
@@ -190,7 +193,7 @@ async def workers_there(client: Any, cluster: DaskAddress) -> None:
 class Absence:
     """Time since a scheduler last had a worker."""
 
-    def __init__(self, cluster: DaskAddress) -> None:
+    def __init__(self, cluster: DaskCluster) -> None:
         self.cluster, self.since = cluster, asyncio.get_running_loop().time()
         self.threads = 1
         """Threads of all workers"""
@@ -217,7 +220,7 @@ class Absence:
         return False
 
 
-async def watched(client: Any, cluster: DaskAddress, told: Callable[[int], None]) -> None:
+async def watched(client: Any, cluster: DaskCluster, told: Callable[[int], None]) -> None:
     """Look at the scheduler until it is lost, or has had no worker for too long; `told` gets the number of threads."""
     absence = Absence(cluster)
     while client.status == "running":

@@ -12,19 +12,26 @@ from collections import deque
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
-from barchain.runs.call import Answer, CallEnd, pickled, unpacked_answers
+from barchain.runs.call import Answer, CallEnd, pickled, unpacked
 from barchain.runs.cluster.beside_worker import answer_call, versions_text
-from barchain.runs.cluster.connection import ClusterError, ClusterLostError, connected, quiet, run_bounded, watched
-from barchain.runs.cluster.limits import CLOSE_S
+from barchain.runs.cluster.connection import (
+    CLOSE_S,
+    ClusterError,
+    ClusterLostError,
+    connected,
+    quiet,
+    run_bounded,
+    watched,
+)
 from barchain.runs.message import MessageError
-from barchain.runs.session import Session
+from barchain.runs.pool import Session
 from barchain.runs.versions import REMEDY, code_versions, task_fault
 
 if TYPE_CHECKING:
     from collections.abc import Hashable
 
     from barchain.runs.call import Call
-    from barchain.runs.cluster.address import DaskAddress
+    from barchain.runs.cluster import DaskCluster
 
 CALLS_PER_THREAD = 2  # at the cluster: a worker has the next one when it ends one
 
@@ -32,7 +39,7 @@ CALLS_PER_THREAD = 2  # at the cluster: a worker has the next one when it ends o
 class DaskSession(Session):
     """A client in a thread with an event loop of its own."""
 
-    def __init__(self, cluster: DaskAddress) -> None:
+    def __init__(self, cluster: DaskCluster) -> None:
         """Prepare; the thread starts when the session is entered."""
         super().__init__()
         self.cluster = cluster
@@ -127,7 +134,7 @@ class DaskSession(Session):
             If there is none, if it is damaged, or if the worker has other code.
         """
         try:
-            (answer,) = unpacked_answers(self.value_of(task, client), 1)
+            answer = unpacked(self.value_of(task, client))
         except MessageError as error:
             raise ClusterError(f"{self.cluster}: a worker gave no answer: {error}") from None
         self.need_same_code(answer)

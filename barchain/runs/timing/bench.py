@@ -1,6 +1,6 @@
 """Timing of `simulate` alone: one process for each engine, one thread, one core, one process at work at a time.
 
-A run's time leaves out the wait for a processor (:mod:`barchain.runs.stopwatch`). What else disturbs a run only
+A run's time leaves out the wait for a processor (:mod:`barchain.runs.measuring`). What else disturbs a run only
 adds to its time. The time of a turn is therefore the least of its runs, and the time of a point the median over turns
 that lie apart. An engine's process lives through the whole study: imports and compiled code stay warm. A crash or a
 timed-out run costs its own point; the next process runs untimed once before it is timed.
@@ -15,14 +15,11 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from adapters.registry import ENGINES
-from barchain.runs.call import Call, CallEnd, pickled
-from barchain.runs.job import Job, RunResult
-from barchain.runs.limits import QUESTION_S
-from barchain.runs.messages import message_of, outside_call, outside_result, ran, shared_result
-from barchain.runs.pool import PoolGroup, pool_group
-from barchain.runs.run import run_job
-from barchain.runs.time_limits import TimeLimit
-from barchain.runs.workers import Slot
+from barchain.runs.call import QUESTION_S, Call, CallEnd, pickled
+from barchain.runs.job import Job, RunResult, TimeLimit
+from barchain.runs.pool import Slot
+from barchain.runs.run import message_of, outside_call, outside_result, ran, run_job, shared_result
+from barchain.runs.tasks import PoolGroup, pool_group
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:

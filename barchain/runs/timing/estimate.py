@@ -30,7 +30,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from barchain.runs.time_limits import MOST_SECONDS
+from barchain.runs.job import MOST_SECONDS
 from scenarios import Gravity, SceneError
 from scenarios.limits import LimitError, SizeLimit
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from barchain.runs.declared import engine_class, engine_fault
+from barchain.runs.asking import engine_class, engine_fault
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from adapters.engine import AccuracyParameter
-from barchain.runs.declared import engine_class
+from barchain.runs.asking import engine_class
 from barchain.runs.timing.orders import SCATTERED, STRAIGHT, OrderFit, fit_order, price_of_a_digit
 from barchain.runs.timing.statistics import (
     CurvePosition,

@@ -10,7 +10,7 @@ import numpy as np
 
 from adapters.common.equal_steps import step_s
 from adapters.engine import AccuracyParameter
-from barchain.runs.declared import engine_class
+from barchain.runs.asking import engine_class
 from barchain.runs.job import Job, Role
 from barchain.runs.timing.left_out import LeftOut, cannot
 from barchain.studies.cost.errors import UNITS

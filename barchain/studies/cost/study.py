@@ -18,9 +18,9 @@ import numpy as np
 from adapters.common.equal_steps import step_s
 from adapters.engine import AccuracyParameter
 from adapters.registry import engines
+from barchain.runs.choices import chosen_engines, unique_names
 from barchain.runs.facts import engine_facts, external_versions, scene_words
 from barchain.runs.kept_answers import AnswerStore
-from barchain.runs.selection import chosen_engines, unique_names
 from barchain.runs.timing.bench import LONG_S, TimingBench
 from barchain.runs.timing.estimate import need_runnable
 from barchain.runs.timing.left_out import failures

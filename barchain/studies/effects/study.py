@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
+from barchain.runs.asking import engine_class
 from barchain.runs.cases import run_cases
-from barchain.runs.declared import engine_class
 from barchain.runs.executors import ALL_CORES
 from barchain.runs.facts import scene_words
 from barchain.runs.job import Job, Role
 from barchain.runs.kept_answers import AnswerStore
-from barchain.runs.pool import limit_of, run_task
+from barchain.runs.tasks import limit_of, run_task
 from barchain.runs.timing.estimate import need_runnable
 from barchain.studies.defaults import EFFECTS, FAST, MATTERS, RTOL, SLOW
 from barchain.studies.effects.atmosphere import heights_of

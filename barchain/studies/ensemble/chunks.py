@@ -16,11 +16,10 @@ import numpy as np
 
 from adapters.engine import EngineError, Setting
 from adapters.reference.compiled_engine import ReferenceFast
-from barchain.runs.answer_key import answer_key
 from barchain.runs.call import Answer, Call, CallFailedError
 from barchain.runs.executors import KeptAnswers, LocalProcesses
-from barchain.runs.kept_answers import CHECK_B, KeptSession
-from barchain.runs.session import Session
+from barchain.runs.kept_answers import CHECK_B, KeptSession, answer_key
+from barchain.runs.pool import Session
 from barchain.studies.ensemble.population import batch, populations
 from reference_impl.integrate.stepper import smooth_segments
 from reference_impl.kernel.batch import run_members

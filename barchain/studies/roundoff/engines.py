@@ -16,8 +16,8 @@ from adapters.common.equal_steps import steps_between_samples
 from adapters.engine import AccuracyParameter, Coordinates, EngineError, Setting
 from adapters.registry import find_engine
 from adapters.trajectory import Observable
-from barchain.runs.declared import engine_class
-from barchain.runs.raised import exception_words
+from barchain.runs.asking import engine_class
+from barchain.runs.phases import exception_words
 from barchain.runs.trajectory_checks import fault
 from barchain.studies.roundoff.evaluation import SHARES, quantiles
 from barchain.studies.roundoff.states import EQUATOR_M

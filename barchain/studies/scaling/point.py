@@ -9,15 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from barchain.runs.asking import reply_of
-from barchain.runs.call import Answer, Call, CallEnd
+from barchain.runs.call import QUESTION_S, Answer, Call, CallEnd
 from barchain.runs.job import Job, RunResult
-from barchain.runs.limits import QUESTION_S
-from barchain.runs.memory import Peak
+from barchain.runs.measuring import Peak
 from barchain.runs.message import message_bytes, plain_number, read_message
-from barchain.runs.messages import failed_run, outside_call, ran
-from barchain.runs.outside_runs import result_of
-from barchain.runs.pool import PoolGroup, pool_group
-from barchain.runs.run import run_job
+from barchain.runs.run import failed_run, outside_call, ran, result_of, run_job
+from barchain.runs.tasks import PoolGroup, pool_group
 from barchain.runs.timing.bench import LEAST_S, LONG_S, MOST_RUNS, STARTUP_S, pin, quietest_core, turn, warmed
 from barchain.runs.timing.evaluation import DIRECT, evaluation_times, loop_of
 from barchain.runs.timing.statistics import median_time

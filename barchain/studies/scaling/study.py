@@ -17,18 +17,18 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from adapters.registry import engines
 from adapters.trajectory import Observable
+from barchain.runs.asking import engine_class
 from barchain.runs.call import Call, pickled
-from barchain.runs.declared import engine_class
+from barchain.runs.choices import chosen_engines
 from barchain.runs.facts import engine_facts, external_versions, scene_words
 from barchain.runs.job import Job, Role
 from barchain.runs.kept_answers import AnswerStore
-from barchain.runs.memory import installed
-from barchain.runs.selection import chosen_engines
+from barchain.runs.measuring import installed
+from barchain.runs.pool import Slot
 from barchain.runs.timing.divided_chain import SCENE, divided
 from barchain.runs.timing.evaluation import DIRECT
 from barchain.runs.timing.left_out import cannot, failures
 from barchain.runs.timing.load import OtherLoad
-from barchain.runs.workers import Slot
 from barchain.studies.defaults import BARS, SCALING
 from barchain.studies.scaling.fit import SHARES, add_fits, affordable, fits_table, predicted, targets
 from barchain.studies.scaling.point import BUILDS, ScalingTask, measured_point

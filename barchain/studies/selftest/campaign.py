@@ -11,11 +11,11 @@ import numpy as np
 
 from adapters.registry import find_engine
 from barchain.faults.catalogue import RANDOM_SCENES, find
+from barchain.runs.asking import engine_class
 from barchain.runs.cases import Known, Shared, run_cases
-from barchain.runs.declared import engine_class
+from barchain.runs.choices import chosen_engines
 from barchain.runs.executors import ALL_CORES
-from barchain.runs.selection import chosen_engines
-from barchain.runs.time_limits import TIME_LIMIT_S
+from barchain.runs.job import TIME_LIMIT_S
 from barchain.solutions.reference import closely_sampled
 from barchain.studies.selftest.random_scenes import draw
 from barchain.studies.selftest.rating import CampaignCell, Rated, passed, rated, rates

@@ -15,12 +15,11 @@ from barchain.faults.insertion import FaultRegistration, engine_with_fault, faul
 from barchain.judge.compare import judge
 from barchain.judge.evidence import follow_up_jobs, gathered
 from barchain.judge.verdict import VERDICTS, Verdict
+from barchain.runs.asking import engine_class
 from barchain.runs.cases import Case, Shared, Task, alone
-from barchain.runs.declared import engine_class
-from barchain.runs.job import Job, Role
-from barchain.runs.pool import PoolGroup, limit_of, run_task
+from barchain.runs.job import TIME_LIMIT_S, Job, Role, TimeLimit
 from barchain.runs.run import run_phases
-from barchain.runs.time_limits import TIME_LIMIT_S, TimeLimit
+from barchain.runs.tasks import PoolGroup, limit_of, run_task
 from barchain.solutions.judging import SolutionFailedError, solution_jobs, solution_of
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from adapters.common.equal_steps import finer_setting, steps_between_samples
 from adapters.engine import AccuracyParameter, Setting
 from adapters.ode_solvers.scipy_engines import ScipyEngine
 from adapters.registry import COMPILED, ENGINES, engines, find_engine
-from barchain.runs.declared import engine_class
+from barchain.runs.asking import engine_class
 from barchain.runs.executors import ALL_CORES
 from barchain.runs.job import Job, Role
 from barchain.runs.timing.left_out import cannot

@@ -9,14 +9,12 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from adapters.engine import EngineError
+from barchain.runs.asking import engine_class
 from barchain.runs.cases import Case, Known, Shared, Task, run_cases
-from barchain.runs.declared import engine_class
-from barchain.runs.facts import engine_facts
-from barchain.runs.job import JUDGING_ROLES, Job, Role, RunResult, failure
-from barchain.runs.kept_runs import keep_run
-from barchain.runs.pool import run_task
-from barchain.runs.selection import unique_names
-from barchain.runs.time_limits import TimeLimit
+from barchain.runs.choices import unique_names
+from barchain.runs.facts import engine_facts, keep_run
+from barchain.runs.job import JUDGING_ROLES, Job, Role, RunResult, TimeLimit, failure
+from barchain.runs.tasks import run_task
 from barchain.runs.timing.estimate import need_runnable
 from barchain.runs.timing.left_out import cannot
 from barchain.solutions.judging import SolutionFailedError, judging_engine, solution_jobs, solution_of

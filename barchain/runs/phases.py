@@ -1,0 +1,154 @@
+"""The three timed phases of a run in an engine's process, and words on what ended them.
+
+A process that is ended at its time limit can't tell where it was: the phase is noted in a file.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import traceback
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from adapters.engine import EngineError
+from barchain.runs.declarations import DeclarationError
+from barchain.runs.measuring import timed
+from barchain.runs.message import MessageError, plain_text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from types import FrameType
+
+    from adapters.engine import Engine, Setting
+    from scenarios import Scene
+
+QUESTION = "BARCHAIN_QUESTION"
+"""Variable that holds the folder of a worker's process, in it and its children"""
+PHASE = "phase.txt"
+MOST_LENGTH = 40
+BUILD = "build"
+CALLERS = {"barchain", "contextlib"}
+"""Top-level packages that call an engine's code"""
+IMPORTER = "importlib"
+BASE = "adapters.engine"
+"""Module of the class that every engine inherits; it calls the engine's methods"""
+
+
+def three_phases(
+    engine: Engine, scene: Scene, setting: Setting, simulate_s: float | None = None
+) -> tuple[Any, dict[str, float]]:
+    """Build, simulate and read: what the engine returns, and the wall time of each phase, s.
+
+    Parameters
+    ----------
+    engine : Engine
+    scene : Scene
+    setting : Setting
+    simulate_s : float, optional
+        Wall time after which the engine's ``simulate`` ends this process by SIGALRM, s.
+
+    Raises
+    ------
+    BaseException
+        Whatever the engine raises, with the phase as a note.
+    """
+    seconds: dict[str, float] = {}
+    enter(BUILD)
+    timed(seconds, BUILD, lambda: engine.build(scene, setting))
+    enter("simulate")
+    with process_ended_after(simulate_s):
+        timed(seconds, "simulate", engine.simulate)
+    enter("read")
+    return timed(seconds, "read", engine.read), seconds
+
+
+@contextlib.contextmanager
+def process_ended_after(limit_s: float | None) -> Iterator[None]:
+    """Let the system end this process after `limit_s`, compiled code of an engine included; None: no limit."""
+    if limit_s is None:
+        yield
+        return
+    signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    signal.setitimer(signal.ITIMER_REAL, limit_s)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+
+
+def enter(phase: str) -> None:
+    """Note the phase that begins, in a worker's process; nothing elsewhere."""
+    folder = os.environ.get(QUESTION)
+    if folder:
+        with contextlib.suppress(OSError):  # an engine may have removed the folder
+            Path(folder, PHASE).write_text(phase, encoding="ascii")
+
+
+def late_words(folder: Path, time_s: float) -> str:
+    """Words on a process that was ended at its time limit: ``no result within 40 s, ended in build``."""
+    try:
+        path = folder / PHASE
+        phase = path.read_text(encoding="ascii")[:MOST_LENGTH] if path.is_file() else ""  # no pipe of an engine's
+    except (OSError, ValueError):
+        phase = ""
+    known = phase if phase.replace(" ", "").isalpha() else ""
+    return f"no result within {time_s:g} s{f', ended in {known}' if known else ''}"
+
+
+def failed(error: BaseException) -> dict[str, Any]:
+    """Header of the answer of an engine whose code raised an exception; a failing import is a missing library.
+
+    ``rejected`` tells whether the engine rejects the scene by an exception; failing arithmetic is no rejection.
+    """
+    phase = next(iter(getattr(error, "__notes__", ())), "")
+    if isinstance(error, ImportError):
+        return {"failed": "missing", "words": f"does not import ({plain_text(error)})", "phase": "", "rejected": False}
+    if isinstance(error, (EngineError, DeclarationError, MessageError)):
+        words = plain_text(error) or type(error).__name__
+    elif isinstance(error, Exception):
+        words = exception_words(error)
+    else:  # an engine's library calls sys.exit: that ends its run and no more
+        words = f"it ended its process by {type(error).__name__}({plain_text(error)}){place_words(error)}"
+    rejects = isinstance(error, (EngineError, ValueError)) and not isinstance(error, np.linalg.LinAlgError)
+    return {"failed": "failed", "words": words, "phase": plain_text(phase, 20), "rejected": rejects}
+
+
+def exception_words(error: BaseException) -> str:
+    """Type and text of an exception, and the last line of the engine's own code that its traceback names.
+
+    The line where the exception was raised follows if it lies in another package, e.g. in NumPy.
+    """
+    return f"{type(error).__name__}: {plain_text(error)}{place_words(error)}"
+
+
+def place_words(error: BaseException) -> str:
+    """Place of an exception, in parentheses after a space; empty if no code but barchain's was running."""
+    frames = [pair for pair in traceback.walk_tb(error.__traceback__) if package(pair[0]) != IMPORTER]
+    outside = [k for k, (frame, _) in enumerate(frames) if package(frame) not in CALLERS and module(frame) != BASE]
+    if not outside:
+        return ""
+    engine = package(frames[outside[0]][0])
+    own = max(k for k in outside if package(frames[k][0]) == engine)
+    places = [line(*frames[own])]
+    if own < len(frames) - 1:
+        places.append(f"raised in {line(*frames[-1])}")
+    return f" ({', '.join(places)})"
+
+
+def package(frame: FrameType) -> str:
+    """Top-level package of a frame's code."""
+    return module(frame).partition(".")[0]
+
+
+def module(frame: FrameType) -> str:
+    """Name of a frame's module."""
+    return str(frame.f_globals.get("__name__", "?"))
+
+
+def line(frame: FrameType, number: int) -> str:
+    """Module, line and function of a frame."""
+    return plain_text(f"{module(frame)}:{number} in {frame.f_code.co_name}", 200)
