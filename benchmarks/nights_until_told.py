@@ -57,7 +57,7 @@ def main() -> None:
     parser.add_argument("--kind", choices=["ratio", "memory"], default="ratio")
     asked = parser.parse_args()
     table = open_store(asked.history).table()
-    found = table.series_at(table.rows(table.nights, [FigureKind(asked.kind)]))
+    found = table.series_at(table.where(table.nights, [FigureKind(asked.kind)]))
     every = [one for one in map(measured, found) if len(one.nights) > asked.before + 2]
     nights = min(len(one.nights) for one in every)
     every = [until(one, nights) for one in every]

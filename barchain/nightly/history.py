@@ -7,7 +7,9 @@
 ``<night>/told.json``
     what the night told (:mod:`barchain.nightly.told`);
 ``accepted.toml``
-    changes that somebody accepted (:mod:`barchain.nightly.acceptances`).
+    changes that somebody accepted (:mod:`barchain.nightly.acceptances`);
+``cache.parquet``
+    figures of many nights in one file, which may be deleted (:mod:`barchain.nightly.table`).
 
 Nights are copied, merged and removed as folders; several machines may write into one history.
 """
@@ -31,7 +33,7 @@ from barchain.nightly.table import COLUMNS, FIGURES, NUMBERS, FigureTable, figur
 from scenarios.nearest import nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from collections.abc import Collection, Sequence
     from pathlib import Path
     from types import TracebackType
 
@@ -143,30 +145,33 @@ class NightStore:
     def night(self, name: str) -> Night:
         """Whole night; errors as :meth:`summary`."""
         known = self.summary(name)
+        (content,) = self.figures_of([known])
         return Night(
             known.started, known.duration_s, known.plan, known.barchain, known.environment, known.parts,
-            figures_in(self.figures_of(known)), known.commit, known.complete, known.void, known.name.rpartition("-")[2],
+            figures_in(content), known.commit, known.complete, known.void, known.name.rpartition("-")[2],
         )  # fmt: skip
 
-    def figures_of(self, night: NightSummary) -> bytes:
-        """Contents of the file of a night's figures.
+    def figures_of(self, nights: Sequence[NightSummary]) -> list[bytes]:
+        """Contents of the files of the figures of some nights.
 
         Raises
         ------
         HistoryError
             If they are not those that the record describes.
         """
-        content = self.place.read(f"{night.name}/{FIGURES}")
-        if content is None or digest_of(content) != night.digest:
-            raise HistoryError(f"{self}: {night.name}/{FIGURES} is damaged; copy the night again, or remove its folder")
-        return content
+        found = self.place.read_all([f"{night.name}/{FIGURES}" for night in nights])
+        for night in nights:
+            if digest_of(found.get(f"{night.name}/{FIGURES}", b"")) != night.digest:
+                said = f"{night.name}/{FIGURES} is damaged; copy the night again, or remove its folder"
+                raise HistoryError(f"{self}: {said}")
+        return [found[f"{night.name}/{FIGURES}"] for night in nights]
 
     def table(self) -> FigureTable:
         """Figures of all nights."""
-        every = self.nights()
-        key = [(night.name, night.digest) for night in every]
+        nights = self.nights()
+        key = [(night.name, night.digest) for night in nights]
         if self.loaded is None or self.loaded[0] != key:
-            self.loaded = key, read_table(every, self.figures_of, str(self))
+            self.loaded = key, read_table(nights, self.place, self.figures_of)
         return self.loaded[1]
 
     def prune(
@@ -314,7 +319,7 @@ def export_parquet(store: NightStore, path: Path) -> int:
     written = 0
     with replaced(path) as file, pq.ParquetWriter(file, schema, compression="zstd") as writer:
         for night in store.nights():
-            rows = pq.read_table(io.BytesIO(store.figures_of(night)))
+            rows = pq.read_table(io.BytesIO(store.figures_of([night])[0]))
             writer.write_table(with_night(rows, night, schema))
             written += len(rows)
     return written

@@ -8,6 +8,8 @@ from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from barchain.nightly.acceptances import NO_ACCEPTANCE, accepting, fits
 from barchain.nightly.changes import (
     RULES,
@@ -239,7 +241,7 @@ def judge(store: NightStore, name: str = "latest", *, false_alarms: float = FALS
     settled = [kind for kind in FigureKind if kind not in STEPPED]
     series = (
         *table.levels(before, settled),
-        *table.series_at(table.rows(stepped, STEPPED)),
+        *table.series_at(table.where(stepped, STEPPED)),
         *table.gone(before, stepped, STEPPED),
     )
     presence = StoredPresence(table, before)
@@ -267,8 +269,8 @@ class StoredPresence:
 
     def nights_with(self, series: Sequence[int]) -> frozenset[str]:
         """Nights that have one of some series."""
-        rows = self.table.rows(self.table.nights, series=series)
-        return frozenset(self.table.nights[k].name for k in set(self.table.night[rows].tolist()))
+        there = np.any(self.table.cells[list(series)] >= 0, axis=0)
+        return frozenset(self.table.nights[k].name for k in np.flatnonzero(there))
 
     def was_done(self, night: str, study: str, scene: str) -> bool:
         """Whether a night did a scene with all engines; an incomplete one tells what it left."""

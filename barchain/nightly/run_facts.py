@@ -7,7 +7,6 @@ from dataclasses import asdict, dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-from barchain.faults.catalogue import CONTROLS
 from reports.tables.faults.selftest import FILES, FaultOutcome, read_selftest
 
 if TYPE_CHECKING:
@@ -156,6 +155,8 @@ def alarm_test(folder: Path, seed: int = 0) -> AlarmTest | None:
     run as it should: nobody knows whether it would be detected. Of a self-test that was interrupted, those faults count
     that have their result in all of their scenes.
     """
+    from barchain.faults.catalogue import CONTROLS  # noqa: PLC0415  # heavy
+
     if not FILES.has_record(folder) or not FILES.has(folder, "selftest"):
         return None
     tables = read_selftest(folder)

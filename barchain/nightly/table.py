@@ -1,24 +1,22 @@
-"""Figures of many nights as one table of columns, sorted by series and night, and the file of one night's figures.
+"""Figures of many nights as one table, series × night, and the file of one night's figures.
 
-A history of a thousand nights has millions of figures. The table holds numbers and codes only; figures become objects
-where a rule looks at them. Files of whole months are gathered in a cache of the user's, which may be deleted.
+A history of a thousand nights has millions of figures, most of them the same on many nights. Each distinct result of a
+series is kept once, and a matrix says which night has which. ``cache.parquet`` in the history's folder holds the table
+of the nights that were there when it was written; without it, it only takes longer.
 """
 
 from __future__ import annotations
 
 import contextlib
 import fnmatch
-import hashlib
 import io
-import itertools
-import os
-from dataclasses import dataclass
-from pathlib import Path
+import json
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.nightly.faults import UnknownFigureError
+from barchain.nightly.faults import HistoryError, UnknownFigureError
 from barchain.nightly.figures import (
     Figure,
     FigureIdentity,
@@ -31,28 +29,35 @@ from barchain.nightly.figures import (
 from scenarios.nearest import nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Sequence
+    from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
     import pyarrow as pa
     from numpy.typing import NDArray
 
-    Places = NDArray[np.intp]
+    from barchain.nightly.place import Place
+
+    Codes = NDArray[np.int32]
+    Mask = NDArray[np.bool_]
 
 
 FIGURES = "figures.parquet"
+CACHE = "cache.parquet"
+CACHE_FORMAT = b"nights, format 1"
+"""Entry of the cache's schema that names its nights with the digests of their figures"""
 IDENTITY = ("scene", "engine", "setting", "quantity", "kind", "unit", "anchor")
 NUMBERS = ("value", "low", "high", "tolerance")
 WORDS = ("word", "trajectory", "reason", "depends")
 COLUMNS = (*IDENTITY, *NUMBERS, *WORDS)
-JUDGED = ("value", "word", "tolerance", "low", "high")
-"""Columns that the rules look at"""
+TYPES = dict.fromkeys(NUMBERS, np.float64) | dict.fromkeys(WORDS, np.int32)
 DENSE_NIGHTS = 16
 """Last nights of which every figure is looked at: two turns of parts that divide their scenes among a week, and two
 more"""
+MOST_READ = 16
+"""Nights beside the cache: with more it is written anew"""
+AT_ONCE = 50
+"""Nights whose files are held together"""
 BETWEEN, MEMBERS = "\t", "\n"
 """Between the parts of a series' key, and the names of parts; no text of a figure holds them"""
-MONTH = 7
-"""Characters of a night's name that tell its month"""
 
 
 def figures_content(figures: Iterable[Figure]) -> bytes:
@@ -74,16 +79,19 @@ def figures_in(content: bytes) -> tuple[Figure, ...]:
     """Figures of the file of a night."""
     import pyarrow.parquet as pq  # noqa: PLC0415
 
-    rows = pq.read_table(io.BytesIO(content)).to_pylist()
     return tuple(
         Figure(
-            FigureIdentity(row["scene"], row["engine"], row["setting"], row["quantity"], FigureKind(row["kind"]),
-                           FigureUnit(row["unit"]), row["anchor"]),
-            row["value"], row["word"], row["low"], row["high"], row["tolerance"], row["trajectory"],
-            members(row["depends"]), row["reason"],
+            identity_of([row[name] for name in IDENTITY]), row["value"], row["word"], row["low"], row["high"],
+            row["tolerance"], row["trajectory"], members(row["depends"]), row["reason"],
         )
-        for row in rows
+        for row in pq.ParquetFile(io.BytesIO(content)).read().to_pylist()
     )  # fmt: skip
+
+
+def identity_of(texts: Sequence[str]) -> FigureIdentity:
+    """Identity of the texts of its columns."""
+    scene, engine, setting, quantity, kind, unit, anchor = texts
+    return FigureIdentity(scene, engine, setting, quantity, FigureKind(kind), FigureUnit(unit), anchor)
 
 
 def members(text: str) -> tuple[str, ...]:
@@ -93,53 +101,53 @@ def members(text: str) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class FigureTable:
-    """Figures of some nights; columns (n,), sorted by series, then by night."""
+    """Figures of some nights."""
 
     nights: tuple[NightSummary, ...]
     identities: tuple[FigureIdentity, ...]
-    series: NDArray[np.int32]
-    """Places in `identities`"""
-    night: NDArray[np.int32]
-    """Places in `nights`"""
-    numbers: dict[str, NDArray[np.float64]]
-    """NaN where a figure has none"""
-    words: dict[str, NDArray[np.int32]]
-    texts: dict[str, list[str]]
-    """Texts of the codes in `words`"""
+    """Of the series"""
+    cells: Codes
+    """Places (series, nights) in the columns of `results`, -1 without a figure; equal places are equal results"""
+    results: Mapping[str, NDArray[Any]]
+    """Columns of the distinct results of all series: numbers, NaN where there is none, and places in `texts`"""
+    texts: Sequence[str]
+    made: dict[int, Figure] = field(default_factory=dict)
+    """Figures that were looked at"""
 
-    def rows(
-        self, known: Collection[NightSummary], kinds: Collection[FigureKind] = (), series: Collection[int] | None = None
-    ) -> Places:
-        """Rows of some nights, and of some kinds or series."""
-        names = {night.name for night in known}
-        chosen = np.array([night.name in names for night in self.nights], bool)[self.night]
+    def where(self, known: Collection[NightSummary], kinds: Collection[FigureKind] = ()) -> Mask:
+        """Whether there is a figure (series, nights), of some nights and kinds only."""
+        found: Mask = (self.cells >= 0) & self.among(known)
         if kinds:
-            chosen &= np.array([identity.kind in kinds for identity in self.identities], bool)[self.series]
-        if series is not None:
-            chosen &= np.isin(self.series, np.array(sorted(series), np.int32))
-        return np.flatnonzero(chosen)
+            found &= np.array([identity.kind in kinds for identity in self.identities], bool)[:, None]
+        return found
 
-    def series_at(self, rows: Places) -> tuple[FigureSeries, ...]:
-        """Series of the figures in some rows. Most figures are the same on many nights, and are made once."""
-        made: dict[tuple[Any, ...], Figure] = {}
-        numbers = [[None if x != x else x for x in self.numbers[name][rows].tolist()] for name in NUMBERS]  # noqa: PLR0124  # NaN
-        codes = [self.words[name][rows].tolist() for name in WORDS]
-        depends = [members(text) for text in self.texts["depends"]]
-        found: dict[int, tuple[list[NightSummary], list[Figure]]] = {}
-        for number, night, *rest in zip(
-            self.series[rows].tolist(), self.night[rows].tolist(), *numbers, *codes, strict=True
-        ):
-            key = (number, *rest)
-            if key not in made:
-                value, low, high, tolerance, word, trajectory, reason, needs = rest
-                made[key] = Figure(
-                    self.identities[number], value, self.texts["word"][word], low, high, tolerance,
-                    self.texts["trajectory"][trajectory], depends[needs], self.texts["reason"][reason],
-                )  # fmt: skip
-            nights, figures = found.setdefault(number, ([], []))
-            nights.append(self.nights[night])
-            figures.append(made[key])
-        return tuple(FigureSeries(self.identities[k], tuple(n), tuple(f)) for k, (n, f) in found.items())
+    def among(self, known: Collection[NightSummary]) -> Mask:
+        """Whether a night (nights,) is one of some."""
+        names = {night.name for night in known}
+        return np.array([night.name in names for night in self.nights], bool)
+
+    def series_at(self, chosen: Mask) -> tuple[FigureSeries, ...]:
+        """Series of the chosen figures."""
+        found = []
+        for k in np.flatnonzero(chosen.any(axis=1)).tolist():
+            at = np.flatnonzero(chosen[k]).tolist()
+            figures = tuple(self.figure(k, code) for code in self.cells[k, at].tolist())
+            found.append(FigureSeries(self.identities[k], tuple(self.nights[n] for n in at), figures))
+        return tuple(found)
+
+    def figure(self, series: int, code: int) -> Figure:
+        """Figure of a result of a series."""
+        if code not in self.made:
+            value, low, high, tolerance = (None if x != x else x for x in self.row(code, NUMBERS))  # noqa: PLR0124  # NaN
+            word, trajectory, reason, depends = (self.texts[k] for k in self.row(code, WORDS))
+            self.made[code] = Figure(
+                self.identities[series], value, word, low, high, tolerance, trajectory, members(depends), reason
+            )
+        return self.made[code]
+
+    def row(self, code: int, columns: Iterable[str]) -> list[Any]:
+        """Entries of a result in some columns."""
+        return [self.results[name][code].item() for name in columns]
 
     def named(self, pattern: str) -> tuple[FigureSeries, ...]:
         """Series of the figures whose name is `pattern`, or fits it (``*`` and ``?`` stand for any text).
@@ -150,11 +158,11 @@ class FigureTable:
             If no figure fits; the message gives the nearest name.
         """
         names = [identity.name for identity in self.identities]
-        fitting = [k for k, name in enumerate(names) if name == pattern or fnmatch.fnmatchcase(name, pattern)]
-        if not fitting:
+        fitting = np.array([name == pattern or fnmatch.fnmatchcase(name, pattern) for name in names], bool)
+        if not fitting.any():
             there = f"{nearest(pattern, names)}; {len(names)} figures are there" if names else "; there are none"
             raise UnknownFigureError(f"{pattern[:80]}: no such figure{there}")
-        return self.series_at(self.rows(self.nights, series=fitting))
+        return self.series_at((self.cells >= 0) & fitting[:, None])
 
     def levels(
         self, known: Sequence[NightSummary], kinds: Collection[FigureKind], dense: int = DENSE_NIGHTS
@@ -165,160 +173,209 @@ class FigureTable:
         levels need the last night of each level and the first of the next; missing figures count by their nights, and
         of a trajectory whose bits ever differed all nights count.
         """
-        rows = self.rows(known, kinds)
-        if not len(rows):
-            return ()
-        series = self.series[rows]
-        begins = np.append(True, series[1:] != series[:-1])
-        differs = begins.copy()
-        for name in JUDGED:
-            column = (self.numbers | self.words)[name][rows]
-            same = column[1:] == column[:-1]
-            if name in NUMBERS:
-                same |= np.isnan(column[1:]) & np.isnan(column[:-1])
-            differs[1:] |= ~same
-        chosen = differs | self.missing(rows)
-        chosen[:-1] |= chosen[1:]  # the last night of the level before
-        chosen[-1] = True
+        there = self.where(known, kinds)
+        before, after = shifted(self.cells, there), shifted(self.cells[:, ::-1], there[:, ::-1])[:, ::-1]
+        differs = there & (before != self.cells)
         bits = np.array([identity.kind is FigureKind.BITS for identity in self.identities], bool)
-        moved = np.zeros(len(self.identities), bool)
-        moved[series[differs & ~begins]] = True
-        chosen |= (bits & moved)[series]
-        recent = {night.name for night in known[-dense:]}
-        chosen |= np.array([night.name in recent for night in self.nights], bool)[self.night[rows]]
-        return self.series_at(rows[chosen])
+        moved = bits & (differs.sum(axis=1) > 1)
+        ends = there & (after != self.cells)  # the last night of a level
+        missing = there & self.missing[self.cells]
+        missing |= there & np.where(after >= 0, self.missing[after], False)  # and the night before
+        return self.series_at(differs | ends | missing | (there & (self.among(known[-dense:]) | moved[:, None])))
 
-    def missing(self, rows: Places) -> NDArray[np.bool_]:
-        """Whether the figures in some rows have no result."""
-        empty = np.array([not text for text in self.texts["word"]], bool)
-        found: NDArray[np.bool_] = np.isnan(self.numbers["value"][rows]) & empty[self.words["word"][rows]]
+    @property
+    def missing(self) -> Mask:
+        """Whether a result is none."""
+        empty = np.array([not text for text in self.texts], bool)
+        found: Mask = np.isnan(self.results["value"]) & empty[self.results["word"]]
         return found
 
     def gone(
         self, known: Collection[NightSummary], recent: Collection[NightSummary], kinds: Collection[FigureKind]
     ) -> tuple[FigureSeries, ...]:
         """Last figures of the series that the `recent` ones of some nights lack."""
-        rows = self.rows(known, kinds)
-        there = np.zeros(len(self.identities), bool)
-        there[self.series[self.rows(recent, kinds)]] = True
-        last = np.append(self.series[rows][1:] != self.series[rows][:-1], True) if len(rows) else np.zeros(0, bool)
-        return self.series_at(rows[last & ~there[self.series[rows]]])
+        there = self.where(known, kinds)
+        gone = there.any(axis=1) & ~(there & self.among(recent)).any(axis=1)
+        last = there.shape[1] - 1 - np.argmax(there[:, ::-1], axis=1)
+        chosen = np.zeros_like(there)
+        chosen[gone, last[gone]] = True
+        return self.series_at(chosen)
 
     def positive(self, drawn: Collection[NightSummary], kinds: Collection[FigureKind]) -> tuple[ValueSeries, ...]:
         """Positive values of the figures of some kinds over some nights, for curves."""
-        rows = self.rows(drawn, kinds)
-        rows = rows[self.numbers["value"][rows] > 0.0]
-        names = [night.name for night in self.nights]
+        names = np.array([night.name for night in self.nights], object)
+        there = self.where(drawn, kinds) & (self.results["value"][self.cells] > 0.0 if len(self.texts) else False)
         found = []
-        ends = np.flatnonzero(np.diff(self.series[rows], prepend=-1, append=-1))
-        for first, last in itertools.pairwise(ends.tolist()):
-            own = rows[first:last]
-            at = tuple(names[k] for k in self.night[own].tolist())
-            found.append(
-                ValueSeries(self.identities[self.series[own[0]]], at, tuple(self.numbers["value"][own].tolist()))
-            )
+        for k in np.flatnonzero(there.any(axis=1)):
+            values = self.results["value"][self.cells[k, there[k]]]
+            found.append(ValueSeries(self.identities[k], tuple(names[there[k]]), tuple(values.tolist())))
         return tuple(found)
 
 
-def read_table(nights: Sequence[NightSummary], read: Callable[[NightSummary], bytes], url: str) -> FigureTable:
-    """Figures of all nights.
+def shifted(cells: Codes, there: Mask) -> Codes:
+    """Result of the night before that has the figure, (series, nights); -1 before the first."""
+    place = np.where(there, np.arange(cells.shape[1], dtype=np.int32), np.int32(-1))
+    last = np.maximum.accumulate(place, axis=1)
+    before = np.concatenate([np.full((len(cells), 1), -1, np.int32), last[:, :-1]], axis=1)
+    found: Codes = np.where(before >= 0, np.take_along_axis(cells, before, axis=1), np.int32(-1))
+    return found
+
+
+def read_table(
+    nights: Sequence[NightSummary], place: Place, figures_of: Callable[[Sequence[NightSummary]], list[bytes]]
+) -> FigureTable:
+    """Figures of all nights of a history: those of the cache, and of the nights that it lacks.
 
     Parameters
     ----------
     nights : sequence of NightSummary
         In their order.
-    read : callable
-        Gives the file of a night's figures.
-    url : str
-        Address of the history, which names its cache.
+    place : Place
+        Of the history, for its cache.
+    figures_of : callable
+        Gives the files of the figures of some nights.
     """
-    import pyarrow as pa  # noqa: PLC0415
-    import pyarrow.parquet as pq  # noqa: PLC0415
-
-    months = [list(own) for _, own in itertools.groupby(nights, key=lambda night: night.name[:MONTH])]
-    blocks = [cached_block(own, read, url) if own is not months[-1] else block_of(own, read) for own in months]
-
-    def taken(name: str) -> pa.ChunkedArray:
-        """Column of all blocks; columns are read one after the other, as all together would be held twice."""
-        texts = [] if name in NUMBERS else [name]
-        tables = (pq.read_table(b, columns=[name], read_dictionary=texts) if isinstance(b, Path) else b for b in blocks)
-        return pa.chunked_array([chunk for table in tables for chunk in table[name].chunks])
-
-    if not blocks:
-        return FigureTable((), (), *(np.zeros(0, np.int32),) * 2, dict.fromkeys(NUMBERS, np.zeros(0)),
-                           dict.fromkeys(WORDS, np.zeros(0, np.int32)), {name: [] for name in WORDS})  # fmt: skip
-    series, keys = coded(taken("series"))
-    at, names = coded(taken("night"))
-    place = {night.name: k for k, night in enumerate(nights)}
-    night = np.array([place[name] for name in names], np.int32)[at]
-    order = np.argsort(series.astype(np.int64) * len(nights) + night)
-    words, texts = {}, {}
-    for name in WORDS:
-        codes, texts[name] = coded(taken(name))
-        words[name] = codes[order]
-    numbers = {name: np.asarray(taken(name).to_numpy(), np.float64)[order] for name in NUMBERS}
-    identities = tuple(map(identity_of, keys))
-    return FigureTable(tuple(nights), identities, series[order], night[order], numbers, words, texts)
+    building = Building(nights)
+    with contextlib.suppress(Exception):  # a cache that is not there, damaged, or of another format is made again
+        building.take_cache(place.read(CACHE) or b"")
+    lacking = [night for night in nights if night.name not in building.known]
+    for first in range(0, len(lacking), AT_ONCE):
+        some = lacking[first : first + AT_ONCE]
+        for night, content in zip(some, figures_of(some), strict=True):
+            building.add(night, content)
+    table = building.table()
+    if len(lacking) > MOST_READ:
+        with contextlib.suppress(HistoryError):  # without a cache it only takes longer
+            place.write(CACHE, cache_content(table))
+    return table
 
 
-def coded(column: pa.ChunkedArray) -> tuple[NDArray[np.int32], list[str]]:
-    """Codes (n,) of a column of texts, and the texts."""
-    one = column.unify_dictionaries()
-    codes = np.concatenate([chunk.indices.to_numpy() for chunk in one.chunks])
-    return codes.astype(np.int32, copy=False), one.chunk(0).dictionary.to_pylist()
+class Building:
+    """Table to which the figures of one night after the other are added."""
 
+    def __init__(self, nights: Sequence[NightSummary]) -> None:
+        """Begin without figures."""
+        self.nights = tuple(nights)
+        self.place = {night.name: k for k, night in enumerate(nights)}
+        self.known: set[str] = set()
+        """Names of the nights whose figures are there"""
+        self.keys: dict[str, int] = {}
+        self.texts: dict[str, int] = {}
+        self.cells = np.full((0, len(nights)), -1, np.int32)
+        self.results: dict[str, list[NDArray[Any]]] = {name: [] for name in (*NUMBERS, *WORDS)}
+        self.count = 0
+        """Number of results"""
+        self.last = np.zeros(0, np.int32)
+        """Result of each series that was added last, -1 before"""
+        self.latest: dict[str, NDArray[Any]] = {name: np.zeros(0, kind) for name, kind in TYPES.items()}
+        """Its columns"""
 
-def identity_of(key: str) -> FigureIdentity:
-    """Identity of a series' key."""
-    scene, engine, setting, quantity, kind, unit, anchor = key.split(BETWEEN)
-    return FigureIdentity(scene, engine, setting, quantity, FigureKind(kind), FigureUnit(unit), anchor)
+    def take_cache(self, content: bytes) -> None:
+        """Take the figures of a cache, of nights that are there and as they were."""
+        import pyarrow.parquet as pq  # noqa: PLC0415
 
+        rows = pq.ParquetFile(io.BytesIO(content), page_checksum_verification=True).read()
+        found = json.loads(rows.schema.metadata[CACHE_FORMAT])
+        lists = rows["nights"].combine_chunks()
+        nights, ends = np.from_dlpack(lists.values), np.from_dlpack(lists.offsets)
+        counted = np.bincount(nights, minlength=len(found))
+        place = np.full(len(found), -1, np.int32)
+        for k, (name, digest) in enumerate(found):
+            own = self.nights[self.place[name]] if name in self.place else None
+            if own is not None and own.digest == digest and own.figures == counted[k]:
+                place[k] = self.place[name]
+        code = np.repeat(np.arange(len(rows), dtype=np.int32), np.diff(ends))
+        series = self.series_of(rows["series"].to_pylist())
+        self.cells = np.full((len(self.keys), len(self.nights)), -1, np.int32)
+        kept = place[nights] >= 0
+        self.cells[series[code[kept]], place[nights[kept]]] = code[kept]
+        columns = self.columns(rows)
+        self.results = {name: [column] for name, column in columns.items()}
+        self.count = len(rows)
+        last = self.cells.shape[1] - 1 - np.argmax(self.cells[:, ::-1] >= 0, axis=1)
+        self.last = self.cells[np.arange(len(self.cells)), last]
+        self.latest = {name: column[self.last] for name, column in columns.items()}
+        self.known = {self.nights[k].name for k in place if k >= 0}
 
-def block_of(nights: Sequence[NightSummary], read: Callable[[NightSummary], bytes]) -> pa.Table:
-    """Figures of some nights, with the columns ``series`` and ``night`` for their identity."""
-    import pyarrow as pa  # noqa: PLC0415
-    import pyarrow.compute as pc  # noqa: PLC0415
-    import pyarrow.parquet as pq  # noqa: PLC0415
+    def add(self, night: NightSummary, content: bytes) -> None:
+        """Add the figures of a night's file: of those that are as they were last, the result stands there already."""
+        import pyarrow.compute as pc  # noqa: PLC0415
+        import pyarrow.parquet as pq  # noqa: PLC0415
 
-    found = []
-    for night in nights:
-        own = pq.read_table(io.BytesIO(read(night)))
-        series = pc.binary_join_element_wise(*(own[name] for name in IDENTITY), BETWEEN)
-        columns = {
-            "series": series.combine_chunks().dictionary_encode(),
-            "night": pa.repeat(pa.scalar(night.name), len(own)).dictionary_encode(),
+        rows = pq.ParquetFile(io.BytesIO(content), read_dictionary=list(WORDS)).read()
+        series = self.series_of(pc.binary_join_element_wise(*(rows[name] for name in IDENTITY), BETWEEN).to_pylist())
+        columns, more = self.columns(rows), len(self.keys) - len(self.cells)
+        if more:
+            self.cells = np.pad(self.cells, ((0, more), (0, 0)), constant_values=-1)
+            self.last = np.pad(self.last, (0, more), constant_values=-1)
+            self.latest = {name: np.pad(column, (0, more)) for name, column in self.latest.items()}
+        same = self.last[series] >= 0
+        for name, column in columns.items():
+            latest = self.latest[name][series]
+            same &= (column == latest) | ((column != column) & (latest != latest))  # noqa: PLR0124  # NaN
+        code = np.where(same, self.last[series], self.count - 1 + np.cumsum(~same, dtype=np.int32))
+        for name, column in columns.items():
+            self.results[name].append(column[~same])
+            self.latest[name][series] = column
+        self.last[series] = code
+        self.cells[series, self.place[night.name]] = code
+        self.count += int(np.count_nonzero(~same))
+        self.known.add(night.name)
+
+    def series_of(self, keys: Sequence[str]) -> Codes:
+        """Numbers of series by their keys."""
+        return np.array([self.keys.setdefault(key, len(self.keys)) for key in keys], np.int32)
+
+    def columns(self, rows: pa.Table) -> dict[str, NDArray[Any]]:
+        """Columns of results; texts as their numbers.
+
+        Arrays without nulls, as those of the cache, are taken by DLPack: `to_numpy` imports pandas, which takes longer
+        than all else here.
+        """
+        found = {
+            name: rows[name].to_numpy() if rows[name].null_count else np.from_dlpack(rows[name].combine_chunks())
+            for name in NUMBERS
         }
-        columns |= {name: own[name] for name in NUMBERS}
-        columns |= {name: own[name].combine_chunks().dictionary_encode() for name in WORDS}
-        found.append(pa.table(columns))
-    return pa.concat_tables(found).unify_dictionaries()
+        for name in WORDS:
+            own = rows[name].combine_chunks()
+            number = [self.texts.setdefault(text, len(self.texts)) for text in own.dictionary.to_pylist()]
+            found[name] = np.array(number, np.int32)[np.from_dlpack(own.indices)]
+        return found
+
+    def table(self) -> FigureTable:
+        """Table of what was added; series that no night has any more are left out."""
+        there: Mask = np.any(self.cells >= 0, axis=1)
+        identities = tuple(identity_of(key.split(BETWEEN)) for key, own in zip(self.keys, there, strict=True) if own)
+        results = {name: np.concatenate([np.zeros(0, TYPES[name]), *own]) for name, own in self.results.items()}
+        return FigureTable(self.nights, identities, self.cells[there], results, tuple(self.texts))
 
 
-def cached_block(nights: Sequence[NightSummary], read: Callable[[NightSummary], bytes], url: str) -> Path | pa.Table:
-    """File of the cache with the figures of the nights of a month; the figures themselves without a cache."""
+def cache_content(table: FigureTable) -> bytes:
+    """File of the cache: a row for each distinct result of a series, with the places of the nights that have it."""
+    import pyarrow as pa  # noqa: PLC0415
     import pyarrow.parquet as pq  # noqa: PLC0415
 
-    state = hashlib.sha256(repr([(night.name, night.digest) for night in nights]).encode()).hexdigest()[:16]
-    folder, month = cache_of(url), nights[0].name[:MONTH]
-    path = folder / f"{month}-{state}.parquet"
-    with contextlib.suppress(Exception):  # one that is not there, or damaged, is made again
-        if pq.read_metadata(path).num_rows == sum(night.figures for night in nights):
-            return path
-    made = block_of(nights, read)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for old in folder.glob(f"{month}-*.parquet"):
-            old.unlink()
-        part = path.with_suffix(f".{os.getpid()}.part")
-        pq.write_table(made, part, compression="zstd")
-        part.replace(path)
-    except OSError:  # without a cache it only takes longer
-        return made
-    return path
+    series, night = np.nonzero(table.cells >= 0)
+    code = table.cells[series, night]
+    order = np.argsort(code, kind="stable")
+    used, first = np.unique(code[order], return_index=True)
+    keys = pa.array([key_of(identity) for identity in table.identities])
+    texts = pa.array(table.texts, pa.string())
+    columns: dict[str, Any] = {
+        "series": pa.DictionaryArray.from_arrays(series[order][first].astype(np.int32), keys),
+        "nights": pa.ListArray.from_arrays(
+            np.append(first, len(order)).astype(np.int32), night[order].astype(np.int32)
+        ),
+    }
+    columns |= {name: table.results[name][used] for name in NUMBERS}
+    columns |= {name: pa.DictionaryArray.from_arrays(table.results[name][used], texts) for name in WORDS}
+    nights = json.dumps([(night.name, night.digest) for night in table.nights])
+    sink = io.BytesIO()
+    rows = pa.table(columns).replace_schema_metadata({CACHE_FORMAT: nights})
+    pq.write_table(rows, sink, compression="zstd", write_page_checksum=True)
+    return sink.getvalue()
 
 
-def cache_of(url: str) -> Path:
-    """Folder of a history's cache."""
-    from platformdirs import user_cache_path  # noqa: PLC0415
-
-    return user_cache_path("barchain") / "nights" / hashlib.sha256(url.encode()).hexdigest()[:16]
+def key_of(identity: FigureIdentity) -> str:
+    """Key of a series."""
+    return BETWEEN.join(str(getattr(identity, name)) for name in IDENTITY)

@@ -6,19 +6,12 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from barchain.nightly import table
 from barchain.nightly.history import open_store
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from barchain.nightly.history import NightStore
-
-
-@pytest.fixture(autouse=True)
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Keep the caches of histories with the test."""
-    monkeypatch.setattr(table, "cache_of", lambda _: tmp_path / "cache")
 
 
 @pytest.fixture

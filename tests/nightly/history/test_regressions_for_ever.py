@@ -38,7 +38,7 @@ def facts(store: NightStore) -> NightlyFile:
 
 def every_series(store: NightStore) -> tuple[FigureSeries, ...]:
     table = store.table()
-    return table.series_at(table.rows(store.nights()))
+    return table.series_at(table.where(store.nights()))
 
 
 def red(store: NightStore) -> bool:

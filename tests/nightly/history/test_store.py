@@ -15,7 +15,7 @@ from barchain.nightly.faults import HistoryError, UnknownFigureError, UnknownNig
 from barchain.nightly.figures import FigureKind, Night
 from barchain.nightly.history import RECORD, NightStore, export_parquet, open_store
 from barchain.nightly.judging import judge
-from barchain.nightly.table import FIGURES
+from barchain.nightly.table import CACHE, FIGURES
 from barchain.nightly.told import Attribution, attributed_words, keep_attribution, keep_judgement
 from tests.nightly.history.synthetic import FIRST, bits, count, error, large_night, night, nights, ratio, verdict
 
@@ -46,8 +46,8 @@ def test_every_night_comes_back_bit_for_bit(store: NightStore, made: Night) -> N
     assert found.figures == made.figures
     assert (found.name, found.parts, found.environment) == (made.name, made.parts, made.environment)
     table = store.table()
-    rows = table.rows([one for one in table.nights if one.name == made.name])
-    assert {series.figures[0] for series in table.series_at(rows)} == set(made.figures)
+    there = table.where([one for one in table.nights if one.name == made.name])
+    assert {series.figures[0] for series in table.series_at(there)} == set(made.figures)
 
 
 def test_adding_twice_changes_nothing(store: NightStore) -> None:
@@ -167,32 +167,71 @@ def test_a_series_has_a_figure_of_each_night(store: NightStore) -> None:
     assert [figure.value for figure in found.figures] == [1e-5 * (k + 1) for k in range(5)]
     assert [one.started.day for one in found.nights] == [1, 2, 3, 4, 5]
     table = store.table()
-    counts = table.series_at(table.rows(store.nights(), [FigureKind.COUNT]))
+    counts = table.series_at(table.where(store.nights(), [FigureKind.COUNT]))
     assert [series.identity.kind for series in counts] == [FigureKind.COUNT]
     with pytest.raises(UnknownFigureError, match="did you mean paper/fig05:mujoco:steps_per_orbit=1000:steps"):
         table.named("paper/fig05:mujoco:steps_per_orbit=1000:step")
 
 
-def test_a_table_over_several_months_is_the_same_with_and_without_its_cache(store: NightStore, tmp_path: Path) -> None:
-    for k in range(0, 120, 10):
-        store.add(night(error(1e-5 * (k + 1)), *([verdict()] if k % 20 else []), number=k))
+def every_figure(store: NightStore) -> list[tuple[str, str, str]]:
+    """All figures of a history that is opened anew."""
+    table = open_store(store.place.url).table()
+    return sorted(
+        (series.identity.name, night.name, str(figure))
+        for series in table.series_at(table.where(table.nights))
+        for night, figure in zip(series.nights, series.figures, strict=True)
+    )
 
-    def read() -> list[tuple[str, ...]]:
-        table = open_store(store.place.url).table()
-        every = table.series_at(table.rows(table.nights))
-        return sorted(
-            (s.identity.name, n.name, str(f)) for s in every for n, f in zip(s.nights, s.figures, strict=True)
-        )
 
-    whole = read()
-    blocks = list((tmp_path / "cache").glob("*.parquet"))
-    assert len(whole) == 18
-    assert len(blocks) == 3  # of the last month the nights' own files are read
-    assert read() == whole
-    blocks[0].write_bytes(b"damaged")
-    assert read() == whole
-    store.add(night(error(), number=5))  # late, in a month that is cached
-    assert len(read()) == 19
+def test_figures_are_the_same_with_and_without_the_cache(store: NightStore) -> None:
+    for k in range(20):
+        store.add(night(error(1e-5 * (k // 3 + 1)), *([verdict()] if k % 2 else []), ratio(1.0 + 0.1 * k), number=k))
+    whole, cache = every_figure(store), folder(store, CACHE)
+    assert len(whole) == 50
+    assert cache.is_file()
+    assert every_figure(store) == whole
+    cache.unlink()
+    assert every_figure(store) == whole
+
+
+def test_a_cache_that_is_wrong_or_torn_is_made_again(store: NightStore) -> None:
+    for k in range(20):
+        store.add(night(error(1e-5 * (k + 1)), number=k))
+    whole, cache = every_figure(store), folder(store, CACHE)
+    content = cache.read_bytes()
+    middle = len(content) // 8
+    for wrong in (b"", content[:-100], content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :]):
+        cache.write_bytes(wrong)
+        assert every_figure(store) == whole
+        assert cache.read_bytes() == content
+
+
+def test_a_cache_follows_nights_that_are_added_late_replaced_or_removed(store: NightStore, tmp_path: Path) -> None:
+    for k in range(20):
+        store.add(night(error(1e-5 * (k + 1)), number=2 * k, label="own", complete=k > 0))
+    every_figure(store)
+    store.add(night(error(2e-5), number=5))  # late
+    store.add(night(error(9e-5), verdict(), number=0, label="own"))  # the whole night
+    shutil.rmtree(folder(store, store.nights()[3].name))
+    now = every_figure(store)
+    other = shutil.copytree(folder(store), tmp_path / "other")
+    (other / CACHE).unlink()
+    assert now == every_figure(open_store(str(other)))
+    assert len(now) == 21
+
+
+def test_a_history_that_can_not_be_written_is_read_without_a_cache(
+    store: NightStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for k in range(20):
+        store.add(night(error(), number=k))
+
+    def refused(*_: object) -> None:
+        raise OSError(30, "Read-only file system")
+
+    monkeypatch.setattr("os.fsync", refused)
+    assert len(every_figure(store)) == 20
+    assert not folder(store, CACHE).exists()
 
 
 def test_pruning_removes_whole_folders(store: NightStore) -> None:
