@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from barchain.nightly.changes import result_words
 from barchain.nightly.faults import HistoryError
-from barchain.nightly.figures import MOST_TEXT, STEPPED, FigureError, need_text
+from barchain.nightly.figures import MOST_TEXT, STEPPED, FigureError
 from barchain.nightly.steps import LEAST_EFFECT
 from scenarios.nearest import nearest
 
@@ -57,9 +57,8 @@ class Acceptance:
     def __post_init__(self) -> None:
         """Check the texts."""
         for name in ("pattern", "since", "reason", "who"):
-            need_text(name, getattr(self, name))
-            if not getattr(self, name).strip():
-                raise FigureError(f"{name}: no text given, allowed: some")
+            if not (text := getattr(self, name)).strip() or not text.isprintable():
+                raise FigureError(f"{name}: {text[:60]!r} given, allowed: a text of one line")
 
     def fits(self, figure: str) -> bool:
         """Whether the name of a figure fits the pattern."""

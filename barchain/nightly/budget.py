@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import psutil
 
-from barchain.nightly.run_facts import INTERRUPTED, PartState, scene_name
 from barchain.runs.timing.bench import LONG_S
 from barchain.studies.cost.study import FEWEST_LONG_TURNS, FEWEST_TURNS
 from reports.tables import cost, crossval, stability
+from reports.tables.nights.facts import INTERRUPTED, PartState, scene_name
 from reports.tables.outcome import Outcome
 from reports.tables.reading import DamagedResultsError
 from reports.tables.schema import SchemaVersionError
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from barchain.nightly.jobs import NightJob
-    from barchain.nightly.run_facts import NightRun
     from reports.tables.files import StudyFiles
+    from reports.tables.nights.facts import NightRun
 
 
 RESERVE_S = 25.0

@@ -17,13 +17,10 @@ from barchain.nightly.suspects import differing, state_words, suspicion
 from reports.tables.nights.facts import (
     AcceptanceEntry,
     AgainstEntry,
-    AlarmEntry,
     ChangeEntry,
     CountsEntry,
     NightEntry,
     NightlyFile,
-    NightRunEntry,
-    PartEntry,
     RejectedEntry,
     SuspectEntry,
 )
@@ -35,8 +32,8 @@ if TYPE_CHECKING:
     from barchain.nightly.acceptances import Acceptance
     from barchain.nightly.changes import Change, JudgedNight
     from barchain.nightly.figures import Figure, NightSummary
-    from barchain.nightly.run_facts import NightRun
     from barchain.nightly.suspects import Suspect
+    from reports.tables.nights.facts import NightRun
 
 
 VERSIONED = ("engine:", "library:", "python")
@@ -97,7 +94,7 @@ def night_facts(
         standing=standing,
         held=tuple(e for e in holding if e.accepted is not None),
         renamed=judged.renamed,
-        run=run_entry(run),
+        run=run,
     )  # fmt: skip
 
 
@@ -228,12 +225,3 @@ def rejected_entry(cell: Figure) -> RejectedEntry:
         scene=identity.scene, engine=identity.engine, setting=identity.setting, verdict=cell.word or MISSING,
         reason=cell.reason,
     )  # fmt: skip
-
-
-def run_entry(run: NightRun | None) -> NightRunEntry | None:
-    """Entry of what the night did of its plan."""
-    if run is None:
-        return None
-    parts = tuple(PartEntry.model_validate(asdict(part)) for part in run.parts)
-    alarm = None if run.alarm is None else AlarmEntry.model_validate(asdict(run.alarm))
-    return NightRunEntry(plan=run.plan, minutes=run.minutes, turn=run.turn, parts=parts, alarm=alarm)

@@ -7,17 +7,16 @@ import datetime
 import hashlib
 import json
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from reports.tables.nights.facts import NightRun  # noqa: TC001  # pydantic reads the annotations of records
 from reports.tables.rows import NOT_RUN
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from barchain.nightly.run_facts import NightRun
+    from collections.abc import Iterable, Mapping
 
 
 MOST_TEXT = 500
@@ -25,19 +24,7 @@ MOST_TEXT = 500
 
 
 class FigureError(ValueError):
-    """Raised for a figure, a part or a night that contradicts itself; the message is one line."""
-
-
-def need_text(field: str, text: str, most: int = MOST_TEXT) -> None:
-    """Check that a text is printable, on one line, and not too long.
-
-    Raises
-    ------
-    FigureError
-        If it is not.
-    """
-    if not text.isprintable() or len(text) > most:
-        raise FigureError(f"{field}: {text[:60]!r} given, allowed: at most {most} printable characters")
+    """Raised for a figure that is no result; the message is one line."""
 
 
 def content_digest(content: object) -> str:
@@ -56,11 +43,9 @@ def plain(value: object) -> object:
 
 
 MACHINE = "machine"
+"""Name of the part that stands for the machine class"""
 REQUIREMENTS = "requirements:"
 """Beginning of the name of the part of all that an engine's distribution requires"""
-"""Name of the part that stands for the machine class"""
-MOST_COUNT = 2.0**53
-"""Largest count that a double holds exactly"""
 NIGHT_FORMAT = "%Y-%m-%dT%H-%M-%S"
 
 
@@ -100,19 +85,9 @@ class FigureUnit(StrEnum):
 
 
 WORDED = frozenset({FigureKind.BITS, FigureKind.VERDICT})
+"""Kinds whose result is a word, not a number"""
 STEPPED = frozenset({FigureKind.RATIO, FigureKind.MEMORY})
 """Noisy kinds: they change by steps of their levels"""
-"""Kinds whose result is a word, not a number"""
-UNITS_OF = {
-    FigureKind.BITS: {FigureUnit.NONE},
-    FigureKind.VERDICT: {FigureUnit.NONE},
-    FigureKind.COUNT: {FigureUnit.ONE},
-    FigureKind.RATIO: {FigureUnit.ONE},
-    FigureKind.MEMORY: {FigureUnit.BYTE},
-    FigureKind.ERROR: set(FigureUnit) - {FigureUnit.NONE, FigureUnit.BYTE},
-    FigureKind.VALUE: set(FigureUnit) - {FigureUnit.NONE},
-}
-"""Allowed units of each kind"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,18 +102,6 @@ class FigureIdentity:
     unit: FigureUnit = FigureUnit.NONE
     anchor: str = ""
     """Of a ratio: the engine, or the form of the scene, whose time is 1"""
-
-    def __post_init__(self) -> None:
-        """Check texts, and that kind, unit and anchor agree."""
-        for field in ("scene", "engine", "setting", "quantity", "anchor"):
-            need_text(field, getattr(self, field))
-        if not self.quantity:
-            raise FigureError("quantity: no text given, allowed: a name")
-        if self.unit not in UNITS_OF[self.kind]:
-            allowed = ", ".join(repr(str(u)) for u in sorted(UNITS_OF[self.kind]))
-            raise FigureError(f"{self.name}: unit {str(self.unit)!r} given, allowed for {self.kind}: {allowed}")
-        if (self.kind is FigureKind.RATIO) is not bool(self.anchor):
-            raise FigureError(f"{self.name}: a ratio has an anchor, and no other figure has one")
 
     @property
     def name(self) -> str:
@@ -169,44 +132,13 @@ class Figure:
     """Why the figure is missing; of a verdict the judge's words"""
 
     def __post_init__(self) -> None:
-        """Check the result against the kind."""
+        """Put the parts in order, and check that the figure is a result: a comparison with NaN would never differ."""
         object.__setattr__(self, "depends", tuple(sorted(set(self.depends))))
-        for field in ("word", "trajectory", "reason"):
-            text = getattr(self, field)
-            if text:  # most are empty, and a history has millions
-                need_text(field, text)
-        self.check_numbers()
-        kind = self.identity.kind
-        if kind in WORDED and self.value is not None:
-            raise self.wrong(f"{kind} has a word, not a number")
-        if kind not in WORDED and self.word:
-            raise self.wrong(f"{kind} has a number, not a word")
-        if self.missing and not self.reason:
-            raise self.wrong("is missing without a reason")
-        if self.missing and (self.low is not None or self.high is not None):
-            raise self.wrong("is missing and has an interval")
-
-    def check_numbers(self) -> None:
-        """Check that numbers are finite and in the range of the kind."""
-        for field in ("value", "low", "high", "tolerance"):
-            number = getattr(self, field)
+        for number in (self.value, self.low, self.high, self.tolerance):
             if number is not None and not math.isfinite(number):
-                raise self.wrong(f"{field} {number} given, allowed: a finite number; a missing figure has a reason")
-            if number is not None:
-                object.__setattr__(self, field, float(number) + 0.0)  # databases have no negative zero
-        kind, value = self.identity.kind, self.value
-        if self.tolerance is not None and (self.tolerance < 0.0 or kind not in {FigureKind.ERROR, FigureKind.VALUE}):
-            raise self.wrong("a tolerance is at least 0, of an error or a value")
-        if value is None:
-            return
-        if kind is FigureKind.COUNT and (value != int(value) or not 0.0 <= value <= MOST_COUNT):
-            raise self.wrong(f"{value} given, allowed: a whole number from 0 to 2^53")
-        if kind is FigureKind.ERROR and value < 0.0:
-            raise self.wrong(f"{value} given, allowed: an error of at least 0")
-        if kind in STEPPED and not value > 0.0:
-            raise self.wrong(f"{value} given, allowed: a positive number")
-        if (self.low is not None and self.low > value) or (self.high is not None and self.high < value):
-            raise self.wrong("the value lies outside its interval")
+                raise FigureError(f"{self.identity.name}: {number} given, allowed: a finite number, or a reason")
+        if self.missing and not self.reason:
+            raise FigureError(f"{self.identity.name}: is missing without a reason")
 
     @property
     def missing(self) -> bool:
@@ -218,10 +150,6 @@ class Figure:
         """Whether there is no result because its run did not fit into the time: no change of the figure."""
         return self.missing and self.reason.startswith(NOT_RUN)
 
-    def wrong(self, said: str) -> FigureError:
-        """Error of this figure."""
-        return FigureError(f"{self.identity.name}: {said}")
-
 
 @dataclass(frozen=True, slots=True)
 class NightPart:
@@ -231,13 +159,6 @@ class NightPart:
     version: str = ""
     digest: str = ""
     """Of the installed files; empty where it is unknown"""
-
-    def __post_init__(self) -> None:
-        """Check the texts."""
-        for field in ("name", "version", "digest"):
-            need_text(field, getattr(self, field))
-        if not self.name:
-            raise FigureError("part: no name given")
 
     def differs(self, other: NightPart) -> bool:
         """Whether two states of a part differ: by their digests, or by their versions where a digest is unknown.
@@ -263,11 +184,6 @@ class Environment:
     blas: str
     """Libraries of linear algebra, each with version and the kernel chosen for the processor"""
     python: str
-
-    def __post_init__(self) -> None:
-        """Check the texts; flags are long."""
-        for field in fields(self):
-            need_text(field.name, str(getattr(self, field.name)), most=20 * MOST_TEXT)
 
     @cached_property
     def machine_class(self) -> str:
@@ -302,38 +218,14 @@ class Night:
     """Ending of the name, of a night that has a folder already; the first digits of the identity by default"""
 
     def __post_init__(self) -> None:
-        """Put parts and figures in order, and check that they belong together."""
-        offset = self.started.utcoffset()
-        if offset is None or offset:
-            raise FigureError(f"start {self.started.isoformat()} given, allowed: UTC")
-        if not (math.isfinite(self.duration_s) and self.duration_s >= 0.0):
-            raise FigureError(f"duration {self.duration_s} s given, allowed: at least 0 s")
-        for field in ("plan", "barchain", "commit", "void", "label"):
-            need_text(field, getattr(self, field) or "")
-        if MACHINE in {p.name for p in self.parts}:
-            raise FigureError(f"part {MACHINE}: follows from the environment")
+        """Put parts and figures in order."""
         object.__setattr__(self, "parts", tuple(sorted(self.parts, key=lambda p: p.name)))
         object.__setattr__(self, "figures", tuple(sorted(self.figures, key=order_of)))
-        self.check_names()
-
-    def check_names(self) -> None:
-        """Check that names are unique, and that figures depend on known parts."""
-        if len(self.part_named) <= len(self.parts):
-            raise FigureError("two parts of a night have the same name")
-        seen: set[FigureIdentity] = set()
-        for figure in self.figures:
-            if figure.identity in seen:
-                raise figure.wrong("stands twice in a night")
-            seen.add(figure.identity)
-        for name in {name for figure in self.figures for name in figure.depends}:
-            if name not in self.part_named:
-                raise FigureError(f"a figure depends on {name}, which the night does not list")
 
     @cached_property
     def part_named(self) -> Mapping[str, NightPart]:
         """Parts by name, the machine class among them."""
-        machine = NightPart(MACHINE, self.environment.cpu[:MOST_TEXT], self.environment.machine_class)
-        return {part.name: part for part in (*self.parts, machine)}
+        return named_parts(self.parts, self.environment)
 
     @cached_property
     def identity(self) -> str:
@@ -345,6 +237,13 @@ class Night:
         """Name of the night and of its folder: its start, and some digits that tell nights of one second apart."""
         return f"{self.started.strftime(NIGHT_FORMAT)}-{self.label or self.identity[:8]}"
 
+    def summary(self, **stored: Any) -> NightSummary:
+        """Night without its figures, with what a history knows of it."""
+        return NightSummary(
+            self.name, self.started, self.duration_s, self.plan, self.barchain, self.environment, self.parts,
+            len(self.figures), self.commit, self.complete, self.void, **stored,
+        )  # fmt: skip
+
 
 def order_of(figure: Figure) -> tuple[str, ...]:
     """Sort key of a figure."""
@@ -352,9 +251,19 @@ def order_of(figure: Figure) -> tuple[str, ...]:
     return i.scene, i.engine, i.setting, i.quantity, i.kind, i.unit, i.anchor
 
 
+def named_parts(parts: Iterable[NightPart], environment: Environment) -> dict[str, NightPart]:
+    """Parts by name, the machine class among them."""
+    machine = NightPart(MACHINE, environment.cpu[:MOST_TEXT], environment.machine_class)
+    return {part.name: part for part in (*parts, machine)}
+
+
+SHARED: dict[Any, Any] = {}
+"""Parts and environments of all nights: most nights share them, and equal ones are one object"""
+
+
 @dataclass(frozen=True)
 class NightSummary:
-    """Night without its figures."""
+    """Night without its figures, as its record in a history holds it."""
 
     name: str
     started: datetime.datetime
@@ -371,16 +280,21 @@ class NightSummary:
     run: NightRun | None = None
     """What the night did of its plan; None of a night that was added as a result folder"""
     digest: str = ""
-    size_B: int = 0
     """Of the file of its figures"""
+    size_B: int = 0
+    """Of the same file"""
     added: str = ""
     """Instant at which the history got the night, UTC, ISO 8601; empty where it is not known"""
+
+    def __post_init__(self) -> None:
+        """Share parts and environment with other nights."""
+        object.__setattr__(self, "parts", tuple(SHARED.setdefault(part, part) for part in self.parts))
+        object.__setattr__(self, "environment", SHARED.setdefault(self.environment, self.environment))
 
     @cached_property
     def part_named(self) -> Mapping[str, NightPart]:
         """Parts by name, the machine class among them."""
-        machine = NightPart(MACHINE, self.environment.cpu[:MOST_TEXT], self.environment.machine_class)
-        return {part.name: part for part in (*self.parts, machine)}
+        return named_parts(self.parts, self.environment)
 
     @property
     def state(self) -> str:
@@ -405,8 +319,3 @@ class FigureSeries:
     identity: FigureIdentity
     nights: tuple[NightSummary, ...]
     figures: tuple[Figure, ...]
-
-    def __post_init__(self) -> None:
-        """Check that each figure has its night."""
-        if len(self.nights) != len(self.figures):
-            raise ValueError(f"{self.identity.name}: {len(self.figures)} figures of {len(self.nights)} nights")

@@ -21,14 +21,12 @@ import hashlib
 import io
 import json
 import re
-from dataclasses import asdict
 from functools import cache
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Self
 
 from barchain.nightly.faults import HistoryError, UnknownNightError
-from barchain.nightly.figures import Environment, FigureError, Night, NightPart, NightSummary
+from barchain.nightly.figures import Night, NightSummary
 from barchain.nightly.place import Place
-from barchain.nightly.run_facts import NightRun
 from barchain.nightly.table import COLUMNS, FIGURES, NUMBERS, FigureTable, figures_content, figures_in, read_table
 from scenarios.nearest import nearest
 
@@ -38,6 +36,9 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     import pyarrow as pa
+    from pydantic import TypeAdapter
+
+    from reports.tables.nights.facts import NightRun
 
 
 RECORD = "record.json"
@@ -80,7 +81,7 @@ class NightStore:
         HistoryError
             If it can't be written; the night is not there then, or as it was.
         """
-        name, content, added = night.name, figures_content(night.figures), now()
+        name, content, added = night.name, figures_content(night), now()
         there = self.place.read(f"{name}/{RECORD}")
         if there is not None:
             earlier = self.summary(name)
@@ -89,7 +90,8 @@ class NightStore:
             added = earlier.added
             self.place.remove(f"{name}/told.json")  # the whole night tells its changes anew
         self.place.write(f"{name}/{FIGURES}", content)
-        self.place.write(f"{name}/{RECORD}", record_of(night, run, content, added))
+        stored = night.summary(run=run, digest=digest_of(content), size_B=len(content), added=added)
+        self.place.write(f"{name}/{RECORD}", record_of(stored))
         return True
 
     def nights(self, last: int | None = None) -> tuple[NightSummary, ...]:
@@ -234,17 +236,11 @@ def digest_of(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
-def record_of(night: Night, run: NightRun | None, figures: bytes, added: str) -> bytes:
+def record_of(summary: NightSummary) -> bytes:
     """Record of a night, as JSON."""
-    content = {
-        "format": FORMAT, "name": night.name, "started": night.started.isoformat(), "duration_s": night.duration_s,
-        "plan": night.plan, "barchain": night.barchain, "commit": night.commit, "complete": night.complete,
-        "void": night.void, "machine_class": night.environment.machine_class,
-        "environment": asdict(night.environment), "parts": [[p.name, p.version, p.digest] for p in night.parts],
-        "figures": len(night.figures), "digest": digest_of(figures), "size_B": len(figures),
-        "run": None if run is None else json.loads(run.to_json()), "added": added,
-    }  # fmt: skip
-    return json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False).encode()
+    content = records().dump_python(summary, mode="json")
+    more = {"format": FORMAT, "machine_class": summary.environment.machine_class}
+    return json.dumps(more | content, indent=1, ensure_ascii=False, allow_nan=False).encode()
 
 
 def summary_of(name: str, content: bytes) -> NightSummary | None:
@@ -256,33 +252,22 @@ def summary_of(name: str, content: bytes) -> NightSummary | None:
         If a later barchain wrote it.
     """
     try:
-        found: dict[str, Any] = json.loads(content)
+        found = json.loads(content)
         if found["format"] > FORMAT:
             raise HistoryError(f"{name}: a later barchain wrote this night; update barchain")
-        run = found["run"]
-        return NightSummary(
-            name, datetime.datetime.fromisoformat(found["started"]), found["duration_s"], found["plan"],
-            found["barchain"], environment_of(json.dumps(found["environment"])),
-            tuple(part_of(*part) for part in found["parts"]), found["figures"], found["commit"], found["complete"],
-            found["void"], run and NightRun.from_json(json.dumps(run)), found["digest"], found["size_B"],
-            found["added"],
-        )  # fmt: skip
+        return records().validate_python(found | {"name": name})
     except HistoryError:
         raise
-    except (ValueError, TypeError, KeyError, FigureError):
+    except (ValueError, TypeError, KeyError):
         return None
 
 
 @cache
-def part_of(name: str, version: str, digest: str) -> NightPart:
-    """Part of a night; nights share most of them."""
-    return NightPart(name, version, digest)
+def records() -> TypeAdapter[NightSummary]:
+    """Form of records."""
+    from pydantic import TypeAdapter  # noqa: PLC0415
 
-
-@cache
-def environment_of(text: str) -> Environment:
-    """Environment of a record."""
-    return Environment(**json.loads(text))
+    return TypeAdapter(NightSummary)
 
 
 def latest_first(nights: Collection[NightSummary]) -> list[NightSummary]:

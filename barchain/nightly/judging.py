@@ -24,7 +24,6 @@ from barchain.nightly.changes import (
 )
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import STEPPED, Figure, FigureKind, FigureSeries, NightSummary
-from barchain.nightly.run_facts import PartState, scene_name
 from barchain.nightly.steps import FALSE_ALARMS, LEAST_EFFECT, WINDOW, time_changes
 from barchain.nightly.told import comparable_nights, steps_before, told_by
 from barchain.nightly.vanished import SAMPLED, Subject, continued, subject_of, vanished
@@ -32,12 +31,11 @@ from scenarios.nearest import nearest
 
 if TYPE_CHECKING:
     import datetime
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Sequence
 
     from barchain.nightly.acceptances import Acceptance
     from barchain.nightly.figures import FigureIdentity, Night
     from barchain.nightly.history import NightStore
-    from barchain.nightly.run_facts import NightRun, PartResult
     from barchain.nightly.steps import ToldChanges
     from barchain.nightly.table import FigureTable
     from barchain.nightly.vanished import Presence
@@ -172,7 +170,7 @@ def judge_pair(before: Night, after: Night) -> JudgedNight:
         Baseline.
     after : Night
     """
-    nights = (replace(summary_of(before), void=None), summary_of(after))
+    nights = (replace(before.summary(), void=None), after.summary())
     if after.void is not None:
         return JudgedNight(nights[1], nights[:1])
     found: dict[FigureIdentity, list[tuple[NightSummary, Figure]]] = {}
@@ -203,18 +201,6 @@ def lost(series: FigureSeries, nights: tuple[NightSummary, NightSummary]) -> Cha
     was, reason = series.figures[0], "not measured, though the baseline of the same plan has it"
     now = Figure(series.identity, reason=reason, depends=was.depends)
     return Change(series.identity, was, now, nights[0].name, nights[1].name, Direction.WORSE, reason)
-
-
-def summary_of(night: Night) -> NightSummary:
-    """Night without its figures."""
-    return NightSummary(
-        night.name, night.started, night.duration_s, night.plan, night.barchain, night.environment,
-        night.parts, len(night.figures), night.commit, night.complete, night.void,
-    )  # fmt: skip
-
-
-STUDY_OF_COMMAND = {"compare": "comparison"}
-"""Studies whose command has another name"""
 
 
 def judge(store: NightStore, name: str = "latest", *, false_alarms: float = FALSE_ALARMS) -> JudgedNight:
@@ -292,7 +278,7 @@ class StoredPresence:
     @cached_property
     def left(self) -> dict[str, frozenset[tuple[str, str]]]:
         """Studies and scenes that each night left; of nights that know it."""
-        return {night.name: left_of(night.run) for night in self.table.nights if night.run is not None}
+        return {night.name: night.run.left for night in self.table.nights if night.run is not None}
 
     @cached_property
     def numbers(self) -> dict[FigureIdentity, int]:
@@ -306,19 +292,6 @@ class StoredPresence:
         for identity, number in self.numbers.items():
             found.setdefault(subject_of(identity), []).append(number)
         return found
-
-
-def left_of(run: NightRun) -> frozenset[tuple[str, str]]:
-    """Studies and scenes that a night did not do; an empty scene where it is not known which."""
-    return frozenset(pair for part in run.parts if part.state is not PartState.DONE for pair in left_of_part(part))
-
-
-def left_of_part(part: PartResult) -> Iterable[tuple[str, str]]:
-    """Study and scenes that a part left; without a command nothing of the part was run."""
-    for word in part.command.split()[1:2]:
-        study = STUDY_OF_COMMAND.get(word, word)
-        known = part.state is PartState.LEFT and part.left and part.left != (part.name,)
-        yield from ((study, scene_name(scene)) for scene in part.left) if known else ((study, ""),)
 
 
 def change_named(judged: JudgedNight, name: str) -> Change:

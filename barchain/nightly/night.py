@@ -7,6 +7,7 @@ import time
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from barchain.nightly.alarm import alarm_test
 from barchain.nightly.budget import (
     ALARM,
     ENDING_S,
@@ -26,12 +27,10 @@ from barchain.nightly.history import last_run
 from barchain.nightly.jobs import NightJob, night_jobs, plan_engines
 from barchain.nightly.parts import code_of, installation_here
 from barchain.nightly.plan import LOGS
-from barchain.nightly.run_facts import NightRun, PartResult, PartState, alarm_test
 from barchain.nightly.state import (
     NightState,
     PlannedJob,
     add,
-    file_damaged,
     file_interrupted,
     goes_on,
     has_results,
@@ -44,6 +43,7 @@ from barchain.nightly.state import (
 )
 from barchain.runs.processes import GRACE_S, run_barchain
 from barchain.studies.study import ignore
+from reports.tables.nights.facts import NightRun, PartResult, PartState
 from scenarios import scene_names
 
 if TYPE_CHECKING:
@@ -129,24 +129,23 @@ def run_night(
     last = last_run(store, plan.identity)
     night_jobs(plan, next_turn(last), leftovers(last))  # an error of the plan comes before anything runs
     note_future(store, now, progress.note)
-    file_damaged(store, out, progress.note)
     engines = plan_engines(plan)
     installation = installation_here(engines, scene_names())
     code = code_of(installation, engines)
-    for folder, state in list(unfinished(out)):
+    for folder, state in list(unfinished(out, progress.note)):
         with held(folder) as taken:
             if not taken:
                 continue
             if goes_on(state, plan.identity, code, now):
-                progress.note(f"going on with the night of {state.started}, which was interrupted")
+                progress.note(f"going on with the night of {state.started.isoformat()}, which was interrupted")
                 return finish(Running(plan, end, store, folder, progress, last), replace(state, minutes=minutes))
             file_interrupted(store, folder, state, progress.note)
     last = last_run(store, plan.identity)
     folder = new_folder(out, now)
     with held(folder):
         state = NightState(
-            plan.identity, minutes, next_turn(last), now.replace(microsecond=0).isoformat(), code, leftovers(last),
-            [part.name for part in plan.file.parts], waiting_parts(last), installation=installation,
+            plan.identity, minutes, next_turn(last), now.replace(microsecond=0), code, leftovers(last),
+            [part.name for part in plan.file.parts], waiting_parts(last), installation,
         )  # fmt: skip
         jobs = {job.name: PlannedJob(job.part, job.scenes) for job in jobs_of(plan, state)}
         state = replace(state, jobs=jobs)

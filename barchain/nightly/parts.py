@@ -310,15 +310,3 @@ def code_of(installation: Installation, engines: Iterable[str]) -> str:
     tops = {find_engine(name).target.partition(":")[0].partition(".")[0] for name in engines} - set(PACKAGES)
     sources = digest_of(*PACKAGES, *sorted(tops))
     return content_digest([sources, installation.environment, list(installation.parts)])[:DIGITS]
-
-
-def installation_of(found: Mapping[str, Any]) -> Installation:
-    """Installation of its entries in a file.
-
-    Raises
-    ------
-    ValueError, TypeError, KeyError
-        If they are something else.
-    """
-    parts = tuple(NightPart(**part) for part in found["parts"])
-    return Installation(str(found["barchain"]), Environment(**found["environment"]), parts, found["commit"])

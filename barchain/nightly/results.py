@@ -24,7 +24,6 @@ from barchain.nightly.figures import (
 from barchain.nightly.parts import (
     VARIABLES,
     Installation,
-    capture,
     depends_on,
     environment_parts,
     installation_here,
@@ -32,7 +31,6 @@ from barchain.nightly.parts import (
     scene_part,
 )
 from barchain.nightly.steps import LEAST_EFFECT
-from barchain.record.environment import package_version
 from reports.tables import measured
 from reports.tables.crossval import FILES as COMPARISON
 from reports.tables.crossval import is_engine
@@ -324,15 +322,6 @@ def night_here(
 def records_of(folders: Iterable[Path]) -> list[tuple[StudyFiles, dict[str, Any]]]:
     """Records of all results in some folders, each with its kind of results."""
     return [(study.files, study.files.sound_record(folder)) for folder in folders for study in found_in(folder)]
-
-
-def recorded_installation(folders: Sequence[Path]) -> Installation:
-    """Installation as the records of result folders know it: versions, and no digests of installed files."""
-    records = [record for _, record in records_of(folders)]
-    first = min(records, key=lambda record: str(record.get("created") or ""), default=None)
-    environment = capture() if first is None else recorded_environment(first)
-    own = package_version("barchain") if first is None else str(first.get("barchain") or "")
-    return Installation(own, environment, environment_parts(environment))
 
 
 def installation_behind(found: Sequence[FigureIdentity]) -> Installation:

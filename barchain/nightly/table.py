@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
     from numpy.typing import NDArray
 
+    from barchain.nightly.figures import Night
     from barchain.nightly.place import Place
 
     Codes = NDArray[np.int32]
@@ -47,7 +48,8 @@ CACHE_FORMAT = b"nights, format 1"
 IDENTITY = ("scene", "engine", "setting", "quantity", "kind", "unit", "anchor")
 NUMBERS = ("value", "low", "high", "tolerance")
 WORDS = ("word", "trajectory", "reason", "depends")
-COLUMNS = (*IDENTITY, *NUMBERS, *WORDS)
+COLUMNS = (*IDENTITY, *NUMBERS, *WORDS, "versions")
+"""Columns of a night's file; ``versions`` has those of the distributions behind a figure's engines, for readers"""
 TYPES = dict.fromkeys(NUMBERS, np.float64) | dict.fromkeys(WORDS, np.int32)
 DENSE_NIGHTS = 16
 """Last nights of which every figure is looked at: two turns of parts that divide their scenes among a week, and two
@@ -56,23 +58,31 @@ MOST_READ = 16
 """Nights beside the cache: with more it is written anew"""
 AT_ONCE = 50
 """Nights whose files are held together"""
+ENGINE = "engine:"
 BETWEEN, MEMBERS = "\t", "\n"
 """Between the parts of a series' key, and the names of parts; no text of a figure holds them"""
 
 
-def figures_content(figures: Iterable[Figure]) -> bytes:
+def figures_content(night: Night) -> bytes:
     """File of a night's figures: a row each, in columns :data:`COLUMNS`; an empty text where there is none."""
     import pyarrow as pa  # noqa: PLC0415
     import pyarrow.parquet as pq  # noqa: PLC0415
 
-    own = list(figures)
+    own = night.figures
     columns: dict[str, Any] = {name: [str(getattr(f.identity, name)) for f in own] for name in IDENTITY}
     columns |= {name: [getattr(f, name) for f in own] for name in (*NUMBERS, *WORDS[:-1])}
     columns["depends"] = [MEMBERS.join(f.depends) for f in own]
+    columns["versions"] = [versions_of(f, night) for f in own]
     schema = pa.schema([(name, pa.float64() if name in NUMBERS else pa.string()) for name in COLUMNS])
     sink = io.BytesIO()
     pq.write_table(pa.table({name: columns[name] for name in COLUMNS}, schema=schema), sink, compression="zstd")
     return sink.getvalue()
+
+
+def versions_of(figure: Figure, night: Night) -> str:
+    """Versions of the distributions behind a figure's engines, e.g. ``mujoco 3.3.0``."""
+    parts = (night.part_named[name] for name in figure.depends if name.startswith(ENGINE))
+    return ", ".join(f"{part.name.removeprefix(ENGINE)} {part.version}" for part in parts)
 
 
 def figures_in(content: bytes) -> tuple[Figure, ...]:
@@ -275,27 +285,25 @@ class Building:
         import pyarrow.parquet as pq  # noqa: PLC0415
 
         rows = pq.ParquetFile(io.BytesIO(content), page_checksum_verification=True).read()
-        found = json.loads(rows.schema.metadata[CACHE_FORMAT])
-        lists = rows["nights"].combine_chunks()
-        nights, ends = np.from_dlpack(lists.values), np.from_dlpack(lists.offsets)
-        counted = np.bincount(nights, minlength=len(found))
-        place = np.full(len(found), -1, np.int32)
-        for k, (name, digest) in enumerate(found):
-            own = self.nights[self.place[name]] if name in self.place else None
-            if own is not None and own.digest == digest and own.figures == counted[k]:
-                place[k] = self.place[name]
-        code = np.repeat(np.arange(len(rows), dtype=np.int32), np.diff(ends))
+        cached = json.loads(rows.schema.metadata[CACHE_FORMAT])
         series = self.series_of(rows["series"].to_pylist())
+        first, last = (np.from_dlpack(rows[name].combine_chunks()) for name in ("first", "last"))
+        begins, ends = series * len(cached) + first, series * len(cached) + last + 1
+        lengths = np.diff(np.stack([begins, ends], axis=1).ravel(), prepend=0, append=len(self.keys) * len(cached))
+        codes = np.full(len(lengths), -1, np.int32)
+        codes[1::2] = np.arange(len(rows), dtype=np.int32)
+        cells = np.repeat(codes, lengths).reshape(len(self.keys), len(cached))
+        counted = np.count_nonzero(cells >= 0, axis=0)
+        own = {(night.name, night.digest, night.figures): k for k, night in enumerate(self.nights)}
+        place = [own.get((name, digest, counted[k]), -1) for k, (name, digest) in enumerate(cached)]
+        kept = [k for k, there in enumerate(place) if there >= 0]
         self.cells = np.full((len(self.keys), len(self.nights)), -1, np.int32)
-        kept = place[nights] >= 0
-        self.cells[series[code[kept]], place[nights[kept]]] = code[kept]
-        columns = self.columns(rows)
+        self.cells[:, [place[k] for k in kept]] = cells[:, kept]
+        self.known = {cached[k][0] for k in kept}
+        columns, self.count = self.columns(rows), len(rows)
         self.results = {name: [column] for name, column in columns.items()}
-        self.count = len(rows)
-        last = self.cells.shape[1] - 1 - np.argmax(self.cells[:, ::-1] >= 0, axis=1)
-        self.last = self.cells[np.arange(len(self.cells)), last]
+        self.last = self.cells.max(axis=1, initial=-1)  # places of a series are in the order of its nights
         self.latest = {name: column[self.last] for name, column in columns.items()}
-        self.known = {self.nights[k].name for k in place if k >= 0}
 
     def add(self, night: NightSummary, content: bytes) -> None:
         """Add the figures of a night's file: of those that are as they were last, the result stands there already."""
@@ -351,24 +359,19 @@ class Building:
 
 
 def cache_content(table: FigureTable) -> bytes:
-    """File of the cache: a row for each distinct result of a series, with the places of the nights that have it."""
+    """File of the cache: a row for each level of a series, with the places of its first and its last night."""
     import pyarrow as pa  # noqa: PLC0415
     import pyarrow.parquet as pq  # noqa: PLC0415
 
-    series, night = np.nonzero(table.cells >= 0)
-    code = table.cells[series, night]
-    order = np.argsort(code, kind="stable")
-    used, first = np.unique(code[order], return_index=True)
-    keys = pa.array([key_of(identity) for identity in table.identities])
+    cells = np.pad(table.cells, ((0, 0), (1, 1)), constant_values=-1)
+    own = cells[:, 1:-1]
+    series, first = np.nonzero((own >= 0) & (own != cells[:, :-2]))
+    last = np.nonzero((own >= 0) & (own != cells[:, 2:]))[1]
+    code, keys = own[series, first], pa.array([key_of(identity) for identity in table.identities], pa.string())
     texts = pa.array(table.texts, pa.string())
-    columns: dict[str, Any] = {
-        "series": pa.DictionaryArray.from_arrays(series[order][first].astype(np.int32), keys),
-        "nights": pa.ListArray.from_arrays(
-            np.append(first, len(order)).astype(np.int32), night[order].astype(np.int32)
-        ),
-    }
-    columns |= {name: table.results[name][used] for name in NUMBERS}
-    columns |= {name: pa.DictionaryArray.from_arrays(table.results[name][used], texts) for name in WORDS}
+    columns: dict[str, Any] = {"series": pa.DictionaryArray.from_arrays(series, keys), "first": first, "last": last}
+    columns |= {name: table.results[name][code] for name in NUMBERS}
+    columns |= {name: pa.DictionaryArray.from_arrays(table.results[name][code], texts) for name in WORDS}
     nights = json.dumps([(night.name, night.digest) for night in table.nights])
     sink = io.BytesIO()
     rows = pa.table(columns).replace_schema_metadata({CACHE_FORMAT: nights})

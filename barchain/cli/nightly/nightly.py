@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from barchain.nightly.jobs import NightJob
     from barchain.nightly.night import NightProgress
     from barchain.nightly.plan import NightPlan
-    from barchain.nightly.run_facts import PartResult
+    from reports.tables.nights.facts import PartResult
 
 LEAST_MINUTES, MOST_MINUTES = 0.5, 1440.0
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from enum import StrEnum
 from typing import TYPE_CHECKING, Literal
 
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, ValidationError
@@ -9,16 +11,27 @@ from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, ValidationErro
 from reports.tables.reading import damaged
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
 FILE = "nightly.json"
 Direction = Literal["better", "worse", "same", "changed"]
+STRICT = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True)
+"""Unknown keys are errors, and numbers are finite; texts below fields are their descriptions"""
+INTERRUPTED = "the night was interrupted"
+"""Reason of a part that was left because its night ended early: it says nothing of the time that the part needs"""
+STUDY_OF_COMMAND = {"compare": "comparison"}
+"""Studies whose command has another name"""
+NAMED = 3
+"""Names in a sentence about many"""
+MOST_NAME = 80
+"""Characters of a name in a sentence"""
 
 
 class Entry(BaseModel):
-    """Entry of the file: unknown keys are errors, and numbers are finite."""
+    """Entry of the file."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = STRICT
 
 
 class SuspectEntry(Entry):
@@ -74,24 +87,44 @@ class ChangeEntry(Entry):
     also: int = Field(0, description="further figures of the same run that are missing since then: one event")
 
 
-class PartEntry(Entry):
-    """Part of the plan."""
+class PartState(StrEnum):
+    """State of a part of a plan at the end of its night."""
+
+    DONE = "done"
+    LEFT = "left"
+    """Some or all of it did not fit into the night, and goes first on the next one"""
+    FAILED = "failed"
+    """It ended with an error"""
+
+
+@dataclass(frozen=True)
+class PartResult:
+    """Part of the plan at the end of its night."""
+
+    __pydantic_config__ = STRICT
 
     name: str
-    state: Literal["done", "left", "failed"]
+    state: PartState
     share_s: float
-    duration_s: float
-    left: tuple[str, ...] = Field((), description="what did not fit and goes first on the next night")
+    """time that it was given"""
+    duration_s: float = 0.0
+    left: tuple[str, ...] = ()
+    """what did not fit and goes first on the next night: scenes, or the part by its name"""
     reason: str = ""
-    done: int = Field(0, description="number of scenes or faults that were done")
-    command: str = Field("", description="command that repeats the part")
-    missing: str = Field("", description="why engines or scenes that the part names did not run; the others did")
-    bad_input: bool = Field(False, description="whether a scene of the part can't be read")
+    """why the part was left or failed"""
+    done: int = 0
+    """number of scenes or faults that were done"""
+    command: str = ""
+    """command that repeats the part"""
+    missing: str = ""
+    """why engines or scenes that the part names did not run; the others did"""
+    bad_input: bool = False
+    """whether a scene of the part can't be read"""
 
     @property
     def whole(self) -> bool:
         """Whether the part was done with all engines that it names."""
-        return self.state == "done" and not self.missing
+        return self.state is PartState.DONE and not self.missing
 
     @property
     def reasons(self) -> str:
@@ -99,23 +132,73 @@ class PartEntry(Entry):
         return "; ".join(filter(None, [self.reason, self.missing]))
 
 
-class AlarmEntry(Entry):
-    """Test of the alarm by planted faults."""
+@dataclass(frozen=True)
+class AlarmTest:
+    """Planted faults of a night, and those that no check told."""
+
+    __pydantic_config__ = STRICT
 
     planted: int
     missed: tuple[str, ...] = ()
+    """faults that no check detected: one is enough to make a night void"""
     seed: int = 0
     false_alarms: tuple[str, ...] = ()
+    """scenes in which a check rejected the unmodified engine: one is enough to make a night void"""
+
+    @property
+    def void(self) -> str | None:
+        """Why the night can't be believed; None if the alarm rang when and only when it had to."""
+        if self.missed:
+            return f"{len(self.missed)} of {self.planted} planted faults missed: {some_of(self.missed)}"
+        if self.false_alarms:
+            return f"a check rejects the unmodified engine in {some_of(self.false_alarms)}"
+        return None
 
 
-class NightRunEntry(Entry):
-    """Parts of the plan that the night ran or left."""
+def some_of(names: Sequence[str]) -> str:
+    """Names in a sentence: the first ones, and how many more there are."""
+    shown = [name if len(name) <= MOST_NAME else f"{name[: MOST_NAME - 3]}..." for name in names]
+    if len(shown) <= NAMED + 1:
+        return ", ".join(shown)
+    return f"{', '.join(shown[:NAMED])} and {len(shown) - NAMED} more"
+
+
+@dataclass(frozen=True)
+class NightRun:
+    """Parts of the plan that a night ran or left."""
+
+    __pydantic_config__ = STRICT
 
     plan: str
+    """name of the plan, with the digest of its content"""
     minutes: float
-    turn: int
-    parts: tuple[PartEntry, ...]
-    alarm: AlarmEntry | None = None
+    """budget"""
+    parts: tuple[PartResult, ...] = ()
+    alarm: AlarmTest | None = None
+    """None if the plan plants no faults, or the night ended before"""
+    turn: int = 0
+    """number of the night among those of its plan: decides scenes, faults and seeds that change from night to night"""
+
+    @property
+    def complete(self) -> bool:
+        """Whether all parts were done, with all engines that they name."""
+        return bool(self.parts) and all(part.whole for part in self.parts)
+
+    @property
+    def left(self) -> frozenset[tuple[str, str]]:
+        """Studies and scenes that the night did not do; an empty scene where it is not known which."""
+        found: set[tuple[str, str]] = set()
+        for part in self.parts:
+            for word in part.command.split()[1:2] if part.state is not PartState.DONE else ():  # else it was not run
+                known = part.state is PartState.LEFT and part.left and part.left != (part.name,)
+                scenes = map(scene_name, part.left) if known else ("",)
+                found |= {(STUDY_OF_COMMAND.get(word, word), scene) for scene in scenes}
+        return frozenset(found)
+
+
+def scene_name(given: str) -> str:
+    """Name of a scene in tables: of a file the file's name without its ending."""
+    return given.rpartition("/")[2].removesuffix(".toml") if given.endswith(".toml") else given
 
 
 class NightEntry(Entry):
@@ -193,7 +276,7 @@ class NightlyFile(Entry):
         (), description="earlier changes for the worse that still hold and that somebody accepted"
     )
     renamed: tuple[str, ...] = Field((), description="settings and scenes that have other names since this night")
-    run: NightRunEntry | None = Field(None, description="None of a night that a result folder was added as")
+    run: NightRun | None = Field(None, description="None of a night that a result folder was added as")
 
     @property
     def worse(self) -> bool:

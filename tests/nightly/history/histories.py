@@ -40,13 +40,7 @@ def history_of(
 def summaries(*nights: Night) -> list[NightSummary]:
     """Nights without their figures, which :func:`as_series` finds again."""
     FIGURES.update({each.name: each.figures for each in nights})
-    return [
-        NightSummary(
-            n.name, n.started, n.duration_s, n.plan, n.barchain, n.environment, n.parts, len(n.figures), n.commit,
-            n.complete, n.void,
-        )
-        for n in nights
-    ]  # fmt: skip
+    return [each.summary() for each in nights]
 
 
 def as_series(nights: Sequence[NightSummary]) -> tuple[FigureSeries, ...]:

@@ -9,7 +9,6 @@ from typing import Any
 from hypothesis import strategies as st
 
 from barchain.nightly.figures import (
-    UNITS_OF,
     WORDED,
     Environment,
     Figure,
@@ -29,6 +28,15 @@ PARTS = (
     NightPart("judge", "0.6.0", "dd"),
 )
 NAMES = tuple(part.name for part in PARTS)
+UNITS_OF = {
+    FigureKind.BITS: {FigureUnit.NONE},
+    FigureKind.VERDICT: {FigureUnit.NONE},
+    FigureKind.COUNT: {FigureUnit.ONE},
+    FigureKind.RATIO: {FigureUnit.ONE},
+    FigureKind.MEMORY: {FigureUnit.BYTE},
+    FigureKind.ERROR: set(FigureUnit) - {FigureUnit.NONE, FigureUnit.BYTE},
+    FigureKind.VALUE: set(FigureUnit) - {FigureUnit.NONE},
+}
 
 
 def identity(quantity: str = "attitude.max", kind: FigureKind = FigureKind.ERROR, **more: Any) -> FigureIdentity:

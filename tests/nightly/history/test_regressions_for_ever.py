@@ -17,8 +17,8 @@ from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import Figure, FigureKind, FigureUnit, NightPart
 from barchain.nightly.judging import changes_named, judge, judge_night, judge_pair, still_holding
 from barchain.nightly.pruning import needed_nights
-from barchain.nightly.run_facts import NightRun, PartResult, PartState
 from barchain.nightly.table import DENSE_NIGHTS
+from reports.tables.nights.facts import NightRun, PartResult, PartState
 from tests.nightly.history.synthetic import ENVIRONMENT, NAMES, PARTS, bits, error, identity, night, ratio, verdict
 
 if TYPE_CHECKING:

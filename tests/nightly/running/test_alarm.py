@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 import pytest
 
+from barchain.nightly.alarm import alarm_test
 from barchain.nightly.jobs import NightJob
 from barchain.nightly.night import result_of
-from barchain.nightly.run_facts import AlarmTest, PartState, alarm_test
 from barchain.runs.processes import Finished
 from barchain.studies.selftest import matrix
 from reports.tables.faults.selftest import COLUMNS, FILES
+from reports.tables.nights.facts import AlarmTest, PartState
 from reports.tables.schema import SCHEMA_VERSION
 from tests.nightly.history.synthetic import night
 

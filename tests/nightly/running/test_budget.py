@@ -24,8 +24,8 @@ from barchain.nightly.budget import (
 )
 from barchain.nightly.jobs import NightJob, night_jobs, part_scenes
 from barchain.nightly.plan import LEAST_MINUTES, load_plan
-from barchain.nightly.run_facts import INTERRUPTED, NightRun, PartResult, PartState
 from barchain.nightly.state import joined
+from reports.tables.nights.facts import INTERRUPTED, NightRun, PartResult, PartState
 
 if TYPE_CHECKING:
     from barchain.nightly.plan import NightPlan

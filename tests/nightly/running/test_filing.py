@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime
-import json
 import shutil
 import time
 from dataclasses import replace
@@ -19,9 +18,9 @@ from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import NightPart
 from barchain.nightly.history import NightStore, last_run, open_store
 from barchain.nightly.night import run_night
-from barchain.nightly.parts import code_of, installation_here, installation_of
+from barchain.nightly.parts import code_of, installation_here
 from barchain.nightly.plan import load_plan
-from barchain.nightly.state import FILE, SET_ASIDE, DamagedStateError, read_state, write_state
+from barchain.nightly.state import FILE, SET_ASIDE, DamagedStateError, read_state
 from barchain.runs.processes import Finished
 from tests.nightly.history.synthetic import error, night
 from tests.support.slow import one_in
@@ -146,25 +145,10 @@ def test_the_installation_of_the_start_stands_in_the_state_file(killed: Path) ->
     assert {"adapter:reference", "library:numpy", "scene:basics/kepler_circular"} <= {
         part.name for part in state.installation.parts
     }
-    assert installation_of(json.loads((killed / FILE).read_text("utf-8"))["installation"]) == state.installation
-
-
-def test_a_state_of_an_earlier_barchain_is_filed_with_the_versions_of_its_records(
-    plan: NightPlan, tmp_path: Path, killed: Path
-) -> None:
-    state = read_state(killed)
-    assert state is not None
-    write_state(killed, replace(state, installation=None, code="other"))
-    one_night(plan, tmp_path)
-    with open_store(str(tmp_path / "history")) as store:
-        old = store.nights()[0]
-    assert old.figures > 10
-    assert old.part_named["adapter:reference"].digest == ""
-    assert old.part_named["scene:basics/kepler_circular"].digest
 
 
 @pytest.mark.parametrize("content", one_in(5, ["", "{", '{"plan": "x"}', "[]", "null"]))
-def test_results_beside_a_damaged_state_are_kept_as_an_incomplete_night_and_told_once(
+def test_a_damaged_state_is_told_once_and_the_results_beside_it_stay(
     plan: NightPlan, tmp_path: Path, killed: Path, content: str
 ) -> None:
     (killed / FILE).write_text(content, "utf-8")
@@ -172,37 +156,16 @@ def test_results_beside_a_damaged_state_are_kept_as_an_incomplete_night_and_told
         read_state(killed)
     notes: list[str] = []
     one_night(plan, tmp_path, notes)
-    with open_store(str(tmp_path / "history")) as store:
-        old, new = store.nights()
-    assert (old.complete, old.figures > 10, new.complete) == (False, True, True)
     (note,) = [each for each in notes if "damaged" in each]
     assert str(killed / FILE) in note
-    assert old.name in note
     assert "\n" not in note
     assert (killed / SET_ASIDE).read_text("utf-8") == content
     again: list[str] = []
     one_night(plan, tmp_path, again)
     assert again == []
-
-
-def test_a_damaged_state_of_a_night_that_the_history_holds_doubles_nothing(plan: NightPlan, tmp_path: Path) -> None:
-    first = one_night(plan, tmp_path)
-    (first.folder / FILE).write_text("{", "utf-8")
-    notes: list[str] = []
-    one_night(plan, tmp_path, notes)
-    assert f"the history holds the night already: {first.name}" in notes[0]
+    assert run(["history", "add", str(killed / "core"), "--history", str(tmp_path / "history")]) == 0
     with open_store(str(tmp_path / "history")) as store:
-        assert len(store.nights()) == 2
-
-
-def test_a_damaged_state_without_results_is_told_and_its_folder_kept(plan: NightPlan, tmp_path: Path) -> None:
-    folder = tmp_path / "nights" / "2026-01-05T02-00-00-1f3a9c02"
-    folder.mkdir(parents=True)
-    (folder / FILE).write_text("{", "utf-8")
-    notes: list[str] = []
-    one_night(plan, tmp_path, notes)
-    assert "no results can be read there; the folder is kept" in notes[0]
-    assert folder.is_dir()
+        assert sorted(each.complete for each in store.nights()) == [True, True, True]
 
 
 @pytest.mark.slow

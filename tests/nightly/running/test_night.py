@@ -21,10 +21,9 @@ from barchain.nightly.history import last_run, open_store
 from barchain.nightly.judging import judge
 from barchain.nightly.night import run_night
 from barchain.nightly.plan import load_plan
-from barchain.nightly.run_facts import PartState
 from barchain.nightly.state import read_state, write_state
 from barchain.runs.processes import Finished, run_barchain
-from reports.tables.nights.facts import read_nightly
+from reports.tables.nights.facts import PartState, read_nightly
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -21,9 +21,8 @@ from barchain.nightly.acceptances import accept
 from barchain.nightly.figures import Figure, NightPart
 from barchain.nightly.history import open_store
 from barchain.nightly.judging import change_named, judge
-from barchain.nightly.run_facts import AlarmTest, NightRun, PartResult, PartState
 from barchain.nightly.told import kept_judgements
-from reports.tables.nights.facts import NightlyFile, read_nightly
+from reports.tables.nights.facts import AlarmTest, NightlyFile, NightRun, PartResult, PartState, read_nightly
 from tests.nightly.history.synthetic import PARTS, bits, count, error, night, ratio, verdict
 
 NOW = datetime.datetime.now(datetime.UTC)
