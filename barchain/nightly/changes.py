@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
-from barchain.nightly.figures import STEPPED, FigureKind, content_digest
+from barchain.nightly.figures import MACHINE, STEPPED, FigureKind, content_digest
+from barchain.nightly.suspects import differing
 from reports.tables.faults.campaign import CellClass
 from reports.tables.faults.selftest import FaultOutcome
 from reports.tables.outcome import SEVERITY, Outcome
@@ -345,8 +346,8 @@ def level_changes(series: FigureSeries) -> tuple[Change, ...]:
         if series.figures[begin].missing and known is not None and is_worse(series.figures[known], now):
             begin = known  # a figure that comes back worse than it was has not become better
         level = series.figures[begin]
-        judged = compared(level, now) if begin < k else None
-        if judged is not None and judged.direction is not Direction.SAME and not is_told(told, now, judged):
+        judged = against_level(series, level, k) if begin < k else None
+        if judged is not None and judged.direction is not Direction.SAME and not is_told(told, now):
             last, since = series.nights[k - 1].name, series.nights[k].name
             found.append(
                 Change(
@@ -360,12 +361,44 @@ def level_changes(series: FigureSeries) -> tuple[Change, ...]:
     return tuple(found)
 
 
-def is_told(told: Figure | None, now: Figure, judged: Judgement) -> bool:
-    """Whether a difference from the level was told before: it is neither better nor worse, and nothing moved since.
+ROUNDING_PARTS = frozenset({"blas", "variables", MACHINE})
+"""Parts that decide how numbers are rounded, and nothing else"""
+ROUNDING_LEVEL = 30.0
+"""Errors below so many shares of rounding are rounding themselves: the share is an estimate of its size, not a bound"""
+OTHER_ROUNDING = "an error at the level of rounding, and only parts that round in another way differ"
+
+
+def is_rounding(was: Figure, now: Figure) -> bool:
+    """Whether two errors are at the level of their rounding."""
+    if was.identity.kind is not FigureKind.ERROR or was.value is None or now.value is None:
+        return False
+    return max(was.value, now.value) <= ROUNDING_LEVEL * ((was.tolerance or 0.0) + (now.tolerance or 0.0))
+
+
+def against_level(series: FigureSeries, level: Figure, k: int) -> Judgement | None:
+    """Judge the figure of a night against its level; an error that only rounds in another way is no worse or better."""
+    now = series.figures[k]
+    judged = compared(level, now)
+    if judged is None or judged.direction is Direction.SAME or not is_rounding(level, now):
+        return judged
+    if not only_rounding(series.nights[k - 1], series.nights[k], now):
+        return judged
+    return replace(judged, direction=Direction.CHANGED, reason=f"{OTHER_ROUNDING}; {judged.reason}")
+
+
+def only_rounding(last: NightSummary, since: NightSummary, figure: Figure) -> bool:
+    """Whether of the parts that a figure depends on, only such that round in another way differ between two nights."""
+    names = {suspect.name for suspect in differing(last, since, figure.depends)}
+    return bool(names) and names <= ROUNDING_PARTS
+
+
+def is_told(told: Figure | None, now: Figure) -> bool:
+    """Whether a difference from the level was told before, as neither better nor worse, and nothing moved since.
 
     The level stays where it is then, so that small differences add up.
     """
-    return told is not None and judged.direction is Direction.CHANGED and compared(told, now) is None
+    moved = None if told is None else compared(told, now)
+    return told is not None and (moved is None or moved.direction is Direction.SAME)
 
 
 def is_worse(was: Figure, now: Figure) -> bool:

@@ -1,23 +1,55 @@
-"""Nights that changes for the worse are compared with: pruning them would turn a regression green."""
+"""What of old nights may go: their runs, and nights that no change for the worse is compared with.
+
+Pruning a night that a regression is compared with would turn it green.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import datetime
+import shutil
 from typing import TYPE_CHECKING
 
 from barchain.nightly.acceptances import accepted, accepting
 from barchain.nightly.changes import Direction
 from barchain.nightly.figures import STEPPED
+from barchain.nightly.history import latest_first
 from barchain.nightly.judging import judge, still_holding
 from barchain.nightly.rank_test import FEWEST_NEW, FEWEST_OLD
+from barchain.nightly.told import told_by
 from barchain.nightly.vanished import OCCASIONS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
+    from pathlib import Path
 
     from barchain.nightly.acceptances import Acceptance
     from barchain.nightly.changes import Change, JudgedNight
     from barchain.nightly.history import NightStore
+
+
+RUNS_KEPT = 14
+"""Last nights whose runs stay"""
+RUNS = ("answers", "trajectories", "differences")
+"""Folders of a result folder that hold runs; its rows, tables and records stay"""
+
+
+def prune_runs(store: NightStore, out: Path) -> None:
+    """Remove the runs of the nights before the last ones, unless a night is void or told a change.
+
+    Parameters
+    ----------
+    store : NightStore
+    out : Path
+        Folder of all nights, with the results of their parts.
+    """
+    told = told_by(store)
+    for night in latest_first(store.nights())[RUNS_KEPT:]:
+        if night.void is None and told.get(night.name, {}).get("changed") == 0:
+            for name in RUNS:
+                for runs in (out / night.name).glob(f"*/{name}"):
+                    with contextlib.suppress(OSError):  # they go with the next night
+                        shutil.rmtree(runs)
 
 
 def needed_nights(store: NightStore) -> frozenset[str]:

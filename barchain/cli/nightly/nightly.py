@@ -105,6 +105,7 @@ def run_and_tell(
     from barchain.cli.common.result_folder import need_writable  # noqa: PLC0415
     from barchain.nightly.budget import process_age_s  # noqa: PLC0415
     from barchain.nightly.night import run_night  # noqa: PLC0415
+    from barchain.nightly.pruning import prune_runs  # noqa: PLC0415
 
     if junit is not None:
         need_writable(junit, "--junit")
@@ -123,6 +124,7 @@ def run_and_tell(
                 store, ended.name, ended.folder, junit, baseline, fail_on, need_history=need_history
             )
             publish(ended.folder, out)
+        prune_runs(store, out)
     show_night(facts, out / PAGE)
     end_night(facts, fail_on, need_history=need_history)
 

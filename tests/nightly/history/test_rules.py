@@ -77,6 +77,22 @@ def test_small_steps_within_rounding_do_not_add_up_unseen() -> None:
     assert len(same_changes(series)) == 1
 
 
+def test_another_kernel_of_blas_makes_no_error_of_rounding_worse_neither_when_it_comes_nor_when_it_goes() -> None:
+    blas = (*PARTS, NightPart("blas", "openblas SkylakeX", "01")), (*PARTS, NightPart("blas", "openblas Haswell", "02"))
+    depends = (*NAMES, "blas")
+    small, large = (error(x, tolerance=1e-12, depends=depends) for x in (3e-12, 2e-11))
+    there = history_of([small], [large], [large], [small], parts=dict(enumerate((blas[0], blas[1], blas[1], blas[0]))))
+    assert [change.direction for change in level_changes(*as_series(there))] == [Direction.CHANGED]
+    within = error(4e-12, tolerance=1e-12, depends=depends)
+    assert level_changes(*as_series(history_of([small], [within], parts=dict(enumerate(blas))))) == ()
+    adapter = {0: (*other("adapter:mujoco"), blas[0][-1]), 1: blas[1]}
+    (change,) = level_changes(*as_series(history_of([small], [large], parts=adapter)))
+    assert change.direction is Direction.WORSE  # the adapter changed, too
+    far = error(2e-10, tolerance=1e-12, depends=depends)
+    (change,) = level_changes(*as_series(history_of([small], [far], parts=dict(enumerate(blas)))))
+    assert change.direction is Direction.WORSE  # far beyond rounding
+
+
 def test_every_flip_of_a_verdict_is_told_with_its_direction() -> None:
     for was, now in itertools.product(Outcome, Outcome):
         judged = judge_verdict(verdict(str(was)), verdict(str(now)))

@@ -15,6 +15,7 @@ from barchain.nightly.faults import HistoryError, UnknownFigureError, UnknownNig
 from barchain.nightly.figures import FigureKind, Night
 from barchain.nightly.history import RECORD, NightStore, export_parquet, open_store
 from barchain.nightly.judging import judge
+from barchain.nightly.pruning import prune_runs
 from barchain.nightly.table import CACHE, FIGURES
 from barchain.nightly.told import Attribution, attributed_words, keep_attribution, keep_judgement
 from tests.nightly.history.synthetic import FIRST, bits, count, error, large_night, night, nights, ratio, verdict
@@ -325,3 +326,16 @@ def test_changes_after_the_fact_are_those_that_were_told(store: NightStore) -> N
     name = store.nights()[-1].name
     store.add(night(error(9e-5), number=1, label="late"))
     assert [c.id for c in judge(store, name).tonight] == before != []
+
+
+def test_runs_of_quiet_nights_go_after_a_fortnight_and_rows_stay(store: NightStore) -> None:
+    for k in range(20):
+        made = night(error(3e-5 if k == 2 else 1e-5), number=k)
+        store.add(made)
+        judged_and_told(store)
+        for kind in ("trajectories", "rows"):
+            (folder(store, made.name) / "core" / kind).mkdir(parents=True)
+    prune_runs(store, folder(store))
+    kept = [(folder(store, each.name) / "core" / "trajectories").is_dir() for each in store.nights()]
+    assert kept == [k in (2, 3) or k >= 6 for k in range(20)]
+    assert all((folder(store, each.name) / "core" / "rows").is_dir() for each in store.nights())
