@@ -23,7 +23,7 @@ from barchain.cli.nightly.documents import write_documents
 from barchain.nightly.figures import Figure, FigureKind, Night, NightPart
 from barchain.nightly.history import open_store
 from barchain.nightly.judging import judge
-from barchain.nightly.trends import SHOWN, drawn_nights
+from barchain.nightly.trends import trend_charts
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -115,7 +115,7 @@ def main() -> None:
         timed("list of nights", store.nights)
         timed("one figure over all nights", lambda: store.table().named(name))
         timed("one whole night", lambda: store.night("latest"))
-        timed("charted figures", lambda: store.table().positive(drawn_nights(store.nights()), SHOWN))
+        timed("charted figures", lambda: trend_charts(store.table(), store.nights(), ()))
         timed("judgement of the last night", lambda: judge(store))
         timed("judgement and all documents", lambda: write_documents(store, "latest", asked.out))
         print(f"peak memory: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3:.0f} MB")

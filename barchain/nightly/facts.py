@@ -67,15 +67,9 @@ def night_facts(
     confirmed : mapping, optional
         Results of attributions in words, by the id of the change.
     """
-    nights = {night.name: night for night in (*judged.compared_with, judged.night)}
-    cells = comparison_verdicts(figures)
-    now = datetime.datetime.now(datetime.UTC)
-
-    def entry(change: Change) -> ChangeEntry:
-        return change_entry(change, nights, accepting(change, accepted, now), (confirmed or {}).get(change.id, ""))
-
-    tonight = tuple(events(sorted(standing_for(map(entry, judged.tonight)), key=weight)))
-    holding = events(sorted(map(entry, still_holding(judged)), key=weight))
+    cells = [f for f in figures if f.identity.kind is FigureKind.VERDICT and f.identity.quantity == VERDICT]
+    tonight = tuple(events(list(standing_for(change_entries(judged, judged.tonight, accepted, confirmed)))))
+    holding = events(change_entries(judged, still_holding(judged), accepted, confirmed))
     standing = tuple(e for e in holding if e.accepted is None)
     night = judged.night
     return NightlyFile(
@@ -96,6 +90,20 @@ def night_facts(
         renamed=judged.renamed,
         run=run,
     )  # fmt: skip
+
+
+def change_entries(
+    judged: JudgedNight, changes: Iterable[Change], accepted: Sequence[Acceptance],
+    confirmed: Mapping[str, str] | None = None,
+) -> list[ChangeEntry]:  # fmt: skip
+    """Entries of some changes of a judged night, what needs a look first; the other arguments as of the whole night."""
+    nights = {night.name: night for night in (*judged.compared_with, judged.night)}
+    now = datetime.datetime.now(datetime.UTC)
+    found = (
+        change_entry(change, nights, accepting(change, accepted, now), (confirmed or {}).get(change.id, ""))
+        for change in changes
+    )
+    return sorted(found, key=weight)
 
 
 def standing_for(changes: Iterable[ChangeEntry]) -> Iterator[ChangeEntry]:
@@ -202,15 +210,6 @@ def counts(judged: JudgedNight, tonight: Sequence[ChangeEntry]) -> CountsEntry:
         changed=told["changed"], accepted=told["accepted"],
         irreproducible=sum(change.irreproducible for change in tonight), new=judged.new,
     )  # fmt: skip
-
-
-def comparison_verdicts(figures: Iterable[Figure]) -> list[Figure]:
-    """Verdict of each cell of the comparison."""
-    return [
-        figure
-        for figure in figures
-        if figure.identity.kind is FigureKind.VERDICT and figure.identity.quantity == VERDICT
-    ]
 
 
 def is_rejected(cell: Figure) -> bool:

@@ -303,16 +303,6 @@ class NightSummary:
 
 
 @dataclass(frozen=True)
-class ValueSeries:
-    """Positive values of one figure, for drawing."""
-
-    identity: FigureIdentity
-    nights: tuple[str, ...]
-    """Names of the nights"""
-    values: tuple[float, ...]
-
-
-@dataclass(frozen=True)
 class FigureSeries:
     """One figure over the nights that have it, in their order."""
 

@@ -3,33 +3,26 @@
 from __future__ import annotations
 
 import fnmatch
-import random
 import shlex
 from dataclasses import dataclass, replace
-from functools import singledispatch
 from typing import TYPE_CHECKING
 
 from adapters.engine import SettingError
-from adapters.registry import UnknownEngineError, engines, find_engine
+from adapters.registry import UnknownEngineError
 from barchain.nightly.plan import (
-    CampaignTable,
     ComparisonTable,
-    CostTable,
     PartTable,
     PlanError,
-    RoundoffTable,
-    ScalingTable,
     ScenesTable,
     SelftestTable,
-    StabilityTable,
+    default_engines,
+    missing_engines,
 )
-from barchain.runs.choices import choose_setting
-from reports.tables.cost import BASELINE
 from scenarios import SceneError, load_scene, scene_names
 from scenarios.nearest import nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Mapping, Sequence
+    from collections.abc import Collection, Mapping, Sequence
     from pathlib import Path
 
     from barchain.nightly.plan import NightPlan
@@ -73,23 +66,8 @@ def tonights(scenes: Sequence[str], nights: int, turn: int) -> tuple[str, ...]:
     return tuple(scenes[turn % nights :: nights])
 
 
-def tonights_faults(part: SelftestTable, known: Iterable[str], turn: int) -> tuple[str, ...]:
-    """Faults of one night: the next ones in an order that the seed draws, from the beginning again at its end."""
-    order = sorted(known)
-    random.Random(part.seed).shuffle(order)
-    count = min(part.faults, len(order))
-    begin = turn * count
-    return tuple(order[(begin + k) % len(order)] for k in range(count))
-
-
-def tonights_seed(part: CampaignTable, turn: int) -> int:
-    """Number of the first random scene of one night: the next one after those of the night before."""
-    return part.seed + turn * part.scenes
-
-
 FIRST = "-left"
 """Ending of the name of a job that does what an earlier night left"""
-NO_HOSTS = "none"
 RUNS = 4
 """Longest runs that fit into the time of their part"""
 LEAST_RUN_S, MOST_RUN_S = 10.0, 120.0
@@ -189,7 +167,7 @@ def plan_engines(plan: NightPlan) -> tuple[str, ...]:
     """Engines that the parts of a plan run: those that it names, and those that commands take without names."""
     found = dict.fromkeys(default_engines())
     for part in plan.file.parts:
-        found |= dict.fromkeys(named_engines(part))
+        found |= dict.fromkeys(part.named_engines)
     return tuple(found)
 
 
@@ -216,18 +194,18 @@ def longest_run_s(part: PartTable, plan: NightPlan) -> float:
 
 def missing_words(part: PartTable) -> str:
     """Reasons why engines that a part names can't run here."""
-    return "; ".join(f"{name}: {reason}" for name, reason in missing_engines(named_engines(part)).items())
+    return "; ".join(f"{name}: {reason}" for name, reason in missing_engines(part.named_engines).items())
 
 
 def part_jobs(part: PartTable, folder: Path, turn: int, left: Sequence[str]) -> list[NightJob]:
     """Jobs of a part: of one with scenes that were left, those scenes come first and by themselves."""
     if not isinstance(part, ScenesTable):
-        arguments, others = arguments_of(part, turn)
+        arguments, others = part.command(turn)
         return [NightJob(part.name, part.name, part.study, part.share, arguments, (), others)]
     every, faults = readable(part_scenes(part, folder))
     before = tuple(scene for scene in dict.fromkeys(left) if scene in every)  # the longest waiting ones first
     now = tuple(scene for scene in tonights(every, part.nights, turn) if scene not in before)
-    arguments, _ = arguments_of(part, turn)
+    arguments, _ = part.command(turn)
     found = []
     total = len(before) + len(now)
     for name, scenes in ((part.name + FIRST, before), (part.name, now)):
@@ -249,129 +227,3 @@ def readable(scenes: Sequence[str]) -> tuple[tuple[str, ...], str]:
                 faults[scene] = str(error).replace("\n", "; ")
     good = tuple(scene for scene in scenes if scene not in faults)
     return (good, "; ".join(faults.values())) if good else (tuple(scenes), "")
-
-
-@singledispatch
-def arguments_of(part: PartTable, turn: int) -> tuple[tuple[str, ...], int]:
-    """Command and options of a part, and the number of its items other than scenes."""
-    raise TypeError(f"{type(part).__name__} has no command for night {turn}")
-
-
-@arguments_of.register
-def comparison_arguments(part: ComparisonTable, turn: int) -> tuple[tuple[str, ...], int]:
-    """`barchain compare` with the part's engines and settings."""
-    del turn
-    chosen = each("--engine", checked_engines(part.engines)) if part.engines else ("--all-engines",)
-    settings = []
-    missing = missing_engines(part.engines)
-    for engine, given in part.settings.items():
-        if engine in missing:
-            continue
-        choose_setting(engine, given)
-        settings += [f"{engine}:{key}={int(value) if value.is_integer() else value!r}" for key, value in given.items()]
-    return ("compare", *chosen, *each("--set", settings), *limit(part)), 0
-
-
-@arguments_of.register
-def cost_arguments(part: CostTable, turn: int) -> tuple[tuple[str, ...], int]:
-    """`barchain cost` of the default engines, with the one that times are relative to; its budget is added later."""
-    del turn
-    names = tuple(dict.fromkeys((*(part.engines or default_engines()), BASELINE)))
-    orbits = () if part.orbits is None else ("--orbits", repr(part.orbits))
-    repeats = () if part.repeats is None else ("--repeats", str(part.repeats))
-    return ("cost", *each("--engine", checked_engines(names)), *orbits, *repeats, *limit(part)), 0
-
-
-@arguments_of.register
-def scaling_arguments(part: ScalingTable, turn: int) -> tuple[tuple[str, ...], int]:
-    """`barchain scaling` of the default engines; its budget is added when the job begins."""
-    del turn
-    names = part.engines or default_engines()
-    return ("scaling", *each("--engine", checked_engines(names)), *each("--bars", map(str, part.bars))), 0
-
-
-@arguments_of.register
-def stability_arguments(part: StabilityTable, turn: int) -> tuple[tuple[str, ...], int]:
-    """`barchain stability`."""
-    del turn
-    return ("stability", *each("--engine", checked_engines(part.engines)), *limit(part)), 0
-
-
-@arguments_of.register
-def roundoff_arguments(part: RoundoffTable, turn: int) -> tuple[tuple[str, ...], int]:
-    """`barchain roundoff` of some sizes."""
-    del turn
-    from barchain.studies.roundoff.plan import PARTS, check_sizes  # noqa: PLC0415
-
-    for name in part.parts:
-        if name not in PARTS:
-            raise PlanError(f"parts: {name!r} given, allowed: {', '.join(PARTS)}")
-    try:
-        check_sizes(part.sizes)
-    except ValueError as error:
-        raise PlanError(f"sizes: {error}") from None
-    return ("roundoff", *each("--part", part.parts), *each("--size", map(repr, part.sizes))), 0
-
-
-@arguments_of.register
-def campaign_arguments(part: CampaignTable, turn: int) -> tuple[tuple[str, ...], int]:
-    """`barchain selftest --random` with this night's seed."""
-    hosts = part.hosts if part.hosts == (NO_HOSTS,) else checked_engines(part.hosts)
-    seed = str(tonights_seed(part, turn))
-    random = ("--random", str(part.scenes), "--seed", seed, "--shrink-seconds", "0")
-    judged = each("--engine", checked_engines(part.engines))
-    return ("selftest", *random, *each("--host", hosts), *judged), part.scenes
-
-
-@arguments_of.register
-def selftest_arguments(part: SelftestTable, turn: int) -> tuple[tuple[str, ...], int]:
-    """`barchain selftest` of this night's faults."""
-    from barchain.faults.catalogue import FIXED_SCENES  # noqa: PLC0415
-
-    faults = tonights_faults(part, FIXED_SCENES, turn)
-    return ("selftest", *each("--fault", faults), *part.scenes), len(faults)
-
-
-def default_engines() -> tuple[str, ...]:
-    """Engines that a command without names takes; engines that only studies need would take most of a night."""
-    return tuple(name for name, registration in engines().items() if registration.by_default)
-
-
-def checked_engines(names: Sequence[str]) -> Sequence[str]:
-    """Names of engines that are installed; all names if none is, so that the command tells how to install them.
-
-    Raises
-    ------
-    UnknownEngineError
-        If one is none.
-    """
-    missing = missing_engines(names)
-    return [name for name in names if name not in missing] or names
-
-
-def missing_engines(names: Sequence[str]) -> dict[str, str]:
-    """Engines that are not installed, each with the reason.
-
-    Raises
-    ------
-    UnknownEngineError
-        If a name is none.
-    """
-    reasons = {name: find_engine(name).missing for name in names}
-    return {name: reason for name, reason in reasons.items() if reason}
-
-
-def named_engines(part: PartTable) -> tuple[str, ...]:
-    """Engines that a part names, to be judged or to hold faults."""
-    named = (*getattr(part, "engines", ()), *getattr(part, "hosts", ()))
-    return tuple(name for name in named if name != NO_HOSTS)
-
-
-def each(option: str, values: Iterable[str]) -> tuple[str, ...]:
-    """An option that is given once for each value."""
-    return tuple(word for value in values for word in (option, value))
-
-
-def limit(part: ScenesTable) -> tuple[str, ...]:
-    """Option of the longest run."""
-    return () if part.time_limit_s is None else ("--time-limit", repr(part.time_limit_s))

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
-
-import numpy as np
 
 from barchain.nightly.acceptances import NO_ACCEPTANCE, accepting, fits
 from barchain.nightly.changes import (
@@ -26,7 +23,7 @@ from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import STEPPED, Figure, FigureKind, FigureSeries, NightSummary
 from barchain.nightly.steps import FALSE_ALARMS, LEAST_EFFECT, WINDOW, time_changes
 from barchain.nightly.told import comparable_nights, steps_before, told_by
-from barchain.nightly.vanished import SAMPLED, Subject, continued, subject_of, vanished
+from barchain.nightly.vanished import SAMPLED, Presence, continued, vanished
 from scenarios.nearest import nearest
 
 if TYPE_CHECKING:
@@ -37,8 +34,6 @@ if TYPE_CHECKING:
     from barchain.nightly.figures import FigureIdentity, Night
     from barchain.nightly.history import NightStore
     from barchain.nightly.steps import ToldChanges
-    from barchain.nightly.table import FigureTable
-    from barchain.nightly.vanished import Presence
 
 
 def judge_night(
@@ -230,68 +225,8 @@ def judge(store: NightStore, name: str = "latest", *, false_alarms: float = FALS
         *table.series_at(table.where(stepped, STEPPED)),
         *table.gone(before, stepped, STEPPED),
     )
-    presence = StoredPresence(table, before)
+    presence = Presence(table.nights, table.identities, table.cells >= 0)
     return judge_night(series, before, false_alarms, presence, steps_before(told, chosen.name))
-
-
-@dataclass(frozen=True)
-class StoredPresence:
-    """Nights of a history on which scenes and figures were measured."""
-
-    table: FigureTable
-    nights: Sequence[NightSummary]
-
-    def of_figure(self, identity: FigureIdentity) -> frozenset[str]:
-        """Nights that have a figure."""
-        return self.nights_with([self.numbers[identity]] if identity in self.numbers else [])
-
-    def of_subject(self, subject: Subject) -> frozenset[str]:
-        """Nights on which a scene was done to its end by a study."""
-        if subject not in self.known:
-            study, scene, _ = subject
-            whole = self.nights_with(self.members.get(subject, ()))
-            self.known[subject] = frozenset(night for night in whole if self.was_done(night, study, scene))
-        return self.known[subject]
-
-    def nights_with(self, series: Sequence[int]) -> frozenset[str]:
-        """Nights that have one of some series."""
-        there = np.any(self.table.cells[list(series)] >= 0, axis=0)
-        return frozenset(self.table.nights[k].name for k in np.flatnonzero(there))
-
-    def was_done(self, night: str, study: str, scene: str) -> bool:
-        """Whether a night did a scene with all engines; an incomplete one tells what it left."""
-        left = self.left.get(night)
-        if left is None:
-            return night in self.complete
-        return not {(study, scene), (study, "")} & left
-
-    @cached_property
-    def known(self) -> dict[Subject, frozenset[str]]:
-        """Answers so far."""
-        return {}
-
-    @cached_property
-    def complete(self) -> frozenset[str]:
-        """Names of the complete nights."""
-        return frozenset(night.name for night in self.nights if night.complete)
-
-    @cached_property
-    def left(self) -> dict[str, frozenset[tuple[str, str]]]:
-        """Studies and scenes that each night left; of nights that know it."""
-        return {night.name: night.run.left for night in self.table.nights if night.run is not None}
-
-    @cached_property
-    def numbers(self) -> dict[FigureIdentity, int]:
-        """Numbers of all series."""
-        return {identity: k for k, identity in enumerate(self.table.identities)}
-
-    @cached_property
-    def members(self) -> dict[Subject, list[int]]:
-        """Numbers of the series of each subject."""
-        found: dict[Subject, list[int]] = {}
-        for identity, number in self.numbers.items():
-            found.setdefault(subject_of(identity), []).append(number)
-        return found
 
 
 def change_named(judged: JudgedNight, name: str) -> Change:

@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+import random
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from pydantic import AfterValidator, Field, ValidationError, field_validator, model_validator
 
+from adapters.registry import engines, find_engine
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import content_digest
+from barchain.runs.settings import choose_setting
+from reports.tables.cost import BASELINE
 from scenarios.limits import LimitError
 from scenarios.text import check_text, visible
 from scenarios.toml.effect_tables import Positive, Table
 from scenarios.toml.faults import fault_lines
 from scenarios.toml.reading import UnreadableError, read_text, tables_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
 
 MOST_NAME, MOST_PARTS, MOST_NAMES = 40, 20, 500
 LEAST_MINUTES, MOST_MINUTES = 0.5, 1440.0
@@ -24,6 +31,7 @@ LOGS = "logs"
 """Folder of the logs of a night's parts"""
 NAMED = r"^[a-z0-9][a-z0-9-]*$"
 DEFAULT_MINUTES = 15.0
+NO_HOSTS = "none"
 
 
 def shown(text: str) -> str:
@@ -36,6 +44,44 @@ PartName = Annotated[str, Field(pattern=NAMED, max_length=MOST_NAME)]
 Words = Annotated[str, AfterValidator(shown)]
 Names = Annotated[tuple[Words, ...], Field(max_length=MOST_NAMES, strict=False)]
 Settings = dict[Words, dict[Words, float]]
+
+
+class PlanError(HistoryError):
+    """Raised for a plan that can't be read or met; the message has one line for each fault."""
+
+
+def default_engines() -> tuple[str, ...]:
+    """Engines that a command without names takes; engines that only studies need would take most of a night."""
+    return tuple(name for name, registration in engines().items() if registration.by_default)
+
+
+def checked_engines(names: Sequence[str]) -> Sequence[str]:
+    """Names of engines that are installed; all names if none is, so that the command tells how to install them.
+
+    Raises
+    ------
+    UnknownEngineError
+        If one is none.
+    """
+    missing = missing_engines(names)
+    return [name for name in names if name not in missing] or names
+
+
+def missing_engines(names: Sequence[str]) -> dict[str, str]:
+    """Engines that are not installed, each with the reason.
+
+    Raises
+    ------
+    UnknownEngineError
+        If a name is none.
+    """
+    reasons = {name: find_engine(name).missing for name in names}
+    return {name: reason for name, reason in reasons.items() if reason}
+
+
+def each(option: str, values: Iterable[str]) -> tuple[str, ...]:
+    """An option that is given once for each value."""
+    return tuple(word for value in values for word in (option, value))
 
 
 class PartTable(Table):
@@ -57,6 +103,16 @@ class PartTable(Table):
             raise ValueError(f"{name!r} given, which is the folder of the night's logs; allowed: another name")
         return name
 
+    def command(self, turn: int) -> tuple[tuple[str, ...], int]:
+        """Command and options of the part on a night, and the number of its items other than scenes: faults, seeds."""
+        raise NotImplementedError
+
+    @property
+    def named_engines(self) -> tuple[str, ...]:
+        """Engines that the part names, to be judged or to hold faults."""
+        named = (*getattr(self, "engines", ()), *getattr(self, "hosts", ()))
+        return tuple(name for name in named if name != NO_HOSTS)
+
     @field_validator("scenes", "engines", check_fields=False)
     @classmethod
     def some(cls, names: object) -> object:
@@ -77,6 +133,11 @@ class ScenesTable(PartTable):
 
     time_limit_s: Positive | None = Field(None, description="longest run, s; default: the command's own")
 
+    @property
+    def limit(self) -> tuple[str, ...]:
+        """Option of the longest run."""
+        return () if self.time_limit_s is None else ("--time-limit", repr(self.time_limit_s))
+
 
 class ComparisonTable(ScenesTable):
     """Comparison of engines with the judging solutions: errors, verdicts, counts, bits of the trajectories."""
@@ -85,6 +146,18 @@ class ComparisonTable(ScenesTable):
     scenes_of_study = ("paper/*", "basics/*")
 
     settings: Settings = Field({}, description="accuracy by engine, e.g. exudyn = { steps_per_orbit = 2000 }")
+
+    def command(self, turn: int) -> tuple[tuple[str, ...], int]:
+        """`barchain compare` with the part's engines and settings."""
+        del turn
+        chosen = each("--engine", checked_engines(self.engines)) if self.engines else ("--all-engines",)
+        settings = []
+        for engine, given in self.settings.items():
+            if engine not in missing_engines(self.engines):
+                choose_setting(engine, given)
+                pairs = ((key, int(value) if value.is_integer() else value) for key, value in given.items())
+                settings += [f"{engine}:{key}={value!r}" for key, value in pairs]
+        return ("compare", *chosen, *each("--set", settings), *self.limit), 0
 
     @model_validator(mode="after")
     def settings_of_its_engines(self) -> ComparisonTable:
@@ -106,6 +179,14 @@ class CostTable(ScenesTable):
     orbits: Positive | None = Field(None, description="orbits of each scene; default: the command's own")
     repeats: int | None = Field(None, ge=1, le=1000, description="times that each point is measured")
 
+    def command(self, turn: int) -> tuple[tuple[str, ...], int]:
+        """`barchain cost`, with the engine that times are relative to; its budget is added when the job begins."""
+        del turn
+        names = tuple(dict.fromkeys((*(self.engines or default_engines()), BASELINE)))
+        orbits = () if self.orbits is None else ("--orbits", repr(self.orbits))
+        repeats = () if self.repeats is None else ("--repeats", str(self.repeats))
+        return ("cost", *each("--engine", checked_engines(names)), *orbits, *repeats, *self.limit), 0
+
 
 class ScalingTable(PartTable):
     """Peak memory, and the time of an evaluation, of a chain cut into bars."""
@@ -117,12 +198,23 @@ class ScalingTable(PartTable):
         (20,), strict=False, min_length=1, description="numbers of bars"
     )
 
+    def command(self, turn: int) -> tuple[tuple[str, ...], int]:
+        """`barchain scaling`; its budget is added when the job begins."""
+        del turn
+        names = checked_engines(self.engines or default_engines())
+        return ("scaling", *each("--engine", names), *each("--bars", map(str, self.bars))), 0
+
 
 class StabilityTable(ScenesTable):
     """Stability of engines on hard scenes."""
 
     study = "stability"
     scenes_of_study = ("hard/*",)
+
+    def command(self, turn: int) -> tuple[tuple[str, ...], int]:
+        """`barchain stability`."""
+        del turn
+        return ("stability", *each("--engine", checked_engines(self.engines)), *self.limit), 0
 
 
 class RoundoffTable(PartTable):
@@ -135,6 +227,20 @@ class RoundoffTable(PartTable):
         (), strict=False, description="sizes of one evaluation: a bar's length over the Earth's radius, powers of ten"
     )
 
+    def command(self, turn: int) -> tuple[tuple[str, ...], int]:
+        """`barchain roundoff` of some sizes."""
+        del turn
+        from barchain.studies.roundoff.plan import PARTS, check_sizes  # noqa: PLC0415
+
+        for name in self.parts:
+            if name not in PARTS:
+                raise PlanError(f"parts: {name!r} given, allowed: {', '.join(PARTS)}")
+        try:
+            check_sizes(self.sizes)
+        except ValueError as error:
+            raise PlanError(f"sizes: {error}") from None
+        return ("roundoff", *each("--part", self.parts), *each("--size", map(repr, self.sizes))), 0
+
 
 class CampaignTable(PartTable):
     """Engines on random scenes; the seed goes on from night to night."""
@@ -144,7 +250,14 @@ class CampaignTable(PartTable):
     scenes: int = Field(5, ge=1, le=10_000, description="number of random scenes")
     seed: int = Field(0, ge=0, le=2**62, description="number of the first night's first scene")
     engines: Names = Field((), description="engines that are judged; default: those of the command")
-    hosts: Names = Field(("none",), description="engines that faults are inserted into, or none")
+    hosts: Names = Field((NO_HOSTS,), description="engines that faults are inserted into, or none")
+
+    def command(self, turn: int) -> tuple[tuple[str, ...], int]:
+        """`barchain selftest --random`: each night's first random scene is the next one after those of the last."""
+        hosts = self.hosts if self.hosts == (NO_HOSTS,) else checked_engines(self.hosts)
+        seed = str(self.seed + turn * self.scenes)
+        words = ("selftest", "--random", str(self.scenes), "--seed", seed, "--shrink-seconds", "0")
+        return (*words, *each("--host", hosts), *each("--engine", checked_engines(self.engines))), self.scenes
 
 
 class SelftestTable(PartTable):
@@ -157,6 +270,20 @@ class SelftestTable(PartTable):
     )
     seed: int = Field(0, ge=0, le=2**62, description="of the order in which faults take their turns")
     scenes: Names = Field((), description="scenes that faults are inserted in; default: those of the command")
+
+    def command(self, turn: int) -> tuple[tuple[str, ...], int]:
+        """`barchain selftest` of this night's faults."""
+        from barchain.faults.catalogue import FIXED_SCENES  # noqa: PLC0415
+
+        faults = self.tonights(FIXED_SCENES, turn)
+        return ("selftest", *each("--fault", faults), *self.scenes), len(faults)
+
+    def tonights(self, known: Iterable[str], turn: int) -> tuple[str, ...]:
+        """Faults of one night: the next ones in an order that the seed draws, from the beginning again at its end."""
+        order = sorted(known)
+        random.Random(self.seed).shuffle(order)
+        count = min(self.faults, len(order))
+        return tuple(order[(turn * count + k) % len(order)] for k in range(count))
 
 
 class PlanFile(Table):
@@ -197,10 +324,6 @@ class PlanFile(Table):
 
 SHIPPED = Path(__file__).with_name("default.toml")
 DIGITS = 8
-
-
-class PlanError(HistoryError):
-    """Raised for a plan that can't be read or met; the message has one line for each fault."""
 
 
 @dataclass(frozen=True)

@@ -36,15 +36,6 @@ class Suspicion:
     suspects: tuple[Suspect, ...]
     unknown: tuple[str, ...] = ()
 
-    @property
-    def words(self) -> str:
-        """Suspects in one line."""
-        if self.suspects:
-            return ", ".join(suspect.words for suspect in self.suspects)
-        if self.unknown:
-            return f"no known one; parts without digest: {', '.join(self.unknown)}"
-        return "none: all parts that the figure depends on are the same"
-
 
 def suspicion(change: Change, nights: Mapping[str, NightSummary]) -> Suspicion:
     """Suspects of a change; `nights` holds its two nights by name."""

@@ -24,7 +24,6 @@ from barchain.nightly.figures import (
     FigureSeries,
     FigureUnit,
     NightSummary,
-    ValueSeries,
 )
 from scenarios.nearest import nearest
 
@@ -210,16 +209,6 @@ class FigureTable:
         chosen = np.zeros_like(there)
         chosen[gone, last[gone]] = True
         return self.series_at(chosen)
-
-    def positive(self, drawn: Collection[NightSummary], kinds: Collection[FigureKind]) -> tuple[ValueSeries, ...]:
-        """Positive values of the figures of some kinds over some nights, for curves."""
-        names = np.array([night.name for night in self.nights], object)
-        there = self.where(drawn, kinds) & (self.results["value"][self.cells] > 0.0 if len(self.texts) else False)
-        found = []
-        for k in np.flatnonzero(there.any(axis=1)):
-            values = self.results["value"][self.cells[k, there[k]]]
-            found.append(ValueSeries(self.identities[k], tuple(names[there[k]]), tuple(values.tolist())))
-        return tuple(found)
 
 
 def shifted(cells: Codes, there: Mask) -> Codes:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections import defaultdict
+from collections import Counter, defaultdict
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,73 +17,60 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from barchain.nightly.changes import Change
-    from barchain.nightly.figures import NightSummary, ValueSeries
+    from barchain.nightly.figures import FigureIdentity, NightSummary
+    from barchain.nightly.table import FigureTable
+
+    Key = tuple[str, str, str]
 
 
 MOST_POINTS = 60
-"""Points of a curve: of more nights, each earlier point is the median of some nights of a group"""
-OF_GROUP = 3
-"""Nights that are read of a group: a history of years would take minutes to read"""
+"""Points of a curve: of more nights, each earlier point is the median of a group"""
 SHOWN = (FigureKind.ERROR, FigureKind.RATIO, FigureKind.MEMORY, FigureKind.COUNT)
 """Kinds that are drawn as factors relative to the median over the nights"""
 
 
-def drawn_nights(nights: Sequence[NightSummary]) -> list[NightSummary]:
-    """Nights whose figures are drawn: the last ones, and some of each of the groups that make one earlier point."""
-    if len(nights) <= MOST_POINTS:
-        return list(nights)
-    kept = MOST_POINTS // 2
-    groups = np.array_split(np.arange(len(nights) - kept), MOST_POINTS - kept)
-    chosen = [k for g in groups for k in np.unique(np.linspace(g[0], g[-1], OF_GROUP).round().astype(int))]
-    return [nights[k] for k in chosen] + list(nights[-kept:])
-
-
 def trend_charts(
-    series: Sequence[ValueSeries], nights: Sequence[NightSummary], changes: Sequence[Change]
+    table: FigureTable, nights: Sequence[NightSummary], changes: Sequence[Change]
 ) -> tuple[TrendChart, ...]:
     """Charts of all engines and scenes.
 
     Parameters
     ----------
-    series : sequence of ValueSeries
-        Of the nights of :func:`drawn_nights`.
+    table : FigureTable
     nights : sequence of NightSummary
-        All nights in their order.
+        Those that are drawn, in their order.
     changes : sequence of Change
         Their first nights with the new value are marked.
     """
+    columns, there = np.flatnonzero(table.among(nights)), table.where(nights, SHOWN)
+    curves: dict[Key, list[TrendCurve]] = defaultdict(list)
+    still: Counter[Key] = Counter()
+    for k in np.flatnonzero(there.any(axis=1)).tolist():
+        identity, at = table.identities[k], np.flatnonzero(there[k, columns])
+        value = table.results["value"][table.cells[k, columns[at]]]
+        at, value = at[value > 0.0], value[value > 0.0]
+        if not identity.engine or not len(value):
+            continue
+        curves[key_of(identity)] += []
+        if (value == value[0]).all():
+            still[key_of(identity)] += 1
+        else:
+            quantity = f"{identity.quantity}{f' ({identity.setting})' if identity.setting else ''}"
+            points = thinned(at.astype(float), value / np.median(value))
+            curves[key_of(identity)].append(TrendCurve(quantity, str(identity.kind), *map(tuple, points)))
     place = {night.name: k for k, night in enumerate(nights)}
-    grouped: dict[tuple[str, str, str], list[ValueSeries]] = defaultdict(list)
-    for one in series:
-        i = one.identity
-        if i.kind in SHOWN and i.engine:
-            grouped[i.scene, i.engine, str(i.kind)].append(one)
-    steps: dict[tuple[str, str, str], set[int]] = defaultdict(set)
+    marked: dict[Key, set[int]] = defaultdict(set)
     for change in changes:
         if change.since in place:
-            i = change.identity
-            steps[i.scene, i.engine, str(i.kind)].add(place[change.since])
-    return tuple(chart(key, own, place, steps[key]) for key, own in sorted(grouped.items()))
+            marked[key_of(change.identity)].add(place[change.since])
+    return tuple(
+        TrendChart(*key, tuple(own), still[key], tuple(sorted(marked[key]))) for key, own in sorted(curves.items())
+    )
 
 
-def chart(
-    key: tuple[str, str, str], series: Sequence[ValueSeries], place: Mapping[str, int], steps: set[int]
-) -> TrendChart:
-    """Chart of one kind, of one engine in one scene."""
-    found = [c for c in (curve(one, place) for one in series) if c is not None]
-    return TrendChart(*key, tuple(found), len(series) - len(found), tuple(sorted(steps)))
-
-
-def curve(series: ValueSeries, place: Mapping[str, int]) -> TrendCurve | None:
-    """Curve of one figure; None if it has the same value on all nights, or no positive one."""
-    pairs = sorted((place[n], value) for n, value in zip(series.nights, series.values, strict=True) if n in place)
-    if not pairs or len({value for _, value in pairs}) == 1:
-        return None
-    night, value = (np.array(column, float) for column in zip(*pairs, strict=True))
-    factor = value / float(np.median(value))
-    night, factor = thinned(night, factor)
-    quantity = f"{series.identity.quantity}{f' ({series.identity.setting})' if series.identity.setting else ''}"
-    return TrendCurve(quantity, str(series.identity.kind), tuple(night.tolist()), tuple(factor.tolist()))
+def key_of(identity: FigureIdentity) -> Key:
+    """Scene, engine and kind of a figure: those of one chart."""
+    return identity.scene, identity.engine, str(identity.kind)
 
 
 def thinned(night: NDArray[np.float64], factor: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

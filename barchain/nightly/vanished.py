@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from barchain.nightly.changes import Change, Direction
 from barchain.nightly.figures import Figure, FigureSeries
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from numpy.typing import NDArray
 
     from barchain.nightly.figures import FigureIdentity, NightSummary
 
@@ -27,31 +31,46 @@ Subject = tuple[str, str, str]
 """Study, scene and fault of a figure: what is done as a whole"""
 
 
-class Presence(Protocol):
-    """Nights on which scenes and figures were measured, by name."""
+class Presence:
+    """Nights on which figures and scenes were measured."""
+
+    def __init__(
+        self, nights: Sequence[NightSummary], identities: Sequence[FigureIdentity], there: NDArray[np.bool_]
+    ) -> None:
+        """Take which figures are there, with or without a result: shape (identities, nights)."""
+        self.nights, self.there = nights, there
+        self.number = {identity: k for k, identity in enumerate(identities)}
+        self.members: dict[Subject, list[int]] = defaultdict(list)
+        for identity, number in self.number.items():
+            self.members[subject_of(identity)].append(number)
+        self.left = [None if night.run is None else night.run.left for night in nights]
+        """Studies and scenes that each night left, of nights that know it"""
+        self.known: dict[Subject, frozenset[str]] = {}
 
     def of_figure(self, identity: FigureIdentity) -> frozenset[str]:
-        """Nights that have a figure, with or without a result."""
+        """Names of the nights that have a figure."""
+        own: Sequence[bool] = self.there[self.number[identity]].tolist() if identity in self.number else []
+        return frozenset(night.name for night, there in zip(self.nights, own, strict=False) if there)
 
     def of_subject(self, subject: Subject) -> frozenset[str]:
-        """Nights on which a scene was done to its end by a study."""
+        """Names of the nights on which a study did a scene to its end, with all engines."""
+        if subject not in self.known:
+            own = np.any(self.there[self.members.get(subject, [])], axis=0)
+            done = (k for k in np.flatnonzero(own).tolist() if self.was_done(k, subject))
+            self.known[subject] = frozenset(self.nights[k].name for k in done)
+        return self.known[subject]
+
+    def was_done(self, night: int, subject: Subject) -> bool:
+        """Whether a night left nothing of a scene; without a run of a plan, whether it is complete."""
+        left, (study, scene, _) = self.left[night], subject
+        return self.nights[night].complete if left is None else not {(study, scene), (study, "")} & left
 
 
-@dataclass(frozen=True)
-class PresenceInSeries:
-    """Presence of series that have all of their nights; of an incomplete night nothing counts as done to its end."""
-
-    series: Sequence[FigureSeries]
-    nights: Sequence[NightSummary]
-
-    def of_figure(self, identity: FigureIdentity) -> frozenset[str]:
-        """Nights that have a figure."""
-        return frozenset(night.name for one in self.series if one.identity == identity for night in one.nights)
-
-    def of_subject(self, subject: Subject) -> frozenset[str]:
-        """Complete nights that have a figure of the subject."""
-        own = [one for one in self.series if subject_of(one.identity) == subject]
-        return frozenset(night.name for one in own for night in one.nights if night.complete)
+def presence_in(series: Sequence[FigureSeries], nights: Sequence[NightSummary]) -> Presence:
+    """Presence of series that have all of their nights."""
+    names = [{night.name for night in one.nights} for one in series]
+    there = np.array([[night.name in own for night in nights] for own in names], bool).reshape(-1, len(nights))
+    return Presence(nights, [one.identity for one in series], there)
 
 
 def vanished(
@@ -70,7 +89,7 @@ def vanished(
     """
     if not nights:
         return ()
-    presence = presence or PresenceInSeries(series, nights)
+    presence = presence or presence_in(series, nights)
     tonight = nights[-1]
     plans = [[night for night in nights if night.plan == plan] for plan in {night.plan: None for night in nights}]
     current = [one for one in series if one.nights and one.nights[-1].name == tonight.name]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime
 import getpass
 import os
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -15,10 +15,7 @@ from barchain.cli.common.terminal import say
 from barchain.cli.nightly.options import history_option, opened
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from barchain.nightly.acceptances import Acceptance
-    from barchain.nightly.changes import Change, JudgedNight
+    from barchain.nightly.changes import JudgedNight
 
 HEADINGS = ("change", "figure", "was", "is", "direction", "since", "suspects", "accepted")
 UNKNOWN_USER = "unknown"
@@ -35,22 +32,27 @@ def changes(night: str, every: bool, url: str | None, as_json: bool) -> None:
 
     need_extra()
     from barchain.nightly.acceptances import accepted  # noqa: PLC0415
+    from barchain.nightly.facts import change_entries  # noqa: PLC0415
     from barchain.nightly.judging import judge  # noqa: PLC0415
+    from reports.nightly.words import change_rows  # noqa: PLC0415
 
     with opened(url) as store:
-        judged, known = judge(store, night), accepted(store)
-        chosen = sorted(judged.changes if every else judged.tonight, key=place)
-        rows = [change_values(c, judged, known) for c in chosen]
+        judged = judge(store, night)
+        entries = change_entries(judged, judged.changes if every else judged.tonight, accepted(store))
     if as_json:
         import json  # noqa: PLC0415
 
-        say(json.dumps(rows, indent=2))
+        say(json.dumps([entry.model_dump(mode="json") for entry in entries], indent=2))
         return
     from barchain.cli.common.terminal import show_rows  # noqa: PLC0415
 
     say(sentence(judged))
-    if rows:
-        show_rows(HEADINGS, map(in_columns, rows))
+    if entries:
+        show_rows(HEADINGS, [
+            (r.entry.id, r.entry.figure, r.was, r.became, r.entry.direction, r.entry.since, r.suspects,
+             r.entry.accepted.words if r.entry.accepted else "")
+            for r in change_rows(entries)
+        ])  # fmt: skip
 
 
 @click.command("accept")
@@ -70,20 +72,21 @@ def accept_change(
     which they are. Entries stand in the file accepted.toml of the history.
     """
     from barchain.nightly.acceptances import accept, acceptances_of, accepted, accepting  # noqa: PLC0415
+    from barchain.nightly.facts import change_entries  # noqa: PLC0415
     from barchain.nightly.judging import changes_named, irreproducible, judge  # noqa: PLC0415
-    from barchain.nightly.suspects import suspicion  # noqa: PLC0415
     from barchain.nightly.told import keep_judgement  # noqa: PLC0415
+    from reports.nightly.words import suspect_words  # noqa: PLC0415
     from scenarios.plural import plural  # noqa: PLC0415
 
     end, now = None if until is None else until.replace(tzinfo=datetime.UTC), datetime.datetime.now(datetime.UTC)
     with opened(url) as store:
         judged = judge(store, night)
         keep_judgement(store, judged)  # a step keeps the name under which it is accepted
-        known, nights = accepted(store), {each.name: each for each in (*judged.compared_with, judged.night)}
+        known = accepted(store)
         every = {name: changes_named(judged, name) for name in names}  # a wrong name accepts nothing
         acceptances_of([change for own in every.values() for change in own], user(), now, reason)  # all, or none
         for name, chosen in every.items():
-            causes = {change.id: suspicion(change, nights).words for change in chosen}
+            causes = {entry.id: suspect_words(entry) for entry in change_entries(judged, chosen, known)}
             for made in accept(store, chosen, user(), reason, end, name if "*" in name else "", causes):
                 say(f"accepted: {made.words}")
             earlier = filter(None, (accepting(change, known, now) for change in chosen))
@@ -126,19 +129,6 @@ def withdraw_acceptance(pattern: str, since: str | None, url: str | None) -> Non
             say(f"withdrawn: {gone.words}")
 
 
-def in_columns(row: dict[str, Any]) -> tuple[str, ...]:
-    """Values of a change in the columns of the list; of a digest the first digits, as of suspects."""
-    from reports.nightly.words import shortened  # noqa: PLC0415
-
-    short = row | {name: shortened(row["kind"], row[name]) for name in ("was", "is")}
-    return tuple(str(short[name]) for name in ("id", *HEADINGS[1:]))
-
-
-def place(change: Change) -> tuple[bool, bool, str, str]:
-    """Place of a change in the list: what is worse first, then by night and figure."""
-    return not change.irreproducible, change.direction != "worse", change.since, change.identity.name
-
-
 def user() -> str:
     """Name of the user; of a container without users the environment's."""
     try:
@@ -158,28 +148,3 @@ def sentence(judged: JudgedNight) -> str:
         return f"{night.name}: {night.figures} figures; there is no earlier night"
     told = f"{plural(len(judged.tonight), 'change')} among {judged.judged} figures with an earlier night"
     return f"{night.name}: {told}; {len(judged.same)} differ within rounding or their intervals"
-
-
-def change_values(change: Change, judged: JudgedNight, known: Sequence[Acceptance]) -> dict[str, Any]:
-    """Change with its suspects and its acceptance, as JSON holds it."""
-    from barchain.nightly.acceptances import accepting  # noqa: PLC0415
-    from barchain.nightly.changes import result_words  # noqa: PLC0415
-    from barchain.nightly.suspects import suspicion  # noqa: PLC0415
-
-    nights = {night.name: night for night in (*judged.compared_with, judged.night)}
-    covering = accepting(change, known, datetime.datetime.now(datetime.UTC))
-    return {
-        "id": change.id,
-        "figure": change.identity.name,
-        "kind": str(change.identity.kind),
-        "was": result_words(change.was),
-        "is": result_words(change.now),
-        "factor": change.factor,
-        "direction": str(change.direction),
-        "last": change.last,
-        "since": change.since,
-        "reason": change.reason,
-        "irreproducible": change.irreproducible,
-        "suspects": suspicion(change, nights).words,
-        "accepted": f"{covering.who}: {covering.reason}" if covering else "",
-    }

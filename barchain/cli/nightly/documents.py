@@ -134,7 +134,7 @@ def write_documents(
     from barchain.nightly.judging import judge, judge_pair  # noqa: PLC0415
     from barchain.nightly.junit import write_junit  # noqa: PLC0415
     from barchain.nightly.told import keep_judgement, kept_judgements, told_by  # noqa: PLC0415
-    from barchain.nightly.trends import SHOWN, calendar, drawn_nights, trend_charts  # noqa: PLC0415
+    from barchain.nightly.trends import calendar, trend_charts  # noqa: PLC0415
     from reports.nightly.page import write_page  # noqa: PLC0415
     from reports.nightly.summary import write_summary  # noqa: PLC0415
     from reports.tables.nights.facts import FILE  # noqa: PLC0415
@@ -150,7 +150,7 @@ def write_documents(
         against += f" (a night of another plan, {before.plan})" if before.plan != night.plan else ""
     facts = judged_facts(store, judged, night, against)
     nights = [each for each in store.nights() if each.started <= summary.started]
-    charts = trend_charts(store.table().positive(drawn_nights(nights), SHOWN), nights, judged.changes)
+    charts = trend_charts(store.table(), nights, judged.changes)
     out.mkdir(parents=True, exist_ok=True)
     write_atomically(out / FILE, facts.model_dump_json(indent=1) + "\n")
     write_summary(out, facts)

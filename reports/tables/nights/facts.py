@@ -50,6 +50,11 @@ class AcceptanceEntry(Entry):
     reason: str
     until: AwareDatetime | None = None
 
+    @property
+    def words(self) -> str:
+        """Acceptance in a few words."""
+        return f"{self.who}: {self.reason}"
+
 
 class ChangeEntry(Entry):
     """Change of one figure."""

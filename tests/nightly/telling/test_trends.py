@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from barchain.nightly.figures import FigureKind
-from barchain.nightly.trends import MOST_POINTS, SHOWN, drawn_nights, trend_charts
+from barchain.nightly.trends import MOST_POINTS, trend_charts
 from tests.nightly.history.synthetic import count, error, night
 
 if TYPE_CHECKING:
@@ -19,22 +19,18 @@ def test_each_night_of_a_short_history_is_drawn(store: NightStore) -> None:
     for k in range(5):
         store.add(night(error(1e-5 * (k + 1)), count(), number=k))
     nights = store.nights()
-    charts = trend_charts(store.table().positive(drawn_nights(nights), SHOWN), nights, ())
+    charts = trend_charts(store.table(), nights, ())
     (drawn,) = [c for c in charts if c.kind == FigureKind.ERROR]
     assert drawn.curves[0].night == (0.0, 1.0, 2.0, 3.0, 4.0)
     assert drawn.curves[0].factor == pytest.approx([k / 3.0 for k in (1, 2, 3, 4, 5)])
 
 
 @pytest.mark.slow
-def test_a_step_years_ago_shows_in_a_long_history_of_which_few_nights_are_read(store: NightStore) -> None:
+def test_a_step_years_ago_shows_in_a_long_history_of_which_few_points_are_drawn(store: NightStore) -> None:
     total, step = 300, 100
     for k in range(total):
         store.add(night(error(1e-5 if k < step else 3e-5), number=k))
-    nights = store.nights()
-    read = drawn_nights(nights)
-    assert len(read) < total / 2
-    assert read[-1] == nights[-1]
-    (chart,) = trend_charts(store.table().positive(read, SHOWN), nights, ())
+    (chart,) = trend_charts(store.table(), store.nights(), ())
     (curve,) = chart.curves
     assert len(curve.night) <= MOST_POINTS
     before = [f for n, f in zip(curve.night, curve.factor, strict=True) if n < step - 10]
