@@ -22,10 +22,9 @@ from barchain.nightly.cells import (
     swaps_of,
 )
 from barchain.nightly.changes import Direction, result_words
-from barchain.nightly.facts import OWN
+from barchain.nightly.facts import OWN, suspicion
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import STEPPED, FigureKind
-from barchain.nightly.suspects import suspicion
 from barchain.nightly.told import Attribution, keep_attribution
 from barchain.runs.environment import one_thread_each, temporary_root
 from barchain.studies.study import ignore

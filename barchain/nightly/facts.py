@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime
 import math
 from collections import Counter
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
 from barchain.nightly.acceptances import accepting
@@ -13,7 +13,7 @@ from barchain.nightly.changes import VERDICT, result_words
 from barchain.nightly.figures import STEPPED, FigureKind
 from barchain.nightly.judging import still_holding
 from barchain.nightly.sentence import opening
-from barchain.nightly.suspects import differing, state_words, suspicion
+from barchain.nightly.suspects import differing, state_words
 from reports.tables.nights.facts import (
     AcceptanceEntry,
     AgainstEntry,
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from barchain.nightly.acceptances import Acceptance
     from barchain.nightly.changes import Change, JudgedNight
-    from barchain.nightly.figures import Figure, NightSummary
+    from barchain.nightly.figures import Figure, NightPart, NightSummary
     from barchain.nightly.suspects import Suspect
     from reports.tables.nights.facts import NightRun
 
@@ -161,6 +161,29 @@ def change_entry(
             who=covering.who, when=covering.date, reason=covering.reason, until=covering.until
         ),
     )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Suspicion:
+    """Suspects of a change, and the parts of which it is not known whether they differ."""
+
+    suspects: tuple[Suspect, ...]
+    unknown: tuple[str, ...] = ()
+
+
+def suspicion(change: Change, nights: Mapping[str, NightSummary]) -> Suspicion:
+    """Suspects of a change; `nights` holds its two nights by name."""
+    last, since = nights[change.last], nights[change.since]
+    depends = tuple(sorted({*change.was.depends, *change.now.depends}))
+    unknown = tuple(name for name in depends if not comparable(last.part_named.get(name), since.part_named.get(name)))
+    return Suspicion(differing(last, since, depends), unknown)
+
+
+def comparable(before: NightPart | None, after: NightPart | None) -> bool:
+    """Whether it is known whether a part differs: by its digests, or because its versions do."""
+    if before is None or after is None:
+        return True
+    return bool(before.digest and after.digest) or before.version != after.version
 
 
 def suspect_entry(suspect: Suspect) -> SuspectEntry:

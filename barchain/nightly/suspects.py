@@ -1,4 +1,4 @@
-"""Suspects of a change: parts that differ between the last night with the old value and the first with the new."""
+"""Suspects: parts that differ between two nights."""
 
 from __future__ import annotations
 
@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 from barchain.nightly.figures import REQUIREMENTS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable
 
-    from barchain.nightly.changes import Change
     from barchain.nightly.figures import NightPart, NightSummary
 
 
@@ -27,22 +26,6 @@ class Suspect:
     def words(self) -> str:
         """Part with its versions, or the first digits of its digests where the version is the same."""
         return f"{self.name} {state_words(self.before, self.after)} → {state_words(self.after, self.before)}"
-
-
-@dataclass(frozen=True)
-class Suspicion:
-    """Suspects of a change, and the parts of which it is not known whether they differ."""
-
-    suspects: tuple[Suspect, ...]
-    unknown: tuple[str, ...] = ()
-
-
-def suspicion(change: Change, nights: Mapping[str, NightSummary]) -> Suspicion:
-    """Suspects of a change; `nights` holds its two nights by name."""
-    last, since = nights[change.last], nights[change.since]
-    depends = tuple(sorted({*change.was.depends, *change.now.depends}))
-    unknown = tuple(name for name in depends if not comparable(last.part_named.get(name), since.part_named.get(name)))
-    return Suspicion(differing(last, since, depends), unknown)
 
 
 def differing(last: NightSummary, since: NightSummary, depends: Iterable[str]) -> tuple[Suspect, ...]:
@@ -77,13 +60,6 @@ def renamed(
 def rest(name: str) -> str:
     """Name of a part without its kind."""
     return name.partition(":")[2]
-
-
-def comparable(before: NightPart | None, after: NightPart | None) -> bool:
-    """Whether it is known whether a part differs: by its digests, or because its versions do."""
-    if before is None or after is None:
-        return True
-    return bool(before.digest and after.digest) or before.version != after.version
 
 
 def state_words(part: NightPart | None, other: NightPart | None) -> str:

@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 
 from barchain.nightly.changes import Direction
-from barchain.nightly.facts import change_entries
+from barchain.nightly.facts import change_entries, suspicion
 from barchain.nightly.figures import Figure, FigureKind, NightPart
 from barchain.nightly.judging import judge_night
-from barchain.nightly.suspects import suspicion
 from reports.nightly.words import suspect_words
 from tests.nightly.history.histories import as_series, history_of
 from tests.nightly.history.noise import noise
