@@ -12,7 +12,7 @@ from pydantic import AfterValidator, Field, ValidationError, field_validator, mo
 from adapters.registry import engines, find_engine
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import content_digest
-from barchain.runs.settings import choose_setting
+from barchain.runs.choices import choose_setting
 from reports.tables.cost import BASELINE
 from scenarios.limits import LimitError
 from scenarios.text import check_text, visible
