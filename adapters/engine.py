@@ -12,12 +12,18 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, ClassVar, final
 
+from scenarios.effect_types import Actuator, Frame, Gravity
 from scenarios.nearest import nearest
 from scenarios.text import shorten
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Observable, Trajectory
     from scenarios import Scene
+
+
+GRAVITY_MODELS = tuple(f"gravity.{gravity}" for gravity in Gravity)
+PRESCRIBED_ROTATIONS = tuple(f"prescribed_rotation.{form}" for form in (*Frame, *Actuator))
+"""Names of effects in the declarations of engines"""
 
 
 class AccuracyParameter(StrEnum):

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from adapters.bar_loads.fields import InversePowerField, oblateness_field, third_body_position
 from adapters.common.kepler import propagate
 from adapters.engine import EngineError
 from scenarios import Gravity
@@ -104,22 +105,17 @@ def fall_rate(scene: Scene) -> Callable[[float, Array], tuple[float, float, floa
     return rate
 
 
-def perturbing_fields(scene: Scene) -> tuple[Callable[[float, float, float], tuple[float, float]], ...]:
+def perturbing_fields(scene: Scene) -> list[Callable[[float, float, float], tuple[float, float]]]:
     """Fields besides the central body's: acceleration (m/s²) at t (s), x and y (m from its centre)."""
-    found = []
+    found: list[Callable[[float, float, float], tuple[float, float]]] = []
     if scene.effects.oblateness:
-        from adapters.bar_loads.fields import oblateness_field
-
         j2 = oblateness_field(scene.central_body.mu_m3_s2, scene.effects.oblateness)
-        found.append(lambda t_s, x, y: j2.pull(x, y))  # noqa: ARG005
-    return (*found, *(tide(body) for body in scene.effects.third_body))
+        found.append(lambda _, x, y: j2.pull(x, y))
+    return found + [tide(body) for body in scene.effects.third_body]
 
 
 def tide(body: ThirdBody) -> Callable[[float, float, float], tuple[float, float]]:
     """Third body's acceleration of a particle less that of the central body."""
-    from adapters.bar_loads.fields import InversePowerField
-    from adapters.bar_loads.tides import third_body_position
-
     pull = InversePowerField(body.mu_m3_s2, 3)
 
     def field(t_s: float, x: float, y: float) -> tuple[float, float]:

@@ -1,8 +1,7 @@
-"""Gravity on one bar in plain floats; for few numbers Python's own arithmetic is faster than NumPy's.
+"""Gravity of the central body on a bar in plain floats: for few numbers Python's arithmetic is faster than NumPy's.
 
 Each `load` is the acceleration of a bar's centre and its angular acceleration. In the moving frame the load is the
-field less the field at the frame's origin, by Encke's q, without subtraction of large numbers. Other effects are in the
-modules beside this one.
+field less the field at the frame's origin, by Encke's q, without subtraction of large numbers.
 """
 
 from __future__ import annotations

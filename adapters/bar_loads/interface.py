@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol, runtime_checkable
+from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -47,23 +48,24 @@ class BarProperties(NamedTuple):
     half_length_m: float
 
 
-class BarLoad(Protocol):
+class BarLoad(ABC):
     """Load of one effect on all bars."""
 
-    of_rates: ClassVar[bool]
+    of_rates: bool = False
     """Whether the load depends on the bars' rates; they are computed only if some load does"""
 
+    @abstractmethod
     def __call__(self, frame: FrameState, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[Load]:
-        """Load of each bar; `rates` are empty where `of_rates` is false."""
+        """Load of each bar; `rates` are empty where no load of the scene depends on them."""
 
 
-@runtime_checkable
-class FaceDependentLoad(Protocol):
+class FaceDependentLoad(BarLoad):
     """Load that jumps, or whose slope does, where a bar turns its other face to the source."""
 
-    held: Sequence[float] | None
+    held: Sequence[float] | None = None
     """Exposed face of each bar, +1 or -1, for an engine that stops where one turns; None: that of each state"""
 
+    @abstractmethod
     def incidence(self, frame: FrameState, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[float]:
         """Sine of the angle between each bar and the source; its sign is the exposed face."""
 

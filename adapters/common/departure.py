@@ -1,13 +1,14 @@
-"""Bounds on a chain's distance from the frame, which stays on the first Kepler orbit, and on the resulting forces.
+"""Bounds on a chain's distance from its frame by the forces that act on the chain and not on the frame.
 
-They enter Newton's tolerance. An acceleration a leads to a distance of (3/2) a t² along the orbit at most, at a speed
-of 3 a t.
+:func:`departure` is from a frame that stays on the first Kepler orbit, :func:`drift_bound_m` from one that falls freely
+in all fields.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from operator import mul
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Departure:
-    """Bounds over a run."""
+    """Bounds over a run: an acceleration a leads to a distance of (3/2) a t² along the orbit, at a speed of 3 a t."""
 
     acceleration_m_s2: float
     """Acceleration relative to the frame"""
@@ -66,3 +67,32 @@ def area_per_mass_m2_kg(scene: Scene, width_m: tuple[float, ...]) -> float:
     """Largest area of a bar over its mass, m²/kg."""
     chain = scene.chain
     return max(b * length / m for b, length, m in zip(width_m, chain.length_m, chain.mass_kg, strict=True))
+
+
+def drift_bound_m(scene: Scene) -> float:
+    """Bound on the distance from a freely falling particle, m, to a factor of about two.
+
+    It follows from the largest force on a circular orbit of rate n (Hill's equations).
+
+    A change of velocity leads to a distance of 3 t + 4/n times that change after a time t. A constant acceleration
+    leads to (3/2) t² + 4 t/n times that acceleration.
+    """
+    t, n = scene.run.duration_s, 2.0 * math.pi / scene.step_period_s
+    gained = math.fsum(abs(impulse.impulse_N_s) for impulse in scene.effects.impulse) / scene.mass_kg
+    return gained * (3.0 * t + 4.0 / n) + largest_acceleration_m_s2(scene) * t * (1.5 * t + 4.0 / n)
+
+
+def largest_acceleration_m_s2(scene: Scene) -> float:
+    """Acceleration of the whole chain at the injection altitude, every bar normal to the flow and to the Sun."""
+    called, length, force = scene.effects, scene.chain.length_m, 0.0
+    if called.drag:
+        drag = called.drag
+        area = sum(map(mul, drag.width_m, length))
+        density = drag.density_kg_m3 * math.exp((drag.altitude_m - scene.orbit.altitude_m) / drag.scale_height_m)
+        coefficient = max(drag.normal_coefficient, drag.tangential_coefficient)
+        force += 0.5 * density * area * coefficient * scene.speed0_m_s**2
+    if called.solar_pressure:
+        light = called.solar_pressure
+        force += light.pressure_Pa * (1.0 + light.reflectivity) * sum(map(mul, light.width_m, length))
+    force += math.fsum(max(abs(f) for f in thrust.force_N) for thrust in called.thrust)
+    return force / scene.mass_kg

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
 
-from adapters.bar_loads.assemble import SUPPORTED, chain_loads
+from adapters.bar_loads.chain_loads import SUPPORTED, ChainLoads
 from adapters.bar_loads.falling_frame import free_fall, orbit_noise
 from adapters.bar_loads.gravity import LandedError, MovingLoads
 from adapters.common import face_reversal
@@ -18,13 +18,19 @@ from adapters.common.initial_state import initial_state
 from adapters.common.joint_coordinates import from_joint_coordinates, to_joint_coordinates
 from adapters.common.landing import landing_text
 from adapters.common.step_alignment import NO_SHADOW, events_by_step, misalignment
-from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, EngineError, Setting
+from adapters.engine import (
+    PRESCRIBED_ROTATIONS,
+    AccuracyParameter,
+    AccuracySweep,
+    Coordinates,
+    Engine,
+    EngineError,
+    Setting,
+)
+from adapters.mujoco.chain import AppliedLoads, apply_impulses, data_at, installed, model_of, reactions
 from adapters.trajectory import Array, Observable, Trajectory
-from scenarios import Gravity
 
 if TYPE_CHECKING:
-    from adapters.mujoco.chain import AppliedLoads
-    from adapters.mujoco.effects import AppliedEffects
     from scenarios import Scene
 
 NO_PRESCRIBED_ROTATION = (
@@ -45,9 +51,9 @@ class Mujoco(Engine):
         {Observable.COM, Observable.ATTITUDE, Observable.RATE, Observable.REACTION, Observable.IMPULSE}
     )
     unsupported_reasons: ClassVar[dict[str, str]] = {
-        f"prescribed_rotation.{what}": NO_PRESCRIBED_ROTATION
-        for what in ("inertial", "local_horizontal", "external", "joint")
-    } | {"solar_pressure.shadow": NO_SHADOW}
+        **dict.fromkeys(PRESCRIBED_ROTATIONS, NO_PRESCRIBED_ROTATION),
+        "solar_pressure.shadow": NO_SHADOW,
+    }
 
     @classmethod
     def unsupported(cls, scene: Scene) -> str | None:
@@ -67,8 +73,6 @@ class Mujoco(Engine):
 
     def build(self, scene: Scene, setting: Setting) -> None:
         """Make the model; the frame's orbit belongs to the timed run."""
-        from adapters.mujoco.chain import data_at, model_of
-
         self.scene, self.start = scene, initial_state(scene)
         self.every, self.dt_s = steps_between_samples(scene, setting.value), step_s(scene, setting.value)
         self.length_m = np.array(scene.chain.length_m)
@@ -84,12 +88,14 @@ class Mujoco(Engine):
         """Step from sample to sample and from impulse to impulse."""
         import mujoco as mj
 
-        from adapters.mujoco.chain import installed
-
         data, step = self.data, 0
         halves: Array = 0.5 * self.dt_s * np.arange(2 * self.last_step + 1, dtype=np.float64)
         self.origin_m, self.drift_m_s = free_fall(self.scene, self.start, halves)
-        self.control = self.control_callback()
+        loads, track = (
+            ChainLoads(self.scene, MovingLoads(self.scene), falling=True),
+            np.hstack([self.origin_m, self.drift_m_s]),
+        )
+        self.control = AppliedLoads(self.scene.chain, data, loads, track, 0.5 * self.dt_s) if loads.act else None
         try:
             with installed(self.control):
                 self.apply_impulses(0)
@@ -110,20 +116,6 @@ class Mujoco(Engine):
         """Number of steps."""
         return self.every * (self.scene.run.samples - 1)
 
-    def control_callback(self) -> AppliedLoads | AppliedEffects | None:
-        """Loads on the bars; the cheapest callback that the scene permits."""
-        loads, half_s, chain = MovingLoads(self.scene), 0.5 * self.dt_s, self.scene.chain
-        effect_loads = chain_loads(self.scene, loads, free_falling=True)
-        if effect_loads:
-            from adapters.mujoco.effects import AppliedEffects
-
-            return AppliedEffects(chain, self.data, effect_loads, np.hstack([self.origin_m, self.drift_m_s]), half_s)
-        if self.scene.effects.gravity is Gravity.NONE:
-            return None
-        from adapters.mujoco.chain import AppliedLoads
-
-        return AppliedLoads(chain, self.data, loads, self.origin_m, half_s)
-
     def take_sample(self) -> None:
         """Store the state at a sample."""
         self.seen.append((self.data.qpos.copy(), self.data.qvel.copy()))
@@ -132,8 +124,6 @@ class Mujoco(Engine):
     def apply_impulses(self, step: int) -> None:
         """Apply the impulses at the end of `step`."""
         if step in self.impulses_by_step:
-            from adapters.mujoco.effects import apply_impulses
-
             found = apply_impulses(self.model, self.data, self.scene.chain, self.impulses_by_step[step])
             self.impulse_N_s = self.impulse_N_s + found
 
@@ -161,8 +151,6 @@ class Mujoco(Engine):
 
     def reactions(self) -> Array:
         """Force on each bar from the next, (n, N-1, 2), at the samples before the surface."""
-        from adapters.mujoco.chain import installed, reactions
-
         data, found = self.data, []
         try:
             with installed(self.control):

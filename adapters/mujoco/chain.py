@@ -11,14 +11,21 @@ from contextlib import contextmanager
 from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from adapters.bar_loads.forces import impulse_jumps
+from adapters.bar_loads.interface import FrameState, bars_of
+from adapters.bar_loads.joint_tree import tree_rates
 from adapters.common.joint_forces import reaction_from_wrench
-from adapters.engine import EngineError
+from adapters.engine import EngineError, UnsupportedMotionError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Sequence
 
-    from adapters.bar_loads.gravity import Loads
+    from adapters.bar_loads.chain_loads import ChainLoads
+    from adapters.bar_loads.interface import BarPosition, BarProperties, BarRate, Load
     from adapters.trajectory import Array
+    from scenarios import Impulse
     from scenarios.scene import Chain
 
 SWITCHED_OFF = ("CONSTRAINT", "CONTACT", "EQUALITY", "LIMIT", "FRICTIONLOSS", "SPRING", "DAMPER", "GRAVITY",
@@ -55,31 +62,33 @@ def model_of(chain: Chain, dt_s: float) -> Any:
 
 
 class AppliedLoads:
-    """Control callback: gravity on each bar at its current position."""
+    """Control callback: all loads on each bar, at a stage of a step.
 
-    def __init__(self, chain: Chain, data: Any, loads: Loads, origin_m: Array, every_s: float) -> None:
+    A step's last stage and the next step's first stage share one instant. At an event the former lies before the event
+    and the latter after it. The previous call tells the callback which of the two it evaluates.
+    """
+
+    def __init__(self, chain: Chain, data: Any, loads: ChainLoads, track: Array, half_s: float) -> None:
         """Prepare the callback.
 
         Parameters
         ----------
         chain : Chain
         data : MjData
-        loads : Loads
-        origin_m : ndarray, shape (n, 2)
-            Frame's origin every `every_s` from t = 0.
-        every_s : float
+        loads : ChainLoads
+        track : ndarray, shape (n, 4)
+            Frame's origin and its velocity every half step from t = 0.
+        half_s : float
+            Half a step.
         """
-        self.loads, self.origin, self.every_s = loads, origin_m.tolist(), every_s
-        self.bars = [
-            (m, J, 0.5 * length)
-            for m, J, length in zip(chain.mass_kg, chain.inertia_kg_m2, chain.length_m, strict=True)
-        ]
-        self.position, self.joints = data.xipos[1:, :2], data.qpos[2:]
-        self.applied = data.xfrc_applied[1:]
-        self.evaluations = 0
+        self.loads, self.track, self.half_s, self.bars = loads, track.tolist(), half_s, bars_of(chain)
+        self.position, self.applied = data.xipos[1:, :2], data.xfrc_applied[1:]
+        self.last: int | None = None
+        self.faces: list[list[bool]] | None = None
 
     def move_frame(self, index: int) -> None:
-        """No change: gravity has no events."""
+        """Prepare for the state at half step `index`, seen from the step that ends there; 0 for the start."""
+        self.last = index - 1 if index else None
 
     def __call__(self, model: Any, data: Any) -> None:
         """Apply forces and torques.
@@ -88,18 +97,41 @@ class AppliedLoads:
         ------
         LandedError
             If a bar touches the surface.
+        UnsupportedMotionError
+            If a bar turned its other face to the wind or the Sun.
         """
         del model
-        self.evaluations += 1
-        self.loads.move_to(*self.origin[round(data.time / self.every_s)])
-        load = self.loads.load
-        rows = []
-        for (x, y), angle, (mass, inertia, half) in zip(
-            self.position.tolist(), accumulate(self.joints.tolist()), self.bars, strict=True
-        ):
-            ax, ay, spin = load(x, y, angle, half)
-            rows.append((mass * ax, mass * ay, 0.0, 0.0, 0.0, inertia * spin))
-        self.applied[:] = rows
+        index = round(data.time / self.half_s)
+        ends = index % 2 == 0 and self.last == index - 1
+        middle = index if index % 2 else index - 1 if ends else index + 1
+        self.last = index
+        x, y, vx, vy = self.track[index]
+        frame = FrameState(x, y, vx, vy, index * self.half_s, middle * self.half_s)
+        q = data.qpos.tolist()
+        positions = [(x, y, angle) for (x, y), angle in zip(self.position.tolist(), accumulate(q[2:]), strict=True)]
+        rates = list(tree_rates(q, data.qvel.tolist(), self.bars)) if self.loads.of_rates else []
+        self.check_faces(frame, positions, rates)
+        self.applied[:] = wrenches(self.bars, self.loads(frame, positions, rates))
+
+    def check_faces(self, frame: FrameState, positions: list[BarPosition], rates: list[BarRate]) -> None:
+        """Reject a motion in which a bar turns its other face: a slope jumps there, which costs RK4 its order."""
+        if not self.loads.faced:
+            return
+        faces = [[x > 0.0 for x in e.incidence(frame, positions, rates)] for e in self.loads.faced]
+        if self.faces is not None and faces != self.faces:
+            raise UnsupportedMotionError(
+                f"a bar turns its other face to the air or the Sun at t = {frame.t_s:.6g} s, within one of the equal "
+                "steps; the slope of the load jumps there"
+            )
+        self.faces = faces
+
+
+def wrenches(bars: Sequence[BarProperties], loads: Sequence[Load]) -> list[tuple[float, ...]]:
+    """Force and torque of each bar's load, in the order of `xfrc_applied`."""
+    return [
+        (bar.mass_kg * ax, bar.mass_kg * ay, 0.0, 0.0, 0.0, bar.inertia_kg_m2 * spin)
+        for bar, (ax, ay, spin) in zip(bars, loads, strict=True)
+    ]
 
 
 def data_at(model: Any, q: Array, q_t: Array) -> Any:
@@ -142,3 +174,19 @@ def installed(control: Callable[[Any, Any], None] | None) -> Iterator[None]:
         mj.set_mju_user_warning(before[1])
     if said:
         raise EngineError(f"MuJoCo: {said[0]}")
+
+
+def apply_impulses(model: Any, data: Any, chain: Chain, impulses: Sequence[Impulse]) -> Array:
+    """Apply `impulses` to the rates in `data`; impulsive reactions on each bar from the next, (N-1, 2), N s.
+
+    With all rates zero, the same joint system gives jumps by impulses as accelerations by forces.
+    """
+    angle = np.cumsum(data.qpos[2:]).tolist()
+    bars, q_t = bars_of(chain), data.qvel.copy()
+    data.qvel = 0.0
+    data.xfrc_applied[1:] = wrenches(bars, impulse_jumps(bars, impulses, angle))
+    with installed(None):
+        found = reactions(model, data)
+    data.qvel = q_t + data.qacc
+    data.xfrc_applied[:] = 0.0
+    return found

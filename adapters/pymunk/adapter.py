@@ -3,6 +3,9 @@
 pymunk gives no direction of a reaction. Reactions are therefore the momentum balance along the chain: each bar's change
 of velocity in the step centred on the sample, less the loads there. Rates and the centre of mass' velocity are the mean
 of the half steps before and after the sample.
+
+The chain restarts after each event, as at t = 0, from the angles, their rates and the centre of mass just before the
+event. Impulses change these states under closed joints.
 """
 
 from __future__ import annotations
@@ -13,24 +16,34 @@ from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
 
-from adapters.bar_loads.assemble import SUPPORTED, chain_loads
+from adapters.bar_loads.chain_loads import SUPPORTED, ChainLoads
 from adapters.bar_loads.falling_frame import free_fall, orbit_noise
+from adapters.bar_loads.forces import impulse_jumps
 from adapters.bar_loads.gravity import AbsoluteLoads, LandedError, Loads, MovingLoads
-from adapters.bar_loads.interface import FrameState
+from adapters.bar_loads.interface import FrameState, bars_of
+from adapters.common.departure import drift_bound_m
 from adapters.common.equal_steps import step_s, steps_between_samples
-from adapters.common.initial_state import InitialState, initial_state
+from adapters.common.initial_state import InitialState, chain_model, initial_state
 from adapters.common.landing import landing_text
 from adapters.common.step_alignment import NO_SHADOW, events_by_step, misalignment
-from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, EngineError, Setting
+from adapters.engine import (
+    PRESCRIBED_ROTATIONS,
+    AccuracyParameter,
+    AccuracySweep,
+    Coordinates,
+    Engine,
+    EngineError,
+    Setting,
+)
 from adapters.pymunk.iteration_count import MOST_SWEEPS, SETTLED_STEPS, step_sweeps, sweeps
 from adapters.trajectory import Array, Observable, Trajectory
-from reference_impl.model.kinematics import directions
-from scenarios import Gravity
+from reference_impl.model.kinematics import directions, relative_positions, relative_velocities
 
 if TYPE_CHECKING:
-    from adapters.pymunk.samples import StaggeredSample
-    from adapters.pymunk.step_loads import StepLoads
-    from scenarios import Scene
+    from collections.abc import Sequence
+
+    from adapters.pymunk.space import ChainSpace, StaggeredSample
+    from scenarios import Impulse, Scene
 
 NOISE_GRAINS = 8.0  # measured: at most 6.3 in reactions (1.4 rms), less in rates, dt 0.005 to 0.3 s
 
@@ -50,9 +63,9 @@ class PymunkEngine(Engine):
     effects = SUPPORTED
     observables = frozenset(Observable) - {Observable.COM_RESIDUAL, Observable.TORQUE}
     unsupported_reasons: ClassVar[dict[str, str]] = {
-        f"prescribed_rotation.{what}": NO_PRESCRIBED_ROTATION
-        for what in ("inertial", "local_horizontal", "external", "joint")
-    } | {"solar_pressure.shadow": NO_SHADOW}
+        **dict.fromkeys(PRESCRIBED_ROTATIONS, NO_PRESCRIBED_ROTATION),
+        "solar_pressure.shadow": NO_SHADOW,
+    }
 
     @classmethod
     def unsupported(cls, scene: Scene) -> str | None:
@@ -71,7 +84,7 @@ class PymunkEngine(Engine):
         """Origin of the coordinates and its velocity at `t_s`, each (n, 2), m and m/s."""
 
     @abstractmethod
-    def loads(self, scene: Scene) -> Loads:
+    def gravity(self, scene: Scene) -> Loads:
         """Gravity in these coordinates."""
 
     @classmethod
@@ -95,24 +108,7 @@ class PymunkEngine(Engine):
         """Largest coordinate of a bar in a run."""
 
     def build(self, scene: Scene, setting: Setting) -> None:
-        """Make the space; the frame's orbit belongs to the timed run."""
-        from adapters.pymunk.space import ChainSpace
-
-        intervals = scene.run.samples - 1
-        self.every = steps_between_samples(scene, setting.value)
-        self.dt_s = scene.run.duration_s / (intervals * self.every)
-        self.scene, self.start = scene, initial_state(scene)
-        origin, drift = self.frame(scene, self.start, np.zeros(1))
-        needed = step_sweeps(scene, self.dt_s)
-        self.chain = ChainSpace(scene.chain, self.start, origin[0], drift[0], self.dt_s, needed)
-        self.gravity = self.loads(scene)
-        self.prepare_effects()
-        self.install()
-        self.seen: list[StaggeredSample] = []
-        self.ended = ""
-
-    def prepare_effects(self) -> None:
-        """Prepare loads besides gravity, and events.
+        """Make the space; the frame's orbit belongs to the timed run.
 
         Raises
         ------
@@ -120,39 +116,39 @@ class PymunkEngine(Engine):
             If a sample would coincide with the step after an event, whose reactions are of first order: see
             :mod:`adapters.pymunk.space`.
         """
-        scene, self.restarted_at = self.scene, 0
-        self.effect_loads: StepLoads | None = None
-        if effect_loads := chain_loads(scene, self.gravity, free_falling=self.coordinates is Coordinates.MOVING_FRAME):
-            from adapters.pymunk.step_loads import StepLoads
+        from adapters.pymunk.space import ChainSpace, StepLoads
 
-            self.effect_loads = StepLoads(effect_loads)
+        intervals = scene.run.samples - 1
+        self.every = steps_between_samples(scene, setting.value)
+        self.dt_s = scene.run.duration_s / (intervals * self.every)
+        self.scene, self.start, self.restarted_at = scene, initial_state(scene), 0
+        origin, drift = self.frame(scene, self.start, np.zeros(1))
+        self.sweeps = step_sweeps(scene, self.dt_s)
+        self.chain = ChainSpace(scene.chain, self.start, origin[0], drift[0], self.dt_s, self.sweeps)
+        falling = self.coordinates is Coordinates.MOVING_FRAME
+        self.loads = StepLoads(ChainLoads(scene, self.gravity(scene), falling=falling))
+        self.chain.install(self.loads)
         self.jumps = events_by_step(scene, self.dt_s)
         if any((step + 1) % self.every == 0 for step in self.jumps):
             raise EngineError(
                 "a sample is one step after an event; at least two steps are required: request twice the steps"
             )
+        self.seen: list[StaggeredSample] = []
         self.impulse_N_s: Array = np.zeros((scene.bars - 1, 2))
         self.impulses: list[Array] = []
-
-    def install(self) -> None:
-        """Install the loads on the chain."""
-        if self.effect_loads:
-            self.effect_loads.begin()
-            self.chain.install_loads(self.effect_loads)
-        elif self.scene.effects.gravity is not Gravity.NONE:
-            self.chain.install(self.gravity)
+        self.ended = ""
 
     def simulate(self) -> None:
         """Step from sample to sample."""
         t_s = np.linspace(0.0, self.scene.run.duration_s, self.last_step + 1)
         self.origin_m, self.drift_m_s = self.frame(self.scene, self.start, t_s)
-        self.track = (np.hstack([self.origin_m, self.drift_m_s]) if self.effect_loads else self.origin_m).tolist()
+        self.track = np.hstack([self.origin_m, self.drift_m_s]).tolist()
         step = 0
         try:
             if 0 in self.jumps:
                 self.restart(0, self.frame_start())
             for step in range(self.last_step + 1):
-                self.move_frame(step, before=step > 0)
+                self.loads.move_to(self.frame_state(step, before=step > 0))
                 if step == self.restarted_at + SETTLED_STEPS:
                     self.chain.settle()
                 if step % self.every and step not in self.jumps:
@@ -170,13 +166,6 @@ class PymunkEngine(Engine):
         """Number of steps."""
         return self.every * (self.scene.run.samples - 1)
 
-    def move_frame(self, step: int, *, before: bool) -> None:
-        """Move the frame to the end of `step`, before or after an event there."""
-        if self.effect_loads is None:
-            self.gravity.move_to(*self.track[step])
-        else:
-            self.effect_loads.move_to(self.frame_state(step, before=before))
-
     def frame_state(self, step: int, *, before: bool) -> FrameState:
         """State of the frame at the end of `step`."""
         t_s = step * self.dt_s
@@ -190,10 +179,8 @@ class PymunkEngine(Engine):
             self.seen.append(staggered)
             self.impulses.append(self.impulse_N_s)
         if step and step in self.jumps:
-            from adapters.pymunk.effects import synchronised
-
             self.restart(step, synchronised(self.scene, staggered))
-            self.move_frame(step, before=False)
+            self.loads.move_to(self.frame_state(step, before=False))
             self.chain.half_step()
 
     def frame_start(self) -> InitialState:
@@ -204,12 +191,28 @@ class PymunkEngine(Engine):
 
     def restart(self, step: int, state: InitialState) -> None:
         """Restart from `state`, in the space's own axes, after the impulses at the end of `step`."""
-        from adapters.pymunk.effects import restart_state
+        if self.jumps[step]:
+            state, found = self.after_impulses(state, self.jumps[step])
+            self.impulse_N_s = self.impulse_N_s + found
+        self.chain, self.restarted_at = self.space_at(state), step
+        self.chain.install(self.loads)
 
-        found = restart_state(self.scene, state, self.jumps[step], self.dt_s)
-        self.chain, self.restarted_at = found.chain, step
-        self.impulse_N_s = self.impulse_N_s + found.impulse_N_s
-        self.install()
+    def space_at(self, state: InitialState) -> ChainSpace:
+        """A chain that starts from `state`, in the space's own axes."""
+        from adapters.pymunk.space import ChainSpace
+
+        return ChainSpace(self.scene.chain, state, np.zeros(2), np.zeros(2), self.dt_s, self.sweeps)
+
+    def after_impulses(self, start: InitialState, impulses: Sequence[Impulse]) -> tuple[InitialState, Array]:
+        """State after impulses under closed joints, and the impulsive reactions by momentum along the chain."""
+        scene, chain, mass = self.scene, self.space_at(start), np.array(self.scene.chain.mass_kg)
+        jumps = impulse_jumps(bars_of(scene.chain), impulses, start.angle_rad.tolist())
+        before = np.array(chain.velocities())
+        chain.apply_impulses(jumps)
+        after, given = np.array(chain.velocities()), np.array(jumps)
+        held = np.cumsum(mass[:, None] * (after - before - given)[:, :2], axis=0)[:-1]
+        gained = mass @ given[:, :2] / mass.sum()
+        return chain_state(scene, start.com_m, start.com_velocity_m_s + gained, start.angle_rad, after[:, 2]), held
 
     def read(self) -> Trajectory:
         """Observables at the samples, from the half steps around each."""
@@ -217,13 +220,10 @@ class PymunkEngine(Engine):
         position, before, after = (np.array(values) for values in zip(*self.seen, strict=True))
         origin, drift = self.origin_m[:: self.every][:n], self.drift_m_s[:: self.every][:n]
         gain, mean = (after - before) / dt, 0.5 * (before + after)
-        gain[0], mean[0] = (
-            2.0 * gain[0],
-            before[0],
-        )  # the first one is half a step, from the initial instant on
+        gain[0], mean[0] = 2.0 * gain[0], before[0]  # the first one is half a step, from the initial instant on
         mass = np.array(self.scene.chain.mass_kg)
         share = mass / mass.sum()
-        pull = mass[:, None] * (gain[..., :2] - self.field(origin, position, mean))
+        pull = mass[:, None] * (gain[..., :2] - self.field(position, mean))
         com = np.einsum("j,njk->nk", share, position[..., :2])
         return Trajectory(
             self.scene.times_s[:n],
@@ -243,20 +243,12 @@ class PymunkEngine(Engine):
             },
         )
 
-    def field(self, origin_m: Array, position: Array, rate: Array) -> Array:
+    def field(self, position: Array, rate: Array) -> Array:
         """Acceleration of each bar by the loads of the run at the samples, (n, N, 2) m/s²."""
         found = np.zeros((*position.shape[:2], 2))
-        if self.effect_loads:
-            for i, (bars, rates) in enumerate(zip(position.tolist(), rate.tolist(), strict=True)):
-                frame_state = self.frame_state(i * self.every, before=i > 0)
-                found[i] = [load[:2] for load in self.effect_loads.effect_loads(frame_state, bars, rates)]
-            return found
-        if self.scene.effects.gravity is Gravity.NONE:
-            return found
-        half = self.chain.half_m
-        for i, bars in enumerate(position.tolist()):
-            self.gravity.move_to(*origin_m[i].tolist())
-            found[i] = [self.gravity.load(x, y, a, h)[:2] for (x, y, a), h in zip(bars, half, strict=True)]
+        for i, (bars, rates) in enumerate(zip(position.tolist(), rate.tolist(), strict=True)):
+            frame_state = self.frame_state(i * self.every, before=i > 0)
+            found[i] = [load[:2] for load in self.loads.chain_loads(frame_state, bars, rates)]
         return found
 
     def gaps(self, position: Array) -> Array:
@@ -277,17 +269,13 @@ class Pymunk(PymunkEngine):
     @staticmethod
     def farthest_m(scene: Scene) -> float:
         """Bars stay within the chain's length of the frame's origin, plus the drift by nongravitational forces."""
-        if not scene.effects.beyond_basic:
-            return scene.size_m
-        from adapters.bar_loads.drift_bound import drift_bound_m
-
         return scene.size_m + drift_bound_m(scene)
 
     def frame(self, scene: Scene, start: InitialState, t_s: Array) -> tuple[Array, Array]:
         """Orbit of a particle started as the centre of mass is; uniform motion without gravity."""
         return free_fall(scene, start, t_s)
 
-    def loads(self, scene: Scene) -> Loads:
+    def gravity(self, scene: Scene) -> Loads:
         """Gravity less that at the origin."""
         return MovingLoads(scene)
 
@@ -311,6 +299,20 @@ class PymunkAbsolute(PymunkEngine):
         """Return the centre of the body, at rest."""
         return np.zeros((len(t_s), 2)), np.zeros((len(t_s), 2))
 
-    def loads(self, scene: Scene) -> Loads:
+    def gravity(self, scene: Scene) -> Loads:
         """Gravity as it is."""
         return AbsoluteLoads(scene)
+
+
+def synchronised(scene: Scene, staggered: StaggeredSample) -> InitialState:
+    """State in the space's axes at an instant between two half steps, with closed joints."""
+    position, before, after = (np.array(rows) for rows in staggered)
+    mean, share = 0.5 * (before + after), np.array(scene.chain.mass_kg) / scene.mass_kg
+    return chain_state(scene, share @ position[:, :2], share @ mean[:, :2], position[:, 2], mean[:, 2])
+
+
+def chain_state(scene: Scene, com_m: Array, com_velocity_m_s: Array, angle: Array, rate: Array) -> InitialState:
+    """State of a chain with closed joints."""
+    model = chain_model(scene)
+    position, velocity = relative_positions(model, angle), relative_velocities(model, angle, rate)
+    return InitialState(com_m, com_velocity_m_s, angle, rate, position, velocity)

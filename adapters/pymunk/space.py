@@ -27,13 +27,16 @@ from reference_impl.model.kinematics import directions
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from adapters.bar_loads.gravity import Loads
+    from adapters.bar_loads.chain_loads import ChainLoads
+    from adapters.bar_loads.interface import FrameState, Load
     from adapters.common.initial_state import InitialState
-    from adapters.pymunk.samples import Rows, StaggeredSample
-    from adapters.pymunk.step_loads import StepLoads
     from adapters.trajectory import Array
     from scenarios.scene import Chain
 
+Rows = list[tuple[float, float, float]]
+"""For each bar x, y and angle, or their rates; SI units"""
+StaggeredSample = tuple[Rows, Rows, Rows]
+"""Each bar's position at a sample, its rates half a step before, and half a step after"""
 WIDEST_GAP = 0.1  # over the shortest bar; beyond, the joints separate or a bar turns by half a radian in a step
 
 
@@ -78,40 +81,20 @@ class ChainSpace:
         self.space.add(*self.bars, *joints)
         self.load_error: Exception | None = None
 
-    def install(self, loads: Loads) -> None:
-        """Install gravity; :meth:`step` re-raises an exception of the callback, which pymunk would swallow."""
-        for bar, half in zip(self.bars, self.half_m, strict=True):
-            bar.velocity_func = self.velocity_function(loads.load, half)
+    def install(self, loads: StepLoads) -> None:
+        """Install all loads of a scene; :meth:`step` re-raises an exception of the callback, which pymunk swallows."""
+        loads.begin()
+        if loads.chain_loads.act:
+            for j, bar in enumerate(self.bars):
+                bar.velocity_func = self.velocity_function(loads, j)
 
-    def velocity_function(self, load: Callable[..., tuple[float, float, float]], half_m: float) -> Callable[..., None]:
-        """Callback that changes a bar's velocities at its new position."""
+    def velocity_function(self, loads: StepLoads, j: int) -> Callable[..., None]:
+        """Callback that changes velocities of bar `j`: all bars have moved, and earlier bars have new velocities."""
         integrate = pymunk.Body.update_velocity
 
         def change(bar: Any, gravity: Any, damping: float, dt: float) -> None:
             try:
-                x, y = bar.position
-                ax, ay, spin = load(x, y, bar.angle, half_m)
-                mass = bar.mass
-                bar.force = (mass * ax, mass * ay)
-                bar.torque = bar.moment * spin
-            except Exception as load_error:
-                self.load_error = self.load_error or load_error
-            integrate(bar, gravity, damping, dt)
-
-        return change
-
-    def install_loads(self, effect_loads: StepLoads) -> None:
-        """Install all loads of a scene; pymunk calls bar by bar, and the first call computes all loads."""
-        for j, bar in enumerate(self.bars):
-            bar.velocity_func = self.load_function(effect_loads, j)
-
-    def load_function(self, effect_loads: StepLoads, j: int) -> Callable[..., None]:
-        """Callback of bar `j`: at that time all bars have moved, and earlier bars have new velocities."""
-        integrate = pymunk.Body.update_velocity
-
-        def change(bar: Any, gravity: Any, damping: float, dt: float) -> None:
-            try:
-                ax, ay, spin = effect_loads.load(j, self.positions, self.velocities)
+                ax, ay, spin = loads.load(j, self.positions, self.velocities)
                 mass = bar.mass
                 bar.force = (mass * ax, mass * ay)
                 bar.torque = bar.moment * spin
@@ -206,6 +189,49 @@ class ChainSpace:
     def velocities(self) -> Rows:
         """Rates of x, y (m/s) and angle (rad/s) of each bar."""
         return [(*bar.velocity, bar.angular_velocity) for bar in self.bars]
+
+
+class StepLoads:
+    """Loads on each bar in the current step.
+
+    Velocities are half a step ahead of the positions. Loads that depend on velocities use the linear extrapolation of
+    the last two, (3 v(n-1/2) - v(n-3/2))/2, at the positions' instant: second order. Just after a start the two are the
+    initial rates and the rates half a step later.
+    """
+
+    def __init__(self, chain_loads: ChainLoads) -> None:
+        """Prepare for the first step."""
+        self.chain_loads = chain_loads
+        self.steps = 0
+        self.before: Rows = []
+        self.found: list[Load] = []
+
+    def begin(self) -> None:
+        """Discard the velocities: the chain restarts."""
+        self.steps, self.before = 0, []
+
+    def move_to(self, frame_state: FrameState) -> None:
+        """Prepare a step to `frame_state`."""
+        self.frame_state, self.found = frame_state, []
+
+    def load(self, j: int, positions: Callable[[], Rows], velocities: Callable[[], Rows]) -> Load:
+        """Load of bar `j`; the first call of a step computes the loads of all bars."""
+        if not self.found:
+            rates = self.rates(velocities()) if self.chain_loads.of_rates else []
+            self.found = self.chain_loads(self.frame_state, positions(), rates)
+        return self.found[j]
+
+    def rates(self, now: Rows) -> Rows:
+        """Velocities at the instant of the positions, from velocities half a step earlier."""
+        step, before, self.before = self.steps, self.before, now
+        self.steps += 1
+        if step == 0:
+            return now
+        ahead = 1.0 if step == 1 else 0.5  # share of the last change: half a step, later a whole one
+        return [
+            (vx + ahead * (vx - ux), vy + ahead * (vy - uy), w + ahead * (w - u))
+            for (vx, vy, w), (ux, uy, u) in zip(now, before, strict=True)
+        ]
 
 
 def hold_position(bar: Any, dt: float) -> None:

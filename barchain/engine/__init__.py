@@ -28,12 +28,12 @@ landing                 `LandedError`, `landing_text`, `least_height_m`
 ======================  ============================================================================================
 """
 
-from adapters.bar_loads.assemble import SUPPORTED as _SUPPORTED
-from adapters.bar_loads.chain_forces import ChainForces
+from adapters.bar_loads.chain_loads import SUPPORTED as _SUPPORTED
+from adapters.bar_loads.chain_loads import ChainForces
 from adapters.bar_loads.falling_frame import fall_rate, free_fall, orbit_noise
+from adapters.bar_loads.forces import impulse_jumps
 from adapters.bar_loads.gravity import LandedError
 from adapters.bar_loads.interface import FrameState, bars_of
-from adapters.bar_loads.thrusts import impulse_jumps
 from adapters.common.accuracy_scales import AccuracyScales, accuracy_scales
 from adapters.common.equal_steps import step_s, steps_between_samples
 from adapters.common.face_reversal import unsupported_motion as face_reversal

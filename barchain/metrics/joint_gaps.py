@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.bar_loads.drift_bound import drift_bound_m
-from adapters.common.departure import departure
+from adapters.common.departure import departure, drift_bound_m
 from adapters.engine import Coordinates
 
 if TYPE_CHECKING:

@@ -2,19 +2,17 @@
 
 import dataclasses
 import math
-import subprocess
-import sys
 
 import mpmath as mp
 import numpy as np
 import pytest
 
-from adapters.bar_loads.assemble import chain_loads
+from adapters.bar_loads.chain_loads import ChainLoads
 from adapters.bar_loads.falling_frame import free_fall, orbit_noise
+from adapters.bar_loads.forces import impulse_jumps, size_N
 from adapters.bar_loads.gravity import AbsoluteLoads, MovingLoads
 from adapters.bar_loads.interface import FrameState, bars_of
-from adapters.bar_loads.thrusts import impulse_jumps, size_N
-from adapters.bar_loads.tree import tree_positions, tree_rates
+from adapters.bar_loads.joint_tree import tree_positions, tree_rates
 from adapters.common.initial_state import initial_state
 from adapters.common.joint_coordinates import positions, velocities
 from adapters.common.step_alignment import events_by_step, inner_events_s, misalignment
@@ -54,7 +52,7 @@ def state(size, seed=3):
 
 def loads_of(scene, here, spots, rates, *, free_falling=True):
     gravity = (MovingLoads if free_falling else AbsoluteLoads)(scene, surface=False)
-    return chain_loads(scene, gravity, free_falling=free_falling)(here, spots, rates)
+    return ChainLoads(scene, gravity, falling=free_falling)(here, spots, rates)
 
 
 def attraction(strength, power, z):
@@ -113,9 +111,6 @@ def exact(scene, here, spot, bar, *, free_falling):
 @pytest.mark.parametrize("gravity", ["point", "gradient", "quadrupole", "slender"])
 def test_fields_are_the_inertial_formulas_differences_to_round_off(name, gravity, size):
     scene = scene_of(name, gravity, size)
-    if name == "slender" and gravity in {"point", "gradient"}:
-        assert chain_loads(scene, MovingLoads(scene), free_falling=True) is None
-        return
     here, spots, rates = state(size)
     found = loads_of(scene, here, spots, rates)
     solution = [exact(scene, here, spot, j, free_falling=True) for j, spot in enumerate(spots)]
@@ -138,7 +133,7 @@ def test_fields_from_the_centre_are_whole(name):
 
 @pytest.mark.parametrize("size", [1.0, 1e-3, 1e-6])
 def test_what_a_short_slender_bar_feels_beyond_a_point_keeps_all_digits(size):
-    from adapters.bar_loads.bar_gravity_corrections import slender
+    from adapters.bar_loads.fields import slender
 
     mu, z, u = mp.mpf("3.986004418e14"), mp.mpc(6.1e6, 2.3e6), mp.expj(mp.mpf(0.7))
     ax, ay, spin = slender(float(mu), 6.1e6, 2.3e6, 0.7, 0.5 * size)
@@ -300,28 +295,3 @@ def test_events_coincide_with_ends_of_steps_or_are_rejected():
     assert "midway between two" in misalignment(off)
     struck = load_scene("effects/impulse")
     assert [len(found) for found in events_by_step(struck, 1.25).values()] == [1, 1]
-
-
-NONE_OF_IT = """
-import sys, dataclasses
-from adapters.engine import Setting
-from adapters.registry import ENGINES
-from scenarios import load_scene
-scene = load_scene("paper/fig15")
-scene = dataclasses.replace(scene, run=dataclasses.replace(scene.run, duration_s=50.0, samples=3))
-for name in ("pymunk", "mujoco", "pinocchio", "drake", "dart"):
-    if ENGINES[name].missing is None:
-        engine = ENGINES[name].load()
-        engine().run(scene, engine.sweep.setting())
-print(*sorted(m for m in sys.modules if m.startswith("adapters.")))
-"""
-
-
-def test_a_scene_without_effects_imports_none():
-    said = subprocess.run([sys.executable, "-c", NONE_OF_IT], capture_output=True, text=True, check=True).stdout
-    loaded = set(said.split())
-    optional = {"drag", "bar_gravity_corrections", "springs", "sunlight", "thrusts", "tides"}
-    assert not loaded & {f"adapters.bar_loads.{name}" for name in optional}
-    assert "adapters.bar_loads.gravity" in loaded
-    assert "adapters.mujoco.effects" not in loaded
-    assert "adapters.pymunk.effects" not in loaded

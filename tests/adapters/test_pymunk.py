@@ -245,8 +245,7 @@ def test_an_exception_in_the_engines_callback_is_not_swallowed(fault):
 
     engine = Pymunk()
     engine.build(steep(), Setting(AccuracyParameter.STEPS_PER_ORBIT, 500))
-    engine.gravity.load = raises
-    engine.chain.install(engine.gravity)
+    engine.loads.chain_loads.gravity.load = raises
     with pytest.raises(EngineError, match=str(fault)):
         engine.simulate()
 

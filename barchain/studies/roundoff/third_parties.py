@@ -19,9 +19,10 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from adapters.bar_loads.chain_loads import ChainLoads
 from adapters.bar_loads.gravity import AbsoluteLoads, Loads, MovingLoads
 from adapters.mujoco.chain import AppliedLoads, data_at, installed, model_of, reactions
-from adapters.pinocchio.chain import PinocchioChain
+from adapters.pinocchio.adapter import PinocchioChain
 from adapters.registry import ENGINES
 from barchain.studies.roundoff.formulations import Formulation, Given, circular_m_s
 from reference_impl.precision.arithmetic import EXACT, FLOAT64, Arithmetic, Values
@@ -136,8 +137,9 @@ class MujocoTree(ThirdParty):
         scene = scene_of(given.bars, member)
         model = model_of(scene.chain, 1.0)
         data = data_at(model, *given.state.coordinates(member))
-        origin_m = given.state.com_m[:, member][None]
-        with installed(AppliedLoads(scene.chain, data, self.loads(scene), origin_m, 1.0)):
+        com = given.state.com_m[:, member]
+        loads, track = ChainLoads(scene, self.loads(scene), falling=True), np.concatenate([com, 0.0 * com])[None]
+        with installed(AppliedLoads(scene.chain, data, loads, track, 1.0)):
             return reactions(model, data)
 
 

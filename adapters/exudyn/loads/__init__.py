@@ -1,1 +1,0 @@
-"""Loads on Exudyn's bodies as symbolic functions: gravity, effects, prescribed rotations."""

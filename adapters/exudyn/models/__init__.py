@@ -1,1 +1,0 @@
-"""The chain as an Exudyn system: rigid bodies with joints, or a kinematic tree."""

@@ -1,1 +1,0 @@
-"""Solver settings, initial accelerations, equal steps, and runs divided where loads jump."""
