@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.common.departure import departure
-from adapters.exudyn.loads.thrust import jumps_s
+from adapters.exudyn.effects import jumps_s
 
 if TYPE_CHECKING:
-    from adapters.exudyn.solve.solver import Method
+    from adapters.exudyn.solver import Method
     from adapters.trajectory import Array
     from scenarios import Scene
 

@@ -10,7 +10,7 @@ import numpy as np
 from adapters.trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from adapters.exudyn.frames.axes import FrameAxes
+    from adapters.exudyn.frames import FrameAxes
     from adapters.trajectory import Array
     from scenarios import Scene
 

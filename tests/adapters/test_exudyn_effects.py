@@ -12,13 +12,10 @@ import pytest
 
 from adapters.engine import AccuracyParameter, Engine, Setting, UnsupportedMotionError
 from adapters.exudyn.adapter import Exudyn, ExudynAbsolute, ExudynAbsoluteIndex3, ExudynIndex3, ExudynTree
-from adapters.exudyn.frames.axes import OrbitFrame, frame_of, turned
-from adapters.exudyn.frames.clock import orbit_inputs
-from adapters.exudyn.frames.numbers import BarMotion, OrbitNumbers
-from adapters.exudyn.loads.thrust import jump_steps, sizes
-from adapters.exudyn.loads.total_load import Loading
-from adapters.exudyn.solve.restart_segments import RestartSegments
-from adapters.exudyn.solve.solver import method_for, steps_of
+from adapters.exudyn.effects import jump_steps, sizes
+from adapters.exudyn.frames import BarMotion, frame_of, turned
+from adapters.exudyn.loads import Loading
+from adapters.exudyn.solver import RestartSegments, method_for, steps_of
 from adapters.exudyn.timetable import Steps
 from adapters.reference.numpy_engines import Reference
 from scenarios import Gravity, Scene, load_scene
@@ -59,8 +56,7 @@ def extra_load(scene: Scene, *, absolute: bool, bar: int = 0) -> tuple[np.ndarra
     turn = ANGLE - axes.turn_rad
     (x, y), (vx, vy) = place[0].T, motion[0].T
     m = BarMotion(x, y, vx, vy, np.cos(turn), np.sin(turn), RATE - axes.rate_rad_s)
-    orbit = OrbitNumbers(*orbit_inputs(frame.orbit)(t, t).T) if isinstance(frame, OrbitFrame) else None
-    fx, fy, torque = loading.on(bar, m, orbit, list(loading.time_inputs(t, t).T), np)
+    fx, fy, torque = loading.on(bar, m, list(loading.time_inputs(t, t).T), np)
     force = turned(np.array([fx[0], fy[0]]), axes.turn_rad[0])
     return force, 0.0 if torque is None else float(torque[0])
 

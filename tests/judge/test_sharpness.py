@@ -11,7 +11,7 @@ from adapters.common.equal_steps import finer_setting
 from adapters.engine import AccuracyParameter, Setting
 from adapters.exudyn.adapter import Exudyn, ExudynIndex3, ExudynTree
 from adapters.exudyn.noise import engine_noise
-from adapters.exudyn.solve.solver import method_for
+from adapters.exudyn.solver import method_for
 from adapters.rebound.adapter import Rebound
 from adapters.reference.numpy_engines import Reference, ReferenceAbsolute
 from barchain.judge.compare import judge
