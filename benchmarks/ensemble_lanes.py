@@ -23,8 +23,7 @@ import click
 import numpy as np
 
 from adapters.heyoka.compiled import DOUBLE, symbols
-from adapters.heyoka.structure import parameters_of, start_of, structure_of
-from adapters.heyoka.units import units_of
+from adapters.heyoka.structure import parameters_of, start_of, structure_of, units_of
 from barchain.record.environment import processor
 from barchain.studies.ensemble.population import batch, populate
 from barchain.studies.ensemble.study import shortened

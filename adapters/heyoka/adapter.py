@@ -8,7 +8,15 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, ClassVar, final
 
-from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, Setting
+from adapters.engine import (
+    GRAVITY_MODELS,
+    PRESCRIBED_ROTATIONS,
+    AccuracyParameter,
+    AccuracySweep,
+    Coordinates,
+    Engine,
+    Setting,
+)
 from adapters.heyoka import CLOSE_START, CLOSE_START_RAD
 from adapters.heyoka.compiled import DOUBLE, LONG, QUAD, Precision
 from adapters.heyoka.run import HeyokaRun
@@ -17,12 +25,10 @@ from adapters.trajectory import Observable, Trajectory
 if TYPE_CHECKING:
     from scenarios import Scene
 
-EVERYTHING = frozenset(
-    {f"gravity.{model}" for model in ("none", "point", "gradient", "quadrupole", "slender")}
-    | {"oblateness", "third_body", "drag", "solar_pressure", "solar_pressure.shadow", "joint_spring_damper"}
-    | {"thrust.body", "thrust.inertial", "impulse"}
-    | {f"prescribed_rotation.{what}" for what in ("inertial", "local_horizontal", "external", "joint")}
-)
+EVERYTHING = frozenset({
+    *GRAVITY_MODELS, *PRESCRIBED_ROTATIONS, "oblateness", "third_body", "drag", "solar_pressure",
+    "solar_pressure.shadow", "joint_spring_damper", "thrust.body", "thrust.inertial", "impulse",
+})  # fmt: skip
 
 
 def tolerances(finest: int) -> tuple[float, ...]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adapters.heyoka.system import System, system
+from adapters.heyoka.system import System, jumps, system
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -63,8 +63,6 @@ def function(structure: Structure, precision: Precision, what: str) -> Any:
 
     found = symbols(structure)
     if what == "jumps":
-        from adapters.heyoka.impulses import jumps
-
         wanted = jumps(structure, found)
     else:
         wanted = found.rates if what == "rates" else [*found.event_functions, found.sunward]

@@ -35,9 +35,6 @@ longitude of a bar accelerates by (Z x (c - t))/r² - 2 (Z·Z')(Z x Z')/r⁴ whe
 acceleration g adds Z x g over r². A law relative to the local horizontal adds this acceleration.
 
 Impulses obey the same equations with impulses for forces: no rates, no gravity (:mod:`adapters.heyoka.impulses`).
-
-Symbols are heyoka's, and constants are parameters of the integrator. Constants therefore have its precision, and
-chains of one structure share one compiled code. Literals are 0.5, 2, 3 ...: exact in any precision.
 """
 
 from __future__ import annotations
@@ -48,10 +45,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
+    from adapters.heyoka.bars import Pair, Symbol, SymbolicBar
     from adapters.heyoka.structure import Structure
 
-Symbol = Any
-"""A heyoka expression, or a number"""
 A_X, A_Y, TURN, MOTOR, ONE = range(5)  # coefficients of affine functions: of a, w', the torque of joint 1's motor, 1
 
 
@@ -63,46 +59,16 @@ def affine(**parts: Symbol) -> Any:
     return row
 
 
-@dataclass(frozen=True)
-class SymbolicBar:
-    """One bar of the chain in expressions: constants, position and velocity."""
+def acceleration(bar: SymbolicBar, halves: float) -> tuple[Any, Any]:
+    """Acceleration of the point `halves` half lengths from a bar's left end: affine functions of a and w'."""
+    (nx, ny), (cx, cy) = bar.across, bar.inward
+    return affine(x=1.0, turn=halves * nx, one=-halves * cx), affine(y=1.0, turn=halves * ny, one=-halves * cy)
 
-    mass: Symbol
-    inertia: Symbol
-    """About its centre"""
-    end_inertia: Symbol
-    """About an end"""
-    reach: tuple[Symbol, Symbol]
-    """p = (l/2) u, from its centre to its right end"""
-    rate: Symbol
-    tide: tuple[Symbol, Symbol]
-    torque: Symbol
-    """Sum of all torques but those of its joints' forces and motors"""
-    position: tuple[Symbol, Symbol]
-    velocity: tuple[Symbol, Symbol]
-    transverse_acceleration: Symbol | None = None
-    """Z x the noncentral part of its acceleration without joints; None if there is none"""
 
-    @property
-    def across(self) -> tuple[Symbol, Symbol]:
-        """(l/2) n: p turned by +90 degrees."""
-        return -self.reach[1], self.reach[0]
-
-    @property
-    def inward(self) -> tuple[Symbol, Symbol]:
-        """w² p."""
-        square = self.rate * self.rate
-        return square * self.reach[0], square * self.reach[1]
-
-    def acceleration(self, halves: float) -> tuple[Any, Any]:
-        """Acceleration of the point `halves` half lengths from the left end: affine functions of a and w'."""
-        (nx, ny), (cx, cy) = self.across, self.inward
-        return affine(x=1.0, turn=halves * nx, one=-halves * cx), affine(y=1.0, turn=halves * ny, one=-halves * cy)
-
-    def specific_force(self) -> tuple[Any, Any]:
-        """Force of its joints on its centre over its mass, c - t, affine."""
-        x, y = self.acceleration(1.0)
-        return x - affine(one=self.tide[0]), y - affine(one=self.tide[1])
+def specific_force(bar: SymbolicBar) -> tuple[Any, Any]:
+    """Force of a bar's joints on its centre over its mass, c - t, affine."""
+    x, y = acceleration(bar, 1.0)
+    return x - affine(one=bar.load.push[0]), y - affine(one=bar.load.push[1])
 
 
 @dataclass(frozen=True)
@@ -150,12 +116,12 @@ def backward_step(
     pushed : bool
         Whether the opposite of the torque of joint 1's motor acts on it.
     """
-    end, (nx, ny) = bar.acceleration(2.0), bar.across
+    end, (nx, ny) = acceleration(bar, 2.0), bar.across
     force = tuple(after(f, end) for f in beyond.left_force) if beyond else (affine(), affine())
-    pull = bar.specific_force()
+    pull = specific_force(bar)
     left_force = tuple(f + p * bar.mass for f, p in zip(force, pull, strict=True))
     lever = (force[0] + left_force[0]) * nx + (force[1] + left_force[1]) * ny
-    others = lever - affine(one=bar.torque) + (affine(motor=1.0) if pushed else affine())
+    others = lever - affine(one=bar.load.torque) + (affine(motor=1.0) if pushed else affine())
     if beyond is not None:
         others = others + after(beyond.torque_on_left, end)
     lacking = others + affine(turn=bar.inertia)  # J w' - K + q + lever: zero on a free bar, tau on a prescribed one
@@ -180,7 +146,7 @@ def backward_step_free(bar: SymbolicBar, beyond: ArticulatedBar | None) -> Artic
     With n standing for (l/2) n, v = 2 S n + m n and D = J + m l²/4 + 4 n·S n, Euler's law reads D w' + v·a + e = 0. The
     same v multiplies w' in P = (S + m) a + v w' + c, and so A = S + m - v vᵀ/D.
     """
-    (px, py), (nx, ny), (cx, cy), (tx, ty), mass = bar.reach, bar.across, bar.inward, bar.tide, bar.mass
+    (px, py), (nx, ny), (cx, cy), (tx, ty), mass = bar.reach, bar.across, bar.inward, bar.load.push, bar.mass
     (xx, xy, yy), (bx, by) = symmetric_part(beyond)
     sn = (2.0 * (xy * px - xx * py), 2.0 * (yy * px - xy * py))
     square = bar.rate * bar.rate
@@ -188,7 +154,7 @@ def backward_step_free(bar: SymbolicBar, beyond: ArticulatedBar | None) -> Artic
     v = (sn[0] + mass * nx, sn[1] + mass * ny)
     stiff = bar.end_inertia + 2.0 * (nx * sn[0] + ny * sn[1])
     g = (v[0] / stiff, v[1] / stiff)
-    e = nx * (2.0 * far[0] - mass * tx) + ny * (2.0 * far[1] - mass * ty) - bar.torque
+    e = nx * (2.0 * far[0] - mass * tx) + ny * (2.0 * far[1] - mass * ty) - bar.load.torque
     c = (far[0] - mass * (cx + tx), far[1] - mass * (cy + ty))
     across = xy - v[0] * g[1]
     left_force = (
@@ -198,7 +164,7 @@ def backward_step_free(bar: SymbolicBar, beyond: ArticulatedBar | None) -> Artic
     return ArticulatedBar(affine(x=-g[0], y=-g[1], one=-e / stiff), None, left_force, affine(), symmetric=True)
 
 
-def symmetric_part(beyond: ArticulatedBar | None) -> tuple[tuple[Symbol, Symbol, Symbol], tuple[Symbol, Symbol]]:
+def symmetric_part(beyond: ArticulatedBar | None) -> tuple[tuple[Symbol, Symbol, Symbol], Pair]:
     """S (xx, xy, yy) and b of the chain beyond a bar; zero beyond the last."""
     if beyond is None:
         return (0.0, 0.0, 0.0), (0.0, 0.0)
@@ -212,23 +178,23 @@ def prescribed_acceleration(bar: SymbolicBar, law: Symbol, *, local_horizontal: 
         return affine(one=law)
     (zx, zy), (vx, vy) = bar.position, bar.velocity
     r2 = zx * zx + zy * zy
-    pull = bar.specific_force()
+    pull = specific_force(bar)
     swing = (pull[1] * zx - pull[0] * zy) / r2
     drift = 2.0 * (zx * vx + zy * vy) * (zx * vy - zy * vx) / (r2 * r2)
     given = swing + affine(one=law - drift)
-    if bar.transverse_acceleration is not None:
-        given = given + affine(one=bar.transverse_acceleration / r2)
+    if bar.load.transverse_acceleration is not None:
+        given = given + affine(one=bar.load.transverse_acceleration / r2)
     turn = given / (1.0 - given[TURN])  # the bar's own turning moves its centre about its left end
     turn[TURN] = 0.0
     return turn
 
 
-def evaluated(function: Any, a: tuple[Symbol, Symbol], motor: Symbol) -> Symbol:
+def evaluated(function: Any, a: Pair, motor: Symbol) -> Symbol:
     """Value of an affine function."""
     return function[A_X] * a[0] + function[A_Y] * a[1] + function[MOTOR] * motor + function[ONE]
 
 
-def start(first: ArticulatedBar, *, motor: bool) -> tuple[tuple[Symbol, Symbol], Symbol]:
+def start(first: ArticulatedBar, *, motor: bool) -> tuple[Pair, Symbol]:
     """Acceleration of the first left end, and torque of joint 1's motor if the motor prescribes bar 1."""
     (a, b), one = first.left_force, ONE
     if not motor:
@@ -265,7 +231,7 @@ class ChainMotion:
 
     turn: list[Symbol]
     """(N,) angular accelerations"""
-    reaction: list[tuple[Symbol, Symbol]]
+    reaction: list[Pair]
     """(N-1,) force on bar j from bar j+1"""
     torque: list[Symbol]
     """(P,) in the order of the laws"""
@@ -293,23 +259,23 @@ def forward_pass(
     bars: list[SymbolicBar],
     structure: Structure,
     articulated: list[ArticulatedBar],
-    a: tuple[Symbol, Symbol],
+    a: Pair,
     motor: Symbol,
 ) -> ChainMotion:
     """Accelerations, torques and reactions from the first bar to the last."""
     turns: list[Symbol] = []
-    pulls: list[tuple[Symbol, Symbol]] = []
+    pulls: list[Pair] = []
     torques: dict[int, Symbol] = {}
     for j, (bar, seen) in enumerate(zip(bars, articulated, strict=True)):
         turn = evaluated(seen.turn, a, motor)
         turns.append(turn)
         if seen.torque is not None:
             torques[j] = evaluated(seen.torque, a, motor)
-        pull, end = bar.specific_force(), bar.acceleration(2.0)
+        pull, end = specific_force(bar), acceleration(bar, 2.0)
         pulls.append(tuple(bar.mass * (evaluated(p, a, 0.0) + p[TURN] * turn) for p in pull))
         a = (evaluated(end[0], a, 0.0) + end[0][TURN] * turn, evaluated(end[1], a, 0.0) + end[1][TURN] * turn)
-    reaction: list[tuple[Symbol, Symbol]] = []
-    total: tuple[Symbol, Symbol] = (0.0, 0.0)
+    reaction: list[Pair] = []
+    total: Pair = (0.0, 0.0)
     for x, y in reversed(pulls[1:]):
         total = (total[0] - x, total[1] - y)
         reaction.insert(0, total)

@@ -35,50 +35,8 @@ so that the tide is as accurate as the ends' distances from the chain's centre.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
-Symbol = Any
-"""A heyoka expression, or a number"""
-Pair = tuple[Symbol, Symbol]
-
-
-@dataclass(frozen=True)
-class Load:
-    """Load on a bar besides its joints."""
-
-    push: Pair
-    """Acceleration of its centre, relative to the falling frame"""
-    torque: Symbol = 0.0
-    transverse_acceleration: Symbol | None = None
-    """Z x the part of its whole acceleration that is not along Z; None where there is none"""
-
-    def __add__(self, other: Load) -> Load:
-        """Sum of two loads."""
-        swerves = [s for s in (self.transverse_acceleration, other.transverse_acceleration) if s is not None]
-        return Load(
-            (self.push[0] + other.push[0], self.push[1] + other.push[1]),
-            self.torque + other.torque,
-            sum(swerves[1:], swerves[0]) if swerves else None,
-        )
-
-
-@dataclass(frozen=True)
-class Rod:
-    """Geometry and mass of a bar in a field."""
-
-    offset: Pair
-    """d, of its centre from the chain's"""
-    reach: Pair
-    """p = (l/2) u"""
-    mass: Symbol
-    half: Symbol
-    slender: Symbol
-    """3 J/(l/2)²"""
-
-
-def cross(a: Pair, b: Pair) -> Symbol:
-    """Component of the cross product normal to the plane."""
-    return a[0] * b[1] - a[1] * b[0]
+from adapters.heyoka.bars import Load, Pair, Symbol, SymbolicBar, cross
 
 
 @dataclass(frozen=True)
@@ -125,11 +83,11 @@ class Attractor:
     model: str
     """``point``, ``gradient``, ``quadrupole`` or ``slender``"""
 
-    def load(self, rod: Rod) -> Load:
+    def load(self, bar: SymbolicBar) -> Load:
         """Load on a bar; its transverse acceleration is about the attracting centre."""
         if self.model == "slender":
-            return self.slender_load(rod)
-        z, d, reach = self.z, rod.offset, rod.reach
+            return self.slender_load(bar)
+        z, d, reach = self.z, bar.offset, bar.reach
         near = distance_ratio(z, self.r2, d)
         push, cube = tide(z, self.pull, d, near)
         if self.model == "point":
@@ -137,19 +95,19 @@ class Attractor:
         # rho: radial unit vector; psi: angle from rho to the bar; torque K = -3 (mu/r³) J sin(psi) cos(psi)
         x, y = z[0] + d[0], z[1] + d[1]
         to_sine, to_cosine = y * reach[0] - x * reach[1], x * reach[0] + y * reach[1]
-        turn = Load(push, rod.slender * (to_sine * to_cosine * (cube * (near.square / self.r2))))
+        turn = Load(push, bar.slender * (to_sine * to_cosine * (cube * (near.square / self.r2))))
         if self.model == "gradient":
             return turn
         fifth = cube * (near.square / self.r2)
-        return Load(push, turn.torque) + second_moment_push(rod, (x, y), fifth, near.square / self.r2, 1.0)
+        return Load(push, turn.torque) + second_moment_push(bar, (x, y), fifth, near.square / self.r2, 1.0)
 
-    def slender_load(self, rod: Rod) -> Load:
+    def slender_load(self, bar: SymbolicBar) -> Load:
         """Exact gravity on a uniform bar."""
-        (zx, zy), (dx, dy), (px, py) = self.z, rod.offset, rod.reach
+        (zx, zy), (dx, dy), (px, py) = self.z, bar.offset, bar.reach
         left, right = (distance_ratio(self.z, self.r2, d) for d in ((dx - px, dy - py), (dx + px, dy + py)))
         both, total = left.y * right.y, left.y + right.y
         ratio = 4.0 * (both * both / (self.r2 * total * total))  # 4/S²
-        short = rod.half * rod.half * ratio
+        short = bar.half * bar.half * ratio
         scale = self.pull / (total * (1.0 - short))
         g = 2.0 * both * both * scale
         apart = left.complement + left.y * right.complement  # 1 - y1 y2
@@ -158,18 +116,18 @@ class Attractor:
         along = g * ratio * (x * px + y * py)
         push = (zx * change - g * dx + along * px, zy * change - g * dy + along * py)
         transverse_acceleration = along * (x * py - y * px)
-        return Load(push, -rod.mass * transverse_acceleration, transverse_acceleration)
+        return Load(push, -bar.mass * transverse_acceleration, transverse_acceleration)
 
 
-def second_moment_push(rod: Rod, at: Pair, strength: Symbol, inverse2: Symbol, k: float) -> Load:
+def second_moment_push(bar: SymbolicBar, at: Pair, strength: Symbol, inverse2: Symbol, k: float) -> Load:
     """Force of a bar's second moment in the field of -B/r^k, at `at` from its centre.
 
-    `strength` is B/r^(k+4), `inverse2` 1/r². `Rod.slender` is 3 J/H, and so k (k + 2) enters by its third: 1 or 5.
+    `strength` is B/r^(k+4), `inverse2` 1/r². `slender` is 3 J/H, and so k (k + 2) enters by its third: 1 or 5.
     """
-    (x, y), (px, py) = at, rod.reach
-    weight = 0.5 * THIRD[k] * (rod.slender / rod.mass) * strength
+    (x, y), (px, py) = at, bar.reach
+    weight = 0.5 * THIRD[k] * (bar.slender / bar.mass) * strength
     along = x * px + y * py
-    outward = weight * (rod.half * rod.half - (k + 4.0) * (along * along * inverse2))
+    outward = weight * (bar.half * bar.half - (k + 4.0) * (along * along * inverse2))
     inward = weight * (2.0 * along)
     return Load((outward * x + inward * px, outward * y + inward * py), 0.0, inward * (x * py - y * px))
 
@@ -192,10 +150,10 @@ class Flattening:
         """Acceleration of the frame."""
         return -3.0 * self.fifth * self.z[0], -3.0 * self.fifth * self.z[1]
 
-    def load(self, rod: Rod) -> Load:
+    def load(self, bar: SymbolicBar) -> Load:
         """Load on a bar."""
-        (zx, zy), (dx, dy), (px, py) = self.z, rod.offset, rod.reach
-        near = distance_ratio(self.z, self.r2, rod.offset)
+        (zx, zy), (dx, dy), (px, py) = self.z, bar.offset, bar.reach
+        near = distance_ratio(self.z, self.r2, bar.offset)
         y, square = near.y, near.square
         power = 3.0 * self.fifth * (square * square * y)
         change = 3.0 * self.fifth * near.complement * (1.0 + y + square * (1.0 + y + square))
@@ -205,9 +163,9 @@ class Flattening:
         at = zx + dx, zy + dy
         inverse2 = square / self.r2
         seventh = self.fifth * (square * square * y) * inverse2
-        torque = THIRD[3.0] * rod.slender * seventh * (at[0] * px + at[1] * py) * (at[1] * px - at[0] * py)
+        torque = THIRD[3.0] * bar.slender * seventh * (at[0] * px + at[1] * py) * (at[1] * px - at[0] * py)
         push = push + Load((0.0, 0.0), torque)
-        return push if self.model == "gradient" else push + second_moment_push(rod, at, seventh, inverse2, 3.0)
+        return push if self.model == "gradient" else push + second_moment_push(bar, at, seventh, inverse2, 3.0)
 
 
 @dataclass(frozen=True)
@@ -218,11 +176,11 @@ class Companion:
     """Acceleration of the chain's centre by the body less that of the central body"""
     attractor: Attractor
 
-    def load(self, rod: Rod, position: Pair) -> Load:
-        """Load on a bar at `place` from the central body."""
-        found = self.attractor.load(rod)
+    def load(self, bar: SymbolicBar) -> Load:
+        """Load on a bar."""
+        found = self.attractor.load(bar)
         whole = (self.frame[0] + found.push[0], self.frame[1] + found.push[1])
-        return Load(found.push, found.torque, cross(position, whole))
+        return Load(found.push, found.torque, cross(bar.position, whole))
 
 
 def companion(centre: Pair, body: Pair, distance2: Symbol, pull: Symbol, model: str) -> Companion:

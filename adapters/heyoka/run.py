@@ -11,11 +11,16 @@ import numpy as np
 from adapters.common.landing import landing_text
 from adapters.engine import EngineError
 from adapters.heyoka.compiled import Precision, function, observe, observer, value
-from adapters.heyoka.discrete_modes import Modes
-from adapters.heyoka.effects import impulse_size, thrust_segment
-from adapters.heyoka.integrator import integrator
-from adapters.heyoka.structure import LAW_PARAMETERS, Numbers, parameters_of, start_of, structure_of
-from adapters.heyoka.units import units_of
+from adapters.heyoka.events import Modes, integrator
+from adapters.heyoka.structure import (
+    Numbers,
+    impulse_size,
+    parameters_of,
+    start_of,
+    structure_of,
+    thrust_segment,
+    units_of,
+)
 from adapters.trajectory import ENDED, Trajectory
 
 MOST_MODE_CHANGES = 100_000  # in one segment
@@ -69,10 +74,10 @@ class HeyokaRun:
         self.parameters = parameters_of(scene, self.units, self.number)
         self.start = start_of(scene, self.units, self.number)
         self.solver = integrator(self.structure, precision, rtol)
-        self.events = self.solver.t_events if self.structure.lands or self.structure.effects.modes else []
+        self.events = self.solver.t_events if self.structure.lands or self.structure.modes else []
         self.modes = Modes(self.structure, precision)
         observer(self.structure, precision)
-        if self.structure.effects.impulses:
+        if self.structure.impulses:
             function(self.structure, precision, "jumps")
         self.times = np.array([self.scaled_time(float(t)) for t in times_s])
         self.segments = [self.segment(*marks) for marks in event_free_intervals(self.times, self.breaks)]
@@ -112,11 +117,11 @@ class HeyokaRun:
         found, middle = self.parameters.copy(), 0.5 * (begin + end)
         for k, p in enumerate(self.scene.effects.prescribed_rotation):
             if self.scaled_time(p.breaks_s[0]) < middle < self.scaled_time(p.breaks_s[1]):
-                found[self.structure.law_offset + LAW_PARAMETERS * k] = self.number(p.amplitude_rad / 16.0)
+                found[self.structure.slots[f"law_{k}_amplitude"]] = self.number(p.amplitude_rad / 16.0)
         for k, thrust in enumerate(self.scene.effects.thrust):
             line = thrust_segment(thrust, float(middle) * self.units.time_s, self.units, self.number)
             for what, number in zip(("size", "slope", "since"), line, strict=True):
-                found[self.structure.slot(f"thrust_{k}_{what}")] = number
+                found[self.structure.slots[f"thrust_{k}_{what}"]] = number
         return found
 
     def walk(self) -> None:
@@ -157,7 +162,7 @@ class HeyokaRun:
             return parameters
         given = parameters.copy()
         for k, impulse in impulses.items():
-            given[self.structure.slot(f"impulse_{k}_size")] = impulse_size(impulse, self.units, self.number)
+            given[self.structure.slots[f"impulse_{k}_size"]] = impulse_size(impulse, self.units, self.number)
         bars, jumps = self.structure.bars, function(self.structure, self.precision, "jumps")
         jump = value(jumps, self.solver.state, at, given)
         self.solver.state[2:4] += jump[:2]
@@ -231,7 +236,7 @@ class HeyokaRun:
             y[:, 4 + bars :] / units.time_s,
             (seen[:, :joints] * units.force).reshape(n, bars - 1, 2),
             torque_N_m=seen[:, joints:] * (units.force * units.length_m),
-            impulse_N_s=impulse if self.structure.effects.impulses else None,
+            impulse_N_s=impulse if self.structure.impulses else None,
             ended=landing_text(landed_s),
             info=info,
         )

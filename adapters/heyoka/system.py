@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from adapters.heyoka.applied_forces import BarKinematics
-from adapters.heyoka.equations import Symbol, SymbolicBar, chain_motion
-from adapters.heyoka.fields import Rod
-from adapters.heyoka.structure import LAW_PARAMETERS, BarParameter, Structure
-from adapters.heyoka.symbolic_loads import SymbolicLoads, SymbolicState
+from adapters.heyoka.bars import SymbolicBar, cross
+from adapters.heyoka.equations import chain_motion
+from adapters.heyoka.loads import SymbolicLoads, SymbolicState, end_force
+from adapters.heyoka.structure import IMPULSE, LAW
+
+if TYPE_CHECKING:
+    from adapters.heyoka.bars import Pair, Symbol
+    from adapters.heyoka.structure import Structure
 
 
 @dataclass(frozen=True)
@@ -30,7 +34,7 @@ class System:
     feet: list[Symbol]
     """For each bar: square of the distance of that line's nearest point from its centre, less (l/2)², by (l/2)²"""
     event_functions: list[Symbol]
-    """Event functions of the modes, in the order of `EffectShapes.modes`"""
+    """Event functions of the modes, in the order of `Structure.modes`"""
     sunward: Symbol
     """Z0·s; 0 where there is no shadow"""
     bars: list[SymbolicBar]
@@ -47,10 +51,10 @@ def system(structure: Structure) -> System:
     state = SymbolicState((zx, zy), (vx, vy), angle, rate, zx * zx + zy * zy)
     loads = SymbolicLoads(structure, state)
     bars = chain(structure, state, loads)
-    laws = [law_acceleration(structure.law_offset + LAW_PARAMETERS * k) for k in range(len(structure.laws))]
+    laws = [law_acceleration(structure, k) for k in range(len(structure.laws))]
     found = chain_motion(bars, structure, laws)
-    share = [parameter(structure, BarParameter.SHARE, j) for j in range(n)]
-    fall = [f + total(share, [b.tide[k] for b in bars]) for k, f in enumerate(loads.frame)]
+    share = structure.of_bars("share")
+    fall = [f + total(share, [b.load.push[k] for b in bars]) for k, f in enumerate(loads.frame)]
     observables = [x for pair in found.reaction for x in pair] + found.torque
     return System(
         state.variables,
@@ -77,11 +81,11 @@ def total(weights: list[Symbol], values: list[Symbol]) -> Symbol:
 
 
 def chain(structure: Structure, state: SymbolicState, loads: SymbolicLoads) -> list[SymbolicBar]:
-    """All bars of the chain."""
+    """All bars of the chain, with their loads."""
     import heyoka as hy
 
     n, (zx, zy), (vx, vy) = structure.bars, state.centre, state.velocity
-    half = [parameter(structure, BarParameter.HALF, j) for j in range(n)]
+    mass, half, *inertias = (structure.of_bars(x) for x in ("mass", "half", "inertia", "end_inertia", "slender"))
     along = [(hy.cos(q), hy.sin(q)) for q in state.angle]
     reach = [(h * c, h * s) for h, (c, s) in zip(half, along, strict=True)]
     dx, dy = (centre_offsets(structure, [p[k] for p in reach]) for k in (0, 1))
@@ -89,69 +93,49 @@ def chain(structure: Structure, state: SymbolicState, loads: SymbolicLoads) -> l
     wy = centre_offsets(structure, [w * p[0] for w, p in zip(state.rate, reach, strict=True)])
     bars = []
     for j in range(n):
-        mass, inertia, end_inertia, slender = (
-            parameter(structure, part, j)
-            for part in (BarParameter.MASS, BarParameter.INERTIA, BarParameter.END_INERTIA, BarParameter.SLENDER)
+        inertia, end_inertia, slender = (values[j] for values in inertias)
+        bar = SymbolicBar(
+            j,
+            mass[j],
+            inertia,
+            end_inertia,
+            half[j],
+            slender,
+            along[j],
+            reach[j],
+            state.rate[j],
+            offset=(dx[j], dy[j]),
+            position=(zx + dx[j], zy + dy[j]),
+            velocity=(vx + wx[j], vy + wy[j]),
         )
-        position, velocity = (zx + dx[j], zy + dy[j]), (vx + wx[j], vy + wy[j])
-        rod = Rod((dx[j], dy[j]), reach[j], mass, half[j], slender)
-        load = loads.load(
-            rod, BarKinematics(j, mass, along[j], rod.offset, position, velocity, reach[j], state.rate[j])
-        )
-        bars.append(
-            SymbolicBar(
-                mass,
-                inertia,
-                end_inertia,
-                reach[j],
-                state.rate[j],
-                load.push,
-                load.torque,
-                position,
-                velocity,
-                load.transverse_acceleration,
-            )
-        )
+        bars.append(dataclasses.replace(bar, load=loads.load(bar)))
     return bars
-
-
-def parameter(structure: Structure, part: BarParameter, bar: int) -> Symbol:
-    """Parameter of a bar."""
-    import heyoka as hy
-
-    return hy.par[structure.bar_slot(part, bar)]
 
 
 def centre_offsets(structure: Structure, reach: list[Symbol]) -> list[Symbol]:
     """Components of the bars' centres relative to the centre of mass; `reach` is from a centre to its right end."""
-    n = structure.bars
     from_first: list[Symbol] = [0.0]
     for one, other in itertools.pairwise(reach):
         from_first.append(from_first[-1] + (one + other))
-    mean = total([parameter(structure, BarParameter.SHARE, j) for j in range(n)], from_first)
+    mean = total(structure.of_bars("share"), from_first)
     return [x - mean for x in from_first]
 
 
-def law_acceleration(offset: int) -> Symbol:
-    """Second derivative of eq. (28); parameters: amplitude over 16 (zero while held), pi/t_m, start."""
+def law_acceleration(structure: Structure, k: int) -> Symbol:
+    """Second derivative of eq. (28) for law k."""
     import heyoka as hy
 
-    amplitude, w = hy.par[offset], hy.par[offset + 1]
-    x = w * (hy.time - hy.par[offset + 2])
+    amplitude, w, start = (structure.parameter(f"law_{k}_{x}") for x in LAW)
+    x = w * (hy.time - start)
     return 9.0 * amplitude * w * w * (hy.cos(x) - hy.cos(3.0 * x))
 
 
 def surface(structure: Structure, bars: list[SymbolicBar]) -> tuple[list[Symbol], list[Symbol], list[Symbol]]:
     """Event functions that fall through zero where a bar touches the surface, at an end or between its ends."""
-    import heyoka as hy
-
-    r2 = hy.par[1] * hy.par[1]
+    r2 = structure.parameter("surface") * structure.parameter("surface")
     (x, y), (px, py) = bars[0].position, bars[0].reach
     points = [(x - px, y - py)] + [(b.position[0] + b.reach[0], b.position[1] + b.reach[1]) for b in bars]
-    half2 = [
-        parameter(structure, BarParameter.HALF, j) * parameter(structure, BarParameter.HALF, j)
-        for j in range(len(bars))
-    ]
+    half2 = [half * half for half in structure.of_bars("half")]
     lines = [b.position[0] * b.across[0] + b.position[1] * b.across[1] for b in bars]
     feet = [b.position[0] * b.reach[0] + b.position[1] * b.reach[1] for b in bars]
     return (
@@ -159,3 +143,41 @@ def surface(structure: Structure, bars: list[SymbolicBar]) -> tuple[list[Symbol]
         [q * q - h2 * r2 for q, h2 in zip(lines, half2, strict=True)],
         [q * q - h2 * h2 for q, h2 in zip(feet, half2, strict=True)],
     )
+
+
+def jumps(structure: Structure, whole: System) -> list[Symbol]:
+    """Jumps of Z0' (2) and of theta' (N), and the impulsive reactions on bar j from bar j+1 (2 each).
+
+    They obey the equations of the articulated chain with impulses for forces, and jumps for accelerations: Newton's and
+    Euler's laws integrated over an instant. m (c - t) is the impulse of a bar's joints, with c the jump of its centre's
+    velocity and t the applied impulse over the mass; J times the jump of the rate is the moment of all impulses.
+    Quantities that stay finite drop out: rates, gravity, springs, air. A prescribed bar keeps the rate of its law: its
+    jump is 0 relative to inertial axes, and relative to the local horizontal it is the jump of its longitude's rate,
+    (Z x c)/r². The motor, or an external torque, provides the impulsive torque for that.
+    """
+    angle = whole.variables[4 : 4 + structure.bars]
+    impulses = [impulse(structure, j, bar, angle[j]) for j, bar in enumerate(whole.bars)]
+    bars = [with_impulse(bar, *applied_impulse) for bar, applied_impulse in zip(whole.bars, impulses, strict=True)]
+    found = chain_motion(bars, structure, [0.0] * len(structure.laws))
+    share = structure.of_bars("share")
+    track = [total(share, [b.load.push[k] for b in bars]) for k in (0, 1)]
+    return [as_symbol(x) for x in [*track, *found.turn, *(x for pair in found.reaction for x in pair)]]
+
+
+def impulse(structure: Structure, j: int, bar: SymbolicBar, angle: Symbol) -> tuple[Pair, Symbol]:
+    """Sum of the impulses on a bar, and their moment about its centre."""
+    x: Symbol = 0.0
+    y: Symbol = 0.0
+    moment: Symbol = 0.0
+    for k, shape in enumerate(structure.impulses):
+        if shape.bar == j:
+            direction, size = (structure.parameter(f"impulse_{k}_{x}") for x in IMPULSE)
+            applied_impulse = end_force(shape, direction, size, angle)
+            x, y = x + applied_impulse[0], y + applied_impulse[1]
+            moment = moment + shape.side * cross(bar.reach, applied_impulse)
+    return (x, y), moment
+
+
+def with_impulse(bar: SymbolicBar, applied_impulse: Pair, moment: Symbol) -> SymbolicBar:
+    """A bar with jumps for accelerations: no rates, and the impulse for gravity."""
+    return dataclasses.replace(bar, rate=0.0, velocity=(0.0, 0.0), load=bar.pushed(applied_impulse, moment))

@@ -35,7 +35,16 @@ import numpy as np
 from scipy.optimize import brentq
 
 from adapters.common.initial_state import initial_state
-from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, EngineError, Setting
+from adapters.engine import (
+    GRAVITY_MODELS,
+    PRESCRIBED_ROTATIONS,
+    AccuracyParameter,
+    AccuracySweep,
+    Coordinates,
+    Engine,
+    EngineError,
+    Setting,
+)
 from adapters.rebound.forces import attach, companion, forces
 from adapters.trajectory import Observable, Trajectory
 from reference_impl.model.gravity import perigee_m
@@ -146,11 +155,10 @@ class Rebound(Engine):
     coordinates = Coordinates.ABSOLUTE
     order = None
     sweep = AccuracySweep(AccuracyParameter.RTOL, (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12), default=1e-12)
-    effects = frozenset(
-        {f"gravity.{g}" for g in Gravity}
-        | {f"prescribed_rotation.{what}" for what in ("inertial", "local_horizontal", "external", "joint")}
-        | {"oblateness", "third_body", "joint_spring_damper", "thrust.inertial", "impulse"}
-    )
+    effects = frozenset({
+        *GRAVITY_MODELS, *PRESCRIBED_ROTATIONS, "oblateness", "third_body", "joint_spring_damper", "thrust.inertial",
+        "impulse",
+    })  # fmt: skip
     observables = frozenset({Observable.COM})
     unsupported_reasons: ClassVar[dict[str, str]] = {
         name: attitude_dependence([push]) for name, push in ATTITUDE_EFFECTS.items()

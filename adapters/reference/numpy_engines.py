@@ -10,10 +10,18 @@ import numpy as np
 
 from adapters.common.initial_state import chain_model, initial_state
 from adapters.common.landing import landing_text
-from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, EngineError, Setting
+from adapters.engine import (
+    GRAVITY_MODELS,
+    PRESCRIBED_ROTATIONS,
+    AccuracyParameter,
+    AccuracySweep,
+    Coordinates,
+    Engine,
+    EngineError,
+    Setting,
+)
 from adapters.trajectory import ENDED, Observable, Trajectory
 from reference_impl.integrate.roundings import ROUNDINGS
-from scenarios import Gravity
 
 if TYPE_CHECKING:
     from adapters.common.initial_state import InitialState
@@ -24,12 +32,10 @@ if TYPE_CHECKING:
     from reference_impl.model.chain import ChainModel
     from scenarios import Scene
 
-EVERYTHING = frozenset(
-    {f"gravity.{g}" for g in Gravity}
-    | {f"prescribed_rotation.{what}" for what in ("inertial", "local_horizontal", "external", "joint")}
-    | {"oblateness", "third_body", "drag", "solar_pressure", "solar_pressure.shadow", "joint_spring_damper"}
-    | {"thrust.body", "thrust.inertial", "impulse"}
-)
+EVERYTHING = frozenset({
+    *GRAVITY_MODELS, *PRESCRIBED_ROTATIONS, "oblateness", "third_body", "drag", "solar_pressure",
+    "solar_pressure.shadow", "joint_spring_damper", "thrust.body", "thrust.inertial", "impulse",
+})  # fmt: skip
 FEW_STEPS = 10.0  # largest component over the norm of step control, and interpolation between steps
 
 

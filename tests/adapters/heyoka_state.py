@@ -9,7 +9,7 @@ import heyoka as hy
 import numpy as np
 
 from adapters.heyoka.compiled import QUAD, Precision, symbols
-from adapters.heyoka.structure import PI, BarParameter, LawShape, Structure
+from adapters.heyoka.structure import PI, LawShape, Structure
 from reference_impl.model.complex_vectors import as_vectors, unit_along
 from reference_impl.model.kinematics import bar_centre_vectors
 from reference_impl.model.state import Accelerations, State
@@ -30,15 +30,15 @@ def parameters(model: ChainModel, t_s: float, precision: Precision) -> Array:
     number = precision.number
     mass, half, inertia = ([number(float(x)) for x in a] for a in (model.mass_kg, model.half_m, model.inertia_kg_m2))
     total = sum(mass[1:], mass[0])
-    parts = {
-        BarParameter.MASS: mass,
-        BarParameter.SHARE: [m / total for m in mass],
-        BarParameter.HALF: half,
-        BarParameter.INERTIA: inertia,
-        BarParameter.END_INERTIA: [j + m * h * h for j, m, h in zip(inertia, mass, half, strict=True)],
-        BarParameter.SLENDER: [number(3.0) * j / (h * h) for j, h in zip(inertia, half, strict=True)],
-    }
-    found = [number(model.mu_m3_s2), number(model.body_radius_m), *(x for part in BarParameter for x in parts[part])]
+    parts = (
+        mass,
+        [m / total for m in mass],
+        half,
+        inertia,
+        [j + m * h * h for j, m, h in zip(inertia, mass, half, strict=True)],
+        [number(3.0) * j / (h * h) for j, h in zip(inertia, half, strict=True)],
+    )  # in the order of `BAR`
+    found = [number(model.mu_m3_s2), number(model.body_radius_m), *(x for part in parts for x in part)]
     for p in model.prescriptions:
         turning = p.start_s < t_s < p.start_s + p.duration_s
         found += [number(p.amplitude_rad / 16.0 if turning else 0.0), number(PI) / number(p.duration_s)]

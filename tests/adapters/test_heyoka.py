@@ -12,8 +12,7 @@ from adapters.heyoka.adapter import Heyoka, HeyokaLong, HeyokaQuad
 from adapters.heyoka.compiled import DOUBLE, QUAD, symbols
 from adapters.heyoka.equations import backward_step
 from adapters.heyoka.run import HeyokaRun
-from adapters.heyoka.structure import structure_of
-from adapters.heyoka.units import units_of
+from adapters.heyoka.structure import structure_of, units_of
 from adapters.reference.numpy_engines import Reference
 from barchain.metrics.quantities import differences
 from barchain.runs.choices import choose_setting

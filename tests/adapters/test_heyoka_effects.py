@@ -17,10 +17,9 @@ from adapters.common.initial_state import chain_model, initial_state
 from adapters.engine import AccuracyParameter, Setting
 from adapters.heyoka.adapter import Heyoka, HeyokaQuad
 from adapters.heyoka.compiled import DOUBLE, QUAD
-from adapters.heyoka.discrete_modes import Modes
-from adapters.heyoka.effects import EffectShapes
+from adapters.heyoka.events import Modes
 from adapters.heyoka.run import HeyokaRun
-from adapters.heyoka.structure import structure_of
+from adapters.heyoka.structure import BAR, LAW, Structure, structure_of
 from adapters.reference.numpy_engines import Reference
 from reference_impl.model import invariants
 from reference_impl.model.kinematics import relative_positions, relative_velocities
@@ -261,7 +260,7 @@ def test_a_bar_edge_on_to_the_sun_at_the_start_shows_the_face_it_turns_to(rate, 
     scene = scene_of(Effects(Gravity.POINT, solar_pressure=on_edge), rate_factor=(rate,))
     run = HeyokaRun(scene, scene.times_s, precision, 1e-15)
     run.walk()
-    slot = run.structure.slot("light_face_0")
+    slot = run.structure.slots["light_face_0"]
     faces = np.concatenate([r.given[:, slot] for r in run.rows]).astype(float)
     # at t = 0 itself, where nothing pushes, the rounding of n·s may tell the other one
     np.testing.assert_array_equal(faces[1:], np.full(len(scene.times_s) - 1, -math.copysign(1.0, rate)))
@@ -271,12 +270,12 @@ def test_a_bar_edge_on_to_the_sun_at_the_start_shows_the_face_it_turns_to(rate, 
 @pytest.mark.parametrize("precision", [DOUBLE, QUAD])
 def test_where_it_is_exactly_edge_on_the_sign_a_moment_later_counts(rate, precision):
     begun = start(scene_of(Effects(Gravity.POINT, solar_pressure=LIGHT), rate_factor=(rate,)), precision)
-    number, slot = precision.number, begun.structure.slot
-    begun.state[4] = begun.parameters[slot("light_longitude")] = number(0.0)
+    number, slots = precision.number, begun.structure.slots
+    begun.state[4] = begun.parameters[slots["light_longitude"]] = number(0.0)
     modes = Modes(begun.structure, precision)
     assert modes.event_values(begun.state, number(0.0), begun.parameters)[0] == 0.0
     modes.set(begun.state, number(0.0), begun.parameters)
-    assert float(begun.parameters[slot("light_face_0")]) == -math.copysign(1.0, rate)
+    assert float(begun.parameters[slots["light_face_0"]]) == -math.copysign(1.0, rate)
 
 
 def test_a_thrusts_table_adds_its_integral_to_momentum_and_spin():
@@ -412,5 +411,6 @@ def test_a_scene_that_a_thrust_brings_down_ends_at_the_surface_as_the_references
 @pytest.mark.parametrize("name", [n for n in TAME if not n.startswith("effects/")])
 def test_a_scene_without_effects_has_no_symbol_nor_parameter_of_theirs(name):
     shape = structure_of(load_scene(name))
-    assert shape.effects == EffectShapes()
-    assert shape.effects.names == shape.effects.modes == ()
+    assert shape == Structure(shape.bars, shape.gravity, shape.laws, shape.lands)
+    assert len(shape.slots) == 2 + len(BAR) * shape.bars + len(LAW) * len(shape.laws)
+    assert shape.modes == ()

@@ -9,9 +9,8 @@ import mpmath as mp
 import numpy as np
 
 from adapters.heyoka.compiled import QUAD, Precision, function, observe, value
-from adapters.heyoka.discrete_modes import Modes
-from adapters.heyoka.structure import parameters_of, start_of, structure_of
-from adapters.heyoka.units import units_of
+from adapters.heyoka.events import Modes
+from adapters.heyoka.structure import parameters_of, start_of, structure_of, units_of
 from scenarios import Effects, Scene, load_scene
 
 
