@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import EntryPoint, PackageNotFoundError, entry_points, version
 from typing import TYPE_CHECKING
 
@@ -83,13 +83,9 @@ class Registration:
 
     def load(self) -> type[Engine]:
         """Import the class; of a command, make it of its entry."""
-        if self.entry:
-            from adapters.command.engine import command_class
-
-            made: type[Engine] = command_class(self.entry)
-            return made
-        module, _, name = self.target.partition(":")
-        found: type[Engine] = getattr(importlib.import_module(module), name)
+        path, _, name = self.target.partition(":")
+        module = importlib.import_module(path)
+        found: type[Engine] = module.command_class(self.entry) if self.entry else getattr(module, name)
         return found
 
     @property
@@ -132,94 +128,59 @@ class Registration:
             return "not installed"
 
 
-def _ours(module: str, name: str) -> Registration:
-    return Registration(f"adapters.{module}:{name}", ours=True)
-
-
-def _external(module: str, name: str, requires: str, *, in_default_set: bool = True) -> Registration:
-    install = f"pip install {requires}"
-    return Registration(f"adapters.{module}:{name}", requires, install=install, in_default_set=in_default_set)
-
-
-def _more(module: str, name: str, requires: str, imported: str = "") -> Registration:
-    """Registration of an engine that only studies select."""
-    install = "pip install '.[more-engines]'"
-    return Registration(f"adapters.{module}:{name}", requires, imported, install, in_default_set=False, optional=True)
-
-
-def _robotics(name: str, requires: str, imported: str) -> Registration:
-    """Registration of a robotics library with an extra and an adapter of its own name."""
-    target, install = f"adapters.{name.lower()}.adapter:{name}", f"pip install '.[{name.lower()}]'"
-    return Registration(target, requires, imported, install, in_default_set=False, optional=True)
-
-
-def _solver(module: str, name: str, requires: str, imported: str = "") -> Registration:
-    """Registration of a library's integrator on the compiled reference's equations."""
-    install = "pip install scipy" if requires == "scipy" else "pip install '.[more-engines]'"
-    return Registration(
-        f"adapters.{module}:{name}",
-        requires,
-        imported,
-        install,
-        ours=True,
-        in_default_set=False,
-        optional=True,
-        needs_kernel=True,
-    )
-
-
-def _certified(name: str, *, in_default_set: bool = True) -> Registration:
-    install = "pip install '.[certified]'"
-    return Registration(
-        f"adapters.heyoka.adapter:{name}",
-        "heyoka",
-        "",
-        install,
-        in_default_set=in_default_set,
-        optional=True,
-        compiles=True,
-    )
-
-
 KERNEL_REMEDY = "a C compiler, then `pip install --force-reinstall --no-deps .`"
 COMPILED, WIDE = "reference-fast", "reference-wide"
 """Names of the compiled reference, in double and in extended precision"""
 
+
+def _adapter(
+    module: str, name: str, requires: str = "", imported: str = "", *, extra: str = "", **flags: bool
+) -> Registration:
+    """Registration of one of barchain's own adapters; `extra` is the extra that installs `requires`."""
+    install = f"pip install '.[{extra}]'" if extra else f"pip install {requires}" if requires else ""
+    return Registration(f"adapters.{module}:{name}", requires, imported, install, optional=bool(extra), **flags)
+
+
+def _kernel(module: str, name: str, **flags: bool) -> Registration:
+    """Registration of a form of the reference in C."""
+    return Registration(f"adapters.{module}:{name}", ours=True, optional=True, needs_kernel=True, **flags)
+
+
+def _solver(name: str, requires: str, imported: str = "", install: str = "") -> Registration:
+    """Registration of a library's integrator on the compiled reference's equations, which only studies select."""
+    made = _kernel("ode_solvers.adapter", name, in_default_set=False)
+    return replace(made, requires=requires, module=imported, install=install)
+
+
+MORE = "more-engines"
 ENGINES: dict[str, Registration] = {
-    "reference": _ours("reference.numpy_engines", "Reference"),
-    "reference-fast": Registration(
-        "adapters.reference.compiled_engine:ReferenceFast",
-        ours=True,
-        optional=True,
-        needs_kernel=True,
+    "reference": _adapter("reference.numpy_engines", "Reference", ours=True),
+    "reference-fast": _kernel("reference.compiled_engine", "ReferenceFast"),
+    "reference-wide": _kernel("reference.compiled_engine", "ReferenceWide", in_default_set=False),
+    "reference-absolute": _adapter("reference.numpy_engines", "ReferenceAbsolute", ours=True),
+    "exudyn": _adapter("exudyn.adapter", "Exudyn", "exudyn"),
+    "exudyn-index3": _adapter("exudyn.adapter", "ExudynIndex3", "exudyn"),
+    "exudyn-absolute": _adapter("exudyn.adapter", "ExudynAbsolute", "exudyn"),
+    "exudyn-absolute-index3": _adapter("exudyn.adapter", "ExudynAbsoluteIndex3", "exudyn", in_default_set=False),
+    "exudyn-tree": _adapter("exudyn.adapter", "ExudynTree", "exudyn"),
+    "rebound": _adapter("rebound.adapter", "Rebound", "rebound"),
+    "pymunk": _adapter("pymunk.adapter", "Pymunk", "pymunk"),
+    "pymunk-absolute": _adapter("pymunk.adapter", "PymunkAbsolute", "pymunk"),
+    "heyoka": _adapter("heyoka.adapter", "Heyoka", "heyoka", extra="certified", compiles=True),
+    "heyoka-long": _adapter(
+        "heyoka.adapter", "HeyokaLong", "heyoka", extra="certified", compiles=True, in_default_set=False
     ),
-    "reference-wide": Registration(
-        "adapters.reference.compiled_engine:ReferenceWide",
-        ours=True,
-        in_default_set=False,
-        optional=True,
-        needs_kernel=True,
+    "heyoka-quad": _adapter(
+        "heyoka.adapter", "HeyokaQuad", "heyoka", extra="certified", compiles=True, in_default_set=False
     ),
-    "reference-absolute": _ours("reference.numpy_engines", "ReferenceAbsolute"),
-    "exudyn": _external("exudyn.adapter", "Exudyn", "exudyn"),
-    "exudyn-index3": _external("exudyn.adapter", "ExudynIndex3", "exudyn"),
-    "exudyn-absolute": _external("exudyn.adapter", "ExudynAbsolute", "exudyn"),
-    "exudyn-absolute-index3": _external("exudyn.adapter", "ExudynAbsoluteIndex3", "exudyn", in_default_set=False),
-    "exudyn-tree": _external("exudyn.adapter", "ExudynTree", "exudyn"),
-    "rebound": _external("rebound.adapter", "Rebound", "rebound"),
-    "pymunk": _external("pymunk.adapter", "Pymunk", "pymunk"),
-    "pymunk-absolute": _external("pymunk.adapter", "PymunkAbsolute", "pymunk"),
-    "heyoka": _certified("Heyoka"),
-    "heyoka-long": _certified("HeyokaLong", in_default_set=False),
-    "heyoka-quad": _certified("HeyokaQuad", in_default_set=False),
-    "scipy-dop853": _solver("ode_solvers.scipy_engines", "ScipyDop853", "scipy"),
-    "scipy-radau": _solver("ode_solvers.scipy_engines", "ScipyRadau", "scipy"),
-    "cvode-adams": _solver("ode_solvers.cvode_engines", "CvodeAdams", "scikit-sundae", "sksundae"),
-    "cvode-bdf": _solver("ode_solvers.cvode_engines", "CvodeBdf", "scikit-sundae", "sksundae"),
-    "mujoco": _more("mujoco.adapter", "Mujoco", "mujoco"),
-    "pinocchio": _more("pinocchio.adapter", "Pinocchio", "pin", "pinocchio"),
-    "drake": _robotics("Drake", "drake", "pydrake"),
-    "dart": _robotics("Dart", "dartpy", "dartpy"),
+    "scipy-dop853": _solver("ScipyDop853", "scipy", install="pip install scipy"),
+    "scipy-radau": _solver("ScipyRadau", "scipy", install="pip install scipy"),
+    "cvode-adams": _solver("CvodeAdams", "scikit-sundae", "sksundae", f"pip install '.[{MORE}]'"),
+    "cvode-bdf": _solver("CvodeBdf", "scikit-sundae", "sksundae", f"pip install '.[{MORE}]'"),
+    "mujoco": _adapter("mujoco.adapter", "Mujoco", "mujoco", extra=MORE, in_default_set=False),
+    "pinocchio": _adapter("pinocchio.adapter", "Pinocchio", "pin", "pinocchio", extra=MORE, in_default_set=False),
+    "drake": _adapter("drake.adapter", "Drake", "drake", "pydrake", extra="drake", in_default_set=False),
+    "dart": _adapter("dart.adapter", "Dart", "dartpy", "dartpy", extra="dart", in_default_set=False),
 }
 
 

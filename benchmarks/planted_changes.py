@@ -132,7 +132,7 @@ SOURCES = [
     *stepped("pymunk", "adapter", "Pymunk"),
     *tolerant("heyoka", "adapter", "Heyoka", 100.0),
     *tolerant("pinocchio", "adapter", "Pinocchio"),
-    wrapped("tolerance times 3", "ode_solvers", "scipy_engines", "ScipyDop853", "worse", factor=3.0),
+    wrapped("tolerance times 3", "ode_solvers", "adapter", "ScipyDop853", "worse", factor=3.0),
     wrapped("angles a sample late", "rebound", "adapter", "Rebound", "worse",
             change="found = dataclasses.replace(found, com_m=np.vstack([found.com_m[:1], found.com_m[:-1]]))"),
     wrapped("last bit of the angles", "mujoco", "adapter", "Mujoco", "quiet", change=LAST_BIT),

@@ -21,11 +21,15 @@ from adapters.bar_loads.gravity import MovingLoads
 from adapters.bar_loads.interface import FrameState, bars_of
 from adapters.common.accuracy_scales import accuracy_scales
 from adapters.common.initial_state import initial_state
-from adapters.common.joint_coordinates import angles, from_joint_coordinates, positions, to_joint_coordinates
-from adapters.common.joint_forces import reaction_from_wrench
+from adapters.common.joint_coordinates import (
+    angles,
+    from_joint_coordinates,
+    positions,
+    reaction_from_wrench,
+    to_joint_coordinates,
+)
 from adapters.common.landing import landing_text, least_height_m
-from adapters.common.scipy_solver import RTOL_FLOOR, ScipySolver
-from adapters.common.solver_driver import Problem, drive
+from adapters.common.solver_driver import RTOL_FLOOR, Problem, ScipySolver, drive
 from adapters.engine import (
     PRESCRIBED_ROTATIONS,
     AccuracyParameter,

@@ -16,7 +16,7 @@ import numpy as np
 from adapters.bar_loads.forces import impulse_jumps
 from adapters.bar_loads.interface import FrameState, bars_of
 from adapters.bar_loads.joint_tree import tree_rates
-from adapters.common.joint_forces import reaction_from_wrench
+from adapters.common.joint_coordinates import reaction_from_wrench
 from adapters.engine import EngineError, UnsupportedMotionError
 
 if TYPE_CHECKING:

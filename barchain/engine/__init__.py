@@ -38,10 +38,15 @@ from adapters.common.accuracy_scales import AccuracyScales, accuracy_scales
 from adapters.common.equal_steps import step_s, steps_between_samples
 from adapters.common.face_reversal import unsupported_motion as face_reversal
 from adapters.common.initial_state import InitialState, initial_state
-from adapters.common.joint_coordinates import BarsInFrame, from_joint_coordinates, to_joint_coordinates
+from adapters.common.joint_coordinates import (
+    BarsInFrame,
+    from_joint_coordinates,
+    reaction_from_wrench,
+    reactions_from_motion,
+    to_joint_coordinates,
+)
 from adapters.common.joint_coordinates import accelerations as bar_accelerations
 from adapters.common.joint_coordinates import angles as bar_angles
-from adapters.common.joint_forces import reaction_from_wrench, reactions_from_motion
 from adapters.common.kepler import propagate as kepler_orbit
 from adapters.common.landing import landing_text, least_height_m
 from adapters.common.step_alignment import events_by_step, misalignment

@@ -297,8 +297,8 @@ class CompiledRates(MinimalCoordinates):
         """Prepare rates of `chain`, with vectors like `y0`; `order` maps the NumPy reference's order to them."""
         super().__init__(model)
         self.chain, self.work, self.order = chain, work, order
-        self.y, self.rates = np.zeros_like(y0), np.zeros_like(y0)
-        self.evaluation = Evaluation(self.y, self.rates, chain, work)
+        self.y, self.slopes = np.zeros_like(y0), np.zeros_like(y0)
+        self.evaluation = Evaluation(self.y, self.slopes, chain, work)
 
     def rhs(self, t_s: float, y: Array) -> Array:
         """Time derivative of a vector in the NumPy reference's order.
@@ -312,7 +312,7 @@ class CompiledRates(MinimalCoordinates):
         set_modes(self.chain, self.modes or (modes_at(self, t_s, y) if self.model.effects else None))
         if not self.evaluation(t_s):
             raise np.linalg.LinAlgError(NOT_POSITIVE_DEFINITE)
-        rates: Array = self.rates[self.order]
+        rates: Array = self.slopes[self.order]
         return rates
 
 

@@ -7,15 +7,12 @@ import numpy as np
 import pytest
 from scipy.integrate import DOP853
 
-import adapters.common.scipy_solver as scipy_module
+import adapters.common.solver_driver as scipy_module
 from adapters.common.face_reversal import incidences
 from adapters.common.initial_state import chain_model, initial_state
-from adapters.common.scipy_solver import RTOL_FLOOR, ScipySolver
-from adapters.common.solver_driver import Problem, drive
+from adapters.common.solver_driver import RTOL_FLOOR, Problem, ScipySolver, drive
 from adapters.engine import AccuracyParameter, EngineError, Setting
-from adapters.ode_solvers.cvode_engines import CvodeAdams, CvodeBdf
-from adapters.ode_solvers.engine import ATOL_SHARE, compiled_order
-from adapters.ode_solvers.scipy_engines import ScipyDop853, ScipyRadau
+from adapters.ode_solvers.adapter import ATOL_SHARE, CvodeAdams, CvodeBdf, ScipyDop853, ScipyRadau, compiled_order
 from adapters.registry import ENGINES
 from reference_impl.integrate.simulate import Simulation
 from scenarios import load_scene
@@ -152,7 +149,7 @@ def test_a_success_that_a_solver_claims_for_a_state_that_is_not_finite_is_an_err
 
 def test_cvodes_failure_is_an_error(monkeypatch, capfd):
     pytest.importorskip("sksundae")
-    monkeypatch.setattr("adapters.ode_solvers.cvode_engines.MOST_STEPS", 3)
+    monkeypatch.setattr("adapters.ode_solvers.adapter.MOST_STEPS", 3)
     with pytest.raises(EngineError, match="CVODE, Adams: CVode failed: CV_TOO_MUCH_WORK"):
         CvodeAdams().run(steep(), Setting(AccuracyParameter.RTOL, 1e-8))
     capfd.readouterr()
@@ -217,25 +214,24 @@ def test_they_are_the_reference_in_another_hand_and_no_check_on_it():
 @pytest.fixture(scope="module")
 def compiled():
     skip_without_kernel()
-    from adapters.ode_solvers import compiled_callbacks, compiled_rates
+    from adapters.ode_solvers import compiled
 
-    return compiled_callbacks, compiled_rates
+    return compiled
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_compiled_rates_and_height_are_those_in_numpy(compiled, seed):
-    callbacks, rates = compiled
     scene = generic(seed)
     model, start = chain_model(scene), initial_state(scene)
     own = Simulation(model, start.com_m, start.com_velocity_m_s, start.angle_rad, start.rate_rad_s, rtol=1e-9)
-    function = rates.RatesFunction(model)
+    function = compiled.RatesFunction(model)
     y = compiled_order(function, own.y0)
-    expected, found = own.coordinates.rhs(0.0, own.y0), function.rates(0.0, y)[function.order]
+    expected, found = own.coordinates.rhs(0.0, own.y0), function.rates_at(0.0, y)[function.order]
     n = scene.bars
     for block in np.split(np.arange(4 + 2 * n), [2, 4, 4 + n]):  # each in its own unit
         # two walks of some tens of operations, amplified by the joint system's condition (below 1e3 here)
         assert np.abs(found[block] - expected[block]).max() <= 1e3 * EPS * np.abs(expected[block]).max()
-    assert callbacks.CompiledFunctions(function).height_m(y) == pytest.approx(
+    assert compiled.CompiledFunctions(function).height_m(y) == pytest.approx(
         own.height(own.y0), abs=4 * np.spacing(scene.radius0_m)
     )
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from adapters.common.equal_steps import finer_setting, steps_between_samples
 from adapters.engine import AccuracyParameter, Setting
-from adapters.ode_solvers.scipy_engines import ScipyEngine
+from adapters.ode_solvers.adapter import ScipyEngine
 from adapters.registry import COMPILED, ENGINES, engines, find_engine
 from barchain.runs.asking import engine_class
 from barchain.runs.executors import ALL_CORES

@@ -1,30 +1,28 @@
-"""Common part of the engines that step the reference's right-hand side with a library's solver.
-
-They show the cost and the errors of a general solver. They are no check of the physics, which is the reference's own.
-"""
+"""Engines that step the reference's right-hand side with a library's solver: SciPy's, and CVODE by its C interface."""
 
 from __future__ import annotations
 
 import dataclasses
 from abc import abstractmethod
-from typing import TYPE_CHECKING, ClassVar
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, final
 
-from adapters.common.solver_driver import Problem, Solver, drive
-from adapters.engine import Coordinates
+from adapters.common.solver_driver import Method, Problem, ScipySolver, SolvedSegment, Solver, drive
+from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, EngineError
 from adapters.reference.numpy_engines import EVERYTHING, ReferenceEngine
 from reference_impl.integrate.discrete_modes import DiscreteModes
 from reference_impl.integrate.simulate import Simulation
 
 if TYPE_CHECKING:
     from adapters.common.initial_state import InitialState
-    from adapters.ode_solvers.compiled_callbacks import CompiledFunctions
-    from adapters.ode_solvers.compiled_rates import RatesFunction
+    from adapters.ode_solvers.compiled import CompiledFunctions, RatesFunction
     from adapters.trajectory import Trajectory
     from reference_impl.integrate.simulate import History
     from reference_impl.integrate.stepper import Integration
     from reference_impl.model.arrays import Array
     from reference_impl.model.chain import ChainModel
 
+MOST_STEPS = 10_000_000  # between two samples; CVODE's default of 500 is too small for long intervals
 ATOL_SHARE = 1e-3
 """Absolute tolerance relative to `rtol`. A typical user gives one number for metres, radians and their rates.
 SciPy's defaults are 1e-3 and 1e-6, and that ratio suits the smallest of these, rates of 1e-3 rad/s in orbit."""
@@ -37,14 +35,13 @@ class SolverRun:
 
     def __init__(self, simulation: Simulation, solver: Solver) -> None:
         """Load the compiled rates."""
-        from adapters.ode_solvers.compiled_callbacks import CompiledFunctions
-        from adapters.ode_solvers.compiled_rates import RatesFunction
+        from adapters.ode_solvers.compiled import CompiledFunctions, RatesFunction
 
         self.simulation, self.solver = simulation, solver
         self.function = RatesFunction(simulation.model)
         self.c_functions = CompiledFunctions(self.function)
         y0 = compiled_order(self.function, simulation.y0)
-        self.problem = Problem(self.function.rates, y0, self.c_functions.height_m)
+        self.problem = Problem(self.function.rates_at, y0, self.c_functions.height_m)
 
     def integrate(self, t_s: Array) -> Integration:
         """Integrate over the samples, `t_s` (n,)."""
@@ -71,7 +68,7 @@ class SolverRun:
         return self.simulation.history(result, condition=condition)
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclass(frozen=True)
 class CompiledRestart:
     """Change of a compiled state, and of the modes of its rates, at an event of time or of the state."""
 
@@ -134,3 +131,100 @@ class SolverEngine(ReferenceEngine):
         """Observables at the samples, and the number of Jacobians."""
         seen = super().read()
         return dataclasses.replace(seen, info=seen.info | {"jacobians": self.prepared.jacobians})
+
+
+class ScipyEngine(SolverEngine):
+    """Common part of all methods of `solve_ivp`."""
+
+    method: ClassVar[Method]
+
+    def solver(self, rtol: float, atol: float) -> ScipySolver:
+        """`solve_ivp` with this method."""
+        return ScipySolver(self.method, rtol, atol)
+
+
+@final
+class ScipyDop853(ScipyEngine):
+    """The method of highest order in `solve_ivp`."""
+
+    title = "SciPy's DOP853 on the compiled reference's equations"
+    method = "DOP853"
+
+
+@final
+class ScipyRadau(ScipyEngine):
+    """Implicit, for stiff problems; the free chain is not stiff."""
+
+    title = "SciPy's Radau on the compiled reference's equations"
+    method = "Radau"
+    sweep = AccuracySweep(AccuracyParameter.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10), default=1e-7)
+
+
+@dataclass(frozen=True)
+class CvodeSolver:
+    """One linear multistep method of CVODE at one pair of tolerances."""
+
+    stiff: bool
+    """Backward differences with Newton's method, else Adams with fixed-point iteration, as SUNDIALS advises"""
+    rtol: float
+    atol: float
+    locates_events: ClassVar[bool] = False
+
+    def solve(self, problem: Problem, start_s: float, instants_s: Array, y: Array) -> SolvedSegment:
+        """Integrate from state `y` at `start_s` through `instants_s`, with output at each.
+
+        Raises
+        ------
+        EngineError
+            If CVODE reports a failure.
+        """
+        from adapters.ode_solvers.sundials import ADAMS, BDF, Cvode, PythonFunctions
+
+        functions = problem.compiled or PythonFunctions(problem)
+        run = Cvode(BDF if self.stiff else ADAMS, functions, y, start_s)
+        try:
+            run.set_tolerances(self.rtol, self.atol, MOST_STEPS)
+            if self.stiff:
+                run.solve_by_newton()
+            else:
+                run.solve_by_iteration()
+            run.stop_at_surface()
+            found = run.run(instants_s)
+        except EngineError as error:
+            raise EngineError(f"CVODE, {'BDF' if self.stiff else 'Adams'}: {error}") from error
+        finally:
+            run.close()
+            evaluations, event_calls = functions.counts()
+            problem.evaluations += evaluations
+            problem.event_calls += event_calls
+        return SolvedSegment(found.y, found.stopped_s, found.steps, found.jacobians)
+
+
+class CvodeMethod(SolverEngine):
+    """Common part of both methods."""
+
+    stiff: ClassVar[bool] = False
+    step_constant = 5.0  # multistep estimates are differences of earlier steps; up to 2.3 was measured
+    sweep = AccuracySweep(
+        AccuracyParameter.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12), default=1e-10
+    )
+
+    def solver(self, rtol: float, atol: float) -> CvodeSolver:
+        """CVODE with this method."""
+        return CvodeSolver(self.stiff, rtol, atol)
+
+
+@final
+class CvodeAdams(CvodeMethod):
+    """Adams-Moulton, orders 1 to 12: for problems that are not stiff."""
+
+    title = "CVODE (SUNDIALS), Adams, on the compiled reference's equations"
+
+
+@final
+class CvodeBdf(CvodeMethod):
+    """Backward differences, orders 1 to 5: for stiff problems."""
+
+    title = "CVODE (SUNDIALS), BDF, on the compiled reference's equations"
+    stiff = True
+    sweep = AccuracySweep(AccuracyParameter.RTOL, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11), default=1e-9)
