@@ -21,6 +21,15 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 """Array of double precision"""
+NUMBERED = {
+    "angle_rad": ("angle_{}_rad",),
+    "rate_rad_s": ("rate_{}_rad_s",),
+    "position_m": ("position_{}_x_m", "position_{}_y_m"),
+    "reaction_N": ("reaction_{}_x_N", "reaction_{}_y_N"),
+    "impulse_N_s": ("impulse_{}_x_N_s", "impulse_{}_y_N_s"),
+    "gap_m": ("gap_{}_m",),
+}
+"""Columns of each array that has one for each bar or joint, by their number"""
 ENDED = "ended_s"
 """Key in `info` of the instant at which the run ended, s; set by engines that locate the instant, and then judged"""
 
@@ -212,20 +221,12 @@ def to_frame(trajectory: Trajectory) -> pd.DataFrame:
         "com_vx_m_s": trajectory.com_velocity_m_s[:, 0],
         "com_vy_m_s": trajectory.com_velocity_m_s[:, 1],
     }
-    for pattern, values in (("angle_{}_rad", trajectory.angle_rad), ("rate_{}_rad_s", trajectory.rate_rad_s)):
+    for name, patterns in NUMBERED.items():
+        values = getattr(trajectory, name)
         if values is not None:
-            columns |= {pattern.format(j + 1): values[:, j] for j in range(values.shape[1])}
-    for name, unit, vectors in (
-        ("position", "m", trajectory.position_m),
-        ("reaction", "N", trajectory.reaction_N),
-        ("impulse", "N_s", trajectory.impulse_N_s),
-    ):
-        if vectors is not None:
-            for j in range(vectors.shape[1]):
-                columns[f"{name}_{j + 1}_x_{unit}"] = vectors[:, j, 0]
-                columns[f"{name}_{j + 1}_y_{unit}"] = vectors[:, j, 1]
-    if trajectory.gap_m is not None:
-        columns |= {f"gap_{j + 1}_m": trajectory.gap_m[:, j] for j in range(trajectory.gap_m.shape[1])}
+            for j in range(values.shape[1]):
+                parts = values[:, j].T if len(patterns) > 1 else [values[:, j]]
+                columns |= {pattern.format(j + 1): part for pattern, part in zip(patterns, parts, strict=True)}
     if trajectory.torque_N_m is not None:
         count = trajectory.torque_N_m.shape[1]
         known = len(trajectory.torque_bars) == count
@@ -245,16 +246,16 @@ def from_frame(frame: pd.DataFrame, *, ended: str = "") -> Trajectory:
     0.7 they were named by the number of the prescribed rotation alone, ``torque_p_N_m``.
     """
 
-    def numbered(pattern: str) -> Array | None:
-        found = {int(m[1]): c for c in frame.columns if (m := re.fullmatch(pattern, c))}
-        return frame[[found[j] for j in sorted(found)]].to_numpy(float) if found else None
-
     def pair(x: str, y: str) -> Array:
         return frame[[x, y]].to_numpy(float)
 
-    def vectors(name: str, unit: str) -> Array | None:
-        x, y = numbered(rf"{name}_(\d+)_x_{unit}"), numbered(rf"{name}_(\d+)_y_{unit}")
-        return None if x is None or y is None else np.stack([x, y], axis=-1)
+    def numbered(name: str) -> Array | None:
+        patterns = [re.compile(pattern.format(r"(\d+)")) for pattern in NUMBERED[name]]
+        found = [{int(m[1]): c for c in frame.columns if (m := pattern.fullmatch(c))} for pattern in patterns]
+        if not all(found):
+            return None
+        arrays = [frame[[columns[j] for j in sorted(columns)]].to_numpy(float) for columns in found]
+        return np.stack(arrays, axis=-1) if len(arrays) > 1 else arrays[0]
 
     def or_empty(values: Array | None, *shape: int) -> Array | None:
         single_bar = "angle_1_rad" in frame and "angle_2_rad" not in frame
@@ -265,15 +266,15 @@ def from_frame(frame: pd.DataFrame, *, ended: str = "") -> Trajectory:
         t_s=frame["t_s"].to_numpy(float),
         com_m=pair("com_x_m", "com_y_m"),
         com_velocity_m_s=pair("com_vx_m_s", "com_vy_m_s"),
-        angle_rad=numbered(r"angle_(\d+)_rad"),
-        rate_rad_s=numbered(r"rate_(\d+)_rad_s"),
-        reaction_N=or_empty(vectors("reaction", "N"), 2),
-        gap_m=or_empty(numbered(r"gap_(\d+)_m")),
+        angle_rad=numbered("angle_rad"),
+        rate_rad_s=numbered("rate_rad_s"),
+        reaction_N=or_empty(numbered("reaction_N"), 2),
+        gap_m=or_empty(numbered("gap_m")),
         torque_N_m=frame[list(torques)].to_numpy(float) if torques else None,
         torque_bars=tuple(int(m[2]) for m in torques.values() if m[1] == "bar_"),
-        impulse_N_s=vectors("impulse", "N_s"),
+        impulse_N_s=numbered("impulse_N_s"),
         com_residual_m=frame["com_residual_m"].to_numpy(float) if "com_residual_m" in frame else None,
-        position_m=vectors("position", "m"),
+        position_m=numbered("position_m"),
         condition=frame["condition"].to_numpy(float) if "condition" in frame else None,
         ended=ended,
     )

@@ -56,16 +56,21 @@ def symbols(structure: Structure) -> System:
     return system(structure)
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=4 * KEPT)
 def function(structure: Structure, precision: Precision, what: str) -> Any:
-    """Function of the state: ``rates``, ``event_functions`` (Z0·s last), or the ``jumps`` of impulses."""
+    """Function of the state; None where it has no value.
+
+    `what` is ``rates``, ``event_functions`` (Z0·s last), ``observables`` (reactions and torques), or the ``jumps`` of
+    impulses.
+    """
     import heyoka as hy
 
     found = symbols(structure)
-    if what == "jumps":
-        wanted = jumps(structure, found)
-    else:
-        wanted = found.rates if what == "rates" else [*found.event_functions, found.sunward]
+    wanted = jumps(structure, found) if what == "jumps" else getattr(found, what)
+    if what == "event_functions":
+        wanted = [*wanted, found.sunward]
+    if not wanted:
+        return None
     return hy.cfunc(wanted, vars=found.variables, fp_type=precision.type, compact_mode=True)
 
 
@@ -77,23 +82,12 @@ def value(function: Any, state: Numbers, at: Any, parameters: Numbers) -> Any:
     return function(state, **given)
 
 
-@lru_cache(maxsize=KEPT)
-def observer(structure: Structure, precision: Precision) -> Any:
-    """Function of the state: reactions and torques; None where there are none."""
-    import heyoka as hy
-
-    found = symbols(structure)
-    if not found.observables:
-        return None
-    return hy.cfunc(found.observables, vars=found.variables, fp_type=precision.type, compact_mode=True)
-
-
 def observe(structure: Structure, precision: Precision, states: Numbers, times: Numbers, parameters: Numbers) -> Any:
     """Observables (n, k) of states (n, size) at `times` (n,), with parameters (n, m), in the working precision."""
-    function = observer(structure, precision)
-    if function is None:
+    observables = function(structure, precision, "observables")
+    if observables is None:
         return np.zeros((len(states), 0))
-    given = {"pars": np.ascontiguousarray(parameters[:, : function.nparams].T)} if function.nparams else {}
-    if function.is_time_dependent:
+    given = {"pars": np.ascontiguousarray(parameters[:, : observables.nparams].T)} if observables.nparams else {}
+    if observables.is_time_dependent:
         given["time"] = np.ascontiguousarray(times)
-    return function(np.ascontiguousarray(states.T), **given).T
+    return observables(np.ascontiguousarray(states.T), **given).T

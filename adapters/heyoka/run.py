@@ -10,7 +10,7 @@ import numpy as np
 
 from adapters.common.landing import landing_text
 from adapters.engine import EngineError
-from adapters.heyoka.compiled import Precision, function, observe, observer, value
+from adapters.heyoka.compiled import Precision, function, observe, value
 from adapters.heyoka.events import Modes, integrator
 from adapters.heyoka.structure import (
     Numbers,
@@ -76,7 +76,7 @@ class HeyokaRun:
         self.solver = integrator(self.structure, precision, rtol)
         self.events = self.solver.t_events if self.structure.lands or self.structure.modes else []
         self.modes = Modes(self.structure, precision)
-        observer(self.structure, precision)
+        function(self.structure, precision, "observables")
         if self.structure.impulses:
             function(self.structure, precision, "jumps")
         self.times = np.array([self.scaled_time(float(t)) for t in times_s])

@@ -1,11 +1,8 @@
 """REBOUND adapter: the orbit of the centre of mass, as one particle about a point mass.
 
-REBOUND has particles and no bars, so that the centre of mass is the only observable. A chain's centre of mass moves
-like a particle only up to O((L/r)²) of gravity, with L the chain's length. This difference of the models is no error of
-either. It grows as L², and a comparison has to allow for it (12 pi r (l/r)² in an orbit for five bars of length l along
-the horizontal). Torques, joint motors, springs in the joints and the bars' second moments move the centre of mass
-through that term only, so that their scenes are supported. Forces that depend on the bars' attitude move it directly,
-and a particle has no attitude: their scenes are not supported.
+A chain's centre of mass moves like a particle only up to O((L/r)²) of gravity, with L the chain's length: a comparison
+has to allow for it (12 pi r (l/r)² in an orbit for five bars of length l along the horizontal). Torques, joint motors,
+springs in the joints and the bars' second moments move the centre of mass through that term only.
 
 The accuracy parameter is `rtol`. Up to LOOSEST_IAS15 it sets IAS15's epsilon; above that value WHFast runs at a fixed
 step, at less cost. For a single particle WHFast's drift along Kepler's orbit is the whole motion. WHFast is therefore
@@ -20,8 +17,6 @@ the next segment restarts from the end of the previous one.
 A single third body is a massive particle: it and the central body move about their centre of mass, and the particle's
 position is relative to the central body. Several third bodies are on their circles, in the callback of oblateness and
 thrusts.
-
-REBOUND is GPL-3: only this package imports it, when a scene is built.
 """
 
 from __future__ import annotations

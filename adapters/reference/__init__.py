@@ -14,3 +14,8 @@ Requirement: the kernel in C, for `reference-fast` alone, which the installation
 
 Trap: these engines share their equations with the reference solution, and so are no independent check of the physics.
 """
+
+WIDE_UNTIL = "wide_until_s"
+"""Key in `info` of the last instant of extended precision, s"""
+CLOSE_START_RAD = 1e-16
+"""Shift of the start below double precision: a thousand roundings of an angle of the wide type"""

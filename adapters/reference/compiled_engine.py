@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, ClassVar, final
 import numpy as np
 
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Setting
+from adapters.reference import CLOSE_START_RAD, WIDE_UNTIL
 from adapters.reference.numpy_engines import ReferenceEngine
 from reference_impl.integrate.stiffness import SUSPECTED_RAD
 
@@ -19,10 +20,6 @@ if TYPE_CHECKING:
 
 DOUBLE_RTOL, DOUBLE_CHECK_RTOL = 1e-13, 1e-12
 """Tolerances of a judging run where it is one of double precision, the tightest and a looser one"""
-WIDE_UNTIL = "wide_until_s"
-"""Key in `info` of the last instant of extended precision, s"""
-CLOSE_START_RAD = 1e-16
-"""Shift of the start below double precision: a thousand roundings of an angle of the wide type"""
 APART_RAD, PARTED_RAD = 1e-10, 0.1
 WORTHLESS_AFTER = 2.0
 """Times the time in which 1e-10 rad grow to 0.1 rad, nine decades: an error of 1e-18 rad has grown as far by then where

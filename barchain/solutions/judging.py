@@ -16,8 +16,7 @@ import numpy as np
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.heyoka import CLOSE_START, CLOSE_START_RAD
-from adapters.reference.compiled_engine import CLOSE_START_RAD as WIDE_CLOSE_START_RAD
-from adapters.reference.compiled_engine import ReferenceWide
+from adapters.reference import CLOSE_START_RAD as WIDE_CLOSE_START_RAD
 from adapters.registry import COMPILED, ENGINES, WIDE
 from barchain.metrics.model_difference import track_response
 from barchain.metrics.quantities import TRACK, differences, largest, own_rate
@@ -82,7 +81,7 @@ def solution_engine() -> str:
 
 def judging_engine(scene: Scene) -> str:
     """Engine of a scene's reference solution: extended precision where its runs take seconds."""
-    if solution_engine() == NUMPY or scene.bars > MOST_WIDE_BARS or ReferenceWide.unsupported(scene):
+    if solution_engine() == NUMPY or scene.bars > MOST_WIDE_BARS or ENGINES[WIDE].load().unsupported(scene):
         return solution_engine()
     return WIDE if scene.bars * estimated_run_s(scene) < MOST_BAR_SECONDS else COMPILED
 

@@ -11,7 +11,7 @@ import pytest
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.heyoka.adapter import CLOSE_START_RAD, HeyokaQuad
-from adapters.reference.compiled_engine import WIDE_UNTIL
+from adapters.reference import WIDE_UNTIL
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES, WIDE, Registration
 from adapters.trajectory import Trajectory
