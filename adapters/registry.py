@@ -7,7 +7,7 @@ import importlib.util
 import re
 from dataclasses import dataclass, replace
 from importlib.metadata import EntryPoint, PackageNotFoundError, entry_points, version
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from reference_impl.kernel.build import why_missing
 from scenarios import nearest
@@ -134,14 +134,14 @@ COMPILED, WIDE = "reference-fast", "reference-wide"
 
 
 def _adapter(
-    module: str, name: str, requires: str = "", imported: str = "", *, extra: str = "", **flags: bool
+    module: str, name: str, requires: str = "", imported: str = "", *, extra: str = "", **flags: Any
 ) -> Registration:
     """Registration of one of barchain's own adapters; `extra` is the extra that installs `requires`."""
     install = f"pip install '.[{extra}]'" if extra else f"pip install {requires}" if requires else ""
     return Registration(f"adapters.{module}:{name}", requires, imported, install, optional=bool(extra), **flags)
 
 
-def _kernel(module: str, name: str, **flags: bool) -> Registration:
+def _kernel(module: str, name: str, **flags: Any) -> Registration:
     """Registration of a form of the reference in C."""
     return Registration(f"adapters.{module}:{name}", ours=True, optional=True, needs_kernel=True, **flags)
 
