@@ -11,7 +11,7 @@ import numpy as np
 from barchain.conform.checks import FAILED, PASSED, WARNING, Check, CheckState
 from barchain.conform.physics import reason_against, unsupported_check
 from barchain.conform.runs import START_S, TIME_LIMITS
-from barchain.conform.target import PARTICLE, REPEATED, scene_of
+from barchain.conform.scenes import PARTICLE, REPEATED
 from barchain.runs.asking import ask
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def behaviour(engine: Examined) -> Iterator[Check]:
     if name is None:
         yield unsupported_check(engine, "several runs", scenes)
         return
-    scene, setting = scene_of(name), engine.load().sweep.setting()
+    scene, setting = engine.scene(name), engine.load().sweep.setting()
     asked = (engine.registration, scene, setting)
     engine.note(f"behaviour: {TIMES} runs of {name} in one process")
     first = ask("behaviour", *asked, TIMES, limit_s=START_S + TIMES * engine.run_s)

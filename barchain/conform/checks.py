@@ -71,9 +71,11 @@ class ConformanceReport:
 
     @property
     def agreed(self) -> bool:
-        """Whether a scene of the physics was passed; of a part, any check beyond loading, if there are others."""
-        groups = {Group.PHYSICS} if self.whole else {c.group for c in self.checks} - {Group.LOADING}
-        return not groups or any(c.group in groups and c.state is CheckState.PASSED for c in self.checks)
+        """Whether a scene of the physics was passed; of a part, whether a check beyond loading was made, if any is."""
+        if self.whole:
+            return any(c.group is Group.PHYSICS and c.state is CheckState.PASSED for c in self.checks)
+        beyond = [c.state for c in self.checks if c.group is not Group.LOADING]
+        return not beyond or any(state in (CheckState.PASSED, CheckState.WARNING) for state in beyond)
 
     @property
     def verdict(self) -> str:

@@ -12,7 +12,7 @@ from adapters.registry import engines
 from barchain.conform.checks import FAILED, PASSED, WARNING, Check
 from barchain.conform.physics import ask_about_scenes, main_run, reason_against
 from barchain.conform.runs import TIME_LIMITS, ended_early
-from barchain.conform.target import FIRST, scene_of, solved
+from barchain.conform.scenes import FIRST, solved
 from barchain.judge.checks.whole_run import rounded_values
 from barchain.judge.error_model import ErrorModel
 from barchain.metrics.quantities import differences
@@ -138,18 +138,18 @@ def conventions(engine: Examined) -> Iterator[Check]:
         yield Check(FIRST_RUN, FAILED, f"supports none of {', '.join(FIRST)}: {'; '.join(reasons)}")
         return
     engine.note(f"conventions: a first run, of {name}")
-    run = main_run(engine, name)
+    run = main_run(engine, name, engine.load())
     if run.outcome is not Outcome.PASS or run.trajectory is None:
         yield Check(FIRST_RUN, FAILED, run.reason, page_of(run), scene=name)
         return
-    early = ended_early(scene_of(name), run.trajectory)
+    early = ended_early(engine.scene(name), run.trajectory)
     if early:
         yield Check(FIRST_RUN, FAILED, early, f"{PAGE}#landing", scene=name)
         return
     n = len(run.trajectory.t_s)
     said = f"{len(run.trajectory.observables)} quantities of {n} samples, float64"
     yield Check(FIRST_RUN, PASSED, said, f"{PAGE}#samples", scene=name)
-    rounded = rounded_values(run.trajectory, solved(name)) or ""
+    rounded = rounded_values(run.trajectory, solved(engine.scene(name))) or ""
     yield Check("double precision", FAILED if rounded else PASSED, rounded, f"{PAGE}#samples", scene=name)
     yield from start_checks(engine, name, run.trajectory)
 
@@ -163,7 +163,7 @@ def page_of(run: RunResult) -> str:
 
 def start_checks(engine: Examined, name: str, run: Trajectory) -> Iterator[Check]:
     """Checks of each quantity's first sample."""
-    solution, loaded = solved(name), engine.load()
+    solution, loaded = solved(engine.scene(name)), engine.load()
     try:
         errors = ErrorModel(loaded, loaded.sweep.setting(), solution, run)
         bound, scale = errors.bound, errors.scale

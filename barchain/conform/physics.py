@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING
 
 from adapters.common.equal_steps import finer_setting
-from adapters.engine import EngineError
+from adapters.engine import Coordinates, EngineError
 from barchain.conform.checks import FAILED, NOT_RUN, PASSED, UNSUPPORTED, WARNING, Check, CheckState
+from barchain.conform.errors import judged_class
+from barchain.conform.noise import needed_noise, noise_fault
 from barchain.conform.runs import TIME_LIMITS, results
-from barchain.conform.target import STAGES, scene_of, setting_of, solved
+from barchain.conform.scenes import STAGES, candidates, left_out, rejection, setting_of, solved
 from barchain.judge.compare import judge
 from barchain.judge.diagnosis.channels import sizes_of
 from barchain.judge.diagnosis.fit import QUANTITY_OF
@@ -20,7 +21,6 @@ from barchain.judge.diagnosis.search import ONE_ENGINE
 from barchain.judge.diagnosis.verdicts import diagnosis_of_verdict
 from barchain.judge.diagnosis.words import QUANTITY_WORDS, SINGLE_PRECISION, looks_single, relative_difference
 from barchain.judge.evidence import Evidence, follow_up_jobs, gathered
-from barchain.judge.scales import declared_noise, scales
 from barchain.metrics.quantities import differences
 from barchain.runs.asking import OutsideEngine
 from barchain.runs.job import Role
@@ -31,10 +31,12 @@ from scenarios.plural import plural
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
+    from adapters.engine import Engine, Setting
     from adapters.trajectory import Trajectory
     from barchain.conform.target import Examined
     from barchain.judge.verdict import Verdict
     from barchain.runs.job import Job, RunResult
+    from scenarios import Scene
 
 PAGE = "docs/explanation/engine_conventions.md"
 ENOUGH = 0.5
@@ -77,7 +79,7 @@ def stage_checks(engine: Examined, names: tuple[str, ...]) -> Iterator[Check]:
             continue
         check = scene_check(engine, name, runs[name])
         if check.state is FAILED and not failed and name != able[0]:
-            found = dependent_check(check, runs[name][Role.MAIN], partial(main_run, engine, name))
+            found = dependent_check(check, runs[name][Role.MAIN], partial(main_run, engine, name, judged_class(engine)))
             check, dependent = found or check, found is not None
         failed = failed or check.state is FAILED
         yield check
@@ -85,10 +87,8 @@ def stage_checks(engine: Examined, names: tuple[str, ...]) -> Iterator[Check]:
 
 def reason_against(engine: Examined, name: str) -> tuple[CheckState, str] | None:
     """CheckState and reason if an engine is not run on a scene."""
-    loaded = engine.load()
     try:
-        reason = loaded.unsupported(scene_of(name))
-        reason = reason or loaded.unsupported_motion(solved(name).scene, solved(name).fine)
+        reason = rejection(engine.load(), engine.scene(name))
     except EngineError as error:
         return FAILED, str(error)
     return None if reason is None else (UNSUPPORTED, reason)
@@ -107,29 +107,31 @@ def ask_about_scenes(engine: Examined) -> None:
     loaded = engine.load()
     if issubclass(loaded, OutsideEngine):
         with suppress(EngineError):  # told with the scene that causes it
-            loaded.prepare(scene_of(name) for scenes in STAGES.values() for name in scenes)
+            loaded.prepare(scene for names in STAGES.values() for name in names for scene in candidates(loaded, name))
 
 
-def main_run(engine: Examined, name: str) -> RunResult:
-    """Run of one scene, alone: an engine that hangs costs one time limit."""
-    job = engine.job(scene_of(name), setting_of(engine.load(), name), Role.MAIN)
+def main_run(engine: Examined, name: str, loaded: type[Engine]) -> RunResult:
+    """Run of one scene at the setting of a class, alone: an engine that hangs costs one time limit."""
+    scene = engine.scene(name)
+    job = engine.job(scene, setting_of(loaded, scene), Role.MAIN)
     return by_role(engine, [job])[name][Role.MAIN]
 
 
 def main_and_finer(engine: Examined, names: list[str]) -> dict[str, dict[Role, RunResult]]:
     """Runs of scenes at the setting of each, and at the next finer one."""
-    sweep, jobs = engine.load().sweep, []
+    loaded, jobs = judged_class(engine), []
     for name in names:
-        scene, setting = scene_of(name), setting_of(engine.load(), name)
+        scene = engine.scene(name)
+        setting = setting_of(loaded, scene)
         jobs.append(engine.job(scene, setting, Role.MAIN))
-        jobs.append(engine.job(scene, finer_setting(scene, sweep, setting), Role.FINER))
+        jobs.append(engine.job(scene, finer_setting(scene, loaded.sweep, setting), Role.FINER))
     return by_role(engine, jobs)
 
 
 def by_role(engine: Examined, jobs: list[Job]) -> dict[str, dict[Role, RunResult]]:
     """Results of runs, by scene and role."""
     found: dict[str, dict[Role, RunResult]] = {}
-    times = [solved(job.scene.name).trajectory.t_s for job in jobs]
+    times = [solved(engine.scene(job.scene.name)).trajectory.t_s for job in jobs]
     for job, result in zip(jobs, results(engine, jobs, times, engine.run_s), strict=True):
         found.setdefault(job.scene.name, {})[job.role] = result
     return found
@@ -137,88 +139,79 @@ def by_role(engine: Examined, jobs: list[Job]) -> dict[str, dict[Role, RunResult
 
 def scene_check(engine: Examined, name: str, runs: dict[Role, RunResult]) -> Check:
     """Check of one scene, with a diagnosis where the engine is wrong."""
-    evidence = gathered(runs)
-    noise = noise_fault(engine, name)
+    loaded, scene = judged_class(engine), engine.scene(name)
+    setting, solution = setting_of(loaded, scene), solved(scene)
+    noise = noise_fault(loaded, setting, solution)
     if noise:
         return Check(short(name), FAILED, noise, f"{PAGE}#declarations", scene=name)
-    verdict = verdict_of(engine, name, evidence, runs)
-    state, said = state_without_failure(verdict, name)
-    if state is not FAILED:
-        return Check(short(name), state, f"{said}{at_setting(engine, name)}", scene=name)
+    verdict, evidence = verdict_of(engine, scene, runs)
+    state, said = state_without_failure(verdict, scene, loaded.coordinates)
     run = evidence.main.trajectory
+    if state is UNSUPPORTED and run is not None:  # every declared effect must be judged
+        return Check(short(name), FAILED, said, f"{PAGE}#declarations", scene=name)
+    if state in (PASSED, WARNING):
+        state, said = needed_noise(verdict, loaded, setting, evidence, solution) or (state, said)
+        if state is FAILED:
+            return Check(short(name), FAILED, said, f"{PAGE}#declarations", scene=name)
+    where = f"{left_out(loaded, name)}{at_setting(loaded, setting)}"
+    if state is not FAILED:
+        return Check(short(name), state, f"{said}{where}", scene=name)
     found = None
     if run is not None and verdict.series is not None:
-        found = diagnosis_of_verdict(verdict, run, solved(name), ONE_ENGINE)
+        found = diagnosis_of_verdict(verdict, run, solution, ONE_ENGINE)
     if found is None or found.inside_tolerances or verdict.outcome is Outcome.MALFORMED:
         late = any(run.outcome is Outcome.TIMED_OUT for run in runs.values())
         page = TIME_LIMITS if late else PAGE
-        said = f"{reasons_of(verdict)}{at_setting(engine, name)}"
+        said = f"{said}{where}"
         return Check(short(name), FAILED, said, page, scene=name)
     unforced = name in STAGES["without forces"] and not found.explanations
     hint = f" {SINGLE_PRECISION}" if unforced and looks_single(relative_difference(found.wrong)) else ""
     sizes = "; ".join(f"{QUANTITY_WORDS[w.quantity]} {w.words}" for w in found.wrong)
     page = found.explanations[0].mistakes[0].anchor if found.explanations else PAGE
-    said = f"{found}{hint} Off: {sizes}{at_setting(engine, name)}"
+    said = f"{found}{hint} Off: {sizes}{where}"
     return Check(short(name), FAILED, said, page, bool(found.explanations), name)
 
 
-def at_setting(engine: Examined, name: str) -> str:
+def at_setting(engine: type[Engine], setting: Setting) -> str:
     """Words on the setting of a scene, if it is not the default."""
-    setting = setting_of(engine.load(), name)
-    return "" if setting == engine.load().sweep.setting() else f", at {setting}"
+    return "" if setting == engine.sweep.setting() else f", at {setting}"
 
 
-def state_without_failure(verdict: Verdict, name: str) -> tuple[CheckState, str]:
-    """State of a scene and its reason; failed if the verdict is no other one."""
+def state_without_failure(verdict: Verdict, scene: Scene, coordinates: Coordinates) -> tuple[CheckState, str]:
+    """State of a scene and its reason; failed if the verdict is no other one.
+
+    Round-off limits runs in absolute coordinates alone: in smaller ones a run that scatters has another cause.
+    """
     reasons = reasons_of(verdict)
     if verdict.outcome is Outcome.PASS:
         return PASSED, agreement(verdict)
     if verdict.outcome is Outcome.UNSUPPORTED:
         return UNSUPPORTED, reasons
-    if verdict.outcome is Outcome.ROUNDOFF_LIMITED:
+    if verdict.outcome is Outcome.ROUNDOFF_LIMITED and coordinates is Coordinates.ABSOLUTE:
         return WARNING, f"round-off limits the run: {reasons}"
-    if verdict.outcome in (Outcome.TOO_COARSE, Outcome.NOTHING_COMPARED) and compared_share(verdict, name) >= ENOUGH:
+    if verdict.outcome is Outcome.ROUNDOFF_LIMITED:
+        return FAILED, f"runs scatter far more than numbers in {coordinates} coordinates round: {reasons}"
+    if verdict.outcome in (Outcome.TOO_COARSE, Outcome.NOTHING_COMPARED) and compared_share(verdict, scene) >= ENOUGH:
         return WARNING, f"{agreement(verdict)}; {reasons}"
     return FAILED, reasons
 
 
-def noise_fault(engine: Examined, name: str) -> str:
-    """Fault of declared noise that is larger at the end than a quantity of the scene; empty without one.
-
-    The verdict believes no such noise, and would pass a right result: nobody would see the wrong declaration.
-    """
-    loaded, solution = engine.load(), solved(name)
-    try:
-        said = declared_noise(loaded, setting_of(loaded, name), solution, solution.trajectory.t_s)
-    except EngineError as error:
-        return str(error)
-    size = scales(solution)
-    for quantity, values in said.items():
-        if float(values[-1]) > size.get(quantity, math.inf):
-            unit, words = QUANTITY_UNITS[quantity], QUANTITY_WORDS[quantity]
-            return (
-                f"declared noise of {values[-1]:.3g} {unit} is larger than the {words} of the scene, "
-                f"{size[quantity]:.3g} {unit}: nothing can be judged"
-            )
-    return ""
-
-
-def verdict_of(engine: Examined, name: str, evidence: Evidence, runs: dict[Role, RunResult]) -> Verdict:
-    """Verdict on a scene, with the further runs that it asks for."""
-    loaded, solution = engine.load(), solved(name)
-    setting = setting_of(loaded, name)
+def verdict_of(engine: Examined, scene: Scene, runs: dict[Role, RunResult]) -> tuple[Verdict, Evidence]:
+    """Verdict on a scene, and its runs, with the further runs that it asks for."""
+    loaded, solution, evidence = judged_class(engine), solved(scene), gathered(runs)
+    setting = setting_of(loaded, scene)
     verdict = judge(engine.name, loaded, setting, evidence, solution)
     if not verdict.further_runs:
-        return verdict
-    jobs = follow_up_jobs(scene_of(name), engine.name, engine.registration, loaded, setting, verdict.further_runs)
-    more = runs | by_role(engine, jobs)[name]
-    return judge(engine.name, loaded, setting, gathered(more), solution)
+        return verdict, evidence
+    jobs = follow_up_jobs(scene, engine.name, engine.registration, loaded, setting, verdict.further_runs)
+    evidence = gathered(runs | by_role(engine, jobs)[scene.name])
+    return judge(engine.name, loaded, setting, evidence, solution), evidence
 
 
-def compared_share(verdict: Verdict, name: str) -> float:
+def compared_share(verdict: Verdict, scene: Scene) -> float:
     """Share of a scene before the predictability limit of the quantities that were compared."""
     limits = [row["limit_s"] for row in verdict.rows if row["metric"] == "max"]
-    return min(limits, default=0.0) / float(scene_of(name).run.duration_s)
+    return min(limits, default=0.0) / float(scene.run.duration_s)
 
 
 def agreement(verdict: Verdict) -> str:

@@ -1,70 +1,29 @@
-"""What is examined: an engine, scenes from one free bar to each effect alone, the setting on each, and the extent.
-
-The engine is a registered one by name, or a class by ``module:Class``. The scenes come in stages that presuppose each
-other.
-"""
+"""What is examined: a registered engine by name, or a class by ``module:Class``, and the extent of the examination."""
 
 from __future__ import annotations
 
 import re
 import sys
-from dataclasses import dataclass, replace
-from functools import cache
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from adapters.engine import AccuracyParameter
 from adapters.registry import ENGINES, RESERVED, TARGET, Registration, UnknownEngineError, find_engine
 from barchain.conform.checks import Group
-from barchain.judge.error_model import ErrorModel
+from barchain.conform.scenes import FOLDER, STAGES, scene_for
 from barchain.runs.asking import engine_class
 from barchain.runs.job import Job
-from barchain.solutions.reference import closely_sampled
-from barchain.solutions.shipped import shipped_solution
-from scenarios import SceneError, load_scene, nearest
+from scenarios import SceneError, nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Iterable
 
     from adapters.engine import Engine, Setting
     from barchain.runs.job import Role
-    from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 
 RUN_S = 10.0
 """Longest time of one run by default: most scenes are a fifth of an orbit of a few bars"""
-MOST_FINER = 10.0
-"""Largest ratio of the steps, or of the requested errors, to the default: finer runs take too long"""
-FINER = {AccuracyParameter.RTOL: 0.1, AccuracyParameter.STEPS_PER_ORBIT: 2.0}
-"""Factor from a setting to the next finer one; `AccuracySweep.finer_rtol` is that of a second run beside the first"""
-LASTING = 0.9
-"""Least share of a scene in which right runs agree; the rest is judged in restarts"""
-FOLDER = "conform/"
-
-
-def in_folder(names: str) -> tuple[str, ...]:
-    """Full names of scenes of the examination."""
-    return tuple(f"{FOLDER}{name}" for name in names.split())
-
-
-STAGES = {
-    "without forces": in_folder("one_bar_free two_bars_free three_bars_free"),
-    "in gravity": in_folder(
-        "one_bar_point one_bar_gradient three_bars_point three_bars_gradient eccentric bar_angles one_bar_eccentric"
-    ),
-    "with one effect": in_folder(
-        "slender_alone quadrupole_alone oblateness_alone third_body_alone drag_alone solar_pressure_alone "
-        "solar_shadow_alone joint_springs_alone thrust_body thrust_inertial impulse_alone prescribed_orbital "
-        "prescribed_inertial prescribed_orbital_joint prescribed_inertial_external"
-    ),
-}
-"""Scenes from one free bar to each effect alone; those of a stage presuppose the stages before"""
-FIRST = in_folder("two_bars_free three_bars_gradient one_bar_free one_bar_point")
-"""Scenes of the conventions: the first that the engine supports"""
-REPEATED = in_folder("three_bars_gradient three_bars_point three_bars_free one_bar_point")
-"""Scenes of accuracy and behaviour: the first that the engine supports"""
-PARTICLE = in_folder("one_bar_point one_bar_free")
-"""The same for an engine without attitude: on one bar in point gravity it has no difference of model"""
 
 
 @dataclass(frozen=True)
@@ -84,6 +43,10 @@ class Examined:
     def own(self) -> bool:
         """Whether the engine is barchain's own adapter."""
         return self.registration in ENGINES.values()
+
+    def scene(self, name: str) -> Scene:
+        """Scene of the examination as the engine is given it; errors as :meth:`load`, or if it can't be asked."""
+        return scene_for(self.load(), name)
 
     def job(self, scene: Scene, setting: Setting, role: Role) -> Job:
         """A run of the engine."""
@@ -126,61 +89,6 @@ def short_name(target: str) -> str:
     words = re.findall(r"[A-Z]*[^A-Z]+|[A-Z]+", target.partition(":")[2])
     name = "-".join(w.lower().strip("_") for w in words if w.strip("_")) or "engine"
     return f"{name}-engine" if name in {*ENGINES, *RESERVED} else name
-
-
-@cache
-def scene_of(name: str) -> Scene:
-    """Scene of a name, at the samples of a comparison."""
-    return closely_sampled(load_scene(name))
-
-
-@cache
-def solved(name: str) -> ReferenceSolution:
-    """Certified solution of a scene.
-
-    Raises
-    ------
-    FileNotFoundError
-        If barchain comes without the solution.
-    """
-    found = shipped_solution(scene_of(name))
-    if found is None:
-        raise FileNotFoundError(f"{name}: this installation lacks the certified solution; install barchain again")
-    return found
-
-
-def setting_of(engine: type[Engine], name: str) -> Setting:
-    """Setting at which an engine is examined on a scene.
-
-    The default, or the first of the next finer settings at which two right runs agree in most of the scene. Beyond
-    the predictability limit only restarts, the track and invariants are judged, and a weak force that is missing may
-    pass. Where no setting up to :data:`MOST_FINER` agrees so long, the finest of these.
-
-    Parameters
-    ----------
-    engine : type
-        Subclass of `Engine`.
-    name : str
-        Scene of conformance.
-    """
-    tried = list(from_default_on(engine))
-    return next((setting for setting in tried if lasts(engine, setting, name)), tried[-1])
-
-
-def from_default_on(engine: type[Engine]) -> Iterator[Setting]:
-    """The default, and settings of twice the steps or a tenth of the requested error each, up to `MOST_FINER`."""
-    setting = engine.sweep.setting()
-    factor, finer = FINER[setting.parameter], 1.0
-    while finer <= MOST_FINER * (1.0 + 1e-9):
-        yield setting
-        setting, finer = replace(setting, value=setting.value * factor), finer * max(factor, 1.0 / factor)
-
-
-def lasts(engine: type[Engine], setting: Setting, name: str) -> bool:
-    """Whether two right runs at a setting agree for :data:`LASTING` of a scene."""
-    solution = solved(name)
-    errors = ErrorModel(engine, setting, solution, solution.trajectory)
-    return bool(errors.limit_s >= LASTING * errors.t_s[-1])
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from adapters.engine import AccuracyParameter, Setting
-from barchain.conform.accuracy import Compared, ErrorAtSetting, falling_check
+from barchain.conform.accuracy import falling_check
 from barchain.conform.checks import CheckState
+from barchain.conform.errors import Compared, ErrorAtSetting
 
 RTOL, STEPS = AccuracyParameter.RTOL, AccuracyParameter.STEPS_PER_ORBIT
 
@@ -53,8 +54,8 @@ def test_equal_steps_have_to_lower_the_error_by_the_order() -> None:
 def errors_at(*errors: float) -> list[ErrorAtSetting]:
     """Largest errors at 1e-6, 1e-7 and so on, over the whole scene, far above rounding."""
     return [
-        ErrorAtSetting(Setting(RTOL, 10.0 ** -(6 + k)), 10.0 ** -(6 + k), np.full(5, e), np.full(5, 1e-16), True, 0.1)
-        for k, e in enumerate(errors)
+        ErrorAtSetting(Setting(RTOL, request), request, {"attitude": np.full(5, e)}, np.full(5, 1e-16), True, 0.1)
+        for request, e in zip((1e-6, 1e-7, 1e-8, 1e-9), errors, strict=False)
     ]
 
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from adapters.engine import AccuracyParameter, Setting
-from barchain.conform.accuracy import ErrorAtSetting, falling_check, order_check
+from barchain.conform.accuracy import falling_check, order_check
 from barchain.conform.checks import CheckState
+from barchain.conform.errors import ErrorAtSetting
 
 
 def errors(order: float, *settings: float, error: float = 1e-4) -> list[ErrorAtSetting]:
@@ -18,7 +19,7 @@ def errors(order: float, *settings: float, error: float = 1e-4) -> list[ErrorAtS
     finer = [settings[0] / s for s in settings]
     grows, none = np.array([0.0, 0.5, 1.0]), np.zeros(3)
     return [
-        ErrorAtSetting(s, f, error * grows * f**order, none, True, 0.1, s.value)
+        ErrorAtSetting(s, f, {"attitude": error * grows * f**order}, none, True, 0.1, s.value)
         for s, f in zip(made, finer, strict=True)
     ]
 
@@ -39,14 +40,15 @@ def test_one_pair_of_coarse_settings_is_no_evidence_of_another_method() -> None:
 def test_steps_that_samples_do_not_divide_are_told() -> None:
     setting = Setting(AccuracyParameter.STEPS_PER_ORBIT, 1000)
     rounded, exact = (
-        ErrorAtSetting(setting, 0.25, np.array([1e-6]), np.zeros(1), True, 0.1, taken) for taken in (1465.0, 1000.0)
+        ErrorAtSetting(setting, 0.25, {"attitude": np.array([1e-6])}, np.zeros(1), True, 0.1, taken)
+        for taken in (1465.0, 1000.0)
     )
     assert str(rounded) == "1.0e-06 at steps_per_orbit=1000 (1465 per orbit taken)"
     assert str(exact) == "1.0e-06 at steps_per_orbit=1000"
 
 
 def test_errors_that_are_too_large_to_fall_do_not_pass() -> None:
-    whole = [dataclasses.replace(e, errors=np.full(3, 0.27)) for e in errors(0.0, 100, 200)]
+    whole = [dataclasses.replace(e, by_quantity={"attitude": np.full(3, 0.27)}) for e in errors(0.0, 100, 200)]
     assert falling_check(whole, 4.0, "a/scene").state is CheckState.WARNING
     assert order_check(whole, 4.0, "a/scene").state is CheckState.WARNING
     assert falling_check(errors(0.0, 100, 200), 4.0, "a/scene").state is CheckState.FAILED
@@ -55,7 +57,9 @@ def test_errors_that_are_too_large_to_fall_do_not_pass() -> None:
 
 def test_the_order_of_large_errors_shows_at_the_start_of_the_scene() -> None:
     early = np.array([0.0, 1e-3, 1.0])
-    found = [dataclasses.replace(e, errors=early / (k + 1)) for k, e in enumerate(errors(0.0, 100, 200))]
+    found = [
+        dataclasses.replace(e, by_quantity={"attitude": early / (k + 1)}) for k, e in enumerate(errors(0.0, 100, 200))
+    ]
     check = order_check(found, 4.0, "a/scene")
     assert check.state is CheckState.FAILED
     assert check.words.startswith("measured 1.00, declared 4; order 1 is that of Euler's method, or of a force")

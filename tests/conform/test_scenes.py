@@ -8,12 +8,12 @@ import itertools
 import math
 import tomllib
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 
-from barchain.conform.target import STAGES, scene_of, solved
+from barchain.conform.scenes import STAGES, TOGETHER, scene_of, solved, without
 from barchain.metrics.quantities import differences
 from pictures.pages.scene_keys import HEAD, key_tables
 from scenarios import Actuator, Axes, End, Frame, SceneFile, scene_names
@@ -22,8 +22,13 @@ from scenarios.toml.resolve import resolve
 from tests.diagnosis.planting import run
 from tests.support.slow import one_in
 
+if TYPE_CHECKING:
+    from scenarios import Scene
+
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 SCENES = [name for scenes in STAGES.values() for name in scenes]
+APART = [name for name in SCENES if name not in STAGES[TOGETHER]]
+"""Scenes of one effect at most: what they show, they show alone"""
 FOURTH_ORDER_ERROR_RAD = 1e-5
 """Error of the classical Runge-Kutta method with a thousand steps an orbit, 3e-6 rad, with slack"""
 PLAIN = {"gravity.none", "gravity.point", "gravity.gradient"}
@@ -76,7 +81,7 @@ def test_every_effect_that_an_engine_can_declare_stands_in_a_scene() -> None:
 @pytest.mark.parametrize(("table", "key", "default"), keys_of_scenes(), ids=lambda value: str(value).strip("`"))
 def test_every_key_has_another_value_than_its_default_in_some_scene(table: str, key: str, default: str) -> None:
     """An engine that ignores a key must fail somewhere."""
-    values = [entry[key] for name in SCENES for entry in entries(scene_file(name), table) if key in entry]
+    values = [entry[key] for name in APART for entry in entries(scene_file(name), table) if key in entry]
     assert values
     assert {as_in_the_reference(value) for value in values} - {default}
 
@@ -93,12 +98,74 @@ def test_prescribed_rotations_have_both_frames_with_both_actuators() -> None:
 
 
 def test_some_bars_turn_clockwise_and_some_chain_has_five_bars() -> None:
-    assert min(min(scene_of(name).chain.rate_factor) for name in SCENES) < 0.0
-    assert max(scene_of(name).bars for name in SCENES) == 5
+    assert min(min(scene_of(name).chain.rate_factor) for name in APART) < 0.0
+    assert max(scene_of(name).bars for name in APART) == 5
+
+
+def levels_of(scene: Scene) -> dict[str, str]:
+    """Level of each factor of a scene, read off the scene itself."""
+    e, chain = scene.effects, scene.chain
+    uniform = [m * size**2 / 12.0 for m, size in zip(chain.mass_kg, chain.length_m, strict=True)]
+    springs, impulses = e.joint_spring_damper, e.impulse
+    ends = {t.times_s[-1] for t in e.thrust}
+    return {
+        "gravity": e.gravity,
+        "bars": str(scene.bars),
+        "length": "long" if max(chain.length_m) > 1e4 else "short",
+        "inertia": "uniform" if np.allclose(uniform, chain.inertia_kg_m2) else "given",
+        "orbit": "open" if scene.orbit.speed_factor**2 > 2.0 else "slow" if scene.orbit.speed_factor < 1.0 else "",
+        "samples": "many" if scene.run.samples > 128 else "few",
+        "mu": f"{scene.central_body.mu_m3_s2:g}",
+        "oblateness": "some" if e.oblateness else "",
+        "third bodies": str(len(e.third_body) or ""),
+        "joints": "" if springs is None else "springs" if all(springs.stiffness_N_m_rad) else "dampers",
+        "thrusts": "negative" if len(e.thrust) == 1 and e.thrust[0].force_N[0] < 0.0 else str(len(e.thrust) or ""),
+        "impulses": "end" if {i.at_s for i in impulses} <= ends else "same" if len(impulses) > 1 else "",
+        "faces": "some" if e.drag and e.solar_pressure else "none",
+        "rotations": "some" if e.prescribed_rotation else "none",
+    }
+
+
+IMPOSSIBLE = {
+    (("gravity", "slender"), ("inertia", "given")),
+    *((("gravity", "none"), (field, level)) for field, level in
+      (("oblateness", "some"), ("third bodies", "1"), ("third bodies", "3"))),
+}  # fmt: skip
+"""Exact gravity is that of uniform bars, and other fields presuppose gravity"""
+
+
+def test_any_two_levels_of_two_factors_stand_together_in_a_scene() -> None:
+    rows = [levels_of(scene_of(name)) for name in STAGES[TOGETHER]]
+    levels = {factor: {row[factor] for row in rows} - {""} for factor in rows[0]}
+    assert {factor: len(found) for factor, found in levels.items()} == dict.fromkeys(levels, 2) | {
+        "gravity": 5, "oblateness": 1,
+    }  # fmt: skip
+    every = {
+        ((a, x), (b, y))
+        for a, b in itertools.combinations(levels, 2)
+        for x, y in itertools.product(levels[a], levels[b])
+    }
+    assert every - IMPOSSIBLE == {pair for row in rows for pair in itertools.combinations(row.items(), 2)} & every
+
+
+def test_between_few_samples_a_bar_turns_by_more_than_half_a_turn() -> None:
+    sparse = [name for name in STAGES[TOGETHER] if scene_of(name).run.samples < 128]
+    turns = [np.abs(np.diff(solved(scene_of(name)).trajectory.angle_rad, axis=0)).max() for name in sparse]
+    assert min(turns) > math.pi
+
+
+def test_an_engine_that_lacks_effects_is_given_the_scenes_without_them() -> None:
+    lacking = frozenset({"drag", "impulse", "gravity.slender", "thrust.body", "solar_pressure.shadow"})
+    names = frozenset().union(*(without(scene_of(name), lacking).effects.names for name in STAGES[TOGETHER]))
+    assert not names & lacking
+    assert names >= {"solar_pressure", "thrust.inertial", "gravity.quadrupole"}
+    shorter = without(scene_of("conform/together_3"), lacking)
+    found, certified = solved(shorter).trajectory, solved(scene_of("conform/together_3")).trajectory
+    assert differences(found, certified)["attitude"].max() > FOURTH_ORDER_ERROR_RAD
 
 
 def test_some_scene_lasts_more_than_an_orbit_with_both_signs_of_the_radial_velocity() -> None:
-    scene, motion = scene_of("conform/one_bar_eccentric"), solved("conform/one_bar_eccentric").trajectory
+    scene, motion = scene_of("conform/one_bar_eccentric"), solved(scene_of("conform/one_bar_eccentric")).trajectory
     radius = np.linalg.norm(motion.com_m, axis=1)
     assert np.argmax(radius) not in (0, len(radius) - 1)  # apogee
     assert np.argmin(radius[len(radius) // 2 :]) not in (0, len(radius) // 2)  # and perigee again
@@ -112,9 +179,9 @@ def test_each_scene_of_the_last_stage_adds_one_effect() -> None:
     assert all(len(family) == 1 for family in families)
 
 
-@pytest.mark.parametrize("name", one_in(5, SCENES))
+@pytest.mark.parametrize("name", one_in(5, APART))
 def test_bars_differ_and_turn_past_a_full_turn_from_a_longitude_of_30_degrees(name: str) -> None:
-    scene, motion = scene_of(name), solved(name).trajectory
+    scene, motion = scene_of(name), solved(scene_of(name)).trajectory
     for values in (scene.chain.mass_kg, scene.chain.length_m, scene.chain.angle_rad, scene.chain.rate_factor):
         assert len(set(values)) == scene.bars
     assert math.isclose(scene.orbit.longitude_rad, math.radians(30.0))
@@ -126,7 +193,7 @@ def test_bars_differ_and_turn_past_a_full_turn_from_a_longitude_of_30_degrees(na
 @pytest.mark.parametrize("name", STAGES["with one effect"])
 def test_an_effect_alone_turns_the_bars_by_more_than_the_error_of_most_methods(name: str) -> None:
     """A missing effect must show, whatever the method."""
-    with_effect = solved(name).trajectory
+    with_effect = solved(scene_of(name)).trajectory
     without = dataclasses.replace(scene_of(name), effects=scene_of("conform/three_bars_gradient").effects)
     assert differences(with_effect, run(without, 1e-12))["attitude"].max() > FOURTH_ORDER_ERROR_RAD
 
@@ -149,9 +216,9 @@ def without_key(data: dict[str, Any], table: str, key: str) -> dict[str, Any]:
 def test_an_engine_that_ignores_a_key_is_off_by_more_than_the_error_of_most_methods(table: str, key: str) -> None:
     """Some scene shows the default in the place of the given value."""
     shown = []
-    for name in (name for name in SCENES if any(key in entry for entry in entries(scene_file(name), table))):
+    for name in (name for name in APART if any(key in entry for entry in entries(scene_file(name), table))):
         altered = resolve(SceneFile.model_validate(without_key(scene_file(name), table, key)), name)
         if altered.bars == scene_of(name).bars:
             run_of = dataclasses.replace(altered, run=scene_of(name).run)
-            shown.append(differences(solved(name).trajectory, run(run_of, 1e-12))["attitude"].max())
+            shown.append(differences(solved(scene_of(name)).trajectory, run(run_of, 1e-12))["attitude"].max())
     assert max(shown) > FOURTH_ORDER_ERROR_RAD

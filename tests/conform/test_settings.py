@@ -13,7 +13,8 @@ from adapters.pymunk.adapter import Pymunk
 from adapters.reference.compiled_engine import ReferenceFast
 from barchain.conform.checks import CheckState
 from barchain.conform.physics import main_and_finer, scene_check
-from barchain.conform.target import MOST_FINER, STAGES, examined, from_default_on, lasts, setting_of
+from barchain.conform.scenes import MOST_FINER, STAGES, from_default_on, lasts, scene_of, setting_of
+from barchain.conform.target import examined
 from tests.support.slow import one_in
 
 if TYPE_CHECKING:
@@ -56,20 +57,20 @@ def test_a_finer_setting_is_a_tenth_of_the_request_whatever_the_second_run_needs
 
 
 def test_the_default_is_taken_where_right_runs_agree_for_most_of_the_scene() -> None:
-    assert lasts(Mujoco, Mujoco.sweep.setting(), NAME)
-    assert setting_of(Mujoco, NAME) == Mujoco.sweep.setting()
+    assert lasts(Mujoco, Mujoco.sweep.setting(), scene_of(NAME))
+    assert setting_of(Mujoco, scene_of(NAME)) == Mujoco.sweep.setting()
 
 
 def test_a_finer_setting_is_taken_where_the_default_does_not_reach_so_far() -> None:
-    default, name = Pymunk.sweep.setting(), "conform/three_bars_free"
-    assert not lasts(Pymunk, default, name)
-    assert setting_of(Pymunk, name) == Pymunk.sweep.finer(default)
-    assert lasts(Pymunk, Pymunk.sweep.finer(default), name)
+    default, scene = Pymunk.sweep.setting(), scene_of("conform/three_bars_free")
+    assert not lasts(Pymunk, default, scene)
+    assert setting_of(Pymunk, scene) == Pymunk.sweep.finer(default)
+    assert lasts(Pymunk, Pymunk.sweep.finer(default), scene)
 
 
 @pytest.mark.parametrize("name", one_in(5, [name for scenes in STAGES.values() for name in scenes]))
 def test_no_setting_is_far_finer_than_the_default(name: str) -> None:
-    assert setting_of(FirstOrder, name).value <= MOST_FINER * FirstOrder.sweep.default
+    assert setting_of(FirstOrder, scene_of(name)).value <= MOST_FINER * FirstOrder.sweep.default
 
 
 @pytest.mark.parametrize(

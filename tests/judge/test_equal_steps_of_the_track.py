@@ -11,7 +11,7 @@ from adapters.common.equal_steps import step_s, steps_between_samples
 from adapters.common.initial_state import initial_state
 from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine
 from adapters.trajectory import Observable, Trajectory
-from barchain.conform.target import scene_of, solved
+from barchain.conform.scenes import scene_of, solved
 from barchain.judge.compare import judge
 from barchain.judge.evidence import Evidence
 from barchain.runs.job import RunResult
@@ -80,7 +80,7 @@ class InMovingFrame(OneBar):
 def verdict(engine: type[Engine], steps: float) -> Verdict:
     settings = [engine.sweep.setting(factor * steps) for factor in (1.0, 2.0, 4.0)]
     runs = (RunResult(Outcome.PASS, trajectory=engine().run(scene_of(NAME), each)) for each in settings)
-    return judge("one-bar", engine, settings[0], Evidence(*runs), solved(NAME))
+    return judge("one-bar", engine, settings[0], Evidence(*runs), solved(scene_of(NAME)))
 
 
 @pytest.mark.parametrize("steps", OneBar.sweep.values)

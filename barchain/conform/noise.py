@@ -1,0 +1,131 @@
+"""Declared noise in the verdict on a scene: noise that hides all, noise that makes a pass, errors that are no noise.
+
+Noise differs from setting to setting. An error that is the same at two settings is none, whatever is declared.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from adapters.engine import Engine, EngineError
+from barchain.conform.checks import FAILED, WARNING, CheckState
+from barchain.judge.compare import judge
+from barchain.judge.diagnosis.words import QUANTITY_WORDS
+from barchain.judge.scales import declared_noise, scales
+from barchain.judge.verdict import JUDGED_METRICS
+from barchain.metrics.quantities import TRACK, differences
+from barchain.runs.declared import OutsideEngine
+from reports.tables.crossval import QUANTITY_UNITS
+from reports.tables.outcome import Outcome
+
+if TYPE_CHECKING:
+    from adapters.engine import Setting
+    from adapters.trajectory import Trajectory
+    from barchain.judge.evidence import Evidence
+    from barchain.judge.verdict import Verdict
+    from barchain.solutions.reference import ReferenceSolution
+
+COMMON_SHARE = 0.1
+"""Largest difference of two runs at different settings, relative to their error, at which both have the same error"""
+
+
+def declares_noise(engine: type[Engine]) -> bool:
+    """Whether an engine declares noise in any scene."""
+    if issubclass(engine, OutsideEngine):
+        return "noise" in engine.asks
+    return engine.noise.__func__ is not Engine.noise.__func__  # type: ignore[attr-defined]
+
+
+def with_declarations(engine: type[Engine], **declared: object) -> type[Engine]:
+    """Class of an engine with some other declarations."""
+    make: Any = type(engine)  # classes with the declarations of another package have a metaclass
+    found: type[Engine] = make(engine.__name__, (engine,), declared)
+    return found
+
+
+@cache
+def quiet(engine: type[Engine]) -> type[Engine]:
+    """Class of the same declarations without noise."""
+
+    def noise(cls: type[Engine], *_: object) -> dict[str, float]:
+        del cls
+        return {}
+
+    return with_declarations(engine, noise=classmethod(noise))
+
+
+def noise_fault(engine: type[Engine], setting: Setting, solution: ReferenceSolution) -> str:
+    """Fault of declared noise that is larger at the end than a quantity of the scene; empty without one.
+
+    The verdict believes no such noise, and would pass a right result: nobody would see the wrong declaration.
+    """
+    try:
+        said = declared_noise(engine, setting, solution, solution.trajectory.t_s)
+    except EngineError as error:
+        return str(error)
+    size = scales(solution)
+    for quantity, values in said.items():
+        if float(values[-1]) > size.get(quantity, math.inf):
+            unit, words = QUANTITY_UNITS[quantity], QUANTITY_WORDS[quantity]
+            return (
+                f"declared noise of {values[-1]:.3g} {unit} is larger than the {words} of the scene, "
+                f"{size[quantity]:.3g} {unit}: nothing can be judged"
+            )
+    return ""
+
+
+def needed_noise(
+    verdict: Verdict, engine: type[Engine], setting: Setting, evidence: Evidence, solution: ReferenceSolution
+) -> tuple[CheckState, str] | None:
+    """State and words where declared noise makes a pass; None where it does not.
+
+    Parameters
+    ----------
+    verdict : Verdict
+        With the declared noise.
+    engine : type
+    setting : Setting
+    evidence : Evidence
+        Runs of the verdict.
+    solution : ReferenceSolution
+    """
+    if not declares_noise(engine):
+        return None
+    bare = judge(engine.__name__, quiet(engine), setting, evidence, solution)
+    main, finer = evidence.main.trajectory, evidence.finer.trajectory
+    if bare.outcome in (Outcome.PASS, verdict.outcome) or main is None or finer is None:
+        return None
+    quantity = first_rejected(bare)
+    if quantity not in differences(main, solution.trajectory):
+        return None
+    t_s = solution.trajectory.t_s
+    sizes = {q: float(v.max()) for q, v in declared_noise(engine, setting, solution, t_s).items() if v.max() > 0.0}
+    declared = ", ".join(f"{v:.2g} {QUANTITY_UNITS[q]} of the {QUANTITY_WORDS.get(q, q)}" for q, v in sizes.items())
+    error, apart = error_and_scatter(bare, quantity, main, finer, solution)
+    unit, words = QUANTITY_UNITS[quantity], QUANTITY_WORDS[quantity]
+    if quantity not in TRACK and apart < COMMON_SHARE * error:
+        return FAILED, (
+            f"{words} are off by {error:.2g} {unit} at two settings, and differ by {apart:.2g} {unit} between them: "
+            f"such an error is no noise, though noise is declared, {declared}"
+        )
+    said = f"passes by its declared noise alone: {words} are off by {error:.2g} {unit}, declared are {declared}"
+    return WARNING, said
+
+
+def first_rejected(verdict: Verdict) -> str:
+    """Quantity of the first judged row of a verdict that is no pass; empty without one."""
+    good = (Outcome.PASS, Outcome.REPORTED)
+    rows = (r for r in verdict.rows if r["metric"] in JUDGED_METRICS and Outcome(r["outcome"]) not in good)
+    return str(next((r["quantity"] for r in rows if r["quantity"] in QUANTITY_WORDS), ""))
+
+
+def error_and_scatter(
+    verdict: Verdict, quantity: str, main: Trajectory, finer: Trajectory, solution: ReferenceSolution
+) -> tuple[float, float]:
+    """Largest error of a quantity where it is compared, and largest difference of the runs at two settings there."""
+    limit_s = next(r["limit_s"] for r in verdict.rows if r["quantity"] == quantity)
+    found = (differences(main, other)[quantity] for other in (solution.trajectory, finer))
+    error, apart = (float(v[main.t_s[: len(v)] <= limit_s].max(initial=0.0)) for v in found)
+    return error, apart
