@@ -45,7 +45,7 @@ def run_options(command: Callable[..., None]) -> Callable[..., None]:
 
 @click.command(short_help="Compare engines on the scenes that you name.")
 @required_scenes
-@engine_option("one of each library")
+@engine_option("one of each library", classes=True)
 @click.option("--all-engines", is_flag=True, help="Take all engines of the default set in `barchain engines`.")
 @out_option(LOOK, help_text=OUT)
 @click.option("--certify", is_flag=True,

@@ -158,7 +158,7 @@ def run(arguments: list[str]) -> int:
     try:
         return cli.main(arguments, prog_name="barchain", standalone_mode=False) or ExitCode.OK
     except (click.Abort, KeyboardInterrupt):
-        return complain(f"interrupted; results so far are kept{resume_hint(arguments)}", ExitCode.INTERRUPTED)
+        return complain(f"interrupted{kept_words(arguments)}", ExitCode.INTERRUPTED)
     except SystemExit as ended:
         if COMPLETION in os.environ:
             raise
@@ -183,11 +183,13 @@ def output_is_unread() -> bool:
     return any(event & (select.POLLERR | select.POLLHUP) for _, event in asked.poll(0))
 
 
-def resume_hint(arguments: list[str]) -> str:
-    """Advice on going on with an interrupted command; empty of a command that can't."""
+def kept_words(arguments: list[str]) -> str:
+    """What is left of an interrupted command; empty of a command that keeps no results."""
     command = next((cli.commands[a] for a in arguments if a in cli.commands), None)
-    resumable = command is not None and any(p.name == "resume" for p in command.params)
-    return ", and --resume goes on from them" if resumable else ""
+    options = {p.name for p in command.params} if command is not None else set()
+    if "resume" in options:
+        return "; results so far are kept, and --resume goes on from them"
+    return "; results so far are kept" if options & {"out", "history"} else ""
 
 
 def complain(message: str, code: ExitCode) -> ExitCode:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from barchain.conform.checks import FAILED, PASSED, WARNING, Check, CheckState
+from barchain.conform.conventions import INTEGRATING
 from barchain.conform.physics import reason_against, unsupported_check
 from barchain.conform.runs import START_S, TIME_LIMITS
 from barchain.conform.scenes import PARTICLE, REPEATED
@@ -28,8 +29,6 @@ MEMORY_B = 2**20
 """Growth of the memory in a run from which on a long comparison notices it"""
 LATER_S = 1.5
 """Time after which a long run is ended, beyond that of a whole short one: it is inside `simulate` then"""
-INTEGRATING = "ended in simulate"
-"""End of the words on a run that was ended while it integrated"""
 LONG_ORBITS = 2e4
 STATE = {
     "folder": "changes the working folder",

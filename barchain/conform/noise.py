@@ -16,7 +16,7 @@ from barchain.judge.diagnosis.words import QUANTITY_WORDS
 from barchain.judge.scales import declared_noise, scales
 from barchain.judge.verdict import JUDGED_METRICS
 from barchain.metrics.quantities import TRACK, differences
-from barchain.runs.declared import OutsideEngine
+from barchain.runs.asking import OutsideEngine
 from reports.tables.crossval import QUANTITY_UNITS
 from reports.tables.outcome import Outcome
 

@@ -13,7 +13,7 @@ from barchain.conform.checks import FAILED, NOT_RUN, PASSED, UNSUPPORTED, WARNIN
 from barchain.conform.errors import judged_class
 from barchain.conform.noise import needed_noise, noise_fault
 from barchain.conform.runs import TIME_LIMITS, results
-from barchain.conform.scenes import STAGES, candidates, left_out, rejection, setting_of, solved
+from barchain.conform.scenes import STAGES, TOGETHER, candidates, left_out, rejection, setting_of, solved
 from barchain.judge.compare import judge
 from barchain.judge.diagnosis.channels import sizes_of
 from barchain.judge.diagnosis.fit import QUANTITY_OF
@@ -39,6 +39,8 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 PAGE = "docs/explanation/engine_conventions.md"
+LAST_ALONE = "with one effect"
+"""Stage before that of effects together"""
 ENOUGH = 0.5
 """Share of a scene that must be compared"""
 DEPENDENT_PAGE = "docs/howto/conform.md#physics"
@@ -53,21 +55,25 @@ SAME = 1e-9
 def physics(engine: Examined, stages: Mapping[str, tuple[str, ...]] = STAGES) -> Iterator[Check]:
     """Checks of the scenes of some stages, by default of all; no stage follows one with a failure."""
     failed = ""
+    made: dict[str, dict[Role, RunResult]] = {}
     for stage, scenes in stages.items():
         if failed:
             yield Check(stage, NOT_RUN, f"{failed} fails")
             continue
-        engine.note(f"physics, {stage}: {plural(len(scenes), 'scene')}, each at two settings")
-        for check in stage_checks(engine, scenes):
+        ahead = stages.get(TOGETHER, ()) if stage == LAST_ALONE else ()  # to start one process instead of two
+        if not made.keys() & set(scenes):
+            engine.note(f"physics, {stage}: {plural(len((*scenes, *ahead)), 'scene')}, each at two settings")
+            made |= main_and_finer(engine, [n for n in (*scenes, *ahead) if reason_against(engine, n) is None])
+        for check in stage_checks(engine, scenes, made):
             failed = failed or (check.name if check.state is FAILED else "")
             yield check
 
 
-def stage_checks(engine: Examined, names: tuple[str, ...]) -> Iterator[Check]:
-    """Checks of the scenes of a stage, whose runs are made in one process."""
+def stage_checks(engine: Examined, names: Sequence[str], runs: Mapping[str, dict[Role, RunResult]]) -> Iterator[Check]:
+    """Checks of the scenes of a stage, whose runs were made in one process."""
     reasons = {name: reason_against(engine, name) for name in names}
     able = [name for name in names if reasons[name] is None]
-    runs, failed, dependent = main_and_finer(engine, able), False, False
+    failed, dependent = False, False
     for name in names:
         reason = reasons[name]
         if reason is not None:
@@ -79,7 +85,8 @@ def stage_checks(engine: Examined, names: tuple[str, ...]) -> Iterator[Check]:
             continue
         check = scene_check(engine, name, runs[name])
         if check.state is FAILED and not failed and name != able[0]:
-            found = dependent_check(check, runs[name][Role.MAIN], partial(main_run, engine, name, judged_class(engine)))
+            alone = partial(main_run, engine, name, judged_class(engine))
+            found = dependent_check(check, runs[name][Role.MAIN], alone)
             check, dependent = found or check, found is not None
         failed = failed or check.state is FAILED
         yield check

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import re
-import sys
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from adapters.registry import ENGINES, RESERVED, TARGET, Registration, UnknownEngineError, find_engine
+from adapters.registry import ENGINES
 from barchain.conform.checks import Group
 from barchain.conform.scenes import FOLDER, STAGES, scene_for
 from barchain.runs.asking import engine_class
+from barchain.runs.choices import named_engine
 from barchain.runs.job import Job
 from scenarios import SceneError, nearest
 
@@ -19,6 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from adapters.engine import Engine, Setting
+    from adapters.registry import Registration
     from barchain.runs.job import Role
     from scenarios import Scene
 
@@ -58,37 +57,9 @@ class Examined:
 
 
 def examined(given: str) -> Examined:
-    """Engine of a name, or of ``module:Class`` on Python's path or in the current folder.
-
-    Raises
-    ------
-    UnknownEngineError
-        If no engine has the name; the message tells how a class or a package is given.
-    """
-    if re.fullmatch(TARGET, given):
-        here = str(Path.cwd())
-        if here not in sys.path:
-            sys.path.append(here)
-        return Examined(short_name(given), Registration(given), registered=False)
-    try:
-        return Examined(given, find_engine(given))
-    except UnknownEngineError as error:
-        raise UnknownEngineError(f"{error}; {how_to_give(given)}") from None
-
-
-def how_to_give(given: str) -> str:
-    """How an engine is given that no package registers."""
-    module, _, name = given.rpartition(".")
-    if module and re.fullmatch(TARGET, f"{module}:{name}"):
-        return f"a class is given as MODULE:CLASS (did you mean {module}:{name}?)"
-    return "the engine of a package is there after `pip install -e FOLDER`; a class is given as MODULE:CLASS"
-
-
-def short_name(target: str) -> str:
-    """Name of a class that has no entry point yet: ``MyEngine`` becomes ``my-engine``."""
-    words = re.findall(r"[A-Z]*[^A-Z]+|[A-Z]+", target.partition(":")[2])
-    name = "-".join(w.lower().strip("_") for w in words if w.strip("_")) or "engine"
-    return f"{name}-engine" if name in {*ENGINES, *RESERVED} else name
+    """Engine of a name, or of ``module:Class``; errors as :func:`barchain.runs.choices.named_engine`."""
+    name, registration = named_engine(given)
+    return Examined(name, registration, registered=":" not in given)
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,11 @@ part of an engine       names
 ======================  ============================================================================================
 contract                `Engine`, `EngineError`, `UnsupportedMotionError`, `Setting`, `AccuracyParameter`,
                         `AccuracySweep`, `Coordinates`
-results                 `Trajectory`, `Observable`, `Array`, `ENDED`
+results                 `Trajectory`, `Observable`, `Array`, `ENDED`; ``Trajectory.info["steps"]``: steps of the run
 scene                   `Scene`, `Chain`, `Orbit`, `CentralBody`, `Run`, `load_scene`
 effects                 `Effects`, `Gravity`, `Oblateness`, `ThirdBody`, `Drag`, `SolarPressure`, `JointSpringDamper`,
                         `PrescribedRotation`, `Thrust`, `Impulse`, `all_effect_names`
+kinds of effects        `End` and `Axes` of thrusts and impulses, `Frame` and `Actuator` of prescribed rotations
 start                   `initial_state`, `InitialState`
 joint coordinates       `to_joint_coordinates`, `from_joint_coordinates`, `bar_accelerations`, `bar_angles`,
                         `BarsInFrame`
@@ -23,7 +24,8 @@ frame                   `free_fall`, `fall_rate`, `orbit_noise`, `kepler_orbit`,
 loads                   `ChainForces`, `FORCE_EFFECTS`, `impulse_jumps`, `bars_of`
 reactions               `reaction_from_wrench`, `reactions_from_motion`
 accuracy                `accuracy_scales`, `AccuracyScales`, `steps_between_samples`, `step_s`
-events                  ``scene.effects.breaks_s``, `misalignment`, `events_by_step`, `face_reversal`
+events                  ``scene.effects.breaks_s``: all instants at which an effect is not smooth, s, impulses' ``at_s``
+                        among them, which no step may contain; `misalignment`, `events_by_step`, `face_reversal`
 landing                 `LandedError`, `landing_text`, `least_height_m`
 ======================  ============================================================================================
 """
@@ -61,8 +63,12 @@ from adapters.engine import (
 )
 from adapters.trajectory import ENDED, Array, Observable, Trajectory
 from scenarios import (
+    Actuator,
+    Axes,
     Drag,
     Effects,
+    End,
+    Frame,
     Gravity,
     Impulse,
     JointSpringDamper,
@@ -86,7 +92,9 @@ __all__ = [
     "AccuracyParameter",
     "AccuracyScales",
     "AccuracySweep",
+    "Actuator",
     "Array",
+    "Axes",
     "BarsInFrame",
     "CentralBody",
     "Chain",
@@ -94,8 +102,10 @@ __all__ = [
     "Coordinates",
     "Drag",
     "Effects",
+    "End",
     "Engine",
     "EngineError",
+    "Frame",
     "FrameState",
     "Gravity",
     "Impulse",

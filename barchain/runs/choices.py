@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+import re
+import sys
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from adapters.engine import AccuracyParameter, Setting, SettingError, check_number
-from adapters.registry import Registration, engines, find_engine
+from adapters.registry import ENGINES, RESERVED, TARGET, Registration, UnknownEngineError, engines, find_engine
 from barchain.runs.asking import engine_class
 from scenarios import nearest
 
@@ -62,10 +65,44 @@ def allowed_range(sweep: AccuracySweep) -> tuple[float, float]:
 
 
 def chosen_engines(names: Iterable[str] | None) -> dict[str, Registration]:
-    """Registrations by name, in the order given; without names all default engines."""
+    """Registrations by name, in the order given; without names all default engines. Errors as :func:`named_engine`."""
     if names is None:
         return {name: r for name, r in engines().items() if r.by_default}
-    return {name: find_engine(name) for name in dict.fromkeys(names)}
+    return dict(map(named_engine, names))
+
+
+def named_engine(given: str) -> tuple[str, Registration]:
+    """Name and registration of a registered engine, or of ``module:Class`` on Python's path or in the current folder.
+
+    Raises
+    ------
+    UnknownEngineError
+        If no engine has the name; the message tells how a class or a package is given.
+    """
+    if isinstance(given, str) and re.fullmatch(TARGET, given):
+        here = str(Path.cwd())
+        if here not in sys.path:
+            sys.path.append(here)
+        return short_name(given), Registration(given)
+    try:
+        return given, find_engine(given)
+    except UnknownEngineError as error:
+        raise UnknownEngineError(f"{error}; {how_to_give(str(given))}") from None
+
+
+def how_to_give(given: str) -> str:
+    """How an engine is given that no package registers."""
+    module, _, name = given.rpartition(".")
+    if module and re.fullmatch(TARGET, f"{module}:{name}"):
+        return f"a class is given as MODULE:CLASS (did you mean {module}:{name}?)"
+    return "the engine of a package is there after `pip install -e FOLDER`; a class is given as MODULE:CLASS"
+
+
+def short_name(target: str) -> str:
+    """Name of a class that has no entry point yet: ``MyEngine`` becomes ``my-engine``."""
+    words = re.findall(r"[A-Z]*[^A-Z]+|[A-Z]+", target.partition(":")[2])
+    name = "-".join(w.lower().strip("_") for w in words if w.strip("_")) or "engine"
+    return f"{name}-engine" if name in {*ENGINES, *RESERVED} else name
 
 
 def one_of_each(registered: dict[str, Registration]) -> dict[str, Registration]:

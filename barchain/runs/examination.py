@@ -11,6 +11,7 @@ import os
 import random
 import signal
 import sys
+import sysconfig
 import threading
 import time
 from pathlib import Path
@@ -118,7 +119,18 @@ def imported_libraries(registration: Registration, before: set[str]) -> list[str
     loaded_now = [module for name, module in list(sys.modules.items()) if name.partition(".")[0] == own]
     names = {package_of(value) for module in loaded_now for value in list(vars(module).values())}
     new = {name.partition(".")[0] for name in set(sys.modules) - before}
-    return sorted((names & new) - known)[:REPORTED_LIBRARIES]
+    beside = folder_of(own)
+    return sorted(name for name in (names & new) - known if folder_of(name) != beside)[:REPORTED_LIBRARIES]
+
+
+def folder_of(package: str) -> str:
+    """Folder in which an author keeps a package beside others; the name itself of one that was installed."""
+    path = getattr(sys.modules.get(package), "__file__", None)
+    if path is None:
+        return package
+    place = Path(path).parent.parent if Path(path).stem == "__init__" else Path(path).parent
+    installed = {Path(found) for found in (sysconfig.get_path("purelib"), sysconfig.get_path("platlib"))}
+    return package if place in installed else str(place)
 
 
 def package_of(value: object) -> str:

@@ -37,7 +37,7 @@ MEANINGS = {
     ExitCode.MISSING_ENGINE: "An engine that was named, or that the command needs, is not installed; nothing was "
     "run. Of `nightly` and `history report`: the night is void or incomplete, and nothing is known to be worse.",
     ExitCode.INTERNAL_ERROR: "barchain itself failed; a traceback was printed.",
-    ExitCode.INTERRUPTED: "The command was interrupted, e.g. by Ctrl-C; results so far are kept.",
+    ExitCode.INTERRUPTED: "The command was interrupted, e.g. by Ctrl-C; results that were written are kept.",
     ExitCode.UNREAD: "The reader of the command's output ended first, e.g. `head`; results so far are kept.",
 }
 

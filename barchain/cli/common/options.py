@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import functools
 import os
+import re
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -115,6 +116,16 @@ class EngineType(click.ParamType):  # type: ignore[type-arg]  # generic from cli
             for name, r in engines().items()
             if name.startswith(incomplete)
         ]
+
+
+class EngineOrClassType(EngineType):
+    """Name of an installed engine, or ``MODULE:CLASS``, whose import a run tells of."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Check an engine's name; let a class pass."""
+        from adapters.registry import TARGET
+
+        return str(value) if re.fullmatch(TARGET, str(value)) else super().convert(value, param, ctx)
 
 
 class HostType(EngineType):
@@ -315,10 +326,14 @@ programs_option = click.option(
 )  # fmt: skip
 
 
-def engine_option(default: str, names: str = "names") -> Callable[[F], F]:
-    """`--engine NAME`, repeatable, with `--engines FILE`; `default` says which engines take part without it."""
+def engine_option(default: str, names: str = "names", *, classes: bool = False) -> Callable[[F], F]:
+    """`--engine NAME`, repeatable, with `--engines FILE`; `default` says which engines take part without it.
+
+    With `classes` also `--engine MODULE:CLASS`, a class that no package registers.
+    """
     named = click.option(
-        "--engine", names, multiple=True, metavar="NAME", type=ENGINE,
+        "--engine", names, multiple=True, metavar="NAME|MODULE:CLASS" if classes else "NAME",
+        type=EngineOrClassType() if classes else ENGINE,
         help=f"Take this engine. May be repeated; default: {default}.",
     )  # fmt: skip
     return lambda command: named(programs_option(command))
