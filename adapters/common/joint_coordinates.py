@@ -8,34 +8,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from reference_impl.model.kinematics import directions
 
 if TYPE_CHECKING:
+    from adapters.common.initial_state import InitialState
     from adapters.trajectory import Array
-
-
-class ChainPose(Protocol):
-    """State of the bars in a frame whose origin is the centre of mass."""
-
-    @property
-    def position_m(self) -> Array:
-        """(N, 2)."""
-
-    @property
-    def velocity_m_s(self) -> Array:
-        """(N, 2)."""
-
-    @property
-    def angle_rad(self) -> Array:
-        """(N,)."""
-
-    @property
-    def rate_rad_s(self) -> Array:
-        """(N,)."""
 
 
 @dataclass(frozen=True)
@@ -63,14 +44,14 @@ class BarsInFrame:
         return origin_m + weighted_mean(mass_kg, self.position_m), drift_m_s + weighted_mean(mass_kg, self.velocity_m_s)
 
 
-def to_joint_coordinates(length_m: Array, start: ChainPose) -> tuple[Array, Array]:
+def to_joint_coordinates(length_m: Array, start: InitialState) -> tuple[Array, Array]:
     """Joint coordinates of a state and their rates.
 
     Parameters
     ----------
     length_m : ndarray, shape (N,)
-    start : ChainPose
-        Bars in the frame, with closed joints; an `InitialState` is one, as the frame starts at the centre of mass.
+    start : InitialState
+        With closed joints; positions and velocities of the bars in the frame, whose origin is the centre of mass.
 
     Returns
     -------
@@ -125,12 +106,6 @@ def positions(length_m: Array, q: Array) -> Array:
     """Bars' centres in the frame, (n, N, 2), from coordinates (n, N + 2)."""
     along, _ = directions(angles(q))
     return bar_centres(q, 0.5 * length_m[:, None] * along)
-
-
-def velocities(length_m: Array, q: Array, q_t: Array) -> Array:
-    """Velocities of the bars' centres in the frame, (n, N, 2)."""
-    _, across = directions(angles(q))
-    return bar_centres(q_t, 0.5 * length_m[:, None] * angles(q_t)[..., None] * across)
 
 
 def accelerations(length_m: Array, q: Array, q_t: Array, q_tt: Array) -> Array:

@@ -10,13 +10,12 @@ from __future__ import annotations
 import dataclasses
 import itertools
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adapters.common.initial_state import initial_state
-from adapters.common.joint_coordinates import accelerations, angles, positions, to_joint_coordinates, velocities
+from adapters.common.initial_state import InitialState, initial_state
+from adapters.common.joint_coordinates import accelerations, from_joint_coordinates, to_joint_coordinates
 from adapters.exudyn.frames import BarMotion, frame_of
 from adapters.exudyn.library import exu, items, symbolic_function
 from adapters.exudyn.loads import Loading
@@ -35,30 +34,15 @@ if TYPE_CHECKING:
 INSIDE_DEGREE = 7  # (h n/4)^8/8! of a number's own size: below 1e-13 at 50 steps per orbit, round-off at 400
 
 
-@dataclass(frozen=True)
-class InitialCoordinates:
-    """Initial coordinates in the frame's axes."""
-
-    position_m: Array
-    """(N, 2)"""
-    velocity_m_s: Array
-    """(N, 2)"""
-    angle_rad: Array
-    """(N,)"""
-    rate_rad_s: Array
-    """(N,)"""
-
-
-def initial_coordinates(scene: Scene, axes: FrameAxes, *, absolute: bool) -> InitialCoordinates:
-    """Initial state of `scene` in `axes`, one instant of a frame."""
-    s = initial_state(scene)
+def initial_coordinates(scene: Scene, axes: FrameAxes, *, absolute: bool) -> InitialState:
+    """Initial state of `scene` relative to the origin of `axes`, one instant of a frame, and in these axes."""
+    s, zero = initial_state(scene), np.zeros(2)
     position, motion = s.position_m, s.velocity_m_s
     if absolute:
         position, motion = position + s.com_m, motion + s.com_velocity_m_s
-    readings, velocity = axes.relative(position[None], motion[None])
-    return InitialCoordinates(
-        readings[0], velocity[0], s.angle_rad - axes.turn_rad[0], s.rate_rad_s - axes.rate_rad_s[0]
-    )
+    (readings,), (velocity,) = axes.relative(position[None], motion[None])
+    angle, rate = s.angle_rad - axes.turn_rad[0], s.rate_rad_s - axes.rate_rad_s[0]
+    return InitialState(zero, zero, angle, rate, readings, velocity)
 
 
 class Model(ABC):
@@ -327,15 +311,10 @@ class FrozenOrbitTreeModel(TreeModel):
 def tree_readings(model: TreeModel, q: Array, q_t: Array, q_tt: Array) -> tuple[SensorReadings, Array]:
     """Readings of a tree's sensors, and the remaining reaction at the free end, (n,) N: round-off."""
     chain = model.scene.chain
-    length = np.array(chain.length_m)
-    readings = SensorReadings(
-        positions(length, q),
-        velocities(length, q, q_t),
-        angles(q),
-        angles(q_t),
-        np.empty((len(q), 0, 2)),
-        np.empty((len(q), 0)),
-    )
+    length, none = np.array(chain.length_m), np.empty((len(q), 0))
+    bars = from_joint_coordinates(length, q, q_t)
+    parts = bars.position_m, bars.velocity_m_s, bars.angle_rad, bars.rate_rad_s
+    readings = SensorReadings(*parts, none[..., None], none)
     lacking = np.array(chain.mass_kg)[:, None] * accelerations(length, q, q_t, q_tt) - forces(model, readings)
     reaction = np.cumsum(lacking, axis=1)
     return dataclasses.replace(readings, reaction_N=reaction[:, :-1]), np.linalg.norm(reaction[:, -1], axis=-1)

@@ -14,7 +14,7 @@ from adapters.bar_loads.gravity import AbsoluteLoads, MovingLoads
 from adapters.bar_loads.interface import FrameState, bars_of
 from adapters.bar_loads.joint_tree import tree_positions, tree_rates
 from adapters.common.initial_state import initial_state
-from adapters.common.joint_coordinates import positions, velocities
+from adapters.common.joint_coordinates import from_joint_coordinates
 from adapters.common.step_alignment import events_by_step, inner_events_s, misalignment
 from scenarios import Axes, End, Gravity, Impulse, Thrust, load_scene
 from tests.support.slow import one_in
@@ -252,8 +252,9 @@ def test_a_tree_in_plain_floats_is_the_tree():
     bars, length = bars_of(scene.chain), np.array(scene.chain.length_m)
     spots, rates = list(tree_positions(q.tolist(), bars)), list(tree_rates(q.tolist(), q_t.tolist(), bars))
     close = {"atol": ROUNDINGS * EPS * scene.size_m, "rtol": 0.0}
-    np.testing.assert_allclose(np.array(spots)[:, :2], positions(length, q[None])[0], **close)
-    np.testing.assert_allclose(np.array(rates)[:, :2], velocities(length, q[None], q_t[None])[0], **close)
+    bars_in_frame = from_joint_coordinates(length, q[None], q_t[None])
+    np.testing.assert_allclose(np.array(spots)[:, :2], bars_in_frame.position_m[0], **close)
+    np.testing.assert_allclose(np.array(rates)[:, :2], bars_in_frame.velocity_m_s[0], **close)
     np.testing.assert_allclose([w for *_, w in rates], np.cumsum(q_t[2:]))
 
 
