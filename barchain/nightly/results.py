@@ -26,7 +26,6 @@ from barchain.nightly.parts import (
     Installation,
     depends_on,
     environment_parts,
-    installation_here,
     recorded_environment,
     scene_part,
 )
@@ -36,7 +35,6 @@ from reports.tables.crossval import FILES as COMPARISON
 from reports.tables.crossval import is_engine
 from reports.tables.reading import brief, damaged
 from reports.tables.rows import BITS, NOT_COMPARED, NOT_RUN, RELATIVE_TO, is_count, parsed_tags, records
-from scenarios import scene_names
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -206,27 +204,12 @@ def standing(first: Figure, second: Figure) -> Figure:
         return second
     kind = first.identity.kind
     if kind in LARGER:
-        return max(first, second, key=number_of)
+        return max(first, second, key=lambda figure: figure.value or 0.0)
     if kind is FigureKind.VALUE:
         return first
-    return graver(first, second) if kind is FigureKind.VERDICT else contradiction(first, second)
-
-
-def number_of(figure: Figure) -> float:
-    """Number of a figure that has one."""
-    return 0.0 if figure.value is None else figure.value
-
-
-def graver(first: Figure, second: Figure) -> Figure:
-    """Graver one of two verdicts; words of no common scale contradict each other."""
-    for scale in SCALES:
-        if first.word in scale and second.word in scale:
-            return max(first, second, key=lambda figure: scale.index(figure.word))
-    return contradiction(first, second)
-
-
-def contradiction(first: Figure, second: Figure) -> Figure:
-    """Missing figure: two runs of one night gave different words."""
+    scale = next((scale for scale in SCALES if first.word in scale and second.word in scale), None)
+    if kind is FigureKind.VERDICT and scale is not None:
+        return max(first, second, key=lambda figure: scale.index(figure.word))
     said = brief(f"two parts of the night differ: {first.word[:100]}, {second.word[:100]}")
     return Figure(first.identity, reason=said, depends=(*first.depends, *second.depends))
 
@@ -255,8 +238,7 @@ def read_night(folder: Path) -> Night:
     FileNotFoundError, DamagedResultsError, SchemaVersionError
         If a table or a record is missing, damaged, or of another version.
     """
-    found = found_in(folder)
-    read = [(study.files, study.files.sound_record(folder)) for study in found]
+    read = records_of([folder])
     figures = read_figures_of(folder)
     first = min((record for _, record in read), key=lambda record: started(folder, record))
     environment = recorded_environment(first)
@@ -278,9 +260,9 @@ def night_here(
     started: datetime.datetime,
     duration_s: float,
     plan: str,
+    installation: Installation,
     complete: bool = True,
     void: str | None = None,
-    installation: Installation | None = None,
     label: str = "",
 ) -> Night:
     """Night of result folders that this installation has just written: parts have the digests of the installed files.
@@ -298,8 +280,8 @@ def night_here(
         Whether all of the plan was done; a folder whose record is incomplete makes the night incomplete too.
     void : str, optional
         Why the night can't be believed.
-    installation : Installation, optional
-        That the results come from; the one of this process by default.
+    installation : Installation
+        That the results come from.
     label : str
         Ending of the night's name; the first digits of its content by default.
 
@@ -310,24 +292,18 @@ def night_here(
     """
     figures = merged(figure for folder in folders for figure in read_figures_of(folder))
     records = [record for _, record in records_of(folders)]
-    own = installation or installation_behind([figure.identity for figure in figures])
     needed = {name for figure in figures for name in figure.depends}
-    parts = known_parts(records, [part for part in own.parts if part.name in needed], figures)
+    parts = known_parts(records, [part for part in installation.parts if part.name in needed], figures)
     done = complete and all(bool(record.get("complete")) for record in records)
     return Night(
-        started, duration_s, plan, own.barchain, own.environment, parts, figures, own.commit, done, void, label
-    )
+        started, duration_s, plan, installation.barchain, installation.environment, parts, figures,
+        installation.commit, done, void, label,
+    )  # fmt: skip
 
 
 def records_of(folders: Iterable[Path]) -> list[tuple[StudyFiles, dict[str, Any]]]:
     """Records of all results in some folders, each with its kind of results."""
     return [(study.files, study.files.sound_record(folder)) for folder in folders for study in found_in(folder)]
-
-
-def installation_behind(found: Sequence[FigureIdentity]) -> Installation:
-    """Installation of this process behind some figures."""
-    named = {name for i in found for name in (i.engine, i.anchor)} & set(engines())
-    return installation_here(named, {i.scene for i in found} & set(scene_names()))
 
 
 def found_in(folder: Path) -> list[Measuring]:

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 SMALL = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
 MOST_CAUSES = 3
 MOST_SUSPECTS = 3
+DIRECTIONS = {"worse": "for the worse", "better": "for the better", "changed": "neither better nor worse"}
+NOT_REPRODUCIBLE = "not reproducible: the same sources, versions and machine class gave other bits"
 NOT_JUDGED = "Nothing was judged: no figure of this night has an earlier one."
 
 
@@ -66,17 +68,21 @@ def opening(
     since = f" since {baseline}" if baseline else " tonight"
     told = [change for change in changes if change.accepted is None]
     wild = sum(change.irreproducible for change in told)
-    tame = plain([change for change in told if not change.irreproducible], since, judged)
     accepted = figures(changes) - figures(told)
     if told:
-        rest = more_accepted_words(accepted)
+        rest = counted(accepted, "more change", "accepted")
     elif accepted:
-        rest = only_accepted_words(accepted, since, judged)
+        every = "the change is accepted" if accepted == 1 else "all changes are accepted"
+        many = f"{amount(accepted, 'figure').capitalize()} of {judged} changed"
+        rest = f"{many}{since}; {every}. Nothing else changed."
     else:
         rest = f"Nothing changed{since} among {judged} figures." if judged else NOT_JUDGED
+    holding = f"{amount(standing, 'earlier change').capitalize()} for the worse still hold{'s' * (standing == 1)}."
     said = (
-        wild_words(wild), tame, rest, standing_words(standing), renamed_words(renamed),
-        replanned_words(replanned) if replanned else new_words(new),
+        counted(wild, "run", NOT_REPRODUCIBLE),
+        plain([change for change in told if not change.irreproducible], since, judged),
+        rest, holding if standing else "", renamed_words(renamed),
+        replanned_words(*replanned) if replanned else counted(new, "figure", "new"),
     )  # fmt: skip
     return " ".join(part for part in said if part) + ending
 
@@ -84,6 +90,11 @@ def opening(
 def figures(changes: Sequence[ChangeEntry]) -> int:
     """Number of the figures of some changes."""
     return sum(1 + change.also for change in changes)
+
+
+def counted(count: int, noun: str, state: str) -> str:
+    """``Three figures are new.``; empty without any."""
+    return f"{amount(count, noun).capitalize()} {'is' if count == 1 else 'are'} {state}." if count else ""
 
 
 def renamed_words(renamed: Sequence[str]) -> str:
@@ -95,58 +106,19 @@ def renamed_words(renamed: Sequence[str]) -> str:
     return f"{said[0].upper()}{said[1:]}{more}: figures are compared by their role."
 
 
-def new_words(count: int) -> str:
-    """Sentence on figures that have no earlier one; empty without any."""
-    return f"{amount(count, 'figure').capitalize()} {'is' if count == 1 else 'are'} new." if count else ""
-
-
-def wild_words(count: int) -> str:
-    """Sentence on runs that are not reproducible; empty without any."""
-    if not count:
-        return ""
-    runs = f"{amount(count, 'run').capitalize()} {'is' if count == 1 else 'are'} not reproducible"
-    return f"{runs}: the same sources, versions and machine class gave other bits."
-
-
-def replanned_words(figures: tuple[int, int] | None) -> str:
-    """Sentence on a plan that differs from that of the night before; empty if the plan is the same."""
-    if figures is None:
-        return ""
-    counted = zip(figures, ("new", "not measured tonight"), strict=True)
-    found = [f"{amount(count, 'figure')} {'is' if count == 1 else 'are'} {state}" for count, state in counted if count]
-    told = f": {', '.join(found)}" if found else ""
-    return f"The plan is another one than on the night before{told}."
-
-
-def standing_words(count: int) -> str:
-    """Sentence on changes of earlier nights that still hold; empty without any."""
-    noun = amount(count, "earlier change").capitalize()
-    return f"{noun} for the worse still {'holds' if count == 1 else 'hold'}." if count else ""
-
-
-def more_accepted_words(count: int) -> str:
-    """Sentence on accepted changes beside others; empty without any."""
-    return f"{amount(count, 'more change').capitalize()} {'is' if count == 1 else 'are'} accepted." if count else ""
-
-
-def only_accepted_words(count: int, since: str, judged: int) -> str:
-    """Sentence on accepted changes where there are no others."""
-    every = "the change is accepted" if count == 1 else "all changes are accepted"
-    return f"{amount(count, 'figure').capitalize()} of {judged} changed{since}; {every}. Nothing else changed."
+def replanned_words(new: int, gone: int) -> str:
+    """Sentence on a plan that differs from that of the night before."""
+    states = (counted(new, "figure", "new"), counted(gone, "figure", "not measured tonight"))
+    found = ", ".join(f"{state[0].lower()}{state[1:-1]}" for state in states if state)
+    return f"The plan is another one than on the night before{': ' if found else ''}{found}."
 
 
 def plain(changes: Sequence[ChangeEntry], since: str, judged: int) -> str:
     """Sentence on changes: how many, for the worse or not, and whose they are; empty without changes."""
     if not changes:
         return ""
-    counted: Counter[str] = Counter()
-    for change in changes:
-        counted[change.direction] += 1 + change.also
-    words = [
-        f"{amount(counted[d])} {'' if d == 'changed' else 'for the '}{d}" for d in ("worse", "better") if counted[d]
-    ]
-    if counted["changed"]:
-        words.append(f"{amount(counted['changed'])} neither better nor worse")
+    found = {d: figures([change for change in changes if change.direction == d]) for d in DIRECTIONS}
+    words = [f"{amount(found[d])} {words}" for d, words in DIRECTIONS.items() if found[d]]
     count = figures(changes)
     many = f"{amount(count, 'figure').capitalize()} of {judged} changed{since}"
     how = listed(words) if len(words) > 1 else f"{'all ' if count > 1 else ''}{words[0].partition(' ')[2]}"

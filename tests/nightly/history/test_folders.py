@@ -11,6 +11,7 @@ from barchain.cli.main import run
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import FigureKind
 from barchain.nightly.judging import judge_night
+from barchain.nightly.parts import installation_here
 from barchain.nightly.results import night_here, read_night
 from reports.tables.reading import DamagedResultsError
 from tests.nightly.history.histories import as_series, summaries
@@ -92,7 +93,8 @@ def test_the_same_folder_is_the_same_night_and_an_interrupted_one_is_incomplete(
 
 
 def test_a_night_of_this_installation_knows_the_digests_of_its_parts(compared: Path) -> None:
-    made = night_here([compared, compared], started=FIRST, duration_s=60.0, plan="plan")
+    own = installation_here(["reference", "rebound"], ["basics/two_bars_free"])
+    made = night_here([compared, compared], started=FIRST, duration_s=60.0, plan="plan", installation=own)
     assert {f.identity for f in made.figures} == {f.identity for f in read_night(compared).figures}
     assert all(part.digest for part in made.parts)
     assert made.complete
