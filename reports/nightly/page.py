@@ -62,7 +62,7 @@ def rendered(
     facts: NightlyFile, trends: Sequence[TrendChart], nights: Sequence[CalendarNight], pages: Collection[str] = ()
 ) -> str:
     """Text of the page."""
-    touched = {(c.scene, c.engine, c.kind) for c in (*facts.changes, *facts.standing)}
+    touched = {(c.scene, c.engine, c.kind) for c in facts.changes}
     changed = [t for t in trends if (t.scene, t.engine, t.kind) in touched]
     rows = change_rows(facts.changes)
     return templates().get_template(TEMPLATE).render(

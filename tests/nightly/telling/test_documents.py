@@ -318,7 +318,7 @@ def test_an_accepted_change_is_told_apart_from_a_confirmed_one(history: str, tmp
     report(history, tmp_path / "out")
     before, page = ((tmp_path / each / "nightly.html").read_text("utf-8") for each in ("before", "out"))
     assert "<br>accepted</td>" not in before
-    assert 'data-label="confirmed">not tried<' in page
+    assert "Suspects that were not tried are confirmed, or not" in page
     assert "worse</span><br>accepted</td>" in page
     assert "; accepted by Ada on " in page
 
