@@ -226,6 +226,7 @@ def compare(
         If the Dask cluster can't be used, or fails.
     """
     from barchain.crossval.run import run_comparison  # noqa: PLC0415  # a single run needs no judge
+    from barchain.studies.study import Reporter, ignore  # noqa: PLC0415
 
     given, names = list(map(checked, scene_list(scenes))), engine_list(engines)
     check_settings(settings, chosen_engines(names))
@@ -248,7 +249,7 @@ def compare(
         certify=certify,
         resume=resume,
         overwrite=overwrite,
-        progress=progress,
+        reporter=Reporter(progress or ignore),
     )
 
 

@@ -143,7 +143,7 @@ def in_revision(revision: str) -> dict[str, int]:
 def timed() -> dict[str, float]:
     """Least time of one evaluation of each variant, s; all take turns, so that what disturbs disturbs each of them."""
     loops = {name: loop_of(ENGINE, scene) for name, scene in variants()}
-    turns = [{name: evaluation_times(loop, 1)[0] for name, loop in loops.items()} for _ in range(TURNS)]
+    turns = [{name: float(evaluation_times([loop], 1)[0, 0]) for name, loop in loops.items()} for _ in range(TURNS)]
     return {name: float(min(turn[name] for turn in turns)) for name in loops}
 
 

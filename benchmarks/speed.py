@@ -22,8 +22,7 @@ from barchain.runs.timing.divided_chain import SCENE, divided
 from barchain.runs.timing.evaluation import evaluation_times, loop_of
 from barchain.runs.timing.statistics import cost_at, locate
 from barchain.studies.cost.findings import curve_of
-from barchain.studies.cost.plan import CostOptions
-from barchain.studies.cost.study import CostStudy
+from barchain.studies.cost.study import cost_study
 from barchain.studies.defaults import BARS, FAST
 from barchain.studies.ensemble.study import ensemble
 from barchain.studies.scaling.fit import FAST_BARS, exponent
@@ -51,7 +50,7 @@ def evaluations() -> Found:
     bars = sorted({*SHOWN_BARS, *(n for n in BARS if first <= n <= last)})
     scene, found = load_scene(SCENE), {}
     for n in bars:
-        found[n] = float(evaluation_times(loop_of(FAST, divided(scene, n)), TURNS).min())
+        found[n] = float(evaluation_times([loop_of(FAST, divided(scene, n))], TURNS).min())
     fitted = [n for n in bars if n >= first]
     power = exponent(np.array(fitted, float), np.array([found[n] for n in fitted]))
     assert power is not None
@@ -64,9 +63,8 @@ def evaluations() -> Found:
 def orbits(minutes: float) -> Found:
     """Times to reach :data:`TARGETS_RAD`, and what others take over the compiled reference."""
     with tempfile.TemporaryDirectory() as folder:
-        study = CostStudy()
-        plan = study.plan(CostOptions([ORBIT], ENGINES, minutes=minutes))
-        run_study(study, plan, Path(folder), reporter=Reporter(lambda *_: click.echo(".", nl=False, err=True)))
+        study = cost_study([ORBIT], ENGINES, minutes=minutes)
+        run_study(study, Path(folder), reporter=Reporter(lambda *_: click.echo(".", nl=False, err=True)))
         points = read_cost(Path(folder)).points
         least = FILES.read(Path(folder), "times").groupby(["engine", "setting"]).seconds.min()
     click.echo(err=True)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from shlex import quote
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from barchain.cli.common.exit_codes import findings
 from barchain.cli.common.options import (
     engine_option,
     executor_options,
@@ -19,7 +18,8 @@ from barchain.cli.common.options import (
     set_option,
     time_limit_option,
 )
-from barchain.cli.common.terminal import say
+from barchain.cli.common.result_folder import end_study
+from barchain.cli.common.terminal import counts_of, say
 from barchain.record.environment import typed
 from barchain.runs.job import SOLUTION_PATIENCE, TIME_LIMIT_S
 
@@ -27,13 +27,16 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from pathlib import Path
 
+    import pandas as pd
+
     from adapters.registry import Registration
     from barchain.cli.common.options import GivenSetting
     from barchain.crossval.run import ComparisonResult
-    from barchain.runs.executors import Executor
+    from reports.tables.outcome import Outcome
     from scenarios import Scene
 
 LOOK = "comparison"
+MOST_SHOWN = 10  # failures
 OUT = "Write report and tables into this folder."
 PATIENT = f"; a run for the judging solution after {SOLUTION_PATIENCE:g} times that"
 
@@ -90,8 +93,7 @@ def crossval(tag: str | None, out: Path, **options: Any) -> None:
 
 def compare_and_render(
     scenes: list[Scene], names: tuple[str, ...] | None, out: Path, *, need_external: bool, quick: bool = False,
-    settings: tuple[GivenSetting, ...], time_limit: float, executor: Executor, certify: bool = False,
-    **kept: bool,
+    settings: tuple[GivenSetting, ...], kept: dict[str, bool], **how: Any,
 ) -> None:  # fmt: skip
     """Run the comparison with progress, render the report, print the verdicts, and exit with 1 if it did not pass.
 
@@ -108,36 +110,42 @@ def compare_and_render(
         engines = one_of_each(engines)
     chosen = settings_by_engine(settings, engines)
     check_others("crossval", out)
-    with verdicts_shown(len(scenes) * len(engines)) as show:
+    with verdicts_shown(len(scenes) * len(engines)) as reporter:
         result = run_comparison(
-            scenes, names, out, time_limit_s=time_limit, executor=executor, settings=chosen, certify=certify,
-            need_external=need_external, command=typed(), progress=show, notes=show.note, registered=engines,
-            render=lambda folder: render(folder)[0], **kept,
+            scenes, names, out, settings=chosen, need_external=need_external, registered=engines,
+            render=lambda folder: render(folder)[0], command=typed(), reporter=reporter, **kept, **how,
         )  # fmt: skip
-    show_verdict(result)
+    show_verdict(result, out)
     show_unchecked(result, engines, out)
     show_advice(scenes, engines)
-    say(f"report: {result.report}")
-    if not result.passed:
-        raise findings()
+    end_study(result, result.report)
 
 
-def show_verdict(result: ComparisonResult) -> None:
-    """Print the number of each outcome, and the failed and the unsupported pairs with reasons."""
-    counts = Counter(str(o) for o in result.outcomes.values())
-    say(", ".join(f"{count} {outcome}" for outcome, count in counts.most_common()))
-    for (scene, engine), outcome in result.outcomes.items():
-        if not outcome.ok or str(outcome) == "too_coarse":
-            rows = result.metrics.query("scene == @scene and engine == @engine and outcome == @outcome.value")
-            reasons = "; ".join(
-                f"{quantity}: {why}" for quantity, why in zip(rows.quantity, rows.reason, strict=True) if why
-            )
-            say(f"  {scene}  {engine}  {outcome}: {reasons}")
-    idle = [engine for (_, engine), outcome in result.outcomes.items() if str(outcome) == "nothing_compared"]
+def show_verdict(result: ComparisonResult, out: Path) -> None:
+    """Print the number of each outcome, the gravest failures, and the unsupported pairs with reasons."""
+    from reports.tables.outcome import SEVERITY, Outcome
+
+    say(counts_of(result.outcomes.values()))
+    wrong = [(pair, o) for pair, o in result.outcomes.items() if not o.ok or o is Outcome.TOO_COARSE]
+    wrong.sort(key=lambda found: SEVERITY.index(found[1]), reverse=True)
+    for (scene, engine), outcome in wrong[:MOST_SHOWN]:
+        say(f"  {scene}  {engine}  {outcome}: {why(result.metrics, scene, engine, outcome)}")
+    if len(wrong) > MOST_SHOWN:
+        say(f"  and {len(wrong) - MOST_SHOWN} more: barchain show {quote(str(out))} --where metric=verdict")
+    idle = {engine for (_, engine), outcome in wrong if outcome is Outcome.NOTHING_COMPARED}
     rows = result.metrics[(result.metrics.outcome == "unsupported") & ~result.metrics.engine.isin(idle)]
     left = rows.drop_duplicates(["scene", "engine"])
     for (name, reason), own in left.groupby(["engine", "reason"], sort=False):
         say(f"  {', '.join(own.scene)}  {name}  unsupported: {reason}")
+
+
+def why(metrics: pd.DataFrame, scene: str, engine: str, outcome: Outcome) -> str:
+    """Reason of a failed pair in one line: that of the whole run, or of its first quantity, and which others fail."""
+    own = metrics[(metrics.scene == scene) & (metrics.engine == engine) & (metrics.outcome == outcome.value)]
+    first, *others = dict.fromkeys(sorted(own.quantity, key=lambda quantity: quantity != "run"))
+    reason = next((text for text in own.reason[own.quantity == first] if text), outcome.advice)
+    also = f" (also {', '.join(others)})" if others else ""
+    return f"{first}: {' '.join(reason.split())}{also}"
 
 
 def show_unchecked(result: ComparisonResult, engines: Mapping[str, Registration], out: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,13 +20,19 @@ if TYPE_CHECKING:
 FORM = "COLUMN=VALUE,..."
 RESULT = ("value", "low", "high", "unit", "limit", "outcome", "reason", "text", "until_s")
 """Columns that are no part of a row's identity"""
-SHOWN = ("value", "low", "high", "limit", "outcome", "reason", "text")
+SHOWN = ("value", "low", "high", "limit", "outcome", "reason", "text", "was", "now", "ratio")
+ORDER = ("outcome", "text", "value")
+"""Changes, the gravest first; of values those that changed most"""
+RUN = ("study", "scene", "engine", "setting")
+"""Columns by which rows that only one folder has are counted"""
+TIMES = "seconds"  # metric of wall times, which differ between any two runs
 DIGITS = 4
 NARROW = 60  # characters of a cell; --csv has all of it
+MOST_SHOWN = 50  # differences
 
 
 @click.command()
-@click.argument("folder", metavar="DIR", type=NamedPath(path_type=Path))
+@click.argument("folder", metavar="DIR", required=False, type=NamedPath(path_type=Path))
 @click.argument("other", metavar="[OTHER]", required=False, type=NamedPath(path_type=Path))
 @click.option("--where", "conditions", metavar=FORM, multiple=True,
               help="Show rows with these values, e.g. engine=exudyn,quantity=reaction; may be repeated.")  # fmt: skip
@@ -33,12 +40,15 @@ NARROW = 60  # characters of a cell; --csv has all of it
               help="Write the rows with all columns into this file instead.")  # fmt: skip
 @click.option("--judge", "judged", is_flag=True,
               help="Judge what differs in OTHER as nights do, and exit with 1 if a figure is worse.")  # fmt: skip
-def show(folder: Path, other: Path | None, conditions: tuple[str, ...], file: Path | None, judged: bool) -> None:
+def show(folder: Path | None, other: Path | None, conditions: tuple[str, ...], file: Path | None, judged: bool) -> None:
     """Print what the studies in DIR measured or judged.
 
-    Columns in which all rows agree are left out. With OTHER, print what differs: rows that are new or gone, and those
-    with another outcome or value, with the ratio of the values in OTHER to those in DIR.
+    Columns in which all rows agree are left out. With OTHER, print what differs: outcomes, rows that are new or gone,
+    and values with the ratio of that in OTHER to that in DIR. Wall times differ always and are counted only; a
+    condition on the metric shows them.
     """
+    if folder is None:
+        raise click.UsageError(f"show prints the rows of a result folder: give its name{folders_here()}")
     if judged:
         if other is None or conditions or file is not None:
             raise click.UsageError("--judge goes with DIR and OTHER alone")
@@ -51,10 +61,20 @@ def show(folder: Path, other: Path | None, conditions: tuple[str, ...], file: Pa
     if file is not None:
         found.to_csv(file, index=False)
         say(f"wrote {len(found)} rows: {file}")
+    elif other is not None:
+        show_differences(found, timed=any("metric=" in given for given in conditions))
     elif len(found):
         show_table(found)
     else:
-        say("no rows" if other is None else "no difference")
+        say("no rows")
+
+
+def folders_here() -> str:
+    """Result folders in the current folder, as the end of a sentence."""
+    from reports.tables.rows import FOLDER
+
+    here = sorted(path.name for path in Path().iterdir() if (path / FOLDER).is_dir())
+    return f", e.g. {', '.join(here[:3])}" if here else "; compare and the studies write one, see their --out"
 
 
 def chosen(folders: list[Path], conditions: tuple[str, ...]) -> list[pd.DataFrame]:
@@ -111,15 +131,52 @@ def differing(before: pd.DataFrame, after: pd.DataFrame) -> pd.DataFrame:
     return both.loc[said != "", columns]
 
 
+def show_differences(found: pd.DataFrame, *, timed: bool) -> None:
+    """Print the gravest differences, each with what was and what is; wall times as their number where not asked for."""
+    from reports.tables.rows import records
+
+    times = found["metric"].eq(TIMES) & found["change"].eq("value") & (not timed)
+    apart = found["change"].isin(("gone", "new"))
+    if times.any():
+        middle = found["ratio"][times].median()
+        say(f"{times.sum()} wall times differ, by {middle:.3g} in the median: --where metric={TIMES} shows them")
+    whole = Counter(map(tuple, found.loc[apart, ["change", *RUN]].to_numpy().tolist()))
+    for (change, *run), count in list(whole.items())[:MOST_SHOWN]:
+        say(f"{change}: {', '.join(filter(None, run))} ({count} rows)")
+    rows = found[~times & ~apart]
+    if not len(rows):
+        say("no other difference" if len(found) else "no difference")
+        return
+    size = (rows["ratio"] - 1.0).abs().where(rows["change"] == "value")
+    order = rows["change"].map(ORDER.index)
+    rows = rows.assign(order=order, size=-size).sort_values(["order", "size"], kind="stable", na_position="first")
+    shown = rows.head(MOST_SHOWN)
+    pairs = [[side(row, which) for which in ("", "_other")] for row in records(shown)]
+    left = [name for name in map(str, shown) if name.removesuffix("_other") not in (*RESULT, "ratio", "order", "size")]
+    table = shown[left].assign(
+        was=[was for was, _ in pairs],
+        now=[now for _, now in pairs],
+        ratio=shown["ratio"].where(shown["change"] == "value"),
+    )
+    show_table(table)
+    if len(rows) > MOST_SHOWN:
+        say(f"and {len(rows) - MOST_SHOWN} more: --csv FILE writes all")
+
+
+def side(row: dict[str, Any], which: str) -> str:
+    """What differs on one side of a difference: a number with its unit, an outcome or a text."""
+    found = cell(row[f"{row['change']}{which}"])
+    return f"{found} {row['unit']}".removesuffix(" 1") if row["change"] == "value" and found else found
+
+
 def show_table(found: pd.DataFrame) -> None:
     """Print rows: columns that differ, the unit beside each value, and what all rows share above."""
     import pandas as pd
 
     cells = pd.DataFrame({name: [cell(value) for value in found[name]] for name in found if name != "unit"})
-    for name in ("value", "value_other"):
-        if name in cells:
-            units = found["unit"].fillna("").replace("1", "").to_list()
-            cells[name] = [f"{v} {u}".strip() if v else "" for v, u in zip(cells[name], units, strict=True)]
+    if "value" in cells:
+        units = found["unit"].fillna("").replace("1", "").to_list()
+        cells["value"] = [f"{v} {u}".strip() if v else "" for v, u in zip(cells["value"], units, strict=True)]
     same = {name: cells[name].iloc[0] for name in cells if name != "change" and cells[name].nunique() == 1}
     if len(found) > 1:
         shared = ", ".join(f"{name} {value}" for name, value in same.items() if value and name not in SHOWN)
@@ -127,7 +184,7 @@ def show_table(found: pd.DataFrame) -> None:
         cells = cells[[name for name in cells if name not in same or (name in SHOWN and same[name])]]
     else:
         cells = cells[[name for name in cells if cells[name].iloc[0]]]
-    right = [str(name) for name in cells if name in found and pd.api.types.is_numeric_dtype(found[name])]
+    right = [str(name) for name in cells if pd.api.types.is_numeric_dtype(found[name])]
     show_rows(list(map(str, cells)), cells.to_numpy().tolist(), right=right)
 
 

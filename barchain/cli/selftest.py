@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from barchain.cli.common.exit_codes import end_study
 from barchain.cli.common.numbers import MOST_REPEATS, MOST_SCENES, SECONDS, SEED
 from barchain.cli.common.options import (
     HOST,
@@ -20,7 +18,7 @@ from barchain.cli.common.options import (
     out_option,
     result_options,
 )
-from barchain.cli.common.result_folder import need_kept, run_shown
+from barchain.cli.common.result_folder import end_study, run_shown
 from barchain.cli.common.terminal import say, show_rows
 
 if TYPE_CHECKING:
@@ -29,10 +27,11 @@ if TYPE_CHECKING:
 
     from barchain.faults.fault import Fault
     from barchain.runs.executors import Executor
-    from barchain.studies.selftest.campaign import Campaign, CampaignPlan
-    from barchain.studies.selftest.matrix import SelftestPlan
+    from barchain.studies.selftest.campaign import Campaign, CampaignStudy
+    from barchain.studies.selftest.matrix import SelftestStudy
     from barchain.studies.selftest.rating import Rate
     from barchain.studies.selftest.shrinking import KeptFinding
+    from barchain.studies.study import StudyResult
     from reports.tables.faults.campaign import CellClass
 
 
@@ -59,11 +58,11 @@ if TYPE_CHECKING:
               help="With --random: run K faults that need an own run in each host and scene; default: 3.")  # fmt: skip
 @click.option("--shrink-seconds", type=SECONDS, metavar="S",
               help="With --random: look for a simpler scene of each finding for this time, in seconds; default: "
-                   "60; 0: not at all. Needs hypothesis: pip install '.[selftest]'.")  # fmt: skip
+                   "60; 0: not at all.")  # fmt: skip
 def selftest(
     scenes: tuple[str, ...], faults: tuple[str, ...], engines: tuple[str, ...], smallest: bool, listed: bool,
     out: Path | None, executor: Executor, number: int | None, seed: int | None, hosts: tuple[str, ...],
-    reruns: int | None, shrink_seconds: float | None, **kept: bool,
+    reruns: int | None, shrink_seconds: float | None, kept: dict[str, bool],
 ) -> None:  # fmt: skip
     """Insert known faults into an engine, and show which check detects each.
 
@@ -76,7 +75,6 @@ def selftest(
     """
     from barchain.faults.catalogue import FIXED_SCENES, RANDOM_SCENES, UnknownFaultError
 
-    need_kept(out, resume=kept["resume"])
     own = {"--seed": seed, "--host": hosts or None, "--reruns": reruns, "--shrink-seconds": shrink_seconds}
     if number is not None and (scenes or smallest):
         raise click.UsageError("--random draws its scenes: leave out SCENE and --smallest")
@@ -90,13 +88,17 @@ def selftest(
     try:
         if number is None:
             (engine,) = engines or ("reference",)
-            run_matrix(matrix_plan(scenes, faults, engine, smallest, executor), out, **kept)
+            result: StudyResult
+            result, rendered = run_shown(out, matrix(scenes, faults, engine, smallest, executor), kept)
+            show_matrix(rendered.view)
         else:
-            chosen = {"seed": seed, "most_reruns": reruns, "shrink_s": shrink_seconds}
-            plan = campaign_plan(number, engines, hosts, faults, executor, chosen)
-            run_campaign(plan, out, **kept)
+            chosen = {"seed": seed, "most_reruns": reruns, "shrink_s": shrink_seconds, "executor": executor}
+            campaign, rendered = run_shown(out, campaign_of(number, engines, hosts, faults, chosen), kept)
+            show_campaign(campaign, kept=out is not None)
+            result = campaign
     except UnknownFaultError as error:
         raise click.UsageError(f"--fault {error}") from error
+    end_study(result, rendered.page if out else None)
 
 
 def show_faults(faults: Iterable[Fault]) -> None:
@@ -108,32 +110,19 @@ def show_faults(faults: Iterable[Fault]) -> None:
     show_rows(("fault", "group", "size", "what is wrong"), rows)
 
 
-def matrix_plan(
+def matrix(
     scenes: tuple[str, ...], faults: tuple[str, ...], engine: str, smallest: bool, executor: Executor
-) -> SelftestPlan:
-    """Plan of a self-test on chosen scenes; a note says which scenes the engine does not support."""
-    from barchain.studies.selftest.matrix import SelftestOptions, SelftestStudy
+) -> SelftestStudy:
+    """Self-test on chosen scenes; a note says which scenes the engine does not support."""
+    from barchain.studies.selftest.matrix import selftest_study
 
     need_engine(engine)
-    plan = SelftestStudy().plan(SelftestOptions(scenes, faults, engine, smallest, executor))
-    for name, reason in plan.left_out.items():
+    study = selftest_study(scenes, faults, host=engine, smallest=smallest, executor=executor)
+    for name, reason in study.left_out.items():
         say(f"{name} is left out: {engine} {reason}", err=True)
-    if not plan.scenes:
+    if not study.scenes:
         raise click.UsageError(f"--engine {engine}: supports none of these scenes")
-    return plan
-
-
-def run_matrix(plan: SelftestPlan, out: Path | None, **kept: bool) -> None:
-    """Run the kill matrix, print it, and end with exit code 1 if a fault is missed."""
-    from barchain.runs.environment import kept_or_temporary
-    from barchain.studies.selftest.matrix import SelftestStudy
-
-    with kept_or_temporary(out) as folder:
-        tried, rendered = run_shown(folder, SelftestStudy(), plan, **kept)
-    show_matrix(rendered.view)
-    if out:
-        say(f"selftest: {rendered.page}")
-    end_study(tried)
+    return study
 
 
 def show_matrix(view: Any) -> None:
@@ -152,32 +141,17 @@ def show_matrix(view: Any) -> None:
         say(sentence)
 
 
-def campaign_plan(
-    number: int, engines: tuple[str, ...], hosts: tuple[str, ...], faults: tuple[str, ...], executor: Executor,
-    chosen: dict[str, Any],
-) -> CampaignPlan:  # fmt: skip
-    """Plan of a campaign on random scenes; `chosen` are its other options, None for the default of each."""
-    from barchain.studies.selftest.campaign import HOSTS, CampaignOptions, CampaignStudy
+def campaign_of(
+    number: int, engines: tuple[str, ...], hosts: tuple[str, ...], faults: tuple[str, ...], chosen: dict[str, Any]
+) -> CampaignStudy:
+    """Campaign on random scenes; `chosen` are its other options, None for the default of each."""
+    from barchain.studies.selftest.campaign import HOSTS, campaign_study
 
     hosts = () if hosts == (HostType.NONE,) else hosts or HOSTS
     for name in dict.fromkeys((*engines, *hosts)):
         need_engine(name)
-    options = CampaignOptions(number, engines=engines, hosts=hosts, faults=faults, executor=executor)
     given = {name: value for name, value in chosen.items() if value is not None}
-    return CampaignStudy().plan(replace(options, **given))
-
-
-def run_campaign(plan: CampaignPlan, out: Path | None, **kept: bool) -> None:
-    """Run a campaign, print its findings, and exit by them."""
-    from barchain.runs.environment import kept_or_temporary
-    from barchain.studies.selftest.campaign import CampaignStudy
-
-    with kept_or_temporary(out) as folder:
-        found, rendered = run_shown(folder, CampaignStudy(), plan, **kept)
-        show_campaign(found, kept=out is not None)
-    if out:
-        say(f"selftest: {rendered.page}")
-    end_study(found)
+    return campaign_study(number, engines, faults, hosts=hosts, **given)
 
 
 def show_campaign(found: Campaign, *, kept: bool) -> None:
@@ -185,9 +159,9 @@ def show_campaign(found: Campaign, *, kept: bool) -> None:
     from reports.tables.faults.campaign import ALL, ENGINE_CLASSES, FAULT_CLASSES
 
     sound, faulty = ([c for c in found.cells if bool(c.fault) is planted] for planted in (False, True))
-    show_counts("engine", found.plan.unmodified, [(c.engine, c.kind) for c in sound], ENGINE_CLASSES)
+    show_counts("engine", found.study.unmodified, [(c.engine, c.kind) for c in sound], ENGINE_CLASSES)
     if faulty:
-        show_counts("fault", found.plan.faults, [(c.fault, c.kind) for c in faulty], FAULT_CLASSES)
+        show_counts("fault", found.study.faults, [(c.fault, c.kind) for c in faulty], FAULT_CLASSES)
     for one in found.findings:
         say(finding_words(one, kept=kept))
     for rate in found.rates:

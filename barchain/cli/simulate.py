@@ -40,7 +40,7 @@ ENDINGS = (".parquet", ".csv")
 @click.option("--condition", is_flag=True, help="Add the condition number of the joint system (reference only).")
 @overwrite_option
 def simulate(
-    scene: str, engine: str, settings: tuple[GivenSetting, ...], out: Path, time_limit: float, condition: bool,
+    scene: str, engine: str, settings: tuple[GivenSetting, ...], out: Path, time_limit_s: float, condition: bool,
     overwrite: bool,
 ) -> None:  # fmt: skip
     """Run SCENE (a name or a file) in one engine and write its samples."""
@@ -50,7 +50,7 @@ def simulate(
     from barchain.record.claim import claim
 
     claim([out], f"{out} is there", overwrite=overwrite)
-    trajectory = run(scene, engine, settings, time_limit, condition)
+    trajectory = run(scene, engine, settings, time_limit_s, condition)
     write(trajectory.to_frame(), out)
     say(f"wrote {out}: {len(trajectory.t_s)} samples" + (f"; {trajectory.ended}" if trajectory.ended else ""))
 

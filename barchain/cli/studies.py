@@ -6,13 +6,11 @@ Each command gives its options to a study, which makes the runs, the tables and 
 from __future__ import annotations
 
 import dataclasses
-from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from barchain.cli.common.exit_codes import end_study
 from barchain.cli.common.numbers import MOST_BARS, MOST_RUNS, MOST_SAMPLES, ORBITS, SEED, NamedPath, RealNumber
 from barchain.cli.common.options import (
     JOINS,
@@ -28,8 +26,8 @@ from barchain.cli.common.options import (
     scene_argument,
     time_limit_option,
 )
-from barchain.cli.common.result_folder import need_kept, need_writable, run_shown
-from barchain.cli.common.terminal import literal, say, show
+from barchain.cli.common.result_folder import end_study, need_writable, run_shown
+from barchain.cli.common.terminal import counts_of, literal, say, show
 from barchain.studies.defaults import (
     BARS,
     COST,
@@ -45,13 +43,12 @@ from barchain.studies.defaults import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from rich.table import Table
 
-    from barchain.runs.executors import Executor
     from barchain.studies.stability.study import StabilityResult
+    from barchain.studies.study import StudyEnd
     from reports.chapters.effects import BudgetTable
+    from reports.render import Rendered
 
 STUDIED = "all that are installed, also those that only studies need"
 PARTS = ("evaluation", "trajectories", "engines", "times")
@@ -70,24 +67,17 @@ SCREEN, WORDS, NUMBERS = 120, 20, 28  # columns of the screen, and at most of a 
 @time_limit_option(COST.time_limit_s, more=", and leave out a run that is expected to take longer")
 @result_options
 def cost(
-    scenes: tuple[str, ...], names: tuple[str, ...], out: Path, orbits: float, repeats: int, minutes: float,
-    time_limit: float, **kept: bool,
-) -> None:  # fmt: skip
+    scenes: tuple[str, ...], names: tuple[str, ...], out: Path, orbits: float, kept: dict[str, bool], **limits: Any
+) -> None:
     """Measure errors and run times of every setting of every engine.
 
     SCENEs are names, files or folders; default: those of paper/. Errors are against the certified solution. Exits with
     1 if an engine fails at all of its settings in a scene, if an engine that was named runs in none of the scenes, or
     if nothing is measured.
     """
-    from barchain.studies.cost.plan import CostOptions
-    from barchain.studies.cost.study import CostStudy
+    from barchain.studies.cost.study import cost_study
 
-    study = CostStudy()
-    plan = study.plan(CostOptions(scenes or None, names or None, orbits, repeats, minutes, time_limit))
-    result, rendered = run_shown(out, study, plan, turns=plan.turns, **kept)
-    say(f"cost study: {rendered.page}")
-    show_idle(result.idle)
-    end_study(result, result.failures)
+    show_points(*run_shown(out, cost_study(scenes or None, names or None, orbits, **limits), kept))
 
 
 @click.command(short_help="Measure time and memory against the number of bars.")
@@ -101,30 +91,22 @@ def cost(
     SCALING.time_limit_s, more=", and run an orbit that is expected to take longer in part, or not at all"
 )
 @result_options
-def scaling(
-    names: tuple[str, ...], bars: tuple[int, ...], out: Path, repeats: int, minutes: float, time_limit: float,
-    **kept: bool,
-) -> None:  # fmt: skip
+def scaling(names: tuple[str, ...], bars: tuple[int, ...], out: Path, kept: dict[str, bool], **limits: Any) -> None:
     """Measure time and memory against the number of bars.
 
     The times are those of an evaluation and of an orbit. The chain is that of paper/fig05, cut into N bars. Exits with
     1 if an engine fails at every number of bars, if an engine that was named does not run at all, or if nothing is
     measured.
     """
-    from barchain.studies.scaling.study import ScalingOptions, ScalingStudy
+    from barchain.studies.scaling.study import scaling_study
 
-    study = ScalingStudy()
-    plan = study.plan(ScalingOptions(names or None, bars, repeats, minutes, time_limit))
-    result, rendered = run_shown(out, study, plan, turns=plan.turns, **kept)
-    say(f"scaling study: {rendered.page}")
-    show_idle(result.idle)
-    end_study(result, result.failures)
+    show_points(*run_shown(out, scaling_study(names or None, bars, **limits), kept))
 
 
-def show_idle(idle: Mapping[str, str]) -> None:
-    """Print which engines were left out, and why."""
-    for name, reason in idle.items():
-        say(f"{name} is left out: {reason}", err=True)
+def show_points(result: StudyEnd, rendered: Rendered) -> None:
+    """Print how many points of a study of times ended how, and end by it."""
+    say(counts_of(result.ends))
+    end_study(result, rendered.page)
 
 
 @click.command(short_help="Measure the digits left in absolute and relative coordinates.")
@@ -137,23 +119,19 @@ def show_idle(idle: Mapping[str, str]) -> None:
 @click.option("--full", is_flag=True, help="Take all sizes, arithmetics and numbers of bars, finer steps, longer runs.")
 @executor_options
 @result_options
-def roundoff(
-    out: Path, parts: tuple[str, ...], sizes: tuple[float, ...], full: bool, executor: Executor, **kept: bool
-) -> None:
+def roundoff(out: Path, parts: tuple[str, ...], sizes: tuple[float, ...], kept: dict[str, bool], **how: Any) -> None:
     """Measure the digits of the reactions that absolute and relative coordinates leave.
 
     Exits with 1 if a task fails.
     """
-    from barchain.studies.roundoff.study import RoundoffOptions, RoundoffStudy
+    from barchain.studies.roundoff.study import roundoff_study
 
-    study = RoundoffStudy()
     try:
-        plan = study.plan(RoundoffOptions(parts, full, executor, sizes))
+        study = roundoff_study(parts, sizes, **how)
     except ValueError as error:
         raise click.UsageError(f"--size: {error}") from error
-    result, rendered = run_shown(out, study, plan, turns=plan.turns, **kept)
-    say(f"round-off study: {rendered.page}")
-    end_study(result, result.failures)
+    result, rendered = run_shown(out, study, kept)
+    end_study(result, rendered.page)
 
 
 @click.command(short_help="Classify the stability of engines in hard scenes.")
@@ -167,8 +145,8 @@ def roundoff(
 @click.option("--accept", "accepted", metavar="FILE", type=NamedPath(path_type=Path, dir_okay=False),
               help="Record these outcomes as expected in this file, and keep those of other pairs there.")  # fmt: skip
 def stability(
-    scenes: tuple[str, ...], names: tuple[str, ...], out: Path, time_limit: float, executor: Executor, full: bool,
-    accepted: Path | None, **kept: bool,
+    scenes: tuple[str, ...], names: tuple[str, ...], out: Path, accepted: Path | None, kept: dict[str, bool],
+    **how: Any,
 ) -> None:  # fmt: skip
     """Run every engine on every hard scene at three settings, and classify its stability.
 
@@ -176,29 +154,26 @@ def stability(
     reference is not stable in a well-posed scene, or if an outcome differs from the recorded one.
     """
     from barchain.studies.stability import expected
-    from barchain.studies.stability.plan import StabilityOptions
-    from barchain.studies.stability.study import StabilityStudy
+    from barchain.studies.stability.study import stability_study
     from scenarios import scene_names
 
-    study = StabilityStudy()
-    plan = study.plan(StabilityOptions(scenes, names, time_limit, executor, full))
+    study = stability_study(scenes, names, **how)
     if accepted:
         expected.recorded(accepted)
         need_writable(accepted, "--accept")
-    result, rendered = run_shown(out, study, plan, turns=plan.turns, **kept)
+    result, rendered = run_shown(out, study, kept)
     show_stability(result)
     if accepted:
         shipped = set(scene_names())
         expected.accept({pair: f for pair, f in result.findings.items() if pair[0] in shipped}, accepted)
         say(f"recorded in {accepted}")
-    say(f"stability: {rendered.page}")
-    end_study(dataclasses.replace(result, changes=()) if accepted else result, result.failures)
+        result = dataclasses.replace(result, changes=())
+    end_study(result, rendered.page)
 
 
 def show_stability(result: StabilityResult) -> None:
     """Print how many ended how, what changed, and where the reference is not stable."""
-    counts = Counter(str(f.stability) for f in result.findings.values())
-    say(", ".join(f"{count} {outcome}" for outcome, count in counts.most_common()))
+    say(counts_of(f.stability for f in result.findings.values()))
     for changed in result.changes:
         say(changed.words)
     for scene, engine in result.ours:
@@ -225,33 +200,25 @@ def show_stability(result: StabilityResult) -> None:
 @executor_options
 @result_options
 def effects(
-    scene: str, out: Path | None, rtol: float, matters: float, width_m: float | None, engine: str | None, repeats: int,
-    minutes: float, executor: Executor, **kept: bool,
-) -> None:  # fmt: skip
+    scene: str, out: Path | None, engine: str | None, minutes: float, kept: dict[str, bool], **options: Any
+) -> None:
     """Measure relevance and run time of each effect in SCENE.
 
     SCENE is a name or a file. Each effect is switched off, or on with stated defaults where the scene does not
     have it. Exits with 1 if a run fails.
     """
-    from barchain.runs.environment import kept_or_temporary
-    from barchain.studies.effects.study import EffectsOptions, EffectsStudy
+    from barchain.studies.effects.study import WidthError, effects_study
     from scenarios import load_scene
 
-    need_kept(out, resume=kept["resume"])
     if engine:
         need_loaded(engine)
-    study = EffectsStudy()
-    options = EffectsOptions(load_scene(scene), rtol, matters, repeats, 60.0 * minutes, executor, engine, width_m)
     try:
-        plan = study.plan(options)
-    except ValueError as error:
+        study = effects_study(load_scene(scene), engine=engine, seconds=60.0 * minutes, **options)
+    except WidthError as error:
         raise click.UsageError(f"--width: {error}") from error
-    with kept_or_temporary(out) as folder:
-        result, rendered = run_shown(folder, study, plan, turns=plan.turns, **kept)
+    result, rendered = run_shown(out, study, kept)
     show_effects(rendered.view)
-    if out:
-        say(f"effects: {rendered.page}")
-    end_study(result, result.failures)
+    end_study(result, rendered.page if out else None)
 
 
 def show_effects(view: Any) -> None:
@@ -300,26 +267,19 @@ def printed(table: BudgetTable) -> Table:
               help="Draw with this seed; equal seeds draw equal copies.")  # fmt: skip
 @executor_options
 @result_options
-def ensemble(
-    scene: str, vary: tuple[str, ...], runs: int, out: Path, orbits: float | None, samples: int, rtol: float,
-    seed: int, executor: Executor, **kept: bool,
-) -> None:  # fmt: skip
+def ensemble(scene: str, vary: tuple[str, ...], runs: int, out: Path, kept: dict[str, bool], **options: Any) -> None:
     """Run many perturbed copies of SCENE, and take quantiles of attitude and reactions over time.
 
     SCENE is a name or a file. Runs are compiled: the engine reference-fast is needed. Exits with 1 if a run fails,
     or if a Dask cluster fails while runs are on it; --resume goes on from the runs that were done.
     """
     need_loaded(ENSEMBLE_ENGINE)
-    from barchain.studies.ensemble.study import EnsembleOptions, EnsembleStudy
+    from barchain.studies.ensemble.study import ensemble_study
     from barchain.studies.ensemble.variation import VariationError
 
-    study = EnsembleStudy()
     try:
-        plan = study.plan(EnsembleOptions(scene, vary, runs, seed, rtol, orbits, samples, executor=executor))
-        result, rendered = run_shown(out, study, plan, **kept)
+        result, rendered = run_shown(out, ensemble_study(scene, vary, runs, **options), kept)
     except VariationError as error:
         raise click.UsageError(str(error)) from error
-    counts = ", ".join(f"{n} {word}" for word, n in result.tally.outcomes.most_common())
-    say(f"{runs} runs in {result.seconds['run']:.2f} s: {counts}")
-    say(f"ensemble: {rendered.page}")
-    end_study(result, result.failures)
+    say(f"{runs} runs in {result.seconds['run']:.2f} s: {counts_of(result.tally.outcomes.elements())}")
+    end_study(result, rendered.page)

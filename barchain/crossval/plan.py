@@ -1,7 +1,7 @@
-"""What a comparison shall do: scenes, engines, the setting of each, and verdicts that it has to give.
+"""What a comparison shall do: the setting of each engine, and verdicts that it has to give.
 
 An engine of equal steps is compared at the cheapest setting at which it still shows something at a scene's scale. A
-verdict that the plan requires and that no run gave is a failure of its own.
+verdict that a comparison requires and that no run gave is a failure of its own.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from adapters.registry import ENGINES
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.verdict import no_verdict
 from barchain.runs.executors import ALL_CORES
+from barchain.runs.job import TIME_LIMIT_S
 from barchain.solutions.judging import shares_equations
 from barchain.solutions.reference import SolutionSource
 from reports.tables.crossval import ALL_SCENES
@@ -54,7 +55,7 @@ class ComparisonPlan:
 
     scenes: list[Scene]
     engines: dict[str, Registration]
-    time_limit_s: float = 120.0
+    time_limit_s: float = TIME_LIMIT_S
     executor: Executor = ALL_CORES
     """Place of the runs and of long verdicts"""
     settings: dict[str, Setting] = field(default_factory=dict)
@@ -146,7 +147,7 @@ def expected_share(errors: ErrorModel) -> float:
     return max(shares, default=math.inf)
 
 
-def required_verdicts(plan: ComparisonPlan, progress: Mapping[str, SceneProgress]) -> Iterator[Missing]:
+def required_verdicts(comparison: ComparisonPlan, progress: Mapping[str, SceneProgress]) -> Iterator[Missing]:
     """Scene, engine and verdict of each lack; a name in parentheses stands for all scenes or any independent engine.
 
     Later lacks follow from verdicts on earlier ones, so that each verdict has to be stored before the next is taken.
@@ -156,19 +157,19 @@ def required_verdicts(plan: ComparisonPlan, progress: Mapping[str, SceneProgress
     """
     solved = {name: own for name, own in progress.items() if not own.solution_failed}
     for name, own in solved.items():
-        for engine in [e for e in plan.engines if e not in own.verdicts]:
+        for engine in [e for e in comparison.engines if e not in own.verdicts]:
             reason = "no verdict was given: a fault of barchain"
             yield name, engine, no_verdict(name, engine, None, Outcome.FAILED, reason)
-    for name, own in solved.items() if plan.need_external else ():
+    for name, own in solved.items() if comparison.need_external else ():
         passed = [
             e for e, verdict in own.verdicts.items()
-            if verdict.outcome is Outcome.PASS and plan.engines[e].external
-            and not shares_equations(plan.engines[e], own.source)  # such an engine is not independent of the solution
+            if verdict.outcome is Outcome.PASS and comparison.engines[e].external
+            and not shares_equations(comparison.engines[e], own.source)  # it is not independent of the solution then
         ]  # fmt: skip
         if not passed:
             reason = "no engine with independent physics was compared and passed on this scene"
             yield name, ANY_INDEPENDENT, no_verdict(name, ANY_INDEPENDENT, None, Outcome.NOTHING_COMPARED, reason)
-    for engine in plan.engines if plan.named or len(solved) >= SEVERAL else ():
+    for engine in comparison.engines if comparison.named or len(solved) >= SEVERAL else ():
         verdicts = [own.verdicts[engine] for own in progress.values() if engine in own.verdicts]
         if verdicts and all(v.outcome in (Outcome.UNSUPPORTED, Outcome.TOO_COARSE) for v in verdicts):
             reasons = "; ".join(dict.fromkeys(row["reason"] for v in verdicts for row in v.rows))

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import time
 from collections import Counter
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import pandas as pd
 
@@ -15,15 +14,13 @@ from barchain.crossval.external_coverage import external_coverage
 from barchain.crossval.plan import ComparisonPlan
 from barchain.crossval.suite import Suite
 from barchain.judge.tolerances import TOLERANCES
-from barchain.record.claim import claimed
-from barchain.record.environment import provenance
-from barchain.record.study_store import StudyStore
 from barchain.runs.choices import choose_setting, chosen_engines, unique_names
 from barchain.runs.environment import kept_or_temporary
-from barchain.runs.executors import ALL_CORES, KeptAnswers
+from barchain.runs.executors import ALL_CORES
 from barchain.runs.facts import engine_facts, scene_facts
 from barchain.runs.job import TIME_LIMIT_S
 from barchain.runs.timing.estimate import TOLD_S, estimated_run_s, need_runnable, work_words
+from barchain.studies.study import ignore, run_and_render
 from reference_impl.kernel.build import why_missing
 from reference_impl.paper.misprint_effects import misprint_effects
 from reports.tables.crossval import ALL_SCENES, FILES, is_engine
@@ -36,7 +33,11 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
     from adapters.registry import Registration
+    from barchain.record.study_store import StudyStore
     from barchain.runs.executors import Executor
+    from barchain.studies.study import Reporter
+    from reports.tables.files import StudyFiles
+
 LIMITATIONS = (
     "The motion is planar. The central body's field is spherical unless a scene has its oblateness (J2).",
     "Effects are as docs/effects defines them: a cylindrical shadow that darkens the whole chain at once, an "
@@ -119,6 +120,37 @@ class ComparisonResult:
         return html("comparison", self.metrics, external, self.report)
 
 
+@dataclass(frozen=True)
+class Comparison(ComparisonPlan):
+    """The study that :func:`run_comparison` runs."""
+
+    files: ClassVar[StudyFiles] = FILES
+
+    def record(self) -> dict[str, Any]:
+        """Engines, scenes, and the methodology; runs are added as they come."""
+        return {
+            "engines": {name: engine_facts(r) for name, r in self.engines.items()},
+            "scenes": {
+                scene.name: scene_facts(scene) | {"external_coverage": external_coverage(scene, self.engines)}
+                for scene in self.scenes
+            },
+            "runs": [],
+            "misprints": [asdict(row) for row in misprint_effects()],  # on a generic state, just now
+            "tolerances": tolerance_rows(),
+            "limitations": list(LIMITATIONS),
+        }
+
+    def run(self, store: StudyStore, reporter: Reporter) -> ComparisonResult:
+        """Make all runs and judge them."""
+        for scene in (s for s in self.scenes if estimated_run_s(s) > TOLD_S):
+            reporter.note(f"{scene.name}: {work_words(scene)}")
+        if reason := why_missing():
+            reporter.note(f"{reason}; NumPy serves")
+        suite = Suite(self, store, reporter)
+        verdicts = suite.run()
+        return ComparisonResult(suite.metrics(), {pair: v.outcome for pair, v in verdicts.items()})
+
+
 def run_comparison(
     scenes: Iterable[Scene | str | Path],
     engine_names: Iterable[str] | None = None,
@@ -127,15 +159,11 @@ def run_comparison(
     time_limit_s: float = TIME_LIMIT_S,
     executor: Executor = ALL_CORES,
     settings: Mapping[str, Mapping[str, float]] | None = None,
-    resume: bool = False,
-    overwrite: bool = False,
     need_external: bool = False,
     certify: bool = False,
-    command: str = "",
-    progress: Callable[[str, str, str], None] | None = None,
-    notes: Callable[[str], None] | None = None,
     registered: Mapping[str, Registration] | None = None,
-    render: Callable[[Path], Path] | None = None,
+    render: Callable[[Path], Path | None] = ignore,
+    **how: Any,
 ) -> ComparisonResult:
     """Run a comparison; :func:`barchain.compare` describes what all callers may choose.
 
@@ -145,21 +173,18 @@ def run_comparison(
         Place of the runs; all cores of this machine by default.
     need_external : bool
         Count a scene that no engine with independent physics passes as a failure.
-    command : str
-        Command line, for the record.
-    notes : callable, optional
-        Called with one line of text for each preparation before the first verdict.
     registered : mapping, optional
         Engines by name, instead of the registry's.
     render : callable, optional
         Writes the report of a result folder, and returns its page; the record says finished only afterwards.
+    **how
+        Arguments of :func:`barchain.studies.study.run_and_render`.
     """
     loaded = [s if isinstance(s, Scene) else load_scene(s) for s in scenes]
     need_runnable(loaded, time_limit_s)
-    chosen = dict(registered) if registered is not None else chosen_engines(engine_names)
-    plan = ComparisonPlan(
+    comparison = Comparison(
         unique_names(loaded),
-        chosen,
+        dict(registered) if registered is not None else chosen_engines(engine_names),
         time_limit_s,
         executor,
         {name: choose_setting(name, values) for name, values in (settings or {}).items()},
@@ -169,36 +194,8 @@ def run_comparison(
     )
     executor.check()
     with kept_or_temporary(None if out is None else Path(out)) as folder:
-        note = notes or (lambda _: None)
-        with claimed(FILES, folder, resume=resume, overwrite=overwrite):
-            for scene in (s for s in plan.scenes if estimated_run_s(s) > TOLD_S):
-                note(f"{scene.name}: {work_words(scene)}")
-            if reason := why_missing():
-                note(f"{reason}; NumPy serves")
-            store, start = StudyStore(FILES, folder, new_record(plan, command), resume=resume), time.perf_counter()
-            if out is not None:
-                plan = replace(plan, executor=KeptAnswers(folder, executor))
-            suite = Suite(plan, store, progress or (lambda *_: None), note)
-            verdicts = suite.run()
-            store.end(time.perf_counter() - start, complete=True)
-            page = render(folder) if render else None
-            store.finish()
-        return ComparisonResult(suite.metrics(), {pair: v.outcome for pair, v in verdicts.items()}, page)
-
-
-def new_record(plan: ComparisonPlan, command: str) -> dict[str, Any]:
-    """Contents of record.json before the first run."""
-    return provenance(command) | {
-        "engines": {name: engine_facts(r) for name, r in plan.engines.items()},
-        "scenes": {
-            scene.name: scene_facts(scene) | {"external_coverage": external_coverage(scene, plan.engines)}
-            for scene in plan.scenes
-        },
-        "runs": [],
-        "misprints": [asdict(row) for row in misprint_effects()],  # on a generic state, just now
-        "tolerances": tolerance_rows(),
-        "limitations": list(LIMITATIONS),
-    }
+        result, page = run_and_render(comparison, folder, render, **how)
+    return replace(result, report=page)
 
 
 def tolerance_rows() -> list[dict[str, str]]:

@@ -19,13 +19,14 @@ from barchain.judge.evidence import follow_up_jobs, gathered
 from barchain.judge.verdict import VERDICTS, Row, Verdict, no_verdict
 from barchain.metrics.model_difference import com_displacement
 from barchain.record.scene_description import gradient_defect
-from barchain.runs.asking import OutsideEngine, engine_class, engine_fault
+from barchain.runs.asking import OutsideEngine, engine_class
 from barchain.runs.call import CallLateError
 from barchain.runs.cases import Case, Known, Shared, Task, run_cases
 from barchain.runs.facts import keep_run
 from barchain.runs.job import JUDGING_ROLES, Job, Role, RunResult
 from barchain.runs.message import plain_text
 from barchain.runs.tasks import limit_of, run_task
+from barchain.runs.timing.left_out import cannot
 from barchain.solutions.judging import (
     CERTIFIER,
     WORDS,
@@ -42,29 +43,22 @@ from reports.tables.crossval import ALL_SCENES, JUDGING_SOLUTION, METRIC_COLUMNS
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
 
     from adapters.engine import Engine, Setting
-    from adapters.registry import Registration
     from barchain.crossval.plan import ComparisonPlan
     from barchain.judge.evidence import Evidence
     from barchain.record.study_store import StudyStore
-    from scenarios import Scene
+    from barchain.studies.study import Reporter
 
 
 class Suite:
     """One comparison of many scenes and engines: a case for each pair, and one for each scene's judging solution."""
 
-    def __init__(
-        self,
-        plan: ComparisonPlan,
-        store: StudyStore,
-        report: Callable[[str, str, str], None],
-        note: Callable[[str], None] = lambda _: None,
-    ) -> None:
-        """Prepare; `report` is told (scene, engine, outcome) after each verdict, `note` what goes on before."""
-        self.plan, self.store, self.report, self.note = plan, store, report, note
-        self.progress = {scene.name: SceneProgress(closely_sampled(scene)) for scene in plan.scenes}
+    def __init__(self, comparison: ComparisonPlan, store: StudyStore, reporter: Reporter) -> None:
+        """Prepare; `reporter` gets scene, engine and outcome after each verdict, and notes on what goes on before."""
+        self.comparison, self.store, self.report, self.note = comparison, store, reporter.step, reporter.note
+        self.progress = {scene.name: SceneProgress(closely_sampled(scene)) for scene in comparison.scenes}
         self.classes: dict[str, type[Engine]] = {}
         self.idle: dict[str, Verdict] = {}
         """Verdicts on engines that were compared on no scene, though they should have been"""
@@ -77,13 +71,12 @@ class Suite:
 
     def run(self) -> dict[tuple[str, str], Verdict]:
         """Make all runs and judge them; verdicts by (scene, engine)."""
-        self.store.write_record()
         self.store.write("metrics", self.metrics())  # from here on the folder holds this comparison
         self.ask_outside_engines()
         cases = [case for progress in self.progress.values() for case in self.cases(progress)]
         for text in beforehand(self.judging):
             self.note(text)
-        for (scene, engine), verdict in run_cases(cases, self.plan.executor):
+        for (scene, engine), verdict in run_cases(cases, self.comparison.executor):
             if verdict is not None:
                 self.settle(scene, engine, verdict)
         self.settle_required()
@@ -92,7 +85,7 @@ class Suite:
 
     def ask_outside_engines(self) -> None:
         """Ask engines of other packages about all scenes at once; a failure is told with each scene."""
-        for registration in self.plan.engines.values():
+        for registration in self.comparison.engines.values():
             with contextlib.suppress(EngineError):
                 asked = None if registration.missing else engine_class(registration)
                 if asked is not None and issubclass(asked, OutsideEngine):
@@ -104,30 +97,20 @@ class Suite:
         A scene that no engine supports needs no solution.
         """
         name, supporting = progress.scene.name, []
-        for engine, registration in self.plan.engines.items():
-            reason = self.cannot(engine, registration, progress.scene)
-            if reason is None:
+        for engine, registration in self.comparison.engines.items():
+            out = cannot(progress.scene, engine, registration)
+            if out is None:
+                self.classes[engine] = engine_class(registration)
                 supporting.append(engine)
             else:
-                self.settle(name, engine, no_verdict(name, engine, None, *reason))
+                self.settle(name, engine, no_verdict(name, engine, None, out.outcome, out.reason))
         if not supporting:
             return
         shipped = self.shipped(progress)
         solution = Shared(self.solution(progress)) if shipped is None else Known(shipped)
         for engine in supporting:
-            setting = self.plan.setting(engine, self.classes[engine], shipped)
+            setting = self.comparison.setting(engine, self.classes[engine], shipped)
             yield (name, engine), self.pair(progress, engine, setting, solution)
-
-    def cannot(self, engine: str, registration: Registration, scene: Scene) -> tuple[Outcome, str] | None:
-        """Outcome and reason if an engine is not run on a scene, or None."""
-        if registration.missing:
-            return Outcome.MISSING, registration.missing
-        try:
-            self.classes[engine] = engine_class(registration)
-            reason = self.classes[engine].unsupported(scene)
-        except Exception as error:
-            return Outcome.FAILED, engine_fault(error)
-        return None if reason is None else (Outcome.UNSUPPORTED, reason)
 
     def shipped(self, progress: SceneProgress) -> ReferenceSolution | None:
         """Certified solution that comes with barchain; None where a solution has to be made, of a chosen kind."""
@@ -136,7 +119,7 @@ class Suite:
             progress.source = SolutionSource.SHIPPED
             self.establish(progress, found)
             return found
-        if self.plan.certify:
+        if self.comparison.certify:
             reason = why_not_certified(progress.scene)
             progress.source = SolutionSource.REFERENCE if reason else SolutionSource.HEYOKA
             if reason:
@@ -168,7 +151,7 @@ class Suite:
     def establish(self, progress: SceneProgress, solution: ReferenceSolution) -> None:
         """Store the solution that judges a scene, with its error amplification."""
         name = progress.scene.name
-        shared = [e for e, r in self.plan.engines.items() if shares_equations(r, solution.source)]
+        shared = [e for e, r in self.comparison.engines.items() if shares_equations(r, solution.source)]
         self.store.record["scenes"][name] |= solution_facts(solution) | {"same_equations": shared}
         t = solution.trajectory.t_s[: len(solution.amplification)]
         grown = pd.DataFrame({"t_s": t, "amplification": solution.amplification})
@@ -179,7 +162,7 @@ class Suite:
 
     def run_of(self, job: Job) -> Task:
         """Run to be made; it is kept as soon as it is there."""
-        return run_task(job, limit_of(job, self.plan.time_limit_s), kept=lambda result: self.kept(job, result))
+        return run_task(job, limit_of(job, self.comparison.time_limit_s), kept=lambda result: self.kept(job, result))
 
     def kept(self, job: Job, result: RunResult) -> None:
         """Keep a run, and tell of the progress before the first verdict."""
@@ -196,7 +179,7 @@ class Suite:
         scene = progress.scene
         finer = finer_setting(scene, self.classes[engine].sweep, setting)
         wanted = {Role.MAIN: setting, Role.FINER: finer}
-        jobs = [Job(scene, engine, self.plan.engines[engine], each, role) for role, each in wanted.items()]
+        jobs = [Job(scene, engine, self.comparison.engines[engine], each, role) for role, each in wanted.items()]
         *made, known = yield [*map(self.run_of, jobs), solution]
         if known is None:
             return None
@@ -222,7 +205,7 @@ class Suite:
             return no_verdict(scene.name, engine, setting, Outcome.UNSUPPORTED, reason)
         found: Verdict = yield from judged(engine, loaded, setting, gathered(runs), solution)
         if found.further_runs:
-            registration = self.plan.engines[engine]
+            registration = self.comparison.engines[engine]
             jobs = follow_up_jobs(scene, engine, registration, loaded, setting, found.further_runs)
             self.note(f"{scene.name}, {engine}: further runs tell round-off and slow convergence from wrong physics")
             more = yield list(map(self.run_of, jobs))
@@ -244,15 +227,15 @@ class Suite:
         self.report(scene, engine, verdict.outcome)
 
     def metrics(self) -> pd.DataFrame:
-        """All rows so far, in the order of the plan's scenes and engines; those of all scenes come last."""
-        names = (JUDGING_SOLUTION, *self.plan.engines, ANY_INDEPENDENT)
+        """All rows so far, in the order of the scenes and engines; those of all scenes come last."""
+        names = (JUDGING_SOLUTION, *self.comparison.engines, ANY_INDEPENDENT)
         order = [(scene, engine) for scene in self.progress for engine in names]
         pairs = [*(pair for pair in order if pair in self.rows), *(pair for pair in self.rows if pair not in order)]
         return pd.DataFrame([row for pair in pairs for row in self.rows[pair]], columns=list(METRIC_COLUMNS))
 
     def settle_required(self) -> None:
-        """Settle pairs, scenes and engines that lack a verdict that the plan requires."""
-        for name, engine, verdict in required_verdicts(self.plan, self.progress):
+        """Settle pairs, scenes and engines that lack a required verdict."""
+        for name, engine, verdict in required_verdicts(self.comparison, self.progress):
             if name == ALL_SCENES:
                 self.idle[engine] = verdict
                 self.keep_rows(name, engine, verdict)

@@ -50,85 +50,66 @@ def grown(channel: str) -> OutputChange:
     return lambda seen, _, size: changed(seen, channel, values(seen, channel) * (1.0 + size))
 
 
-def negative(channel: str) -> OutputChange:
-    """Negate a channel."""
-    return lambda seen, _, __: changed(seen, channel, -values(seen, channel))
+def channelwise(change: Callable[[Array], Array]) -> Callable[[str], OutputChange]:
+    """Change of all samples of one channel, whatever the scene and the size."""
+    return lambda channel: lambda seen, *_: changed(seen, channel, change(values(seen, channel)))
 
 
-def late(channel: str) -> OutputChange:
-    """Delay a channel by one sample; the first sample stays."""
-
-    def change(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
-        del scene, size
-        found = values(trajectory, channel)
-        return changed(trajectory, channel, np.concatenate([found[:1], found[:-1]]))
-
-    return change
+def whole(change: Callable[[Trajectory], Trajectory]) -> OutputChange:
+    """Change of a trajectory, whatever the scene and the size."""
+    return lambda seen, *_: change(seen)
 
 
-def single(channel: str) -> OutputChange:
-    """Round a channel to single precision."""
-    return lambda seen, _, __: changed(seen, channel, values(seen, channel).astype(np.float32).astype(np.float64))
+def late(found: Array) -> Array:
+    """Values one sample late; the first sample stays."""
+    return np.concatenate([found[:1], found[:-1]])
 
 
-def degrees(channel: str) -> OutputChange:
-    """Convert a channel to degrees."""
-    return lambda seen, _, __: changed(seen, channel, np.rad2deg(values(seen, channel)))
+def single(found: Array) -> Array:
+    """Values in single precision."""
+    return found.astype(np.float32).astype(np.float64)
+
+
+def one_nan(found: Array) -> Array:
+    """Values with one NaN in the middle."""
+    found = found.copy()
+    found.reshape(len(found), -1)[len(found) // 2, -1] = np.nan
+    return found
+
+
+def one_repeated(found: Array) -> Array:
+    """Values with the sample before the largest change in place of the one after."""
+    found = found.copy()
+    sample = 1 + int(np.argmax(np.abs(np.diff(found, axis=0)).reshape(len(found) - 1, -1).max(axis=1)))
+    found[sample] = found[sample - 1]
+    return found
+
+
+def backwards(found: Array) -> Array:
+    """Bars or joints from last to first."""
+    return found[:, ::-1].copy()
 
 
 def dropped(channel: str) -> OutputChange:
     """Remove a channel."""
-    return lambda seen, _, __: changed(seen, channel, None)
+    return lambda seen, *_: changed(seen, channel, None)
 
 
-def one_nan(channel: str) -> OutputChange:
-    """One NaN in the middle of a channel."""
-
-    def change(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
-        del scene, size
-        found = values(trajectory, channel).copy()
-        found.reshape(len(found), -1)[len(found) // 2, -1] = np.nan
-        return changed(trajectory, channel, found)
-
-    return change
-
-
-def largest_change(found: Array) -> int:
-    """Sample with the largest change from the one before."""
-    return 1 + int(np.argmax(np.abs(np.diff(found, axis=0)).reshape(len(found) - 1, -1).max(axis=1)))
-
-
-def one_repeated(channel: str) -> OutputChange:
-    """Repeat the sample before the one with the largest change."""
-
-    def change(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
-        del scene, size
-        found = values(trajectory, channel).copy()
-        sample = largest_change(found)
-        found[sample] = found[sample - 1]
-        return changed(trajectory, channel, found)
-
-    return change
-
-
-def repeated(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
+def repeated(trajectory: Trajectory) -> Trajectory:
     """One sample that is the one before in every channel but the time."""
-    del scene, size
     order = np.arange(len(trajectory.t_s))
     order[len(order) // 2] -= 1
     return dataclasses.replace(trajectory.samples(order), t_s=trajectory.t_s)
 
 
-def twice(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
+def twice(trajectory: Trajectory) -> Trajectory:
     """One sample written twice, its time with it."""
-    del scene, size
     middle = len(trajectory.t_s) // 2
     return trajectory.samples(np.insert(np.arange(len(trajectory.t_s)), middle, middle))
 
 
-def cut(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
+def cut(trajectory: Trajectory) -> Trajectory:
     """First half of the samples, without an end reason."""
-    del scene, size
     return dataclasses.replace(trajectory.samples(slice(0, len(trajectory.t_s) // 2)), ended="")
 
 
@@ -138,43 +119,33 @@ def by_angle(reaction: Array, angle: Array) -> Array:
     return np.stack([turned.real, turned.imag], axis=-1)
 
 
-def in_orbit_axes(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
+def in_orbit_axes(trajectory: Trajectory) -> Trajectory:
     """Reactions in radial and transverse components."""
-    del scene, size
     longitude = np.arctan2(trajectory.com_m[:, 1], trajectory.com_m[:, 0])
     return changed(trajectory, "reaction", by_angle(values(trajectory, "reaction"), longitude[:, None]))
 
 
-def in_bar_axes(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
+def in_bar_axes(trajectory: Trajectory) -> Trajectory:
     """Reactions in the axes of the bars they act on."""
-    del scene, size
     return changed(
         trajectory, "reaction", by_angle(values(trajectory, "reaction"), values(trajectory, "attitude")[:, :-1])
     )
 
 
-def backwards(channel: str) -> OutputChange:
-    """Bars or joints from last to first."""
-    return lambda seen, _, __: changed(seen, channel, values(seen, channel)[:, ::-1].copy())
-
-
-def wrapped(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
+def wrapped(trajectory: Trajectory) -> Trajectory:
     """Angles in (-pi, pi]."""
-    del scene, size
     angle = values(trajectory, "attitude")
     return changed(trajectory, "attitude", np.pi - np.mod(np.pi - angle, 2.0 * np.pi))
 
 
-def from_horizontal(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
+def from_horizontal(trajectory: Trajectory) -> Trajectory:
     """Angles from the horizontal through the centre of mass."""
-    del scene, size
     longitude = np.unwrap(np.arctan2(trajectory.com_m[:, 1], trajectory.com_m[:, 0]))
     return changed(trajectory, "attitude", values(trajectory, "attitude") - longitude[:, None] + 0.5 * np.pi)
 
 
-def from_before(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
+def from_before(trajectory: Trajectory) -> Trajectory:
     """Angles from the bar before."""
-    del scene, size
     angle = values(trajectory, "attitude")
     return changed(trajectory, "attitude", np.diff(angle, axis=1, prepend=0.0))
 
@@ -198,9 +169,8 @@ def off_centre(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     return changed(trajectory, "com_residual", values(trajectory, "com_residual") + size)
 
 
-def from_start(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
+def from_start(trajectory: Trajectory) -> Trajectory:
     """Places counted from the first one."""
-    del scene, size
     return changed(trajectory, "com", trajectory.com_m - trajectory.com_m[0])
 
 
@@ -252,29 +222,29 @@ ALL = tuple(CHANNELS)
 FORCES = ("reaction", "torque", "impulse")
 PERCENT = Size(1e-2, most=1.0)
 FAULTS = (
-    *each(FORCES, "sign", "of the other sign", "action for reaction", negative, OUTPUT),
-    *each((*FORCES, "com-velocity", "rate"), "late", "one sample late", "read before the step, not after it", late,
-          OUTPUT),
+    *each(FORCES, "sign", "of the other sign", "action for reaction", channelwise(np.negative), OUTPUT),
+    *each((*FORCES, "com-velocity", "rate"), "late", "one sample late", "read before the step, not after it",
+          channelwise(late), OUTPUT),
     *(Fault(f"scale-{c}", f"{c} too large", "a wrong unit or load factor", OUTPUT, output=grown(c), size=PERCENT,
             nothing=there(c)) for c in FORCES),
     Fault("zeros-reaction", "reactions all zero", "a channel never filled", OUTPUT, nothing=there("reaction"),
           output=lambda seen, *_: changed(seen, "reaction", 0.0 * values(seen, "reaction"))),
     Fault("orbit-axes-reaction", "reactions in radial and transverse components", "another frame", OUTPUT,
-          output=in_orbit_axes, nothing=there("reaction")),
+          output=whole(in_orbit_axes), nothing=there("reaction")),
     Fault("bar-axes-reaction", "reactions in the axes of the bars they act on", "another frame", OUTPUT,
-          output=in_bar_axes, nothing=there("reaction")),
+          output=whole(in_bar_axes), nothing=there("reaction")),
     Fault("order-reaction", "joints from last to first", "another order of bodies", OUTPUT,
-          output=backwards("reaction"), nothing=reasons.several_joints),
+          output=channelwise(backwards)("reaction"), nothing=reasons.several_joints),
     Fault("order-attitude", "bars from last to first", "another order of bodies", OUTPUT,
-          output=backwards("attitude"), nothing=there("reaction")),
-    *each(("attitude", "rate"), "degrees", "in degrees", "a library's own unit", degrees, OUTPUT),
+          output=channelwise(backwards)("attitude"), nothing=there("reaction")),
+    *each(("attitude", "rate"), "degrees", "in degrees", "a library's own unit", channelwise(np.rad2deg), OUTPUT),
     Fault("wrapped-attitude", "angles wrapped to (-180°, 180°]", "atan2 for an integrated angle", OUTPUT,
-          output=wrapped, nothing=reasons.turned_around),
+          output=whole(wrapped), nothing=reasons.turned_around),
     Fault("horizon-attitude", "angles from the local horizontal", "the paper's phi for theta", OUTPUT,
-          output=from_horizontal),
-    Fault("joint-angles", "angles from the bar before", "joint coordinates not summed", OUTPUT, output=from_before,
-          nothing=there("reaction")),
-    Fault("start-com", "places counted from the first one", "another origin", OUTPUT, output=from_start),
+          output=whole(from_horizontal)),
+    Fault("joint-angles", "angles from the bar before", "joint coordinates not summed", OUTPUT,
+          output=whole(from_before), nothing=there("reaction")),
+    Fault("start-com", "places counted from the first one", "another origin", OUTPUT, output=whole(from_start)),
     Fault("scale-com-velocity", "velocities that are not the track's derivative", "momentum over another mass", OUTPUT,
           output=grown("com-velocity"), size=Size(1e-6)),
     Fault("scale-rate", "rates that are not the angles' derivative", "rates in other axes", OUTPUT,
@@ -287,15 +257,15 @@ FAULTS = (
           output=off_centre, size=Size(1e-6, "m"), nothing=there("com_residual")),
     *each(tuple(c for c in ALL if c not in ALWAYS), "dropped", "left out", "a channel that is declared and not there",
           dropped, OUTPUT),
-    *each(ALL, "nan", "with one NaN", "a division by zero in one sample", one_nan, OUTPUT),
+    *each(ALL, "nan", "with one NaN", "a division by zero in one sample", channelwise(one_nan), OUTPUT),
     Fault("repeated", "one sample that is the one before, in every channel", "a buffer not advanced", OUTPUT,
-          output=repeated),
+          output=whole(repeated)),
     *each(tuple(c for c in ALL if c not in MEASURED), "repeated", "with one sample that is the one before",
-          "a buffer not advanced", one_repeated, OUTPUT),
-    Fault("twice", "one sample written twice, its instant with it", "a restart", OUTPUT, output=twice),
-    Fault("cut", "the first half of the samples, and no word why", "a run that ended early", OUTPUT, output=cut),
+          "a buffer not advanced", channelwise(one_repeated), OUTPUT),
+    Fault("twice", "one sample written twice, its instant with it", "a restart", OUTPUT, output=whole(twice)),
+    Fault("cut", "the first half of the samples, and no word why", "a run that ended early", OUTPUT, output=whole(cut)),
     Fault("clock-stretched", "instants stretched", "a step count times a rounded step", OUTPUT, output=stretched,
           size=Size(1e-6)),
     *each(tuple(c for c in ALL if c not in MEASURED), "float32", "in single precision", "one array declared float32",
-          single, ACCURACY),
+          channelwise(single), ACCURACY),
 )  # fmt: skip

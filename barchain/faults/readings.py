@@ -17,6 +17,8 @@ from barchain.faults.fault import Fault, FaultGroup, Size
 from barchain.runs.job import Role
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.random import Generator
 
     from adapters.engine import Engine
@@ -123,24 +125,19 @@ def creeping(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     return trajectory.replace(angle_rad=angle)
 
 
-def noisy_reactions(trajectory: Trajectory, scene: Scene, size: float, random: Generator) -> Trajectory:
-    """White noise after the first sample, its standard deviation a share of the largest reaction."""
-    del scene
-    if trajectory.reaction_N is None:
-        return trajectory
-    noise = size * largest(trajectory.reaction_N) * random.standard_normal(trajectory.reaction_N.shape)
-    noise[:1] = 0.0
-    return trajectory.replace(reaction_N=trajectory.reaction_N + noise)
+def noisy(channel: str, largest_of: Callable[[Array], float]) -> FreshChange:
+    """White noise after the first sample, its standard deviation a share of a channel's largest value."""
 
+    def change(trajectory: Trajectory, scene: Scene, size: float, random: Generator) -> Trajectory:
+        del scene
+        found = getattr(trajectory, channel)
+        if found is None:
+            return trajectory
+        noise = size * largest_of(found) * random.standard_normal(found.shape)
+        noise[:1] = 0.0
+        return trajectory.replace(**{channel: found + noise})
 
-def noisy_rates(trajectory: Trajectory, scene: Scene, size: float, random: Generator) -> Trajectory:
-    """White noise after the first sample, its standard deviation a share of the largest rate."""
-    del scene
-    if trajectory.rate_rad_s is None:
-        return trajectory
-    noise = size * np.abs(trajectory.rate_rad_s).max() * random.standard_normal(trajectory.rate_rad_s.shape)
-    noise[:1] = 0.0
-    return trajectory.replace(rate_rad_s=trajectory.rate_rad_s + noise)
+    return change
 
 
 def interpolated(steps_per_period: float) -> OutputChange:
@@ -207,6 +204,8 @@ def landed(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     return dataclasses.replace(trajectory.samples(slice(0, int(kept.sum()))), ended=said)
 
 
+NOISY_REACTIONS = noisy("reaction_N", largest)
+NOISY_RATES = noisy("rate_rad_s", lambda rates: float(np.abs(rates).max()))
 OUTPUT, ACCURACY = FaultGroup.OUTPUT, FaultGroup.ACCURACY
 FAULTS = (
     Fault("com-millimetres", "centre of mass written to the millimetre", "a format with three decimals", ACCURACY,
@@ -216,11 +215,11 @@ FAULTS = (
     Fault("attitude-creeps", "the last bar's angle off by this much times (t/T)²", "a torque too small to be seen",
           ACCURACY, output=creeping, size=Size(1e-7, "rad")),
     Fault("noise-reactions-small", "noise on the reactions, in units of the largest", "multipliers not converged",
-          ACCURACY, fresh=noisy_reactions, size=Size(1e-6)),
+          ACCURACY, fresh=NOISY_REACTIONS, size=Size(1e-6)),
     Fault("noise-reactions-large", "noise on the reactions, in units of the largest", "multipliers not converged",
-          ACCURACY, fresh=noisy_reactions, size=Size(1e-4)),
+          ACCURACY, fresh=NOISY_REACTIONS, size=Size(1e-4)),
     Fault("noise-rates", "noise on the rates, in units of the largest", "rates from rounded differences", ACCURACY,
-          fresh=noisy_rates, size=Size(1e-8)),
+          fresh=NOISY_RATES, size=Size(1e-8)),
     *(Fault(f"interpolated-{n}", f"angles interpolated linearly between {n} steps in a period",
             "output between steps of first order", ACCURACY, output=interpolated(float(n))) for n in (20000, 2000)),
     Fault("joints-torn", "bars turn freely from half of the run on, gaps are said to be closed",

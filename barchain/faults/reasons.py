@@ -9,8 +9,11 @@ import numpy as np
 from scenarios import Actuator, Gravity
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from barchain.faults.fault import NotApplicable
     from barchain.solutions.reference import ReferenceSolution
+    from scenarios import Scene
 
 
 def first_of(*reasons: NotApplicable) -> NotApplicable:
@@ -18,51 +21,14 @@ def first_of(*reasons: NotApplicable) -> NotApplicable:
     return lambda solution: next((said for reason in reasons if (said := reason(solution))), "")
 
 
+def where(holds: Callable[[Scene], bool], otherwise: str) -> NotApplicable:
+    """Scenes in which something holds; the reason of all others."""
+    return lambda solution: "" if holds(solution.scene) else otherwise
+
+
 def needs(effect: str, words: str) -> NotApplicable:
     """Scenes that call for an effect, by its name in `Effects`."""
-    return lambda solution: "" if getattr(solution.scene.effects, effect) else f"no {words}"
-
-
-def joints(solution: ReferenceSolution) -> str:
-    """Scenes with joints."""
-    return "" if solution.scene.bars > 1 else "a single bar has no joints"
-
-
-def no_motor(solution: ReferenceSolution) -> str:
-    """Scenes without motors in joints, which hold on to nothing where joints do not."""
-    motors = any(p.actuator is Actuator.JOINT for p in solution.scene.effects.prescribed_rotation)
-    return "a motor in a joint needs the joint: no torque holds its law" if motors else ""
-
-
-def central_pull(solution: ReferenceSolution) -> str:
-    """Scenes in which some bar's centre does not fall straight to the body's."""
-    return "" if solution.scene.bars > 1 else "a single bar falls straight to the body: beta·Y0'' is zero"
-
-
-def several_joints(solution: ReferenceSolution) -> str:
-    """Scenes with joints to be mixed up."""
-    return "" if solution.scene.bars > 2 else "fewer than two joints: no order"
-
-
-def gravity(solution: ReferenceSolution) -> str:
-    """Scenes with gravity."""
-    return "no gravity" if solution.scene.effects.gravity is Gravity.NONE else ""
-
-
-def turning(solution: ReferenceSolution) -> str:
-    """Scenes whose gravity turns bars."""
-    return "" if solution.scene.effects.gravity.turns else "gravity does not turn the bars"
-
-
-def inertia(solution: ReferenceSolution) -> str:
-    """Scenes whose motion depends on inertia."""
-    return "" if solution.scene.bars > 1 else "a single bar turns by K/J, in which J cancels, and has no joints"
-
-
-def exact_bars(solution: ReferenceSolution) -> str:
-    """Scenes with the force on bars besides a point mass's."""
-    exact = solution.scene.effects.gravity in (Gravity.QUADRUPOLE, Gravity.SLENDER)
-    return "" if exact else "bars are pulled as point masses"
+    return where(lambda scene: bool(getattr(scene.effects, effect)), f"no {words}")
 
 
 def papers_own(solution: ReferenceSolution) -> str:
@@ -72,11 +38,6 @@ def papers_own(solution: ReferenceSolution) -> str:
         return "the paper's form has gradient gravity alone"
     plain = called.names <= {"gravity.gradient", "impulse"} | {n for n in called.names if n.startswith("prescribed")}
     return "" if plain else "effects that the paper's form has not"
-
-
-def unequal(solution: ReferenceSolution) -> str:
-    """Scenes with bars of different length."""
-    return "all bars are equally long" if len(set(solution.scene.chain.length_m)) == 1 else ""
 
 
 def turned_around(solution: ReferenceSolution) -> str:
@@ -96,18 +57,6 @@ def impulses(solution: ReferenceSolution) -> str:
     return "" if struck is not None and np.any(struck) else "no impulse"
 
 
-def rest_angles(solution: ReferenceSolution) -> str:
-    """Scenes with springs that rest bent."""
-    springs = solution.scene.effects.joint_spring_damper
-    return "" if springs and any(springs.rest_rad) else "no spring rests bent"
-
-
-def flips(solution: ReferenceSolution) -> str:
-    """Scenes with faces and shadows to be met."""
-    called = solution.scene.effects
-    return "" if called.drag or called.solar_pressure else "no faces or shadows to be met"
-
-
 def shadow(solution: ReferenceSolution) -> str:
     """Scenes in which the chain is in the shadow at some sample."""
     light = solution.scene.effects.solar_pressure
@@ -120,4 +69,19 @@ def shadow(solution: ReferenceSolution) -> str:
     return "" if dark.any() else "the chain stays in the light"
 
 
+EXACT = (Gravity.QUADRUPOLE, Gravity.SLENDER)
+"""Models of gravity with a force on bars besides a point mass's"""
+joints = where(lambda scene: scene.bars > 1, "a single bar has no joints")
+no_motor = where(
+    lambda scene: all(p.actuator is not Actuator.JOINT for p in scene.effects.prescribed_rotation),
+    "a motor in a joint needs the joint: no torque holds its law",
+)
+central_pull = where(lambda scene: scene.bars > 1, "a single bar falls straight to the body: beta·Y0'' is zero")
+several_joints = where(lambda scene: scene.bars > 2, "fewer than two joints: no order")
+gravity = where(lambda scene: scene.effects.gravity is not Gravity.NONE, "no gravity")
+turning = where(lambda scene: scene.effects.gravity.turns, "gravity does not turn the bars")
+inertia = where(lambda scene: scene.bars > 1, "a single bar turns by K/J, in which J cancels, and has no joints")
+exact_bars = where(lambda scene: scene.effects.gravity in EXACT, "bars are pulled as point masses")
+unequal = where(lambda scene: len(set(scene.chain.length_m)) > 1, "all bars are equally long")
+flips = where(lambda scene: bool(scene.effects.drag or scene.effects.solar_pressure), "no faces or shadows to be met")
 SLEW = needs("prescribed_rotation", "prescribed rotation")

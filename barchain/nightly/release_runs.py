@@ -15,7 +15,7 @@ from packaging.version import Version
 from barchain.nightly.environments import dependencies_at, installed_tree, pinned_environment, run_in
 from barchain.nightly.faults import HistoryError, PinnedEnvironmentError
 from barchain.nightly.figures import FigureKind
-from barchain.nightly.releases import Release, ReleasesPlan, make_plan
+from barchain.nightly.releases import Release, ReleasesPlan
 from barchain.nightly.results import read_figures_of
 from barchain.runs.call import Answer, Call
 from barchain.runs.environment import temporary_root
@@ -237,17 +237,6 @@ def time(plan: ReleasesPlan, environment: PinnedEnvironment, tree: Path, scratch
 
 
 @dataclass(frozen=True)
-class ReleasesOptions:
-    """Options of a study of releases."""
-
-    engine: str
-    """Engine, or distribution"""
-    scenes: tuple[str, ...] = ()
-    since: str | None = None
-    """First version; all by default"""
-
-
-@dataclass(frozen=True)
 class ReleasesResult:
     """End of a study of releases."""
 
@@ -264,14 +253,17 @@ class ReleasesResult:
 class ReleasesStudy:
     """The study of releases."""
 
+    plan: ReleasesPlan
     files: ClassVar[StudyFiles] = FILES
 
-    def plan(self, options: ReleasesOptions) -> ReleasesPlan:
-        """Releases and scenes; errors as :func:`barchain.nightly.releases.make_plan`."""
-        return make_plan(options.engine, options.scenes, options.since)
+    @property
+    def turns(self) -> int:
+        """Number of releases to be reported."""
+        return self.plan.turns
 
-    def record(self, plan: ReleasesPlan) -> dict[str, Any]:
+    def record(self) -> dict[str, Any]:
         """Engine, scenes and releases."""
+        plan = self.plan
         return {
             "engine": plan.engine,
             "distribution": plan.distribution,
@@ -280,9 +272,9 @@ class ReleasesStudy:
             "versions": [str(release.version) for release in plan.releases],
         }
 
-    def run(self, plan: ReleasesPlan, store: StudyStore, reporter: Reporter) -> ReleasesResult:
+    def run(self, store: StudyStore, reporter: Reporter) -> ReleasesResult:
         """Measure the releases one after the other; an interrupted study has left the answers of those it measured."""
-        states: dict[str, str] = {}
+        plan, states = self.plan, dict[str, str]()
         answers = AnswerStore(store.folder)
         with tempfile.TemporaryDirectory(dir=temporary_root(), ignore_cleanup_errors=True) as scratch:
             tree = installed_tree(Path(scratch) / "tree")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import Counter
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, TypeAlias
 
 from barchain.runs.cluster import WORKERS_S, DaskCluster
@@ -12,7 +13,10 @@ if TYPE_CHECKING:
 
     from barchain.runs.pool import Session
 
-__all__ = ["ALL_CORES", "WORKERS_S", "DaskCluster", "Executor", "KeptAnswers", "LocalProcesses", "chosen_executor"]
+__all__ = [
+    "ALL_CORES", "ONE_BY_ONE", "WORKERS_S", "DaskCluster", "Executor", "KeptAnswers", "LocalProcesses", "OneByOne",
+    "chosen_executor",
+]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -33,13 +37,33 @@ class LocalProcesses:
 
 
 @dataclass(frozen=True)
+class OneByOne:
+    """Processes of this machine, one of which is at work at a time: their times count."""
+
+    def check(self) -> None:
+        """Nothing to check."""
+
+    def session(self) -> Session:
+        """Context that runs calls."""
+        from barchain.runs.pool import OneByOneSession  # noqa: PLC0415
+
+        return OneByOneSession()
+
+
+@dataclass(frozen=True)
 class KeptAnswers:
     """Executor that keeps each answer in a folder of a study, and gives those that are there without a call."""
 
     folder: Path
     """Folder of the study; answers lie in a folder inside it"""
-    inside: LocalProcesses | DaskCluster | KeptAnswers
+    inside: LocalProcesses | OneByOne | DaskCluster | KeptAnswers
     """Place of the calls whose answers are not there"""
+    tally: Counter[str] = field(default_factory=Counter, compare=False)
+    """Answers that were asked for, and those of them that were there, of all sessions"""
+
+    def one_by_one(self) -> KeptAnswers:
+        """The same folder for calls whose times count."""
+        return replace(self, inside=ONE_BY_ONE)
 
     def check(self) -> None:
         """Check the place of the calls, with its errors."""
@@ -49,11 +73,11 @@ class KeptAnswers:
         """Context that runs calls."""
         from barchain.runs.kept_answers import KeptSession  # noqa: PLC0415
 
-        return KeptSession(self.inside.session(), self.folder)
+        return KeptSession(self.inside.session(), self.folder, self.tally)
 
 
-Executor: TypeAlias = LocalProcesses | DaskCluster | KeptAnswers
-ALL_CORES = LocalProcesses()
+Executor: TypeAlias = LocalProcesses | OneByOne | DaskCluster | KeptAnswers
+ALL_CORES, ONE_BY_ONE = LocalProcesses(), OneByOne()
 
 
 def chosen_executor(

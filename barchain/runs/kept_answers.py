@@ -14,6 +14,8 @@ import hashlib
 import io
 import pickle
 import platform
+import struct
+from collections import Counter
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -41,7 +43,10 @@ LIBRARIES = ("numpy", "scipy", "gmpy2")
 KERNEL = "reference_impl.kernel"
 """Package whose sources in C count with its modules, and whether it can be used"""
 DIGITS = 40
-CHECK_B = hashlib.sha256().digest_size
+CHECK_B, SECONDS = hashlib.sha256().digest_size, struct.Struct("<d")
+HEAD_B = CHECK_B + SECONDS.size
+"""Bytes in front of an answer's content: the check, and the time that it took, s"""
+ASKED, KEPT = "asked", "kept"
 
 
 class Ingredients(pickle.Pickler):
@@ -160,25 +165,33 @@ def imported(statements: Iterable[Any]) -> Iterator[str]:
 
 
 class AnswerStore:
-    """Answers of calls in a study's folder, each in a file of its own."""
+    """Answers of calls in a study's folder, each in a file of its own with the time that it took."""
 
-    def __init__(self, folder: Path | None = None) -> None:
-        """Open the store inside the folder of a study; without a folder nothing is kept."""
+    def __init__(self, folder: Path | None = None, tally: Counter[str] | None = None) -> None:
+        """Open the store inside the folder of a study; without a folder nothing is kept.
+
+        A `tally` counts the answers that are asked for, and those of them that are there.
+        """
         self.folder = None if folder is None else make_folder(folder, ANSWERS)
+        self.tally = Counter[str]() if tally is None else tally
 
     def find(self, call: Call) -> Answer | None:
         """Answer of an earlier call; None if there is none, or a damaged one, which is asked for again."""
+        self.tally[ASKED] += 1
         file = None if self.folder is None else self.folder / answer_key(call)
         if file is None or not file.is_file():
             return None
         found = file.read_bytes()
         check, content = found[:CHECK_B], found[CHECK_B:]
-        return Answer(content) if check == checksum(content) else None
+        answer = unpacked(content) if check == checksum(content) else None
+        self.tally[KEPT] += answer is not None
+        return answer
 
     def keep(self, call: Call, answer: Answer) -> None:
         """Keep an answer; a failure is not kept, and is tried again."""
         if self.folder is not None and answer.end is CallEnd.ANSWERED and call.worth_keeping(answer.content):
-            write_atomically(self.folder / answer_key(call), checksum(answer.content) + answer.content)
+            content = SECONDS.pack(answer.seconds) + answer.content
+            write_atomically(self.folder / answer_key(call), checksum(content) + content)
 
     def answer(self, call: Call, make: Callable[[Call], Answer]) -> Answer:
         """Answer of an earlier call, or the one that `make` gives now, which is kept."""
@@ -192,9 +205,9 @@ class AnswerStore:
 class KeptSession(Session):
     """Session that passes on calls without a kept answer, and keeps the answers that come."""
 
-    def __init__(self, inside: Session, folder: Path) -> None:
+    def __init__(self, inside: Session, folder: Path, tally: Counter[str] | None = None) -> None:
         super().__init__()
-        self.inside, self.store = inside, AnswerStore(folder)
+        self.inside, self.store = inside, AnswerStore(folder, tally)
         self.done = inside.done
         self.calls: dict[Hashable, Call] = {}
         """Calls whose answers are still to come"""
@@ -224,6 +237,11 @@ class KeptSession(Session):
     def close(self) -> None:
         """End everything."""
         self.inside.close()
+
+
+def unpacked(content: bytes) -> Answer:
+    """Answer from the kept content behind its check."""
+    return Answer(content[SECONDS.size :], seconds=SECONDS.unpack_from(content)[0])
 
 
 def checksum(content: bytes) -> bytes:

@@ -15,6 +15,7 @@ import threading
 import time
 from abc import ABC, abstractmethod
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Self
 
 from barchain.runs.call import (
@@ -284,3 +285,22 @@ class LocalSession(Session):
         self.threads.shutdown(wait=False, cancel_futures=True)
         self.slots.close()
         self.threads.shutdown()
+
+
+class OneByOneSession(Session):
+    """Calls one after the other: each pool has a worker of its own, and only one of them works at a time."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.slots: dict[str, Slot] = {}
+
+    def start(self, key: Hashable, call: Call) -> None:
+        """Make a call; its answer is there when this returns."""
+        begun = time.monotonic()
+        answer = self.slots.setdefault(call.pool, Slot()).run(pickled(call))
+        self.done.put((key, replace(answer, seconds=time.monotonic() - begun)))
+
+    def close(self) -> None:
+        """End all processes."""
+        for slot in self.slots.values():
+            slot.close()

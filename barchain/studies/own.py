@@ -27,7 +27,7 @@ from barchain.runs.tasks import limit_of, run_task
 from barchain.studies.study import Reporter, StudyEnd, run_study
 from reports.tables.files import StudyFiles
 from reports.tables.measured import STUDIES, own_study, study_rows
-from reports.tables.rows import Rows, spread
+from reports.tables.rows import spread
 from scenarios import Scene, load_scene
 from scenarios.load import check_scene
 
@@ -127,18 +127,9 @@ def measure(
     taken = [study.files.name for study in STUDIES]
     if not re.fullmatch(NAME, name) or name in taken:
         raise ValueError(f"{name!r} given as a study, allowed: lower-case letters, digits and _, none of {taken}")
-    study = OwnStudy(StudyFiles(name, {}), summary)
-    plan = OwnPlan(dict(cases), executor)
-    run_study(study, plan, Path(out), command=command, reporter=reporter, resume=resume, overwrite=overwrite)
+    study = OwnStudy(StudyFiles(name, {}), dict(cases), summary, executor)
+    run_study(study, Path(out), command=command, reporter=reporter, resume=resume, overwrite=overwrite)
     return spread(study_rows(own_study(name), Path(out)))
-
-
-@dataclass(frozen=True)
-class OwnPlan:
-    """Cases, and the place of their runs."""
-
-    cases: dict[str, Case[list[Row]]]
-    executor: Executor
 
 
 @dataclass(frozen=True)
@@ -146,24 +137,22 @@ class OwnStudy:
     """Study whose rows are those that its cases return."""
 
     files: StudyFiles
+    cases: dict[str, Case[list[Row]]]
     summary: Callable[[pd.DataFrame], list[Row]] | None
+    executor: Executor
 
-    def plan(self, options: OwnPlan) -> OwnPlan:
-        """Plan as it is given."""
-        return options
-
-    def record(self, plan: OwnPlan) -> dict[str, Any]:
+    def record(self) -> dict[str, Any]:
         """Names of the cases."""
-        return {"cases": list(plan.cases)}
+        return {"cases": list(self.cases)}
 
-    def run(self, plan: OwnPlan, store: StudyStore, reporter: Reporter) -> StudyEnd:
+    def run(self, store: StudyStore, reporter: Reporter) -> StudyEnd:
         """Run all cases; rows are in the order of the cases, whichever ends first."""
         found = {}
-        for case, rows in run_cases(plan.cases.items(), plan.executor):
+        for case, rows in run_cases(self.cases.items(), self.executor):
             found[case] = rows
             reporter.step(case, "", f"{len(rows)} rows")
-        made: Rows = store.summary
-        for case in plan.cases:
+        made = store.summary
+        for case in self.cases:
             for row in found[case]:
                 made.add(**row)
         for row in self.summary(spread(made.frame())) if self.summary else ():

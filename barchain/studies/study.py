@@ -1,6 +1,7 @@
-"""The protocol of studies (options, plan, run that fills tables), and a study from start to tables.
+"""The protocol of studies, and a study from its start to its page.
 
-Studies differ in their loops, and share all else: the folder (:class:`barchain.record.study_store.StudyStore`), the
+A study is made with everything chosen: a function takes options, raises what is wrong with them, and returns it.
+Studies differ in their cases, and share all else: the folder (:class:`barchain.record.study_store.StudyStore`), the
 record's beginning (:func:`barchain.record.environment.provenance`), the reporter, and :func:`run_study`.
 """
 
@@ -16,6 +17,7 @@ from barchain.record.claim import claimed
 from barchain.record.environment import provenance
 from barchain.record.study_store import PARTS, StudyStore
 from barchain.runs.executors import KeptAnswers
+from barchain.runs.kept_answers import ASKED, KEPT
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -23,9 +25,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from reports.tables.files import StudyFiles
-
-PlanT = TypeVar("PlanT")
-OptionsT_contra = TypeVar("OptionsT_contra", contravariant=True)
 
 
 class StudyResult(Protocol):
@@ -48,6 +47,8 @@ class StudyEnd:
     """One line each"""
     idle: dict[str, str] = field(default_factory=dict)
     """Engines that ran nowhere, with the reason"""
+    ends: tuple[str, ...] = ()
+    """Word for the end of each point"""
 
     @property
     def passed(self) -> bool:
@@ -78,40 +79,34 @@ class Reporter:
     """Given a task and its size, a context whose value is called with each number of items done"""
 
 
-class Study(Protocol[OptionsT_contra, PlanT, ResultT_co]):
-    """One study: its name is that of its folder of tables, its page and its command."""
+class Study(Protocol[ResultT_co]):
+    """One study with all that was chosen, a frozen dataclass.
+
+    Its ``executor``, if it has one, is the place of its runs. Where a study has parts that can be run by themselves,
+    ``parts`` names those that are.
+    """
 
     @property
     def files(self) -> StudyFiles:
         """Tables and record, with the study's name."""
 
-    def plan(self, options: OptionsT_contra) -> PlanT:
-        """Scenes, engines and limits to be run.
-
-        Raises
-        ------
-        ValueError
-            If the options can't be met; nothing has been run then.
-        """
-
-    def record(self, plan: PlanT) -> dict[str, Any]:
+    def record(self) -> dict[str, Any]:
         """Entries of the record that are known before the first run.
 
         Versions of further ``packages`` are added to those of the provenance.
         """
 
-    def run(self, plan: PlanT, store: StudyStore, reporter: Reporter) -> ResultT_co:
-        """Run the plan, and write tables as results come."""
+    def run(self, store: StudyStore, reporter: Reporter) -> ResultT_co:
+        """Make the runs, and write tables as results come."""
 
 
-def run_study(study: Study[Any, PlanT, ResultT_co], plan: PlanT, out: Path, **how: Any) -> ResultT_co:
+def run_study(study: Study[ResultT_co], out: Path, **how: Any) -> ResultT_co:
     """Result of a study; arguments are those of :func:`run_and_render` without `render`."""
-    return run_and_render(study, plan, out, ignore, **how)[0]
+    return run_and_render(study, out, ignore, **how)[0]
 
 
 def run_and_render(
-    study: Study[Any, PlanT, ResultT_co],
-    plan: PlanT,
+    study: Study[ResultT_co],
     out: Path,
     render: Callable[[Path], RenderedT],
     *,
@@ -120,13 +115,12 @@ def run_and_render(
     resume: bool = False,
     overwrite: bool = False,
 ) -> tuple[ResultT_co, RenderedT]:
-    """Run a planned study, and write its tables and record into ``out/<name>``.
+    """Run a study, and write its tables and record into ``out/<name>``.
 
     Parameters
     ----------
     study : Study
-    plan : plan of the study
-        From ``study.plan(options)``. Its executor, if it has one, keeps answers in the study's folder.
+        It runs with an executor that keeps answers in the study's folder.
     out : Path
         Result folder; tables of other studies and of comparisons in it stay as they are.
     render : callable
@@ -155,20 +149,21 @@ def run_and_render(
     The record is written before the first run and after the last, also when the run is interrupted. ``complete`` is
     true only if the run came to its end, ``finished`` only if `render` did too.
     """
-    start, complete = time.perf_counter(), False
-    own = study.record(plan)
-    record = provenance(command, own.pop("packages", None)) | own
-    with claimed(study.files, out, record.get(PARTS), resume=resume, overwrite=overwrite):
-        store = StudyStore(study.files, out, record, resume=resume)
-        placed: Any = plan
-        if hasattr(plan, "executor"):
+    start, complete, told = time.perf_counter(), False, reporter or Reporter()
+    with claimed(study.files, out, getattr(study, PARTS, None), resume=resume, overwrite=overwrite):
+        own = study.record()
+        store = StudyStore(study.files, out, provenance(command, own.pop("packages", None)) | own, resume=resume)
+        placed: Any = study
+        if hasattr(study, "executor"):
             placed = dataclasses.replace(placed, executor=KeptAnswers(store.folder, placed.executor))
         store.write_record()
         try:
-            result = study.run(placed, store, reporter or Reporter())
+            result = placed.run(store, told)
             complete = True
         finally:
             store.end(time.perf_counter() - start, complete=complete)
+        if resume and placed is not study:
+            told.note(f"kept {placed.executor.tally[KEPT]} of {placed.executor.tally[ASKED]} runs")
         rendered = render(out)
         store.finish()
     return result, rendered

@@ -9,11 +9,11 @@ import pytest
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES, Registration
-from barchain.runs import tasks
+from barchain.runs import pool
+from barchain.runs.cases import run_tasks
 from barchain.runs.environment import THREADS, one_thread_each
-from barchain.runs.executors import LocalProcesses
+from barchain.runs.executors import ONE_BY_ONE, LocalProcesses
 from barchain.runs.job import Job, Role
-from barchain.runs.kept_answers import AnswerStore
 from barchain.runs.tasks import PoolGroup, pool_group, run_jobs
 from barchain.runs.timing.bench import TimingBench
 from reports.tables.outcome import Outcome
@@ -53,7 +53,7 @@ def test_a_worker_computes_in_one_thread(group: PoolGroup, monkeypatch: pytest.M
 @pytest.mark.slow
 def test_a_worker_that_replaces_another_computes_in_one_thread_too(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(ENGINES, "faulty", FAULTY)
-    monkeypatch.setattr(tasks, "RUNS_PER_WORKER", 1)
+    monkeypatch.setattr(pool, "RUNS_PER_WORKER", 1)
     results = [
         r for _, r in run_jobs([job(), job(rtol=1e-7), job(rtol=1e-8)], time_limit_s=60.0, executor=LocalProcesses(1))
     ]
@@ -61,8 +61,7 @@ def test_a_worker_that_replaces_another_computes_in_one_thread_too(monkeypatch: 
 
 
 def test_runs_that_are_timed_compute_in_one_thread() -> None:
-    with TimingBench(AnswerStore()) as bench:
-        result = bench.run(job(), 60.0)
+    (result,) = run_tasks([TimingBench().run(job(), 60.0)], ONE_BY_ONE)
     assert result.outcome is Outcome.PASS, result.reason
 
 

@@ -6,8 +6,11 @@ import pandas as pd
 import pytest
 
 from adapters.registry import ENGINES, Registration
+from barchain.cli.compare import show_verdict
 from barchain.cli.engines import show_engines
 from barchain.cli.main import run
+from barchain.crossval.run import ComparisonResult
+from reports.tables.outcome import Outcome
 from scenarios import load_scene
 
 QUICK = "basics/libration"
@@ -132,3 +135,18 @@ def test_the_remedy_for_a_missing_engine_names_its_extra(capsys):
     registration = Registration("nowhere:Nothing", "nowhere", install="pip install '.[certified]'")
     show_engines({"nothing": registration})
     assert "pip install '.[certified]'" in capsys.readouterr().out
+
+
+def test_the_gravest_failures_of_a_comparison_come_first_and_ten_at_most(tmp_path, capsys):
+    pairs = {("s", f"e{k}"): Outcome.EXCEEDS_BOUND for k in range(11)} | {("s", "worst"): Outcome.FAILED}
+    rows = [
+        {"scene": scene, "engine": engine, "quantity": quantity, "outcome": str(outcome), "reason": f"why\n{quantity}"}
+        for (scene, engine), outcome in pairs.items()
+        for quantity in ("rate", "attitude")
+    ]
+    show_verdict(ComparisonResult(pd.DataFrame(rows), pairs), tmp_path)
+    counts, *lines, more = capsys.readouterr().out.splitlines()
+    assert counts == "11 exceeds_bound, 1 failed"
+    assert lines[0] == "  s  worst  failed: rate: why rate (also attitude)"
+    assert len(lines) == 10
+    assert more.strip() == f"and 2 more: barchain show {tmp_path} --where metric=verdict"

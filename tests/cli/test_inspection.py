@@ -200,7 +200,7 @@ def test_quiet_commands_print_no_progress(quiet, lines, capsys):
     choose_verbosity(-int(quiet))
     try:
         with verdicts_shown(1) as show, counted("runs", 1) as done:
-            show("scene", "engine", "pass")
+            show.step("scene", "engine", "pass")
             show.note("a note")
             done(1)
     finally:

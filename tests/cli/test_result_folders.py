@@ -32,7 +32,7 @@ WRITES_ONE_FILE = {"simulate", "certified"}
 
 @pytest.mark.parametrize(("command", "held"), HELD.items(), ids=lambda text: text.partition(" ")[0])
 def test_results_that_are_there_are_kept_and_the_command_exits_with_2(command, held, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("barchain.nightly.release_runs.make_plan", lambda *_: NO_RELEASES)  # no index
+    monkeypatch.setattr("barchain.nightly.releases.make_plan", lambda *_: NO_RELEASES)  # no index
     if command.startswith("ensemble"):
         skip_without_kernel()
     if command.startswith("certified"):

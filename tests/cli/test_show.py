@@ -10,7 +10,8 @@ import pytest
 
 import barchain
 from barchain.cli.main import run
-from reports.tables.rows import IDENTITY
+from barchain.cli.results import differing, show_differences
+from reports.tables.rows import IDENTITY, spread
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -85,3 +86,31 @@ def test_a_folder_without_results_is_one_line(tmp_path: Path, capsys: pytest.Cap
     assert run(["show", str(tmp_path)]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert "no results there; give a folder with results of: comparison, cost" in line
+
+
+def test_without_a_folder_the_result_folders_here_are_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for place in ("", ", e.g. mine"):
+        assert run(["show"]) == 2
+        (line,) = capsys.readouterr().err.splitlines()
+        assert f"give its name{place}" in line
+        (tmp_path / "mine" / "rows").mkdir(parents=True, exist_ok=True)
+
+
+def test_what_differs_is_shown_with_both_sides_and_wall_times_are_counted(
+    compared: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = spread(barchain.rows(compared))
+    after = before.copy()
+    after.loc[after.metric == "seconds", "value"] *= 2.0
+    one = (after.engine == "rebound") & (after.metric == "max") & (after.quantity == "com")
+    after.loc[one, ["value", "outcome"]] = [3.5, "exceeds_bound"]
+    after = after[after.engine != "reference"]
+    show_differences(differing(before, after), timed=False)
+    said = capsys.readouterr().out
+    assert "wall times differ, by 2 in the median" in said
+    assert said.count("gone: comparison, basics/two_bars_free, reference, rtol=1e-10 (") == 1
+    (line,) = [line for line in said.splitlines() if "exceeds_bound" in line]
+    assert line.split()[-2:] == ["pass", "exceeds_bound"]

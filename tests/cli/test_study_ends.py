@@ -10,14 +10,15 @@ import pandas as pd
 import pytest
 
 from adapters.registry import ENGINES, Registration
-from barchain.cli.common.exit_codes import ExitCode, end_study
+from barchain.cli.common.exit_codes import ExitCode
+from barchain.cli.common.result_folder import end_study
 from barchain.cli.main import run
 from barchain.runs.timing.left_out import failures
 from barchain.studies.ensemble.statistics import RunTally
 from barchain.studies.ensemble.study import EnsembleSummary
-from barchain.studies.roundoff.study import RoundoffResult
 from barchain.studies.selftest.trial import SceneRuns
 from barchain.studies.stability.expected import recorded
+from barchain.studies.study import StudyEnd
 from reports.tables.reading import DamagedResultsError
 
 LONG = "x" * 250  # more than a file system takes, with an ending
@@ -62,14 +63,14 @@ def test_a_failed_run_of_an_ensemble_and_a_failed_task_of_the_roundoff_study_do_
     ensemble = EnsembleSummary(None, None, tally, {})
     assert ensemble.failures == ("1 of 2 runs failed, the first of them run 2: diverged",)
     assert not ensemble.passed
-    assert not RoundoffResult(("times: x: y",)).passed
-    assert RoundoffResult(()).passed
+    assert not StudyEnd(("times: x: y",)).passed
+    assert StudyEnd().passed
 
 
 def test_the_end_of_a_study_that_did_not_pass_is_exit_code_1_after_its_failures(capsys):
     end_study(SimpleNamespace(passed=True))
     with pytest.raises(click.exceptions.Exit) as ended:
-        end_study(SimpleNamespace(passed=False), ["a failed"])
+        end_study(StudyEnd(("a failed",)))
     assert ended.value.exit_code == ExitCode.FINDINGS
     assert capsys.readouterr().err == "barchain: a failed\n"
 

@@ -15,6 +15,7 @@ from barchain.cli.main import run as barchain
 from barchain.crossval.run import run_comparison
 from barchain.runs.cluster.connection import ClusterLostError
 from barchain.runs.executors import DaskCluster, LocalProcesses
+from barchain.studies.study import Reporter
 from reports.tables.outcome import Outcome
 from tests.support.local_cluster import LocalCluster, kill
 
@@ -47,7 +48,7 @@ def compared(
     def act_once(_scene: str, _engine: str, _outcome: str) -> None:
         next(acts, lambda: None)()
 
-    run_comparison(scenes, ENGINES, out, executor=executor, progress=act_once, **options)
+    run_comparison(scenes, ENGINES, out, executor=executor, reporter=Reporter(act_once), **options)
     return (out / "metrics.csv").read_bytes()
 
 

@@ -10,7 +10,6 @@ from barchain.crossval.plan import (
     KEPT_LIMIT,
     STEPS_PER_TURN,
     WANTED_SHARE,
-    ComparisonPlan,
     coarse_first,
     comparison_setting,
     expected_share,
@@ -18,6 +17,7 @@ from barchain.crossval.plan import (
     turns_per_orbit,
     two_digits,
 )
+from barchain.crossval.run import Comparison
 from barchain.runs.choices import chosen_engines, one_of_each
 from barchain.runs.job import Job, Role, TimeLimit
 from barchain.runs.tasks import run_task
@@ -68,10 +68,10 @@ def test_a_chain_that_tumbles_beyond_the_predictability_limit_is_resolved_there(
 def test_a_given_setting_a_method_that_chooses_its_steps_and_an_unknown_solution_change_nothing() -> None:
     loaded, solution = ENGINES["pymunk"].load(), judge_of("basics/libration")
     given = Setting(AccuracyParameter.STEPS_PER_ORBIT, 777.0)
-    plan = ComparisonPlan([], {}, settings={"pymunk": given})
+    plan = Comparison([], {}, settings={"pymunk": given})
     assert plan.setting("pymunk", loaded, solution) == given
-    assert ComparisonPlan([], {}).setting("pymunk", loaded) == loaded.sweep.setting()
-    assert ComparisonPlan([], {}).setting("another-package", loaded, solution) == loaded.sweep.setting()
+    assert Comparison([], {}).setting("pymunk", loaded) == loaded.sweep.setting()
+    assert Comparison([], {}).setting("another-package", loaded, solution) == loaded.sweep.setting()
     reference = ENGINES["reference"].load()
     assert comparison_setting(reference, solution) == reference.sweep.setting()
 

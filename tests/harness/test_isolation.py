@@ -8,8 +8,7 @@ import pytest
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES, Registration
-from barchain.crossval.plan import ComparisonPlan
-from barchain.crossval.run import new_record, run_comparison
+from barchain.crossval.run import Comparison, run_comparison
 from barchain.crossval.suite import Suite
 from barchain.record.study_store import StudyStore
 from barchain.runs.executors import LocalProcesses
@@ -17,6 +16,7 @@ from barchain.runs.job import Job, Role, failure
 from barchain.runs.pool import LocalSession
 from barchain.runs.tasks import PoolGroup, pool_group
 from barchain.solutions.judging import solution_jobs
+from barchain.studies.study import Reporter
 from reports.chapters.crossval.overview import summary_verdict
 from reports.chapters.crossval.summary import summarise
 from reports.render import render
@@ -127,9 +127,8 @@ def test_reference_solutions_run_in_processes_without_other_engines():
 
 
 def test_why_a_reference_solution_failed_is_said_once(tmp_path):
-    plan = ComparisonPlan([unshipped(SCENE)], {})
-    store = StudyStore(FILES, tmp_path, new_record(plan, "test"))
-    suite = Suite(plan, store, lambda *_: None)
+    comparison = Comparison([unshipped(SCENE)], {})
+    suite = Suite(comparison, StudyStore(FILES, tmp_path, comparison.record()), Reporter())
     progress = suite.progress[SCENE]
     case = suite.solution(progress)
     asked = next(case)
@@ -227,7 +226,7 @@ def test_a_comparison_cut_off_leaves_the_tables_it_had(tmp_path):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        run_comparison([SCENE], out=tmp_path, registered=registered(["Unmodified"]), progress=stop)
+        run_comparison([SCENE], out=tmp_path, registered=registered(["Unmodified"]), reporter=Reporter(stop))
     record = json.loads((tmp_path / "record.json").read_text())
     assert not record["finished"]
     assert set(pd.read_csv(tmp_path / "metrics.csv").engine) == {"Unmodified"}

@@ -15,8 +15,7 @@ from adapters.reference import WIDE_UNTIL
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES, WIDE, Registration
 from adapters.trajectory import Trajectory
-from barchain.crossval.plan import ComparisonPlan
-from barchain.crossval.run import new_record, run_comparison
+from barchain.crossval.run import Comparison, run_comparison
 from barchain.crossval.suite import Suite
 from barchain.faults.equations import no_tide
 from barchain.judge.compare import judge
@@ -46,6 +45,7 @@ from barchain.solutions.reference import (
 )
 from barchain.solutions.shipped import read_solution, rounded_up, shipped_files, shipped_path, shipped_solution
 from barchain.solutions.shipped import write_solution as write
+from barchain.studies.study import Reporter
 from reports.tables.crossval import FILES
 from reports.tables.outcome import Outcome
 from scenarios import change_scene, load_scene, make_scene, scene_names
@@ -176,10 +176,10 @@ def test_a_comparison_on_a_core_scene_runs_no_solution_and_says_what_judged(tmp_
 
 def test_the_reference_judges_where_heyoka_fails(tmp_path: Path) -> None:
     scene = other_run(QUICK, samples=7)
-    plan = ComparisonPlan([scene], {}, certify=True)
-    store = StudyStore(FILES, tmp_path, new_record(plan, "test"))
+    comparison = Comparison([scene], {}, certify=True)
+    store = StudyStore(FILES, tmp_path, comparison.record())
     notes: list[str] = []
-    suite = Suite(plan, store, lambda *_: None, notes.append)
+    suite = Suite(comparison, store, Reporter(note=notes.append))
     progress = suite.progress[scene.name]
     assert suite.shipped(progress) is None
     assert [job.role for job in suite.judging] == list(CERTIFIED_ROLES)

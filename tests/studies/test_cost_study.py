@@ -11,14 +11,16 @@ import pytest
 from adapters.engine import AccuracyParameter, AccuracySweep, Setting
 from adapters.registry import ENGINES, Registration
 from barchain.record.study_store import StudyStore
+from barchain.runs.cases import Known, run_cases
+from barchain.runs.executors import ALL_CORES
 from barchain.runs.job import RunResult
-from barchain.runs.timing.bench import TimingBench
+from barchain.runs.pool import OneByOneSession
 from barchain.runs.timing.orders import fit_order
 from barchain.solutions.certified import certified
 from barchain.studies.cost.errors import errors_at_equal_steps, errors_of, under_floor
 from barchain.studies.cost.findings import orders_table
-from barchain.studies.cost.plan import CostOptions, load_jobs, name_of, shortened, sweeps, too_fine, too_long
-from barchain.studies.cost.study import CostRun, CostStudy, columns_of, load_row, load_rows
+from barchain.studies.cost.plan import load_jobs, name_of, shortened, sweeps, too_fine, too_long
+from barchain.studies.cost.study import CostRun, columns_of, cost_study, load_row, load_rows
 from barchain.studies.study import Reporter, run_study
 from reports.render import render_study
 from reports.tables.cost import FILES, INDEPENDENT, POINT_COLUMNS, read_cost
@@ -98,12 +100,13 @@ def test_rebounds_floor_is_that_of_the_particles_track():
     assert math.isnan(found.order)
 
 
-STUDY = CostStudy(certified_stand_in)
-
-
-def plan_of(engines, repeats=2):
-    plan = CostStudy().plan(CostOptions([SCENE], ["reference"], 0.1, repeats, minutes=0.0, time_limit_s=LIMIT_S))
-    return dataclasses.replace(plan, engines=engines)
+def study_of(engines, repeats=2, minutes=10.0):
+    """Study of a tenth of an orbit; in ten minutes nothing is ever late."""
+    made = cost_study(
+        [SCENE], ["reference"], orbits=0.1, repeats=repeats, minutes=minutes, time_limit_s=LIMIT_S,
+        solution_of=certified_stand_in,
+    )  # fmt: skip
+    return dataclasses.replace(made, engines=engines)
 
 
 @pytest.fixture(scope="module")
@@ -125,9 +128,9 @@ def engines():
 def study(engines, tmp_path_factory):
     """Folder of a study, and what was told of its progress."""
     folder, told = tmp_path_factory.mktemp("cost"), []
-    plan = dataclasses.replace(plan_of(engines, repeats=3), minutes=10.0)  # never late: no time decides
-    run_study(STUDY, plan, folder, reporter=Reporter(lambda *a: told.append(a)), command="barchain cost")
-    assert len(told) == plan.turns
+    made = study_of(engines, repeats=3)
+    run_study(made, folder, reporter=Reporter(lambda *a: told.append(a)), command="barchain cost")
+    assert len(told) == made.turns
     return folder
 
 
@@ -135,8 +138,7 @@ def study(engines, tmp_path_factory):
 def good(engines, tmp_path_factory):
     """Folder of a study of the reference alone."""
     folder = tmp_path_factory.mktemp("cost")
-    plan = dataclasses.replace(plan_of({"reference": engines["reference"]}, repeats=2), minutes=10.0)
-    run_study(STUDY, plan, folder, command="barchain cost")
+    run_study(study_of({"reference": engines["reference"]}), folder, command="barchain cost")
     return folder
 
 
@@ -171,11 +173,11 @@ def test_every_good_point_is_timed_as_often_as_the_others_and_build_and_read_out
     ("seconds", "late", "turns"), [(1e-4, True, 7), (0.1, True, 3), (0.1, False, 7), (1.0, True, 1)]
 )
 def test_when_time_is_short_only_brief_runs_get_all_their_turns(engines, tmp_path, seconds, late, turns):
-    plan = plan_of({"reference": engines["reference"]}, repeats=7)
-    cost_run = CostRun(plan, StudyStore(FILES, tmp_path), certified_stand_in, Reporter())
-    job = next(iter(sweeps(plan.scenes[0], plan.engines)[0].values()))[0]
+    study = study_of({"reference": engines["reference"]}, repeats=7)
+    cost_run = CostRun(study, StudyStore(FILES, tmp_path), Reporter())
+    job = next(iter(sweeps(study.scenes[0], study.engines)[0].values()))[0]
     cost_run.rows[name_of(job)] = {"seconds": seconds}
-    for turn in range(plan.repeats):
+    for turn in range(study.repeats):
         if cost_run.wanted(job, turn, late=late):
             cost_run.times.setdefault(name_of(job), []).append(seconds)
     assert len(cost_run.times[name_of(job)]) == turns
@@ -190,35 +192,71 @@ def test_the_record_says_what_ran_where(good):
     assert record["limits"] == {"repeats": 2, "minutes": 10.0, "time_limit_s": LIMIT_S}
 
 
-def test_a_study_that_was_cut_off_measures_only_what_is_missing(tmp_path, engines, monkeypatch):
-    plan = plan_of({"reference": engines["reference"]})
-    ran, made = [], []
+@pytest.fixture
+def made(monkeypatch):
+    """Calls that are made, and not taken from kept answers."""
+    found, start = [], OneByOneSession.start
+    monkeypatch.setattr(OneByOneSession, "start", lambda self, key, call: (found.append(call), start(self, key, call)))
+    return found
+
+
+def cut_off(study, out, after):
+    """Run a study, and interrupt it after some steps."""
+    ran = []
 
     def cut(scene, what, outcome):
         ran.append(what)
-        if len(ran) == 2:
+        if len(ran) == after:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        run_study(STUDY, plan, tmp_path, reporter=Reporter(cut))
+        run_study(study, out, reporter=Reporter(cut))
+
+
+def test_a_study_that_was_cut_off_measures_only_what_is_missing(tmp_path, engines, made):
+    study, noted = study_of({"reference": engines["reference"]}), []
+    cut_off(study, tmp_path, after=2)
     assert not read_cost(tmp_path).record["finished"]
     assert "cut off" in render_study("cost", tmp_path)[0].read_text()
     kept = read_cost(tmp_path).points.set_index("setting")
     assert len(kept) == 2
-    turn = TimingBench.made
-    monkeypatch.setattr(TimingBench, "made", lambda self, job, call: made.append(call) or turn(self, job, call))
-    run_study(STUDY, dataclasses.replace(plan, minutes=10.0), tmp_path, resume=True)
+    made.clear()
+    run_study(study, tmp_path, resume=True, reporter=Reporter(note=noted.append))
     first = [str(call.given[0].setting) for call in made if not call.repetition]
     assert first == ["rtol=1e-08"]
-    assert len(made) == 1 + 3 * plan.repeats
+    assert len(made) == 1 + 3 * study.repeats
+    assert noted == [f"kept 2 of {2 + len(made)} runs"]
     points = read_cost(tmp_path).points.set_index("setting")
     assert (points.outcome == "pass").all()
     columns = ["attitude_error_rad", "evaluations", "build_s"]
     pd.testing.assert_frame_equal(points.loc[kept.index, columns], kept[columns])
     made.clear()
-    run_study(STUDY, dataclasses.replace(plan, minutes=10.0), tmp_path, resume=True)
+    run_study(study, tmp_path, resume=True)
     assert made == []
     pd.testing.assert_frame_equal(read_cost(tmp_path).points.set_index("setting"), points)
+
+
+def test_a_study_that_goes_on_makes_the_runs_that_its_budget_allowed_when_it_began(
+    tmp_path, engines, made, monkeypatch
+):
+    """Each run takes 3 s by the clock of the workers, and no run is too brief to be left out."""
+    answer = OneByOneSession.start
+
+    def slow(session, key, call):
+        answer(session, key, call)
+        key, found = session.done.get()
+        session.done.put((key, dataclasses.replace(found, seconds=3.0)))
+
+    monkeypatch.setattr(OneByOneSession, "start", slow)
+    monkeypatch.setattr("barchain.studies.cost.study.BRIEF_S", 0.0)
+    study = study_of({"reference": engines["reference"]}, repeats=5, minutes=20.0 / 60.0)
+    run_study(study, tmp_path / "whole")
+    whole = [(str(call.given[0].setting), call.repetition) for call in made]
+    made.clear()
+    cut_off(study, tmp_path / "cut", after=3)
+    run_study(study, tmp_path / "cut", resume=True)
+    assert [(str(call.given[0].setting), call.repetition) for call in made] == whole
+    assert len(whole) < 3 + 3 * 5, "the budget left turns out"
 
 
 def sweep_of(engine, values):
@@ -239,27 +277,27 @@ def test_settings_past_the_time_limit_are_not_tried():
 
 
 @pytest.mark.parametrize("haste_s", [0.0, 0.05, 0.35, 1.0, 3.0])
-def test_the_order_of_engines_does_not_decide_what_is_measured(haste_s, monkeypatch, tmp_path):
+def test_the_order_of_engines_does_not_decide_what_is_measured(haste_s, tmp_path):
     """Each setting costs its engine a known time on a clock of the test."""
-    clock = [0.0]
-    monkeypatch.setattr("barchain.studies.cost.study.time", SimpleNamespace(perf_counter=lambda: clock[0]))
 
     class Bench:
+        spent_s = 0.0
+
         def run(self, job, time_limit_s):
             del time_limit_s
             seconds = (3e-4 if job.engine == "exudyn" else 2e-5) * job.setting.value
-            clock[0] += seconds
-            return RunResult(Outcome.PASS, seconds={"build": 0.0, "simulate": seconds, "read": 0.0})
+            self.spent_s += seconds
+            return Known(RunResult(Outcome.PASS, seconds={"build": 0.0, "simulate": seconds, "read": 0.0}))
 
     measured = []
     for order in (("exudyn", "pymunk"), ("pymunk", "exudyn")):
-        clock[0] = 0.0
-        plan = CostStudy().plan(CostOptions([SCENE], order, 0.1, 1, time_limit_s=5.0))
-        store = StudyStore(FILES, tmp_path / order[0], STUDY.record(plan))
+        study = cost_study([SCENE], order, orbits=0.1, repeats=1, time_limit_s=5.0)
+        store = StudyStore(FILES, tmp_path / order[0], study.record())
         noted = []
-        run = CostRun(plan, store, lambda _: None, Reporter(note=noted.append))
-        run.haste_at = haste_s
-        run.first_pass(Bench(), SimpleNamespace(scene=plan.scenes[0]), sweeps(plan.scenes[0], plan.engines)[0])
+        run = CostRun(study, store, Reporter(note=noted.append))
+        run.haste_at, run.bench = haste_s, Bench()
+        case = run.first_pass(SimpleNamespace(scene=study.scenes[0]), sweeps(study.scenes[0], study.engines)[0])
+        list(run_cases([("", case)], ALL_CORES))
         found = {(r["engine"], r["setting"]) for r in run.rows.values() if r["outcome"] == "pass"}
         hasty = [r["reason"] for r in run.rows.values() if "half used" in r["reason"]]
         assert len(noted) == len(store.record["shortened_limits_s"]) >= bool(hasty), "a shortened limit is told once"
@@ -313,13 +351,14 @@ def test_the_share_of_the_loads_is_the_time_that_they_add_when_applied_once_more
     assert row["kind"] == INDEPENDENT
 
 
-def test_each_load_is_applied_twice_in_the_second_run(monkeypatch):
+def test_each_load_is_applied_twice_in_the_second_run():
     class Bench:
         def run(self, job, time_limit_s, turn):
             asked.append(job.options)
-            return RunResult(Outcome.PASS, "", None, {"simulate": 2.0 if job.options else 1.0})
+            return Known(RunResult(Outcome.PASS, "", None, {"simulate": 2.0 if job.options else 1.0}))
 
     asked = []
-    (found,) = load_rows(Bench(), sweep_of("exudyn", (100,))[0], LIMIT_S)
+    case = load_rows(Bench(), sweep_of("exudyn", (100,))[0], LIMIT_S)
+    [(_, [found])] = run_cases([("", case)], ALL_CORES)
     assert asked == [(), ("repeated_load",)] * 7
     assert found["share"] == 1.0

@@ -27,7 +27,7 @@ from barchain.studies.effects.atmosphere import (
     layer_at,
 )
 from barchain.studies.effects.sizes import RunPair, change, situation, sizes_over
-from barchain.studies.effects.study import EffectsOptions, EffectsPlan, EffectsStudy, compiled_can
+from barchain.studies.effects.study import EffectsStudy, compiled_can, effects_study
 from barchain.studies.effects.switches import switches
 from barchain.studies.effects.timing import (
     BATCH_S,
@@ -51,7 +51,6 @@ if TYPE_CHECKING:
     from barchain.studies.effects.switches import Switch
 
 DRAG = "effects/drag"
-STUDY = EffectsStudy()
 
 
 def brief(scene: Scene, orbits: float = 0.1, samples: int = 11) -> Scene:
@@ -222,10 +221,10 @@ def test_the_budget_takes_the_heights_that_its_own_run_came_to(monkeypatch: pyte
         return ()
 
     scene = transfer(11)
-    options = EffectsOptions(scene, rtol=1e-8, engine=SLOW, repeats=1, executor=LocalProcesses(2), seconds=0.0)
-    plan = dataclasses.replace(STUDY.plan(options), switches=())
+    options: dict[str, Any] = {"rtol": 1e-8, "engine": SLOW, "repeats": 1, "seconds": 0.0}
+    study = dataclasses.replace(effects_study(scene, executor=LocalProcesses(2), **options), switches=())
     monkeypatch.setattr("barchain.studies.effects.study.switches", kept)
-    run_study(STUDY, plan, tmp_path)
+    run_study(study, tmp_path)
     assert asked == [pytest.approx(Heights(180e3, 1000e3), abs=1.0)]
 
 
@@ -353,7 +352,7 @@ def test_a_run_too_long_for_three_rounds_is_timed_in_part() -> None:
     assert timed_span_s(scene, 5.0, 20.0) == scene.run.duration_s
     assert timed_span_s(scene, 10.0, 20.0) == pytest.approx(0.5 * scene.run.duration_s)
     assert timed_span_s(scene, 10.0, 20.0, rounds=1) == scene.run.duration_s
-    job = STUDY.plan(EffectsOptions(scene, engine=SLOW)).tight[0]
+    job = effects_study(scene, engine=SLOW).tight[0]
     assert shortened(job, scene.run.duration_s) is job
     part = shortened(job, 0.5 * scene.run.duration_s).scene.run
     assert part.duration_s / (part.samples - 1) == pytest.approx(scene.run.duration_s / (scene.run.samples - 1))
@@ -370,13 +369,13 @@ def test_evaluations_are_timed_in_turn_for_long_enough() -> None:
 
 
 def test_both_scenes_of_a_pair_run_in_one_engine() -> None:
-    plan = STUDY.plan(EffectsOptions(load_scene(DRAG)))
+    plan = effects_study(load_scene(DRAG))
     for s in plan.switches:
         if s.scene:
             engines = {job.engine for job in plan.pair(s)}
             assert engines == {FAST if compiled_can([plan.scene, s.scene]) else SLOW}
     assert len({job.key for job in plan.runs}) == len(plan.runs) == 2 * len(plan.tight)
-    assert {job.engine for job in STUDY.plan(EffectsOptions(load_scene(DRAG), engine=SLOW)).runs} == {SLOW}
+    assert {job.engine for job in effects_study(load_scene(DRAG), engine=SLOW).runs} == {SLOW}
 
 
 def test_light_on_bars_that_cross_its_edge_together_does_not_stop_the_run() -> None:
@@ -388,8 +387,8 @@ def test_light_on_bars_that_cross_its_edge_together_does_not_stop_the_run() -> N
     assert motion(brief(scene, 0.6), 1e-11).t_s[-1] == pytest.approx(0.6 * scene.period_s)
 
 
-def small_plan() -> EffectsPlan:
-    """Plan of a small real budget."""
+def small() -> EffectsStudy:
+    """A small real budget."""
     options: dict[str, Any] = {
         "rtol": 1e-9,
         "engine": SLOW,
@@ -397,16 +396,16 @@ def small_plan() -> EffectsPlan:
         "executor": LocalProcesses(1),
         "seconds": 0.0,
     }
-    return STUDY.plan(EffectsOptions(brief(load_scene(DRAG)), **options))
+    return effects_study(brief(load_scene(DRAG)), **options)
 
 
 @pytest.fixture(scope="module")
 def budget(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Any]]:
     """Folder of a small real budget, and what was told of its progress."""
     folder, told, noted = tmp_path_factory.mktemp("budget"), [], []
-    plan = small_plan()
+    plan = small()
     reporter = Reporter(lambda *a: told.append(a), noted.append)
-    run_study(STUDY, plan, folder, command="barchain effects", reporter=reporter)
+    run_study(plan, folder, command="barchain effects", reporter=reporter)
     assert len(told) == plan.turns
     runs = len(plan.tight)
     assert noted[0].startswith(f"timing {runs} runs in turn")  # their first part, on a slow machine
@@ -446,7 +445,7 @@ def test_a_budget_that_goes_on_makes_nothing_that_is_there(budget: Any, monkeypa
 
     before = read_effects(budget[0]).effects
     monkeypatch.setattr(Slot, "run", made)
-    run_study(STUDY, small_plan(), budget[0], resume=True)
+    run_study(small(), budget[0], resume=True)
     pd.testing.assert_frame_equal(read_effects(budget[0]).effects, before)
 
 

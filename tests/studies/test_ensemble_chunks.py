@@ -22,7 +22,7 @@ from barchain.studies.ensemble import statistics, study
 from barchain.studies.ensemble.chunks import LEAST_RUNS, MOST_CHUNKS, chunks, run_chunk
 from barchain.studies.ensemble.population import populations
 from barchain.studies.ensemble.statistics import run_columns, run_table, run_text
-from barchain.studies.ensemble.study import EnsembleOptions, EnsembleStudy, ensemble, make_plan
+from barchain.studies.ensemble.study import EnsembleStudy, ensemble, ensemble_study
 from barchain.studies.ensemble.variation import VariationError
 from barchain.studies.study import Reporter, run_study
 from reports.tables.ensemble import FILES
@@ -32,7 +32,6 @@ from tests.support.kernel import needs_kernel
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from barchain.studies.ensemble.study import EnsemblePlan
 
 pytestmark = needs_kernel
 VARY = ["angle_deg=normal(0, 1)", "mass_kg[2]=lognormal(100, 0.2)"]
@@ -40,9 +39,9 @@ RUNS = 4250
 """Runs in seventeen chunks"""
 
 
-def planned(runs: int = RUNS, **options: Any) -> EnsemblePlan:
+def planned(runs: int = RUNS, **options: Any) -> EnsembleStudy:
     chosen: dict[str, Any] = {"orbits": 0.02, "samples": 3, "executor": LocalProcesses(2)} | options
-    return make_plan(EnsembleOptions("paper/fig05", VARY, runs, **chosen))
+    return ensemble_study("paper/fig05", VARY, runs, **chosen)
 
 
 def recorded(out: Path) -> dict[str, Any]:
@@ -108,7 +107,7 @@ import os, signal, sys
 from contextlib import contextmanager
 from pathlib import Path
 from barchain.studies.study import Reporter, run_study
-from tests.studies.test_ensemble_chunks import EnsembleStudy, planned
+from tests.studies.test_ensemble_chunks import planned
 
 
 @contextmanager
@@ -119,7 +118,7 @@ def counted(*_):
         if done[0] >= 2600:
             os.kill(os.getpid(), signal.SIGKILL)
     yield count
-run_study(EnsembleStudy(), planned(), Path(sys.argv[1]), reporter=Reporter(counted=counted))
+run_study(planned(), Path(sys.argv[1]), reporter=Reporter(counted=counted))
 """
 
 
@@ -138,17 +137,17 @@ def test_a_killed_ensemble_goes_on_to_the_same_tables_and_makes_only_what_is_mis
         return run_chunk(chunk)
 
     monkeypatch.setattr(chunks_module, "run_chunk", noted)
-    run_study(EnsembleStudy(), planned(executor=LocalProcesses(1)), tmp_path / "cut", resume=True)
+    run_study(planned(executor=LocalProcesses(1)), tmp_path / "cut", resume=True)
     assert 2600 / LEAST_RUNS <= kept < RUNS / LEAST_RUNS
     assert len(made) == RUNS / LEAST_RUNS - kept
-    run_study(EnsembleStudy(), planned(), tmp_path / "whole")
+    run_study(planned(), tmp_path / "whole")
     assert table_bytes(tmp_path / "cut") == table_bytes(tmp_path / "whole")
     assert not (tmp_path / "cut" / "ensemble" / ANSWERS).exists()
     for entry in ("outcomes", "evaluations"):
         assert recorded(tmp_path / "cut")[entry] == recorded(tmp_path / "whole")[entry]
 
 
-def interrupted_after(runs: int, out: Path, chosen: EnsemblePlan) -> None:
+def interrupted_after(runs: int, out: Path, chosen: EnsembleStudy) -> None:
     """Run an ensemble up to an interrupt."""
     done = 0
 
@@ -159,7 +158,7 @@ def interrupted_after(runs: int, out: Path, chosen: EnsemblePlan) -> None:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        run_study(EnsembleStudy(), chosen, out, reporter=Reporter(counted=lambda *_: nullcontext(count)))
+        run_study(chosen, out, reporter=Reporter(counted=lambda *_: nullcontext(count)))
 
 
 @pytest.mark.parametrize("damage", [b"", b"other", None])
@@ -170,9 +169,9 @@ def test_an_interrupted_ensemble_asks_again_for_what_is_missing_or_damaged(
     if damage is not None:
         next((tmp_path / "cut" / "ensemble" / ANSWERS).iterdir()).write_bytes(damage)
     reporter, told = counting()
-    run_study(EnsembleStudy(), planned(1000), tmp_path / "cut", reporter=reporter, resume=True)
+    run_study(planned(1000), tmp_path / "cut", reporter=reporter, resume=True)
     assert sum(told) == 1000
-    run_study(EnsembleStudy(), planned(1000), tmp_path / "whole")
+    run_study(planned(1000), tmp_path / "whole")
     assert table_bytes(tmp_path / "cut") == table_bytes(tmp_path / "whole")
 
 
@@ -182,7 +181,7 @@ def test_samples_that_the_file_system_has_no_room_for_are_told_beforehand(
     usage = namedtuple("usage", "total used free")
     monkeypatch.setattr(shutil, "disk_usage", lambda _: usage(10**9, 10**9, 1000))
     with pytest.raises(VariationError, match="B left"):
-        run_study(EnsembleStudy(), planned(1000), tmp_path)
+        run_study(planned(1000), tmp_path)
 
 
 @pytest.mark.slow
@@ -195,7 +194,7 @@ def test_memory_does_not_grow_with_runs(tmp_path: Path, monkeypatch: pytest.Monk
     peaks = []
     for k, chosen in enumerate((few, many)):
         tracemalloc.start()
-        run_study(EnsembleStudy(), chosen, tmp_path / str(k))
+        run_study(chosen, tmp_path / str(k))
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
     more = many.runs - few.runs

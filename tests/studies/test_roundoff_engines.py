@@ -18,7 +18,7 @@ from barchain.studies.roundoff.engine_laws import NEAR, UNEXPLAINED, engine_laws
 from barchain.studies.roundoff.engines import attempt, engine_rows, scene_at, setting_of
 from barchain.studies.roundoff.evaluation import errors, rows_of
 from barchain.studies.roundoff.laws import evaluation_laws, expected_exponent
-from barchain.studies.roundoff.plan import SWEEPS, make_plan
+from barchain.studies.roundoff.plan import SWEEPS, tasks_of
 from barchain.studies.roundoff.states import EvaluationCase, StateKind, exact_case
 from barchain.studies.roundoff.third_parties import THIRD_PARTIES, present
 from barchain.studies.roundoff.trajectories import ScaledScene, solution_of
@@ -204,7 +204,7 @@ def test_what_is_not_as_expected_is_said():
 
 
 def test_the_plan_has_each_engine_in_both_frames_over_a_wide_range_of_steps():
-    tasks = make_plan(("engines",)).tasks
+    tasks = tasks_of(("engines",))
     assert {t.arguments[0] for t in tasks} == set(SWEEPS)
     assert min(t.solution.members for t in tasks) >= 30
     for name, values in SWEEPS.items():
@@ -212,8 +212,8 @@ def test_the_plan_has_each_engine_in_both_frames_over_a_wide_range_of_steps():
         assert len(values) >= 3
         if not ENGINES[name].missing:
             assert {t.arguments[1] for t in tasks if t.arguments[0] == name} == {0, 1, 2}
-    assert len(make_plan(("engines",), full=True).tasks) > 3 * len(tasks)
-    evaluated = [t.arguments for t in make_plan(("evaluation",)).tasks if t.table == "evaluation"]
+    assert len(tasks_of(("engines",), full=True)) > 3 * len(tasks)
+    evaluated = [t.arguments for t in tasks_of(("evaluation",)) if t.table == "evaluation"]
     assert {n for _, names, _ in evaluated for n in names} >= set(present())
 
 

@@ -12,7 +12,7 @@ from barchain.runs.executors import LocalProcesses
 from barchain.studies.roundoff import laws
 from barchain.studies.roundoff.evaluation import longitude_rows, many_states, one_state, rows_of
 from barchain.studies.roundoff.laws import best_laws, best_table, evaluation_laws, growth_laws
-from barchain.studies.roundoff.plan import DECADES, PARTS, RoundoffPlan, RoundoffTask, make_plan
+from barchain.studies.roundoff.plan import DECADES, PARTS, RoundoffTask, tasks_of
 from barchain.studies.roundoff.states import EvaluationCase, StateKind
 from barchain.studies.roundoff.study import RoundoffStudy
 from barchain.studies.roundoff.trajectories import (
@@ -204,7 +204,7 @@ def test_the_least_error_of_a_method_that_still_gains_from_steps_is_no_floor():
 
 
 def test_the_plan_has_every_state_size_and_arithmetic_and_at_least_30_members():
-    tasks = make_plan(full=False).tasks
+    tasks = tasks_of(PARTS)
     evaluated = [t.arguments for t in tasks if t.table == "evaluation"]
     assert {c.kind for c, *_ in evaluated} == set(StateKind)
     assert {c.bars for c, *_ in evaluated} == {2, 5, 50, 500}
@@ -213,23 +213,23 @@ def test_the_plan_has_every_state_size_and_arithmetic_and_at_least_30_members():
     assert {a for _, _, arithmetics in evaluated for a in arithmetics} == {"float32", "float64", "long double"}
     assert {t.arguments[1] for t in tasks if t.table == "trajectories"} == {"minimal", "relative", "absolute"}
     assert all(callable(t.function) for t in tasks)
-    assert len(make_plan(full=True).tasks) > len(tasks)
-    assert make_plan(("times",)).tasks == ()
+    assert len(tasks_of(PARTS, full=True)) > len(tasks)
+    assert tasks_of(("times",)) == ()
 
 
-def small_plan():
+def small():
     """A second's work, with a task that fails."""
     ways = (("relative", "absolute"), ("float64",))
     cases = [EvaluationCase(StateKind.GENERIC, 2, r, 4) for r in (1e-3, 1e-5, 1e-7)]
     good = [RoundoffTask("evaluation", f"{c.ratio:g}", rows_of, (c, *ways)) for c in cases]
     wrong = RoundoffTask("evaluation", "wrong", rows_of, (cases[0], ("nonsense",), ("float64",)))
-    return RoundoffPlan((*good, wrong), full=False, executor=LocalProcesses(1))
+    return RoundoffStudy((*good, wrong), executor=LocalProcesses(1))
 
 
 def test_a_study_writes_its_tables_and_a_task_that_fails_costs_its_own_rows(tmp_path):
     told = []
     reporter = Reporter(lambda *a: told.append(a))
-    run_study(RoundoffStudy(), small_plan(), tmp_path, command="barchain roundoff", reporter=reporter)
+    run_study(small(), tmp_path, command="barchain roundoff", reporter=reporter)
     tables = read_roundoff(tmp_path)
     assert len(told) == 4
     assert sorted({outcome for *_, outcome in told}) == ["failed", "pass"]
@@ -246,7 +246,7 @@ def test_an_interrupted_study_keeps_what_it_has(tmp_path):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        run_study(RoundoffStudy(), small_plan(), tmp_path, reporter=Reporter(interrupt))
+        run_study(small(), tmp_path, reporter=Reporter(interrupt))
     record = json.loads((tmp_path / "roundoff" / "record.json").read_text())
     assert not record["finished"]
     assert len(read_roundoff(tmp_path).evaluation) > 0

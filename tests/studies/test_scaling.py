@@ -29,7 +29,7 @@ from barchain.studies.scaling.fit import (
     targets,
 )
 from barchain.studies.scaling.point import ScalingTask, own_point
-from barchain.studies.scaling.study import ScalingOptions, ScalingPlan, ScalingRun, ScalingStudy
+from barchain.studies.scaling.study import ScalingRun, ScalingStudy, scaling_study
 from barchain.studies.study import Reporter, run_study
 from reports.chapters.scaling import memory_text
 from reports.render import render, render_study
@@ -43,8 +43,6 @@ from tests.support.report_fixture import build
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-STUDY = ScalingStudy()
 
 
 class DiesAtFive(Faulty):
@@ -121,14 +119,14 @@ def test_the_interval_of_a_scattered_power_holds_it_as_often_as_it_says() -> Non
     assert abs(inside - 0.95 * 400) < 4.0 * math.sqrt(400 * 0.95 * 0.05)  # four standard deviations
 
 
-def run_of(plan: ScalingPlan, folder: Path) -> ScalingRun:
+def run_of(study: ScalingStudy, folder: Path) -> ScalingRun:
     """A run with an empty store, not started."""
-    return ScalingRun(plan, StudyStore(FILES, folder), Reporter())
+    return ScalingRun(study, StudyStore(FILES, folder), Reporter())
 
 
 def test_cheap_points_come_first(tmp_path: Path) -> None:
     """An engine that gets expensive waits until the cheap one is through; cheap ones take turns."""
-    plan = dataclasses.replace(STUDY.plan(ScalingOptions(["reference"], (2, 5, 10), time_limit_s=100.0)), engines={})
+    plan = dataclasses.replace(scaling_study(["reference"], (2, 5, 10), time_limit_s=100.0), engines={})
     study = run_of(plan, tmp_path)
     study.rows += [
         {"engine": "cheap", "bars": 2, "build_s": 0.1, "orbit_s": 0.1},
@@ -145,7 +143,7 @@ def test_cheap_points_come_first(tmp_path: Path) -> None:
 
 
 def test_a_model_that_would_fill_the_memory_is_not_built(tmp_path: Path) -> None:
-    study = run_of(STUDY.plan(ScalingOptions(["reference"], (2, 5, 10))), tmp_path)
+    study = run_of(scaling_study(["reference"], (2, 5, 10)), tmp_path)
     study.rows.append({"engine": "big", "bars": 2, "build_s": 0.1, "orbit_s": 0.1, "memory_B": 1e18})
     assert study.share("big", 5) == (0.0, "its model would take about 6.2e+09 GB of memory")
     study.rows.append({"engine": "long", "bars": 2, "build_s": 0.1, "orbit_s": 3000.0})
@@ -224,13 +222,13 @@ def test_a_batch_is_filled_whatever_one_call_takes() -> None:
     calls = []
     assert calibrated(calls.append, 0.0) == 1
     assert calls == [1, 1]  # once to compile, once to measure
-    assert evaluation_times(calls.append, 3, 0.0).shape == (3,)
+    assert evaluation_times([calls.append], 3, 0.0).shape == (3, 1)
 
 
 @pytest.mark.parametrize("engine", DIRECT)
 def test_evaluations_are_timed_by_themselves(engine: str) -> None:
-    times = evaluation_times(loop_of(engine, divided(load_scene(SCENE), 5)), 2, 1e-4)
-    assert times.shape == (2,)
+    times = evaluation_times([loop_of(engine, divided(load_scene(SCENE), 5))], 2, 1e-4)
+    assert times.shape == (2, 1)
     assert (times > 0.0).all()
 
 
@@ -280,9 +278,9 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[tuple[st
     folder, told = tmp_path_factory.mktemp("scaling"), []
     own = {"DiesAtFive": "tests.studies.test_scaling:DiesAtFive", "NotThere": "tests.support.faulty_engines:NotThere"}
     engines = {"reference": ENGINES["reference"]} | {e: Registration(t) for e, t in own.items()}
-    plan = STUDY.plan(ScalingOptions(["reference"], (2, 5, 10), repeats=2, time_limit_s=60.0))
+    plan = scaling_study(["reference"], (2, 5, 10), repeats=2, time_limit_s=60.0)
     plan = dataclasses.replace(plan, engines=engines)
-    run_study(STUDY, plan, folder, command="barchain scaling", reporter=Reporter(lambda *a: told.append(a)))
+    run_study(plan, folder, command="barchain scaling", reporter=Reporter(lambda *a: told.append(a)))
     return folder, told
 
 
@@ -308,7 +306,7 @@ def test_an_engine_that_fails_costs_its_own_rows_only(study: Any) -> None:
 
 
 def test_a_good_point_has_all_that_was_asked_for(tmp_path: Path) -> None:
-    run_study(STUDY, STUDY.plan(ScalingOptions(["reference"], (2, 5), repeats=1)), tmp_path)
+    run_study(scaling_study(["reference"], (2, 5), repeats=1), tmp_path)
     own = FILES.read(tmp_path, "points")
     assert list(own.columns) == list(POINT_COLUMNS)
     assert own.outcome.tolist() == ["pass", "pass"]
@@ -324,7 +322,7 @@ def test_a_good_point_has_all_that_was_asked_for(tmp_path: Path) -> None:
 
 
 def test_a_study_without_time_runs_nothing_and_says_why(tmp_path: Path) -> None:
-    run_study(STUDY, STUDY.plan(ScalingOptions(["reference", "exudyn"], (2, 5), minutes=0.0)), tmp_path)
+    run_study(scaling_study(["reference", "exudyn"], (2, 5), minutes=0.0), tmp_path)
     points = FILES.read(tmp_path, "points")
     assert points.outcome.tolist() == ["nothing_compared"] * 2
     assert set(points.reason) == {"not run: the study's 0 minutes were over"}
@@ -332,26 +330,26 @@ def test_a_study_without_time_runs_nothing_and_says_why(tmp_path: Path) -> None:
 
 
 def test_a_study_that_was_cut_off_measures_only_what_is_missing(tmp_path: Path) -> None:
-    plan, told = STUDY.plan(ScalingOptions(["reference"], (2, 5), repeats=1)), list[str]()
+    plan, told = scaling_study(["reference"], (2, 5), repeats=1), list[str]()
 
     def cut(_: str, what: str, __: str) -> None:
         told.append(what)
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        run_study(STUDY, plan, tmp_path, reporter=Reporter(cut))
+        run_study(plan, tmp_path, reporter=Reporter(cut))
     first = FILES.read(tmp_path, "points")
     assert first.bars.tolist() == [2]
-    run_study(STUDY, plan, tmp_path, resume=True)
+    run_study(plan, tmp_path, resume=True)
     points = FILES.read(tmp_path, "points")
     assert points.outcome.tolist() == ["pass", "pass"]
     pd.testing.assert_frame_equal(points[:1], first)
-    run_study(STUDY, plan, tmp_path, resume=True)
+    run_study(plan, tmp_path, resume=True)
     pd.testing.assert_frame_equal(FILES.read(tmp_path, "points"), points)
 
 
 def test_an_engine_says_how_many_bars_are_too_many_for_it(tmp_path: Path) -> None:
-    run_study(STUDY, STUDY.plan(ScalingOptions(["pymunk"], (100, 200))), tmp_path)
+    run_study(scaling_study(["pymunk"], (100, 200)), tmp_path)
     points = FILES.read(tmp_path, "points")
     assert points.bars.tolist() == [100]
     assert points.outcome.tolist() == ["unsupported"]

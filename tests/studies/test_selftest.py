@@ -21,7 +21,7 @@ from barchain.judge.verdict import JUDGED_METRICS
 from barchain.solutions.judging import NUMPY
 from barchain.studies.selftest.fates import CHECKS, cell, moved_beyond_rounding, reading
 from barchain.studies.selftest.fates import tried as tried_on
-from barchain.studies.selftest.matrix import OCTAVES, Bracket, Matrix, SelftestOptions, SelftestStudy, settled
+from barchain.studies.selftest.matrix import OCTAVES, Bracket, Matrix, selftest_study, settled
 from barchain.studies.selftest.stages import FALL, STAGES, find_scene
 from barchain.studies.selftest.trial import SceneRuns, Trial, judged
 from barchain.studies.study import run_study
@@ -347,7 +347,7 @@ def test_every_default_scene_is_short() -> None:
 
 @pytest.mark.exhaustive
 def test_the_full_matrix_has_no_survivor(tmp_path: Path) -> None:
-    whole = run_study(SelftestStudy(), SelftestStudy().plan(SelftestOptions()), tmp_path)
+    whole = run_study(selftest_study(), tmp_path)
     assert whole.passed, ([f.name for f in whole.unkilled], whole.wrong)
     tried_somewhere = {c.fault.name for c in whole.cells if c.fate is not FaultOutcome.NOTHING}
     assert tried_somewhere == set(FIXED_SCENES) | set(CONTROLS)

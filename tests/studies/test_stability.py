@@ -19,8 +19,6 @@ from barchain.studies.stability import expected
 from barchain.studies.stability.expected import SLOW
 from barchain.studies.stability.plan import (
     HUGE,
-    StabilityOptions,
-    StabilityPlan,
     chosen_engines,
     coarser,
     default_engines,
@@ -28,7 +26,7 @@ from barchain.studies.stability.plan import (
     settings,
 )
 from barchain.studies.stability.rules import Finding
-from barchain.studies.stability.study import StabilityStudy
+from barchain.studies.stability.study import StabilityStudy, stability_study
 from barchain.studies.study import run_study
 from reports.chapters.stability import view_stability
 from reports.render import render_study
@@ -69,7 +67,7 @@ def test_scipy_runs_at_its_own_default_tolerances_too() -> None:
 @pytest.mark.skipif(ENGINES[COMPILED].missing is not None, reason="needs the compiled reference")
 def test_recorded_time_outs_and_long_runs_in_numpy_are_left_to_a_full_study_or_to_a_named_engine() -> None:
     def long_runs(**options: Any) -> set[str]:
-        plan = StabilityStudy().plan(StabilityOptions(["hard/whip", FREE], **options))
+        plan = stability_study(["hard/whip", FREE], **options)
         assert plan.engines_of(plan.scenes[1]) == plan.engines
         return set(plan.engines_of(plan.scenes[0]))
 
@@ -78,7 +76,7 @@ def test_recorded_time_outs_and_long_runs_in_numpy_are_left_to_a_full_study_or_t
     assert not late & long_runs()
     assert {COMPILED, "exudyn-tree"} <= long_runs()
     assert late <= long_runs(full=True)
-    many = StabilityStudy().plan(StabilityOptions(["hard/bars_1000", "hard/bars_100"])).left_out
+    many = stability_study(["hard/bars_1000", "hard/bars_100"]).left_out
     assert ("hard/bars_1000", "heyoka") in many
     assert ("hard/bars_100", "heyoka") not in many
     assert long_runs(engines=["reference"]) == {"reference"}
@@ -132,10 +130,10 @@ def test_engines_that_can_not_are_left_out_and_no_engine_is_run_without_hope(tmp
     faulty: dict[str, type[Faulty]] = {
         "can-not": CanNot, "can-not-follow": CanNotFollow, "hangs": faulty_engines.Hangs,
     }  # fmt: skip
-    plan = StabilityPlan(
+    plan = StabilityStudy(
         (scene(FREE),), {n: registration(e) for n, e in faulty.items()}, time_limit_s=1.0, executor=LocalProcesses(1)
     )
-    result = run_study(StabilityStudy(), plan, tmp_path)
+    result = run_study(plan, tmp_path)
     assert result.findings[FREE, "can-not"].stability is Stability.UNSUPPORTED
     follows = result.findings[FREE, "can-not-follow"]
     assert follows.stability is Stability.UNSUPPORTED
@@ -217,8 +215,10 @@ def test_forms_of_the_reference_get_ten_times_as_long_as_other_engines(
         return Known(failure(Outcome.FAILED, "not run here"))
 
     monkeypatch.setattr("barchain.studies.stability.study.run_task", noted)
-    plan = StabilityPlan((load_scene("hard/vertical_fall"),), chosen_engines(["reference", "exudyn"]), time_limit_s=7.0)
-    run_study(StabilityStudy(), plan, tmp_path)
+    plan = StabilityStudy(
+        (load_scene("hard/vertical_fall"),), chosen_engines(["reference", "exudyn"]), time_limit_s=7.0
+    )
+    run_study(plan, tmp_path)
     assert allowed_s == {"reference": 70.0, "exudyn": 7.0}
 
 
@@ -226,6 +226,6 @@ def test_forms_of_the_reference_get_ten_times_as_long_as_other_engines(
 @pytest.mark.timeout(0)  # an hour on two cores
 def test_ours_are_stable_in_all_hard_scenes_and_nothing_changed(tmp_path: Path) -> None:
     scenes = tuple(load_scene(name) for name in hard_scenes())
-    result = run_study(StabilityStudy(), StabilityPlan(scenes, default_engines()), tmp_path)
+    result = run_study(StabilityStudy(scenes, default_engines()), tmp_path)
     assert not result.ours
     assert not result.changes

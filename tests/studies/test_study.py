@@ -10,14 +10,17 @@ import pandas as pd
 import pytest
 
 from barchain.record.study_store import StudyStore
-from barchain.runs.call import Answer, Call
-from barchain.runs.kept_answers import AnswerStore
+from barchain.runs.call import Call
+from barchain.runs.cases import Task, run_tasks
 from barchain.studies.study import Reporter, StudyEnd, run_study
 from reports.tables.files import StudyFiles
 from reports.tables.schema import KEY, SCHEMA_VERSION
+from tests.support.here import HERE
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    from barchain.runs.executors import Executor
 
 FILES = StudyFiles(
     "squares",
@@ -28,33 +31,24 @@ FILES = StudyFiles(
 
 
 @dataclass(frozen=True)
-class SquaresPlan:
-    """Numbers to be squared."""
+class SquaresStudy:
+    """A study of a few lines: numbers to be squared."""
 
     numbers: tuple[int, ...]
     repeats: int = 1
-
-
-@dataclass(frozen=True)
-class SquaresStudy:
-    """A study of a few lines."""
-
+    executor: Executor = HERE
     files: ClassVar[StudyFiles] = FILES
 
-    def plan(self, options: tuple[int, ...]) -> SquaresPlan:
-        """All numbers, once each."""
-        return SquaresPlan(tuple(dict.fromkeys(options)))
-
-    def record(self, plan: SquaresPlan) -> dict[str, Any]:
+    def record(self) -> dict[str, Any]:
         """Limits, and a package more."""
-        return {"packages": {"abacus": "1.0"}, "limits": {"repeats": plan.repeats}}
+        return {"packages": {"abacus": "1.0"}, "limits": {"repeats": self.repeats}}
 
-    def run(self, plan: SquaresPlan, store: StudyStore, reporter: Reporter) -> StudyEnd:
+    def run(self, store: StudyStore, reporter: Reporter) -> StudyEnd:
         """Append a row for each number; an answer that is there is not asked for."""
-        answers = AnswerStore(store.folder)
-        for number in plan.numbers:
-            answer = answers.answer(Call(square, (number,), 1.0), lambda made: Answer(made.function(*made.given)))
-            store.append("squares", [{"number": number, "square": int(answer.content)}])
+        for number in self.numbers:
+            task = Task(Call(square, (number,), 1.0), lambda answer: int(answer.content))
+            (found,) = run_tasks([task], self.executor)
+            store.append("squares", [{"number": number, "square": found}])
             reporter.step(str(number), "squared", "pass")
         return StudyEnd()
 
@@ -66,7 +60,6 @@ def square(number: int) -> bytes:
 
 
 SQUARED: list[int] = []
-STUDY = SquaresStudy()
 
 
 def record_of(folder: Path) -> dict[str, Any]:
@@ -76,8 +69,9 @@ def record_of(folder: Path) -> dict[str, Any]:
 
 def test_a_study_leaves_its_tables_and_a_finished_record(tmp_path: Path) -> None:
     told: list[tuple[str, str, str]] = []
-    plan = STUDY.plan((3, 1, 3))
-    assert run_study(STUDY, plan, tmp_path, command="typed", reporter=Reporter(lambda *a: told.append(a))).passed
+    assert run_study(
+        SquaresStudy((3, 1)), tmp_path, command="typed", reporter=Reporter(lambda *a: told.append(a))
+    ).passed
     table = FILES.read(tmp_path, "squares")
     assert table.columns.tolist() == ["number", "square", "word"]
     assert table.square.tolist() == [9, 1]
@@ -98,12 +92,14 @@ def test_an_interrupted_study_leaves_its_rows_and_goes_on_from_them(tmp_path: Pa
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        run_study(STUDY, STUDY.plan((1, 2, 3)), tmp_path, reporter=Reporter(cut))
+        run_study(SquaresStudy((1, 2, 3)), tmp_path, reporter=Reporter(cut))
     assert not record_of(tmp_path)["finished"]
     assert FILES.read(tmp_path, "squares").number.tolist() == [1, 2]
     SQUARED.clear()
-    run_study(STUDY, STUDY.plan((1, 2, 3)), tmp_path, resume=True)
+    noted: list[str] = []
+    run_study(SquaresStudy((1, 2, 3)), tmp_path, resume=True, reporter=Reporter(note=noted.append))
     assert SQUARED == [3]
+    assert noted == ["kept 2 of 3 runs"]
     assert FILES.read(tmp_path, "squares").square.tolist() == [1, 4, 9]
     assert record_of(tmp_path)["finished"]
 

@@ -4,16 +4,8 @@ from __future__ import annotations
 
 import json
 from enum import IntEnum
-from typing import TYPE_CHECKING
 
 import click
-
-from barchain.cli.common.terminal import say
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from barchain.studies.study import StudyResult
 
 
 class ExitCode(IntEnum):
@@ -51,14 +43,6 @@ class MissingEngineError(click.ClickException):
 def findings() -> click.exceptions.Exit:
     """Exception that ends a command whose checks did not all pass."""
     return click.exceptions.Exit(ExitCode.FINDINGS)
-
-
-def end_study(result: StudyResult, failures: Iterable[str] = ()) -> None:
-    """End a study's command: with exit code 1 if the study did not pass, after its failures in one line each."""
-    for line in failures:
-        say(f"barchain: {line}", err=True)
-    if not result.passed:
-        raise findings()
 
 
 def failure(error: Exception) -> tuple[str, ExitCode] | None:

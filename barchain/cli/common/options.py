@@ -290,8 +290,14 @@ json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON i
 
 
 def result_options(command: Callable[..., None]) -> Callable[..., None]:
-    """`--resume` and `--overwrite`."""
-    return resume_option(overwrite_option(command))
+    """`--resume` and `--overwrite`, given to the command as one `kept`."""
+
+    @functools.wraps(command)
+    def gathered(**given: Any) -> None:
+        kept = {name: given.pop(name) for name in ("resume", "overwrite")}
+        command(**given, kept=kept)
+
+    return resume_option(overwrite_option(gathered))
 
 
 def executor_options(command: Callable[..., None]) -> Callable[..., None]:
@@ -351,7 +357,7 @@ def out_option(default: str | None = "report", *, required: bool = False, help_t
 def time_limit_option(default_s: float, more: str = "") -> Callable[[F], F]:
     """`--time-limit S`: wall time after which one run is ended."""
     return click.option(
-        "--time-limit", metavar="S", type=POSITIVE_SECONDS, default=default_s, show_default=True,
+        "--time-limit", "time_limit_s", metavar="S", type=POSITIVE_SECONDS, default=default_s, show_default=True,
         help=f"End a run after this wall time, in seconds{more}.",
     )  # fmt: skip
 

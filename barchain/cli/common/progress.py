@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import time
 from contextvars import ContextVar
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from barchain.cli.common.terminal import literal, plain, say
@@ -15,6 +14,8 @@ if TYPE_CHECKING:
 
     from rich.console import Console
     from rich.progress import Progress
+
+    from barchain.studies.study import Reporter
 
 MILD = ("pass", "unsupported")  # outcomes that a terminal shows in the bar only
 VERBOSITY: ContextVar[int] = ContextVar("verbosity", default=0)
@@ -36,18 +37,6 @@ def verbose() -> bool:
     return VERBOSITY.get() > 0
 
 
-@dataclass(frozen=True)
-class Shown:
-    """Callback that shows each verdict as it comes, and notes between verdicts."""
-
-    verdict: Callable[[str, str, str], None]
-    note: Callable[[str], None]
-
-    def __call__(self, scene: str, engine: str, outcome: str) -> None:
-        """Show a verdict."""
-        self.verdict(scene, engine, outcome)
-
-
 def error_console() -> Console:
     """Terminal, or file, that standard error goes to."""
     from rich.console import Console
@@ -63,21 +52,32 @@ def progress_bar(console: Console) -> Progress:
     return Progress(*columns, console=console, transient=True)
 
 
+def note(text: str) -> None:
+    """Print a sentence on what goes on."""
+    if not quiet():
+        say(text, err=True)
+
+
 @contextlib.contextmanager
-def verdicts_shown(total: int) -> Iterator[Shown]:
-    """Callback that shows each verdict as it comes, of `total` expected; off a terminal one line for each."""
+def verdicts_shown(total: int | None) -> Iterator[Reporter]:
+    """Reporter that shows each verdict as it comes, of `total` expected; off a terminal one line for each.
+
+    Without a total the study counts by itself, and a line or bar shows that.
+    """
+    from barchain.studies.study import Reporter, ignore
+
     console, start, done = error_console(), time.monotonic(), 0
 
     def line(scene: str, engine: str, outcome: str) -> None:
         nonlocal done
         done += 1
-        place = f"[{min(done, total):>3}/{total}]"  # a verdict on all scenes together follows the expected ones
+        place = f"[{min(done, total or 0):>3}/{total}]"  # a verdict on all scenes together follows the expected ones
         say(f"{place} {time.monotonic() - start:6.1f} s  {scene}  {engine}  {outcome}", err=True)
 
-    if quiet():
-        yield Shown(lambda *_: None, lambda _: None)
+    if quiet() or total is None:
+        yield Reporter(ignore, note, counted)
     elif not console.is_terminal:
-        yield Shown(line, lambda text: say(text, err=True))
+        yield Reporter(line, note, counted)
     else:
         with progress_bar(console) as bar:
             task = bar.add_task("comparing", total=total)
@@ -85,9 +85,9 @@ def verdicts_shown(total: int) -> Iterator[Shown]:
             def show(scene: str, engine: str, outcome: str) -> None:
                 bar.update(task, advance=1, description=f"{literal(scene)} · {literal(engine)}")
                 if verbose() or outcome not in MILD:
-                    bar.console.print(f"{literal(scene)}  {literal(engine)}  [bold]{outcome}[/bold]")
+                    bar.console.print(f"{literal(scene)}  {literal(engine)}  [bold]{literal(outcome)}[/bold]")
 
-            yield Shown(show, lambda text: bar.console.print(plain(text), markup=False, highlight=False))
+            yield Reporter(show, lambda text: bar.console.print(plain(text), markup=False, highlight=False))
 
 
 @contextlib.contextmanager

@@ -1,63 +1,61 @@
-"""Obstacles to the end of a command that are told before its first run: unreadable results, unwritable files."""
+"""A study run into a result folder; obstacles that are told before the first run: other results, unwritable files."""
 
 from __future__ import annotations
 
 import os
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
+from barchain.cli.common.exit_codes import findings
+from barchain.cli.common.terminal import say
 from barchain.record.environment import typed
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from barchain.studies.study import PlanT, Reporter, ResultT_co, Study
+    from barchain.studies.study import ResultT_co, Study, StudyResult
     from reports.render import Rendered
 
 
-def run_shown(
-    out: Path, study: Study[Any, PlanT, ResultT_co], plan: PlanT, *, turns: int | None = None, **kept: bool
-) -> tuple[ResultT_co, Rendered]:
-    """Run a study into a result folder with its progress shown, and render it, as :func:`run_study_in`.
+def run_shown(out: Path | None, study: Study[ResultT_co], kept: dict[str, bool]) -> tuple[ResultT_co, Rendered]:
+    """Run a study into a result folder with its progress shown, and render it.
 
-    Without a number of `turns` the study counts by itself.
-    """
-    from barchain.cli.common.progress import counted, verdicts_shown
-    from barchain.studies.study import Reporter
-
-    if turns is None:
-        return run_study_in(out, study, plan, Reporter(counted=counted), **kept)
-    with verdicts_shown(turns) as show:
-        return run_study_in(out, study, plan, Reporter(show, show.note), **kept)
-
-
-def run_study_in(
-    out: Path, study: Study[Any, PlanT, ResultT_co], plan: PlanT, reporter: Reporter, **kept: bool
-) -> tuple[ResultT_co, Rendered]:
-    """Run a study into a result folder and render it, as :func:`barchain.studies.study.run_and_render`.
-
-    Results of other commands that the study's page will include are read first.
-    """
-    from barchain.studies.study import run_and_render
-    from reports.render import check_others, render_study
-
-    name = study.files.name
-    check_others(name, out)
-    return run_and_render(study, plan, out, partial(render_study, name), command=typed(), reporter=reporter, **kept)
-
-
-def need_kept(out: Path | None, *, resume: bool) -> None:
-    """Make sure that a command that goes on has a folder to go on in.
+    Without a folder it is a temporary one; `kept` are the arguments ``resume`` and ``overwrite``. Results of other
+    commands that the study's page will include are read first.
 
     Raises
     ------
     UsageError
-        If not.
+        If the study is to go on without a folder.
     """
-    if resume and out is None:
+    from barchain.cli.common.progress import verdicts_shown
+    from barchain.runs.environment import kept_or_temporary
+    from barchain.studies.study import run_and_render
+    from reports.render import check_others, render_study
+
+    if kept["resume"] and out is None:
         raise click.UsageError("--resume goes with --out DIR")
+    name = study.files.name
+    with kept_or_temporary(out) as folder:
+        check_others(name, folder)
+        with verdicts_shown(getattr(study, "turns", None)) as reporter:
+            return run_and_render(
+                study, folder, partial(render_study, name), command=typed(), reporter=reporter, **kept
+            )
+
+
+def end_study(result: StudyResult, page: Path | None = None) -> None:
+    """Print what a study left out, its failures and its page; exit code 1 if it did not pass."""
+    for engine, reason in getattr(result, "idle", {}).items():
+        say(f"{engine} is left out: {reason}", err=True)
+    if page is not None:
+        say(f"report: {page}")
+    for line in getattr(result, "failures", ()):
+        say(f"barchain: {line}", err=True)
+    if not result.passed:
+        raise findings()
 
 
 def need_writable(file: Path, option: str) -> None:

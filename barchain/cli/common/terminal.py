@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING
 
 import click
@@ -26,6 +27,11 @@ def plain(text: str, but: str = "\n\t") -> str:
     from reports.text.words import visible
 
     return visible(text, but=but)
+
+
+def counts_of(words: Iterable[object]) -> str:
+    """Number of each word, e.g. ``12 pass, 3 unsupported``; the most frequent first."""
+    return ", ".join(f"{count} {word}" for word, count in Counter(map(str, words)).most_common())
 
 
 def literal(text: str) -> str:

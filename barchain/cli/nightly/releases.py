@@ -6,11 +6,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from barchain.cli.common.exit_codes import end_study
 from barchain.cli.common.numbers import WORDS
 from barchain.cli.common.options import OWN_PAGE, out_option, overwrite_option, resume_option
-from barchain.cli.common.result_folder import run_study_in
-from barchain.cli.common.terminal import say
+from barchain.cli.common.result_folder import end_study, run_shown
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -30,16 +28,12 @@ def releases(engine: str, scenes: tuple[str, ...], since: str | None, out: Path,
     the engine supports. Today's barchain runs each release: errors, trajectories, times at equal error, size, import
     time. Exits with 1 if no release runs.
     """
-    from barchain.cli.common.progress import verdicts_shown  # noqa: PLC0415
     from barchain.nightly.faults import need_extra  # noqa: PLC0415
 
     need_extra("packaging", "pypi_simple")
-    from barchain.nightly.release_runs import ReleasesOptions, ReleasesStudy  # noqa: PLC0415
-    from barchain.studies.study import Reporter  # noqa: PLC0415
+    from barchain.nightly.release_runs import ReleasesStudy  # noqa: PLC0415
+    from barchain.nightly.releases import make_plan  # noqa: PLC0415
 
-    study = ReleasesStudy()
-    plan = study.plan(ReleasesOptions(engine, scenes, since))
-    with verdicts_shown(plan.turns) as show:
-        result, rendered = run_study_in(out, study, plan, Reporter(show, show.note), resume=resume, overwrite=overwrite)
-    say(f"releases: {rendered.page}")
-    end_study(result)
+    study = ReleasesStudy(make_plan(engine, scenes, since))
+    result, rendered = run_shown(out, study, {"resume": resume, "overwrite": overwrite})
+    end_study(result, rendered.page)

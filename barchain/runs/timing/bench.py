@@ -10,30 +10,28 @@ from __future__ import annotations
 
 import gc
 import os
-from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
-from adapters.registry import ENGINES
-from barchain.runs.call import QUESTION_S, Call, CallEnd, pickled
-from barchain.runs.job import Job, RunResult, TimeLimit
-from barchain.runs.pool import Slot
+from barchain.runs.call import QUESTION_S, Call
+from barchain.runs.cases import Task
+from barchain.runs.job import Job, RunResult, TimeLimit, failure
 from barchain.runs.run import message_of, outside_call, outside_result, ran, run_job, shared_result
 from barchain.runs.tasks import PoolGroup, pool_group
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable
 
     from barchain.runs.call import Answer
-    from barchain.runs.kept_answers import AnswerStore
 
 LEAST_S = 0.02  # of simulate in one turn: thousands of clock ticks, and longer than a process switch
 MOST_RUNS = 100  # in one turn
 LONG_S = 0.5  # longer runs are timed from the first pass on, and seldom repeated
 STARTUP_S = 120.0  # in addition to the limit of a process that has yet to import; `TimeLimit` adds time for compiling
 PHASES = ("build", "simulate", "read")
-POOL, MOST_TURNS = "timing", 1_000_000  # a process is kept as long as it lives
+MOST_TURNS = 1_000_000  # a process is kept as long as it lives
+T = TypeVar("T")
 
 warmed: set[str] = set()  # digests of scenes that this process has run: the first run of a scene is never timed
 
@@ -42,11 +40,6 @@ def pin(core: int | None) -> None:
     """Pin this process to one core, if the system can."""
     if core is not None and hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {core})
-
-
-def awake() -> bytes:
-    """Return at once: a process that runs this function has imported its modules."""
-    return b""
 
 
 def quietest_core() -> int | None:
@@ -112,62 +105,42 @@ def timed_turn(job: Job, least_s: float, core: int | None, simulate_s: float | N
 
 
 class TimingBench:
-    """One process for each engine; only one of them works at a time."""
+    """Timed runs as tasks of a case, and the time that they have taken.
 
-    def __init__(self, answers: AnswerStore) -> None:
-        """Prepare; an engine's process starts with :meth:`start` or with its first turn.
+    A kept answer counts with the time that it took when it was made. What a budget allows is therefore the same for a
+    study that goes on as for one that was never interrupted.
+    """
 
-        Turns with an answer in `answers` are not made, and others are kept there.
+    def __init__(self) -> None:
+        """Nothing has been run yet."""
+        self.spent_s, self.core = 0.0, quietest_core()
+
+    def task(self, call: Call, result: Callable[[Answer], T]) -> Task:
+        """Task whose time counts."""
+
+        def taken(answer: Answer) -> T:
+            self.spent_s += answer.seconds
+            return result(answer)
+
+        return Task(call, taken)
+
+    def run(self, job: Job, time_limit_s: float, repetition: int = 0) -> Task:
+        """Task with the result of one turn; `repetition` numbers the turns of a job.
+
+        The limit holds for each `simulate`; the process has more time, for imports and compiling.
         """
-        self.answers, self.core = answers, quietest_core()
-        self.slots: dict[str, Slot] = {}
-        self.started: set[tuple[str, str]] = set()
-
-    def __enter__(self) -> TimingBench:
-        """Nothing is started yet."""
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        """End all processes."""
-        for slot in self.slots.values():
-            slot.close()
-
-    def start(self, engines: Iterable[str]) -> None:
-        """Start the processes side by side, before anything is timed: imports are most of a short study."""
-        asked = pickled(Call(awake, (), STARTUP_S, POOL))
-        slots = [self.slot(name) for name in engines if name in ENGINES]
-        with ThreadPoolExecutor(os.cpu_count()) as threads:
-            list(threads.map(lambda slot: slot.run(asked), slots))
-
-    def run(self, job: Job, time_limit_s: float, repetition: int = 0) -> RunResult:
-        """Result of one turn; `repetition` numbers the turns of a job.
-
-        The first turn of a scene or after a crash has more time for imports. An engine that compiles may do so for each
-        setting: the limit then holds for each `simulate` alone.
-        """
-        limit = TimeLimit(time_limit_s)
         if pool_group(job) is PoolGroup.THIRD_PARTY:
             call = outside_call("turn", job, time_limit_s + QUESTION_S, LEAST_S, MOST_RUNS, repetition=repetition)
-            return outside_result(job, self.answers.answer(call, partial(self.made, job)))
-        allowed = limit.allowed_s(job) + (0.0 if pair_of(job) in self.started else STARTUP_S)
+            return self.task(call, partial(outside_result, job))
+        limit = TimeLimit(time_limit_s)
+
+        def result(answer: Answer) -> RunResult:
+            found = limit.judged(job, shared_result(job, answer))
+            late = found.seconds.get("simulate", 0.0) > time_limit_s
+            return failure(Outcome.TIMED_OUT, f"simulate took longer than {time_limit_s:g} s") if late else found
+
         call = Call(
-            timed_turn, (job, LEAST_S), allowed, POOL, MOST_TURNS,
-            aside=(self.core, limit.simulate_s(job)), repetition=repetition, worth_keeping=ran,
+            timed_turn, (job, LEAST_S), STARTUP_S + limit.allowed_s(job), job.engine, MOST_TURNS,
+            aside=(self.core, time_limit_s), repetition=repetition, worth_keeping=ran,
         )  # fmt: skip
-        return limit.judged(job, shared_result(job, self.answers.answer(call, partial(self.made, job))))
-
-    def made(self, job: Job, call: Call) -> Answer:
-        """Answer of the engine's process, which may have died with it."""
-        found = self.slot(job.engine).run(pickled(call))
-        alive = found.end is CallEnd.ANSWERED
-        self.started = {p for p in self.started if alive or p[0] != job.engine} | ({pair_of(job)} if alive else set())
-        return found
-
-    def slot(self, engine: str) -> Slot:
-        """Process of an engine."""
-        return self.slots.setdefault(engine, Slot())
-
-
-def pair_of(job: Job) -> tuple[str, str]:
-    """Engine and scene whose first turn takes longer."""
-    return job.engine, job.scene.digest
+        return self.task(call, result)

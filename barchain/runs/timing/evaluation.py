@@ -15,7 +15,7 @@ from reference_impl.kernel.library import Evaluation
 from reference_impl.kernel.simulate import modes_at, set_modes
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from adapters.trajectory import Array
     from reference_impl.integrate.coordinate_sets import CoordinateSet
@@ -60,16 +60,21 @@ def compiled_loop(scene: Scene) -> Callable[[int], None]:
     return Evaluation(y, np.zeros_like(y), chain, layout.workspace_of(chain)).repeat
 
 
-def evaluation_times(loop: Callable[[int], None], turns: int, least_s: float = LEAST_S) -> Array:
-    """Time of one evaluation in each turn, (turns,) s: the least of its batches."""
-    times = calibrated(loop, least_s)
+def evaluation_times(
+    loops: Sequence[Callable[[int], None]], turns: int, least_s: float = LEAST_S, batches: int = BATCHES
+) -> Array:
+    """Time of one evaluation of each loop, in turn, again and again, (turns, loops) s: the least of its batches."""
+    counts = [calibrated(loop, least_s) for loop in loops]
     gc.collect()
     gc.disable()
     try:
-        found = [min(batch_s(loop, times) for _ in range(BATCHES)) for _ in range(turns)]
+        found = [
+            [min(batch_s(loop, n) for _ in range(batches)) for loop, n in zip(loops, counts, strict=True)]
+            for _ in range(turns)
+        ]
     finally:
         gc.enable()
-    return np.array(found) / times
+    return np.array(found) / counts
 
 
 def calibrated(loop: Callable[[int], None], least_s: float) -> int:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from barchain.runs.asking import engine_class, engine_fault
 from reports.tables.outcome import Outcome
+from reports.tables.rows import NOT_RUN
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Mapping
@@ -56,6 +57,17 @@ def failures(points: Iterable[Mapping[str, Any]], named: Collection[str] = ()) -
             first = (tried or own)[0]
             lines.append(f"{scene} {engine}: {first['outcome']}: {first.get('reason', '')}".strip())
     return tuple(lines) if lines or ran else ("nothing was measured",)
+
+
+def said(point: Mapping[str, Any]) -> str:
+    """Outcome of a point; of one that was not run the reason."""
+    reason = str(point.get("reason", ""))
+    return reason if reason.startswith(NOT_RUN) else str(point["outcome"])
+
+
+def counted(points: Iterable[Mapping[str, Any]]) -> tuple[str, ...]:
+    """Word for the end of each point."""
+    return tuple(NOT_RUN if said(p).startswith(NOT_RUN) else str(p["outcome"]) for p in points)
 
 
 def passed(points: Iterable[Mapping[str, Any]]) -> bool:

@@ -18,6 +18,8 @@ from scipy.stats import t as student
 from barchain.runs.timing.statistics import CONFIDENCE, Interval
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from adapters.trajectory import Array
 
 SMALL = 0.1  # of a radian, or of the largest reaction: larger errors are outside the asymptotic range
@@ -36,19 +38,24 @@ class OrderFit:
     error_range: tuple[float, float]
 
 
-def asymptotic(log_x: Array, log_error: Array, agree: tuple[float, float] = STRAIGHT) -> slice:
-    """Longest run of points on one rising line, for falling `log_x`; empty if no run is long enough.
+def straight_run(
+    log_x: Array,
+    log_y: Array,
+    agree: tuple[float, float] = STRAIGHT,
+    wanted: Callable[[float], bool] = lambda slope: slope >= LEAST_SLOPE,
+) -> slice:
+    """Longest run of points on one line whose slope is wanted; of equally long runs the last, empty if all are short.
 
-    Of equally long runs it is the finest.
+    Local slopes agree with their median to the first number of `agree`, plus the second times the median.
     """
-    slopes = np.diff(log_error) / np.diff(log_x)
+    slopes = np.diff(log_y) / np.diff(log_x)
     best = slice(0, 0)
     for first, last in itertools.combinations(range(len(log_x)), 2):
         run = slopes[first:last]
         middle = float(np.median(run))
         straight = bool(np.all(np.abs(run - middle) <= agree[0] + agree[1] * abs(middle)))
         long_enough = last + 1 - first >= max(FEWEST, best.stop - best.start)
-        if straight and middle >= LEAST_SLOPE and long_enough:
+        if straight and long_enough and wanted(middle):
             best = slice(first, last + 1)
     return best
 
@@ -71,7 +78,7 @@ def fit_order(x: Array, error: Array, agree: tuple[float, float] = STRAIGHT) -> 
     if len(np.unique(log_x)) < len(log_x):
         log_x, first = np.unique(log_x, return_index=True)
         log_x, log_error = log_x[::-1], log_error[first][::-1]
-    chosen = asymptotic(log_x, log_error, agree) if len(log_x) >= FEWEST else slice(0, 0)
+    chosen = straight_run(log_x, log_error, agree) if len(log_x) >= FEWEST else slice(0, 0)
     n = chosen.stop - chosen.start
     if n < FEWEST:
         return None

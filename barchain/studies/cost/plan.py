@@ -1,9 +1,8 @@
-"""Plan of a cost study: scenes cut to their first orbits, every engine's accuracy sweep, and which runs are tried."""
+"""Runs of a cost study: scenes cut to their first orbits, every engine's accuracy sweep, and which runs are tried."""
 
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,13 +13,11 @@ from barchain.runs.asking import engine_class
 from barchain.runs.job import Job, Role
 from barchain.runs.timing.left_out import LeftOut, cannot
 from barchain.studies.cost.errors import UNITS
-from barchain.studies.defaults import COST
 from reports.tables.cost import INDEPENDENT, OWN_EQUATIONS
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
-    from pathlib import Path
 
     from adapters.engine import AccuracySweep, Setting
     from adapters.registry import Registration
@@ -38,43 +35,6 @@ LONGEST_LOADED_S = 0.1  # of a run whose loads are timed: the finest setting bel
 Row = dict[str, Any]
 PointName = tuple[str, str, str]
 """Scene, engine and setting"""
-
-
-@dataclass(frozen=True)
-class CostOptions:
-    """Options of a cost study."""
-
-    scenes: Iterable[Scene | str | Path] | None = None
-    """The paper's by default"""
-    engines: Iterable[str] | None = None
-    """All registered engines by default, also those that only studies run"""
-    orbits: float = 1.0
-    """Part of each scene that is run, from its start"""
-    repeats: int = COST.repeats
-    """Times that each point is measured, if the budget allows"""
-    minutes: float = COST.minutes
-    """Budget, divided among the scenes; where it runs short, first repeats and then long runs are given up"""
-    time_limit_s: float = COST.time_limit_s
-    """Runs that are expected to take longer are skipped, with the reason in the table"""
-
-
-@dataclass(frozen=True)
-class CostPlan:
-    """Measurements, and their limits of time."""
-
-    scenes: list[Scene]
-    engines: dict[str, Registration]
-    repeats: int
-    minutes: float
-    time_limit_s: float
-    named: frozenset[str] = frozenset()
-    """Engines that were asked for by name"""
-
-    @property
-    def turns(self) -> int:
-        """Number of first runs and rounds to be reported, engines left out among them."""
-        found = [sweeps(s, self.engines) for s in self.scenes]
-        return sum(sum(map(len, runs.values())) + len(out) + self.repeats for runs, out in found)
 
 
 def kind_of(registration: Registration) -> str:

@@ -14,10 +14,9 @@ from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
 from barchain.runs.asking import engine_class
 from barchain.runs.cases import run_cases
-from barchain.runs.executors import ALL_CORES
+from barchain.runs.executors import ALL_CORES, KeptAnswers
 from barchain.runs.facts import scene_words
 from barchain.runs.job import Job, Role
-from barchain.runs.kept_answers import AnswerStore
 from barchain.runs.tasks import limit_of, run_task
 from barchain.runs.timing.estimate import need_runnable
 from barchain.studies.defaults import EFFECTS, FAST, MATTERS, RTOL, SLOW
@@ -50,8 +49,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class EffectsOptions:
-    """Options of an effects study."""
+class EffectsStudy:
+    """A scene, the effects that are switched in it, and the runs that follow."""
 
     scene: Scene
     rtol: float = RTOL
@@ -68,13 +67,8 @@ class EffectsOptions:
     """Form of the reference for all runs; by default the compiled one where it supports them"""
     width_m: float | None = None
     """Of every bar, for drag and sunlight that the scene does not have; by default the scene's own, if it has one"""
-
-
-@dataclass(frozen=True)
-class EffectsPlan(EffectsOptions):
-    """Options with the effects that are switched, and the runs that follow."""
-
     switches: tuple[Switch, ...] = ()
+    files: ClassVar[StudyFiles] = FILES
 
     @property
     def turns(self) -> int:
@@ -116,6 +110,60 @@ class EffectsPlan(EffectsOptions):
         """Repeat a run at the looser tolerance, for its numerical error."""
         return dataclasses.replace(job, setting=Setting(AccuracyParameter.RTOL, LOOSER * self.rtol))
 
+    def record(self) -> dict[str, Any]:
+        """Scene with the units in which the advice measures changes, and the limits of the advice."""
+        scene = self.scene
+        units = {
+            "name": scene.name,
+            "gravity": str(scene.effects.gravity),
+            "bound": scene.bound,
+            "period_s": scene.period_s,
+            "radius0_m": scene.radius0_m,
+        }
+        return {
+            "scene": scene_words(scene) | units,
+            "rtol": self.rtol,
+            "looser": LOOSER,
+            "parted_rad": PARTED_RAD,
+            "matters": self.matters,
+            "width_m": self.width_m,
+        }
+
+    def run(self, store: StudyStore, reporter: Reporter) -> StudyEnd:
+        """Run the scene with each effect switched, then time the runs; the table is written after both."""
+        budget = Budget(self, reporter)
+        assert isinstance(self.executor, KeptAnswers)
+        try:
+            for case, place in ((budget.runs(), self.executor), (budget.timed(store), self.executor.one_by_one())):
+                list(run_cases([(self.scene.name, case)], place))
+                budget.write(store)
+        finally:
+            budget.write(store)
+        return StudyEnd(budget.failures())
+
+
+class WidthError(ValueError):
+    """Raised for a width that no scene allows; the message gives the widths that it does."""
+
+
+def effects_study(scene: Scene, **options: Any) -> EffectsStudy:
+    """Study of all effects of a scene, present or absent there; options are the fields of the study.
+
+    Raises
+    ------
+    ClusterError
+        For a Dask cluster that can't be used.
+    WidthError
+        For a width beyond a bar's length, which no scene allows.
+    """
+    study = EffectsStudy(scene, **options)
+    need_runnable([scene])
+    shortest_m = min(scene.chain.length_m)
+    if study.width_m is not None and study.width_m > shortest_m:
+        raise WidthError(f"{study.width_m:g} m given, allowed: at most the shortest bar's length, {shortest_m:g} m")
+    study.executor.check()
+    return dataclasses.replace(study, switches=switches(scene, width_m=study.width_m))
+
 
 def compiled_can(scenes: Iterable[Scene]) -> bool:
     """Whether the compiled reference is installed and can do these scenes."""
@@ -126,67 +174,11 @@ def compiled_can(scenes: Iterable[Scene]) -> bool:
     return all(engine.unsupported(s) is None for s in scenes)
 
 
-@dataclass(frozen=True)
-class EffectsStudy:
-    """The effects study."""
-
-    files: ClassVar[StudyFiles] = FILES
-
-    def plan(self, options: EffectsOptions) -> EffectsPlan:
-        """All effects of a scene, present or absent there.
-
-        Raises
-        ------
-        ClusterError
-            For a Dask cluster that can't be used.
-        ValueError
-            For a width beyond a bar's length, which no scene allows.
-        """
-        need_runnable([options.scene])
-        shortest_m = min(options.scene.chain.length_m)
-        if options.width_m is not None and options.width_m > shortest_m:
-            raise ValueError(
-                f"{options.width_m:g} m given, allowed: at most the shortest bar's length, {shortest_m:g} m"
-            )
-        options.executor.check()
-        return EffectsPlan(**vars(options), switches=switches(options.scene, width_m=options.width_m))
-
-    def record(self, plan: EffectsPlan) -> dict[str, Any]:
-        """Scene with the units in which the advice measures changes, and the limits of the advice."""
-        scene = plan.scene
-        units = {
-            "name": scene.name,
-            "gravity": str(scene.effects.gravity),
-            "bound": scene.bound,
-            "period_s": scene.period_s,
-            "radius0_m": scene.radius0_m,
-        }
-        return {
-            "scene": scene_words(scene) | units,
-            "rtol": plan.rtol,
-            "looser": LOOSER,
-            "parted_rad": PARTED_RAD,
-            "matters": plan.matters,
-            "width_m": plan.width_m,
-        }
-
-    def run(self, plan: EffectsPlan, store: StudyStore, reporter: Reporter) -> StudyEnd:
-        """Run the scene with each effect switched, then time the runs; the table is written after both."""
-        budget = Budget(plan, reporter)
-        try:
-            list(run_cases([(plan.scene.name, budget.runs())], plan.executor))
-            budget.write(store)
-            budget.time(store)
-        finally:
-            budget.write(store)
-        return StudyEnd(budget.failures())
-
-
 @dataclass
 class Budget:
     """Runs and times of the effects of a scene, as they come, and the rows that follow from them."""
 
-    plan: EffectsPlan
+    study: EffectsStudy
     reporter: Reporter
     results: dict[str, RunResult] = field(default_factory=dict)
     """By the key of the job"""
@@ -194,49 +186,49 @@ class Budget:
 
     def runs(self) -> Case[None]:
         """All runs: of the scene as it is, and of those that follow from the heights that it came to."""
-        whole, _ = yield list(map(self.run_of, self.plan.whole))
+        whole, _ = yield list(map(self.run_of, self.study.whole))
         if whole.outcome is Outcome.PASS and whole.trajectory is not None:
-            heights = heights_of(self.plan.scene, whole.trajectory)
-            found = switches(self.plan.scene, heights, self.plan.width_m)
-            self.plan = dataclasses.replace(self.plan, switches=found)
-        yield [self.run_of(job) for job in self.plan.runs if job.key not in self.results]
+            heights = heights_of(self.study.scene, whole.trajectory)
+            found = switches(self.study.scene, heights, self.study.width_m)
+            self.study = dataclasses.replace(self.study, switches=found)
+        yield [self.run_of(job) for job in self.study.runs if job.key not in self.results]
 
     def run_of(self, job: Job) -> Task:
         """Run to be made; it is reported as soon as it is there."""
 
         def kept(result: RunResult) -> None:
             self.results[job.key] = result
-            self.reporter.step(self.plan.scene.name, self.said(job), str(result.outcome))
+            self.reporter.step(self.study.scene.name, self.said(job), str(result.outcome))
 
         return run_task(job, limit_of(job, EFFECTS.time_limit_s), kept=kept)
 
-    def time(self, store: StudyStore) -> None:
+    def timed(self, store: StudyStore) -> Case[None]:
         """Time the good runs, shortened where three rounds would take too long, and single evaluations."""
-        plan, report, note = self.plan, self.reporter.step, self.reporter.note
-        good = [j for j in plan.tight if self.results[j.key].outcome is Outcome.PASS]
+        study, note = self.study, self.reporter.note
+        good = [j for j in study.tight if self.results[j.key].outcome is Outcome.PASS]
         pass_s = sum(self.results[j.key].seconds["simulate"] for j in good)
-        span_s = timed_span_s(plan.scene, pass_s, plan.seconds, min(LEAST_ROUNDS, plan.repeats))
-        part = "" if span_s >= plan.scene.run.duration_s else f", the first {span_s:.4g} s of each"
+        span_s = timed_span_s(study.scene, pass_s, study.seconds, min(LEAST_ROUNDS, study.repeats))
+        part = "" if span_s >= study.scene.run.duration_s else f", the first {span_s:.4g} s of each"
         note(
             f"timing {len(good)} runs in turn{part}: each once to get warm, then in rounds, then one evaluation of each"
         )
-        timed = timed_rounds(
-            [shortened(j, span_s) for j in good], AnswerStore(store.folder), repeats=plan.repeats,
-            seconds=plan.seconds, time_limit_s=EFFECTS.time_limit_s,
-            told=lambda turn: report(plan.scene.name, f"round {turn}", "pass"),
+        timed = yield from timed_rounds(
+            [shortened(j, span_s) for j in good], repeats=study.repeats, seconds=study.seconds,
+            time_limit_s=EFFECTS.time_limit_s,
+            told=lambda turn: self.reporter.step(study.scene.name, f"round {turn}", "pass"),
         )  # fmt: skip
         self.times = {job.key: found for job, found in zip(good, timed, strict=True)}
         rounds = max((len(t.seconds) for t in timed), default=0)
-        store.record |= {"rounds": rounds, "repeats": plan.repeats, "timed_s": span_s}
-        if rounds < plan.repeats:
+        store.record |= {"rounds": rounds, "repeats": study.repeats, "timed_s": span_s}
+        if rounds < study.repeats:
             note(
-                f"{rounds} of {plan.repeats} rounds of timing: the budget of {plan.seconds:g} s is used up, "
+                f"{rounds} of {study.repeats} rounds of timing: the budget of {study.seconds:g} s is used up, "
                 "--minutes allows more"
             )
 
     def write(self, store: StudyStore) -> None:
         """Write table and record as they stand."""
-        whole = self.run_pair(self.plan.tight[0])
+        whole = self.run_pair(self.study.tight[0])
         if whole:
             store.record["scene"] |= {
                 "limit_s": whole.limit_s,
@@ -244,12 +236,12 @@ class Budget:
                 "end_s": float(whole.tight.t_s[-1]),
                 "largest_reaction_N": scales(whole.tight, whole.limit_s).get("reaction"),
             }
-        store.write("effects", map(self.row, self.plan.switches))
+        store.write("effects", map(self.row, self.study.switches))
 
     def failures(self) -> tuple[str, ...]:
         """Runs that failed, one line each; nothing is measured without the run of the scene as it is."""
-        needed = {job.key for job in self.plan.whole}
-        runs = {job.key: job for job in (*self.plan.whole, *self.plan.runs)}
+        needed = {job.key for job in self.study.whole}
+        runs = {job.key: job for job in (*self.study.whole, *self.study.runs)}
         ends = [(job, self.results[key]) for key, job in runs.items()]
         return tuple(
             f"{self.said(job)}: {end.outcome}: {end.reason}"
@@ -259,13 +251,13 @@ class Budget:
 
     def said(self, job: Job) -> str:
         """Run in words."""
-        titles = (s.title for s in self.plan.switches if s.scene and s.scene.digest == job.scene.digest)
-        what = "as it is" if job.scene is self.plan.scene else next(titles)
+        titles = (s.title for s in self.study.switches if s.scene and s.scene.digest == job.scene.digest)
+        what = "as it is" if job.scene is self.study.scene else next(titles)
         return f"{what}, {job.engine} {job.setting}"
 
     def run_pair(self, job: Job) -> RunPair | None:
         """Trajectories of a run and of its looser run; None if either failed or is still to come."""
-        found = [self.results.get(j.key) for j in (job, self.plan.looser(job))]
+        found = [self.results.get(j.key) for j in (job, self.study.looser(job))]
         tight, loose = (r.trajectory if r and r.outcome is Outcome.PASS else None for r in found)
         return RunPair(tight, loose) if tight is not None and loose is not None else None
 
@@ -278,12 +270,12 @@ class Budget:
         }  # fmt: skip
         if switch.scene is None:
             return found
-        own, other = self.plan.pair(switch)
+        own, other = self.study.pair(switch)
         found["engine"] = own.engine
         scene, switched = self.run_pair(own), self.run_pair(other)
         if scene is None or switched is None:
             return found | {"reason": self.why_not(own, other)}
-        sizes = sizes_over(self.plan.scene, switch, scene.tight)
+        sizes = sizes_over(self.study.scene, switch, scene.tight)
         for when, of_all in zip(("start", "largest"), sizes or (), strict=bool(sizes)):
             found |= {f"{name}_{when}": value for name, value in of_all._asdict().items()}
         response = change(scene, switched)
@@ -298,6 +290,6 @@ class Budget:
 
     def why_not(self, *jobs: Job) -> str:
         """Outcomes and reasons of failed runs."""
-        results = [(j, self.results.get(r.key)) for j in jobs for r in (j, self.plan.looser(j))]
+        results = [(j, self.results.get(r.key)) for j in jobs for r in (j, self.study.looser(j))]
         said = [f"{self.said(j)}: {r.outcome}, {r.reason}" for j, r in results if r and r.outcome is not Outcome.PASS]
         return "; ".join(dict.fromkeys(said)) or "not run"

@@ -6,8 +6,8 @@ Natural effects that a scene does not have get default parameters, for the Earth
 from __future__ import annotations
 
 import dataclasses
-import functools
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from barchain.studies.effects.atmosphere import (
@@ -222,31 +222,38 @@ def why_not_gravity(scene: Scene, model: Gravity) -> str:
 
 def nature(scene: Scene, heights: Heights, width_m: float | None) -> Iterator[Switch]:
     """Nature's effects: off where they are on, by default where they are off."""
-    yield one(scene, "oblateness", default_oblateness)
+    yield one(scene, "oblateness", lambda: default_oblateness(scene))
     yield from third_bodies(scene)
-    yield one(scene, "drag", functools.partial(default_drag, heights=heights, width_m=width_m))
-    yield one(scene, "solar_pressure", functools.partial(default_solar_pressure, width_m=width_m))
+    yield one(scene, "drag", lambda: default_drag(scene, heights, width_m))
+    yield one(scene, "solar_pressure", lambda: default_solar_pressure(scene, width_m))
     if scene.effects.solar_pressure:
         yield shadow(scene)
 
 
-def one(scene: Scene, effect: str, default: Callable[[Scene], Default]) -> Switch:
+def one(scene: Scene, effect: str, default: Callable[[], Default]) -> Switch:
     """Effect that a scene has once or not."""
-    title, own = TITLES[effect], getattr(scene.effects, effect)
-    if own:
-        part = alone(scene, **{effect: own})
-        return Switch(
-            effect, title, EffectKind.NATURE, True, IN_SCENE, switched(scene, **{effect: None}), part,
-            width_m=getattr(own, "width_m", ()),
-        )  # fmt: skip
-    try:
-        taken = default(scene)
-    except NoDefaultError as error:
-        return Switch(effect, title, EffectKind.NATURE, False, "", None, None, str(error))
-    added = {effect: taken.value}
+    own = getattr(scene.effects, effect)
+    if not own:
+        return offered(scene, effect, default)
     return Switch(
-        effect, title, EffectKind.NATURE, False, taken.said, switched(scene, **added), alone(scene, **added),
-        caveat=taken.caveat, width_m=taken.width_m,
+        effect, TITLES[effect], EffectKind.NATURE, True, IN_SCENE, switched(scene, **{effect: None}),
+        alone(scene, **{effect: own}), width_m=getattr(own, "width_m", ()),
+    )  # fmt: skip
+
+
+def offered(scene: Scene, effect: str, default: Callable[[], Default]) -> Switch:
+    """Effect that a scene does not have, with its default; or why it has none."""
+    field = effect.partition(".")[0]
+    try:
+        taken = default()
+    except NoDefaultError as error:
+        return Switch(effect, TITLES[effect], EffectKind.NATURE, False, "", None, None, str(error))
+    others = getattr(scene.effects, field)
+    several = isinstance(others, tuple)
+    more, part = ((*others, taken.value), (taken.value,)) if several else (taken.value, taken.value)
+    return Switch(
+        effect, TITLES[effect], EffectKind.NATURE, False, taken.said, switched(scene, **{field: more}),
+        alone(scene, **{field: part}), caveat=taken.caveat, width_m=taken.width_m,
     )  # fmt: skip
 
 
@@ -260,19 +267,10 @@ def third_bodies(scene: Scene) -> Iterator[Switch]:
         title = TITLES.get(effect, f"Third body ({effect.removeprefix('third_body.')})")
         part = alone(scene, third_body=(body,))
         yield Switch(effect, title, EffectKind.NATURE, True, IN_SCENE, switched(scene, third_body=rest), part)
-    yield from (missing_body(scene, name) for name in ("moon", "sun") if name not in {b.name for b in bodies})
-
-
-def missing_body(scene: Scene, name: Any) -> Switch:
-    """Moon or Sun that a scene does not have."""
-    effect = f"third_body.{name}"
-    try:
-        taken = default_third_body(scene, name)
-    except NoDefaultError as error:
-        return Switch(effect, TITLES[effect], EffectKind.NATURE, False, "", None, None, str(error))
-    more = switched(scene, third_body=(*scene.effects.third_body, taken.value))
-    part = alone(scene, third_body=(taken.value,))
-    return Switch(effect, TITLES[effect], EffectKind.NATURE, False, taken.said, more, part)
+    names: tuple[Literal["moon", "sun"], ...] = ("moon", "sun")
+    for name in names:
+        if name not in {b.name for b in bodies}:
+            yield offered(scene, f"third_body.{name}", partial(default_third_body, scene, name))
 
 
 def shadow(scene: Scene) -> Switch:

@@ -11,25 +11,23 @@ A run too long for three rounds of all runs is timed over its first part only.
 from __future__ import annotations
 
 import dataclasses
-import gc
-import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.runs.call import Call, pickled
+from barchain.runs.call import Call
 from barchain.runs.message import message_bytes, read_message
 from barchain.runs.timing.bench import TimingBench, pin
-from barchain.runs.timing.evaluation import DIRECT, batch_s, calibrated, loop_of
+from barchain.runs.timing.evaluation import DIRECT, evaluation_times, loop_of
 from barchain.runs.timing.statistics import Interval, median_time
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from barchain.runs.cases import Case
     from barchain.runs.job import Job
-    from barchain.runs.kept_answers import AnswerStore
     from scenarios import Scene
 
 LEAST_ROUNDS = 3  # that are to fit: with them every price has a range
@@ -82,21 +80,13 @@ def shortened(job: Job, span_s: float) -> Job:
 
 
 def timed_rounds(
-    jobs: Sequence[Job],
-    answers: AnswerStore,
-    *,
-    repeats: int,
-    seconds: float,
-    time_limit_s: float,
-    told: Callable[[int], None],
-) -> list[Timed]:
+    jobs: Sequence[Job], *, repeats: int, seconds: float, time_limit_s: float, told: Callable[[int], None]
+) -> Case[list[Timed]]:
     """Time all runs in turn, again and again; first once each without looking at the clock, to get warm.
 
     Parameters
     ----------
     jobs : sequence of Job
-    answers : AnswerStore
-        Turns that were made are taken from there.
     repeats : int
         Rounds at most.
     seconds : float
@@ -111,28 +101,26 @@ def timed_rounds(
     list of Timed
         One for each job.
     """
-    found = [Timed() for _ in jobs]
-    with TimingBench(answers) as bench:
-        for job in jobs:
-            bench.run(job, time_limit_s)
-        end = time.perf_counter() + seconds
-        for turn in range(1, repeats + 1):
-            for job, own in zip(jobs, found, strict=True):
-                result = bench.run(job, time_limit_s, turn)
-                good = result.outcome is Outcome.PASS and result.trajectory is not None
-                own.seconds.append(result.seconds["simulate"] if good else float("nan"))
-                if good and result.trajectory is not None:
-                    own.evaluations = int(result.trajectory.info.get("evaluations", 0))
-            told(turn)
-            if time.perf_counter() > end:
-                break
-        rated = [(job, own) for job, own in zip(jobs, found, strict=True) if job.engine in DIRECT]
-        work = tuple((job.engine, job.scene) for job, _ in rated)
-        call = Call(timed_evaluations, (work, EVALUATION_TURNS), EVALUATIONS_S, aside=(bench.core,))
-        answer = answers.answer(call, lambda asked: bench.slot("evaluations").run(pickled(asked)))
-        _, times = read_message(answer.needed())
-        for (_, own), evaluation_s in zip(rated, times["evaluation_s"].T, strict=True):
-            own.evaluation_s = evaluation_s.tolist()
+    found, bench = [Timed() for _ in jobs], TimingBench()
+    for job in jobs:
+        yield [bench.run(job, time_limit_s)]
+    end_s = bench.spent_s + seconds
+    for turn in range(1, repeats + 1):
+        for job, own in zip(jobs, found, strict=True):
+            (result,) = yield [bench.run(job, time_limit_s, turn)]
+            good = result.outcome is Outcome.PASS and result.trajectory is not None
+            own.seconds.append(result.seconds["simulate"] if good else float("nan"))
+            if good:
+                own.evaluations = int(result.trajectory.info.get("evaluations", 0))
+        told(turn)
+        if bench.spent_s > end_s:
+            break
+    rated = [(job, own) for job, own in zip(jobs, found, strict=True) if job.engine in DIRECT]
+    work = tuple((job.engine, job.scene) for job, _ in rated)
+    call = Call(timed_evaluations, (work, EVALUATION_TURNS), EVALUATIONS_S, "evaluations", aside=(bench.core,))
+    (times,) = yield [bench.task(call, lambda answer: read_message(answer.needed())[1]["evaluation_s"])]
+    for (_, own), evaluation_s in zip(rated, times.T, strict=True):
+        own.evaluation_s = evaluation_s.tolist()
     return found
 
 
@@ -140,17 +128,7 @@ def timed_evaluations(work: Sequence[tuple[str, Scene]], turns: int, core: int |
     """Message with the times of one evaluation of engines in scenes, in turn, again and again: (turns, n) s."""
     pin(core)
     loops = [loop_of(engine, scene) for engine, scene in work]
-    batches = [(loop, calibrated(loop, BATCH_S)) for loop in loops]
-    found = np.empty((turns, len(batches)))
-    gc.collect()
-    gc.disable()
-    try:
-        for turn in range(turns):
-            for k, (loop, times) in enumerate(batches):
-                found[turn, k] = min(batch_s(loop, times) for _ in range(BATCHES)) / times
-    finally:
-        gc.enable()
-    return message_bytes({}, {"evaluation_s": found})
+    return message_bytes({}, {"evaluation_s": evaluation_times(loops, turns, BATCH_S, BATCHES)})
 
 
 def price_columns(present: Timed, absent: Timed) -> dict[str, Any]:

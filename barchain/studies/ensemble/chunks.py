@@ -18,7 +18,7 @@ from adapters.engine import EngineError, Setting
 from adapters.reference.compiled_engine import ReferenceFast
 from barchain.runs.call import Answer, Call, CallFailedError
 from barchain.runs.executors import KeptAnswers, LocalProcesses
-from barchain.runs.kept_answers import CHECK_B, KeptSession, answer_key
+from barchain.runs.kept_answers import HEAD_B, KeptSession, answer_key
 from barchain.runs.pool import Session
 from barchain.studies.ensemble.population import batch, populations
 from reference_impl.integrate.stepper import smooth_segments
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     from adapters.trajectory import Array
     from barchain.runs.executors import Executor
-    from barchain.studies.ensemble.population import EnsemblePlan, Population
+    from barchain.studies.ensemble.population import Ensemble, Population
     from reference_impl.kernel.batch import BatchResult
     from scenarios import Scene
 
@@ -81,11 +81,11 @@ def columns(scene: Scene) -> int:
     return scene.run.samples * (2 * scene.bars - 1)
 
 
-def chunks(plan: EnsemblePlan) -> Iterator[Chunk]:
+def chunks(ensemble: Ensemble) -> Iterator[Chunk]:
     """Chunks in order, drawn as they are asked for; the same however many workers there are."""
-    size = max(LEAST_RUNS, min(plan.runs // MOST_CHUNKS, MOST_NUMBERS // columns(plan.scene), MOST_RUNS))
-    for k, part in enumerate(populations(plan.scene, plan.variations, plan.runs, plan.seed, size)):
-        yield Chunk(part, plan.rtol, k * size)
+    size = max(LEAST_RUNS, min(ensemble.runs // MOST_CHUNKS, MOST_NUMBERS // columns(ensemble.scene), MOST_RUNS))
+    for k, part in enumerate(populations(ensemble.scene, ensemble.variations, ensemble.runs, ensemble.seed, size)):
+        yield Chunk(part, ensemble.rtol, k * size)
 
 
 class Threads(Session):
@@ -124,7 +124,7 @@ def session_of(executor: Executor) -> Session:
     return executor.session()
 
 
-def run_chunks(plan: EnsemblePlan, done: Callable[[int], None]) -> ChunkFiles:
+def run_chunks(ensemble: Ensemble, done: Callable[[int], None]) -> ChunkFiles:
     """Make all chunks whose answers are not kept; `done` is called with the number of runs of each.
 
     Raises
@@ -134,7 +134,7 @@ def run_chunks(plan: EnsemblePlan, done: Callable[[int], None]) -> ChunkFiles:
     ClusterLostError
         If the executor is a cluster, and fails; results so far are kept.
     """
-    assert isinstance(plan.executor, KeptAnswers)
+    assert isinstance(ensemble.executor, KeptAnswers)
     files: list[tuple[Path, int]] = []
     under_way: dict[int, tuple[Chunk, Path]] = {}
 
@@ -145,10 +145,10 @@ def run_chunks(plan: EnsemblePlan, done: Callable[[int], None]) -> ChunkFiles:
             done(chunk.part.runs)
             yield
 
-    with session_of(plan.executor) as session:
-        for chunk in chunks(plan):
+    with session_of(ensemble.executor) as session:
+        for chunk in chunks(ensemble):
             call = chunk.call
-            file = plan.executor.folder / ANSWERS / answer_key(call)
+            file = ensemble.executor.folder / ANSWERS / answer_key(call)
             under_way[chunk.first] = chunk, file
             files.append((file, chunk.part.runs))
             session.submit(chunk.first, call)
@@ -159,7 +159,7 @@ def run_chunks(plan: EnsemblePlan, done: Callable[[int], None]) -> ChunkFiles:
                     break
         for _ in take():
             pass
-    return ChunkFiles(plan, tuple(files))
+    return ChunkFiles(ensemble, tuple(files))
 
 
 def chunk_bytes(chunk: Chunk) -> bytes:
@@ -222,22 +222,22 @@ def run_alone(chunk: Chunk, run: int, seen: BatchResult) -> tuple[str, str]:
 class ChunkFiles:
     """Results of all chunks, in files."""
 
-    plan: EnsemblePlan
+    ensemble: Ensemble
     files: tuple[tuple[Path, int], ...]
     """Each with its number of runs, in the order of the chunks"""
 
     def samples(self, first: int = 0, last: int | None = None) -> Array:
         """Columns `first` to `last`, the last left out, of all runs, shape (columns, runs)."""
-        every = columns(self.plan.scene)
+        every = columns(self.ensemble.scene)
         parts = [
-            np.memmap(file, SAMPLES, mode="r", offset=CHECK_B, shape=(every, runs))[first:last]
+            np.memmap(file, SAMPLES, mode="r", offset=HEAD_B, shape=(every, runs))[first:last]
             for file, runs in self.files
         ]
         return np.concatenate(parts, axis=1)
 
     def ends(self) -> Iterator[tuple[Chunk, RunEnds]]:
         """Chunks, drawn again, with the ends of their runs."""
-        for chunk, (file, _) in zip(chunks(self.plan), self.files, strict=True):
+        for chunk, (file, _) in zip(chunks(self.ensemble), self.files, strict=True):
             with file.open("rb") as content:
-                content.seek(CHECK_B + chunk.bytes)
+                content.seek(HEAD_B + chunk.bytes)
                 yield chunk, RunEnds(**json.loads(content.read()))

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class EnsemblePlan:
+class Ensemble:
     """Copies to be drawn and run."""
 
     scene: Scene

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from adapters.trajectory import Array
     from barchain.studies.ensemble.chunks import Chunk, ChunkFiles, RunEnds
-    from barchain.studies.ensemble.population import EnsemblePlan, Population
+    from barchain.studies.ensemble.population import Ensemble, Population
     from barchain.studies.ensemble.variation import Variation
 
 FAILED, ENDED, FINISHED = "failed", "ended", "finished"
@@ -55,7 +55,7 @@ class RunTally:
 def run_rows(made: ChunkFiles, tally: RunTally) -> Iterator[RunColumns]:
     """Rows of all runs, chunk by chunk; the tally counts them as they are given."""
     for chunk, ends in made.ends():
-        rows = run_columns(chunk, ends, made.plan.variations)
+        rows = run_columns(chunk, ends, made.ensemble.variations)
         tally.add(rows)
         yield rows
 
@@ -102,13 +102,15 @@ def run_text(parts: Iterable[RunColumns]) -> Iterator[bytes]:
 
 def quantile_table(made: ChunkFiles) -> pd.DataFrame:
     """Quantiles of the angles and of the sizes of the reactions, as a tidy table."""
-    plan = made.plan
+    ensemble = made.ensemble
     value, reached = exact_quantiles(made)
-    angles = plan.scene.run.samples * plan.scene.bars
-    attitude = tidy(plan, "attitude", "rad", value[:, :angles], reached[:angles])
-    if plan.scene.bars == 1:
+    angles = ensemble.scene.run.samples * ensemble.scene.bars
+    attitude = tidy(ensemble, "attitude", "rad", value[:, :angles], reached[:angles])
+    if ensemble.scene.bars == 1:
         return attitude
-    return pd.concat([attitude, tidy(plan, "reaction", "N", value[:, angles:], reached[angles:])], ignore_index=True)
+    return pd.concat(
+        [attitude, tidy(ensemble, "reaction", "N", value[:, angles:], reached[angles:])], ignore_index=True
+    )
 
 
 def exact_quantiles(made: ChunkFiles) -> tuple[Array, np.ndarray]:
@@ -120,7 +122,7 @@ def exact_quantiles(made: ChunkFiles) -> tuple[Array, np.ndarray]:
         NaN in a column that no run reached.
     ndarray, shape (columns,)
     """
-    wanted, count, runs = made.plan.quantiles, columns(made.plan.scene), made.plan.runs
+    wanted, count, runs = made.ensemble.quantiles, columns(made.ensemble.scene), made.ensemble.runs
     found, reached = np.full((len(wanted), count), np.nan), np.empty(count, np.int64)
     together = max(1, MOST_SORTED // runs)
     for first in range(0, count, together):
@@ -134,16 +136,16 @@ def exact_quantiles(made: ChunkFiles) -> tuple[Array, np.ndarray]:
     return found, reached
 
 
-def tidy(plan: EnsemblePlan, quantity: str, unit: str, value: Array, reached: np.ndarray) -> pd.DataFrame:
+def tidy(ensemble: Ensemble, quantity: str, unit: str, value: Array, reached: np.ndarray) -> pd.DataFrame:
     """Quantiles of one quantity as a tidy table; columns go item by item of each instant."""
-    n = plan.scene.run.samples
-    shape = (len(plan.quantiles), n, value.shape[1] // n)
+    n = ensemble.scene.run.samples
+    shape = (len(ensemble.quantiles), n, value.shape[1] // n)
     return pd.DataFrame(
         {
-            "t_s": np.broadcast_to(plan.scene.times_s[:, None], shape).ravel(),
+            "t_s": np.broadcast_to(ensemble.scene.times_s[:, None], shape).ravel(),
             "quantity": quantity,
             "item": np.broadcast_to(np.arange(1, shape[2] + 1), shape).ravel(),
-            "quantile": np.broadcast_to(np.asarray(plan.quantiles)[:, None, None], shape).ravel(),
+            "quantile": np.broadcast_to(np.asarray(ensemble.quantiles)[:, None, None], shape).ravel(),
             "value": value.ravel(),
             "unit": unit,
             "runs": np.broadcast_to(reached, value.shape).ravel(),

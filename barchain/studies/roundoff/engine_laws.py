@@ -25,14 +25,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from barchain.runs.timing.orders import FEWEST, LEAST_SLOPE, SCATTERED, STRAIGHT
+from barchain.runs.timing.orders import FEWEST, LEAST_SLOPE, SCATTERED, STRAIGHT, straight_run
 from barchain.studies.roundoff.engines import INERTIAL
 from barchain.studies.roundoff.laws import grouped, line
 from reports.tables.roundoff import ENGINE_COLUMNS, ENGINE_LAW_COLUMNS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from adapters.trajectory import Array
 
 REACTION, ATTITUDE = "reaction", "attitude"
@@ -93,7 +91,7 @@ def usable(engines: pd.DataFrame) -> pd.DataFrame:
 def round_off_law(key: Key, own: pd.DataFrame) -> dict[str, Any]:
     """Fit where finer steps do not help."""
     steps, error = curve(own, "steps_per_orbit")
-    chosen = straight_run(steps, error, SCATTERED, lambda slope: slope > -LEAST_SLOPE)
+    chosen = straight_run(np.log(steps), np.log(error), SCATTERED, lambda slope: slope > -LEAST_SLOPE)
     expected = REACTIONS.get(key["engine"], ADDED_UP) if key["quantity"] == REACTION else ADDED_UP
     fit = key | line(steps[chosen], error[chosen]) | {"against": STEPS, "expected": expected}
     return fit | {"remark": remark(fit, ROUND_OFF, too_few(steps, error))}
@@ -102,7 +100,7 @@ def round_off_law(key: Key, own: pd.DataFrame) -> dict[str, Any]:
 def truncation_law(key: Key, own: pd.DataFrame) -> dict[str, Any]:
     """Fit where finer steps help."""
     steps, error = curve(own, "steps_per_orbit")
-    chosen = straight_run(steps, error, STRAIGHT, lambda slope: slope <= -LEAST_SLOPE)
+    chosen = straight_run(np.log(steps), np.log(error), STRAIGHT, lambda slope: slope <= -LEAST_SLOPE)
     expected = -ORDERS.get(key["engine"], math.nan)
     fit = key | line(steps[chosen], error[chosen]) | {"against": STEPS, "expected": expected}
     return fit | {"remark": remark(fit, TRUNCATION, "")}
@@ -143,23 +141,6 @@ def curve(own: pd.DataFrame, column: str) -> tuple[Array, Array]:
     """Settings in rising order, and the errors there."""
     line_of = own.sort_values(column)
     return line_of[column].to_numpy(float), line_of["median"].to_numpy(float)
-
-
-def straight_run(x: Array, y: Array, agree: tuple[float, float], wanted: Callable[[float], bool]) -> slice:
-    """Longest run of points on one line in both logarithms whose slope is wanted; of equally long ones the last.
-
-    As in :func:`barchain.runs.timing.orders.asymptotic`, local slopes must agree with their own median: to this, and
-    this part of it.
-    """
-    slopes, best = np.diff(np.log(y)) / np.diff(np.log(x)), slice(0, 0)
-    for first in range(len(slopes)):
-        for last in range(first + FEWEST - 1, len(x)):
-            run = slopes[first:last]
-            middle = float(np.median(run))
-            straight = np.all(np.abs(run - middle) <= agree[0] + agree[1] * abs(middle))
-            if straight and wanted(middle) and last + 1 - first >= best.stop - best.start:
-                best = slice(first, last + 1)
-    return best
 
 
 def too_few(steps: Array, error: Array) -> str:

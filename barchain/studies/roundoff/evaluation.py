@@ -7,7 +7,6 @@ together.
 
 from __future__ import annotations
 
-import gc
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +14,7 @@ import numpy as np
 from scipy.stats import kruskal
 
 from barchain.runs.timing.divided_chain import SCENE, divided
-from barchain.runs.timing.evaluation import batch_s, calibrated, numpy_loop
+from barchain.runs.timing.evaluation import evaluation_times, numpy_loop
 from barchain.runs.timing.statistics import interval
 from barchain.studies.roundoff.formulations import FORMULATIONS, PRODUCTION
 from barchain.studies.roundoff.states import EvaluationCase, StateKind, exact_case, longitude_rad
@@ -148,14 +147,7 @@ class Pair:
 
     def row(self) -> dict[str, Any]:
         """Row of times.csv; both are timed in turn, so that disturbances meet both."""
-        counts = [calibrated(loop, LEAST_S) for loop in (self.relative, self.absolute)]
-        gc.collect()
-        gc.disable()
-        try:
-            times = np.array([[batch_s(f, n) / n for f, n in zip((self.relative, self.absolute), counts, strict=True)]
-                              for _ in range(TURNS)]) / self.states  # fmt: skip
-        finally:
-            gc.enable()
+        times = evaluation_times((self.relative, self.absolute), TURNS, LEAST_S, batches=1) / self.states
         ours, theirs = np.median(times, axis=0)
         ratio = interval(float(ours / theirs), [(1.0, times[:, 0]), (-1.0, times[:, 1])])
         head = {"code": self.code, "arithmetic": self.arithmetic, "bars": self.bars, "turns": TURNS}

@@ -7,8 +7,7 @@ form: double precision only, one state after the other.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,7 +24,10 @@ from reference_impl.precision.formulations import absolute, newton_reactions, po
 from reference_impl.precision.steppers import extrapolated
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from barchain.studies.roundoff.states import Exact
+    from reference_impl.precision.chain import AbsoluteState
 
 EXACT_SUBSTEPS = (2, 4, 6, 8)  # to the neighbouring instants: order 8, far below what differencing leaves
 
@@ -87,136 +89,78 @@ class Turned:
     """(N, B)"""
 
 
-class Formulation(ABC):
+@dataclass(frozen=True)
+class Formulation:
     """A way to the reactions."""
 
     name: str
-
-    @abstractmethod
-    def given(self, exact: Exact, to: Arithmetic) -> Given:
-        """Take exact numbers to start from, which will be rounded to an arithmetic."""
-
-    @abstractmethod
-    def reactions(self, a: Arithmetic, given: Given) -> Values:
-        """Reactions (2, N-1, B) in an arithmetic."""
+    given: Callable[[Exact, Arithmetic], Given]
+    """Exact numbers to start from, which will be rounded to an arithmetic"""
+    reactions: Callable[[Arithmetic, Given], Values]
+    """Reactions (2, N-1, B) in an arithmetic"""
+    absolutely: Callable[[Given], AbsoluteState] | None = None
+    """State in absolute coordinates, whose cancellation exact numbers do not feel; None: its own formula is exact"""
 
     def exactly(self, given: Given) -> Values:
-        """Reactions in exact arithmetic, of exact numbers."""
-        return self.reactions(EXACT, given)
+        """Reactions in exact arithmetic, of exact numbers: where there is one, by another formula."""
+        if self.absolutely is None:
+            return self.reactions(EXACT, given)
+        return absolute(EXACT, given.bars, self.absolutely(given)).reaction_N
 
 
-class RelativePlaces(Formulation):
-    """The relative formulation: centre of mass, relative places, angles."""
-
-    name = "relative"
-
-    def given(self, exact: Exact, to: Arithmetic) -> Given:
-        """State as it is."""
-        del to
-        return Given(exact.bars, exact.state)
-
-    def reactions(self, a: Arithmetic, given: Given) -> Values:
-        """Eqs. (9)-(24)."""
-        return relative(a, given.bars, given.state).reaction_N
-
-    def exactly(self, given: Given) -> Values:
-        """By absolute coordinates: another formula, whose cancellation exact numbers do not feel."""
-        return absolute(EXACT, given.bars, given.state.absolute).reaction_N
+def turned(exact: Exact, _: Arithmetic) -> Given:
+    """State without the places."""
+    s = exact.state
+    return Given(exact.bars, Turned(s.com_m, s.angle_rad, s.rate_rad_s))
 
 
-class MinimalAngles(Formulation):
-    """The relative formulation, its places made from the angles."""
-
-    name = "minimal"
-
-    def given(self, exact: Exact, to: Arithmetic) -> Given:
-        """Without the places."""
-        del to
-        s = exact.state
-        return Given(exact.bars, Turned(s.com_m, s.angle_rad, s.rate_rad_s))
-
-    def state(self, a: Arithmetic, given: Given) -> RelativeState:
-        """Joined chain."""
-        return consistent_chain_state(a, given.bars, given.state.com_m, given.state.angle_rad, given.state.rate_rad_s)
-
-    def reactions(self, a: Arithmetic, given: Given) -> Values:
-        """Eqs. (6), (7'), (9)-(24)."""
-        return relative(a, given.bars, self.state(a, given)).reaction_N
-
-    def exactly(self, given: Given) -> Values:
-        """By absolute coordinates."""
-        return absolute(EXACT, given.bars, self.state(EXACT, given).absolute).reaction_N
+def joined(a: Arithmetic, given: Given) -> RelativeState:
+    """Chain whose places are made from the angles, eqs. (6) and (7')."""
+    s = given.state
+    return consistent_chain_state(a, given.bars, s.com_m, s.angle_rad, s.rate_rad_s)
 
 
-class AbsolutePlaces(Formulation):
-    """Absolute coordinates with places counted from the body's centre."""
-
-    name = "absolute"
-
-    def given(self, exact: Exact, to: Arithmetic) -> Given:
-        """Sums of the centre of mass and the relative places."""
-        del to
-        return Given(exact.bars, exact.state.absolute)
-
-    def reactions(self, a: Arithmetic, given: Given) -> Values:
-        """Eqs. (8), (15), (19)."""
-        return absolute(a, given.bars, given.state).reaction_N
+def moving(exact: Exact, _: Arithmetic) -> Given:
+    """Places and their exact accelerations."""
+    at = exact.state.absolute
+    found = absolute(EXACT, exact.bars, at)
+    return Given(exact.bars, MovingBars(0 * exact.state.com_m, at.place_m, found.place_m_s2))
 
 
-class AbsoluteAccelerations(Formulation):
-    """Newton's second law read backwards from known absolute accelerations."""
-
-    name = "absolute accelerations"
-
-    def given(self, exact: Exact, to: Arithmetic) -> Given:
-        """Places and their exact accelerations."""
-        del to
-        at = exact.state.absolute
-        found = absolute(EXACT, exact.bars, at)
-        return Given(exact.bars, MovingBars(0 * exact.state.com_m, at.place_m, found.place_m_s2))
-
-    def reactions(self, a: Arithmetic, given: Given) -> Values:
-        """Eq. (8), summed up from the free end."""
-        s = given.state
-        return newton_reactions(given.bars, s.acceleration_m_s2 - point_field(a, given.bars, s.place_m))
+def from_accelerations(a: Arithmetic, given: Given) -> Values:
+    """Newton's second law read backwards, eq. (8), summed up from the free end."""
+    s = given.state
+    return newton_reactions(given.bars, s.acceleration_m_s2 - point_field(a, given.bars, s.place_m))
 
 
-class AbsoluteDifferences(Formulation):
-    """Absolute coordinates with accelerations found by differencing positions at three instants."""
-
-    name = "absolute positions"
-
-    def given(self, exact: Exact, to: Arithmetic) -> Given:
-        """Places from the body's centre, a step before, now, and a step after."""
-        com, places, step = snapshots(exact, best_step(exact, to, absolute=True))
-        before, now, after = (c[:, None] + d for c, d in zip(com, places, strict=True))
-        return Given(exact.bars, Snapshots(0 * com[1], before, now, after, step))
-
-    def reactions(self, a: Arithmetic, given: Given) -> Values:
-        """Eq. (8), summed up from one free end so that nothing is left at the other.
-
-        What all bars have in common, truncation n⁴ r h²/12 of their fall above all, is no reaction and drops out with
-        the mean.
-        """
-        unexplained = second_difference(given.state) - point_field(a, given.bars, given.state.place_m)
-        return newton_reactions(given.bars, unexplained - (unexplained * given.bars.weight).sum(axis=1)[:, None])
+def absolute_snapshots(exact: Exact, to: Arithmetic) -> Given:
+    """Places from the body's centre, a step before, now, and a step after."""
+    com, places, step = snapshots(exact, best_step(exact, to, absolute=True))
+    before, now, after = (c[:, None] + d for c, d in zip(com, places, strict=True))
+    return Given(exact.bars, Snapshots(0 * com[1], before, now, after, step))
 
 
-class RelativeDifferences(Formulation):
-    """Differenced positions again, but relative ones, eqs. (13) and (14)."""
+def from_absolute_places(a: Arithmetic, given: Given) -> Values:
+    """Differenced places, eq. (8), summed up from one free end so that nothing is left at the other.
 
-    name = "relative positions"
+    What all bars have in common, truncation n⁴ r h²/12 of their fall above all, is no reaction and drops out with the
+    mean.
+    """
+    unexplained = second_difference(given.state) - point_field(a, given.bars, given.state.place_m)
+    return newton_reactions(given.bars, unexplained - (unexplained * given.bars.weight).sum(axis=1)[:, None])
 
-    def given(self, exact: Exact, to: Arithmetic) -> Given:
-        """Places from the centre of mass."""
-        com, (before, now, after), step = snapshots(exact, best_step(exact, to, absolute=False))
-        return Given(exact.bars, Snapshots(com[1], before, now, after, step))
 
-    def reactions(self, a: Arithmetic, given: Given) -> Values:
-        """Eqs. (13) and (14), summed up from the free end."""
-        s = given.state
-        difference, mean, _ = tidal_accelerations(a, given.bars, s.com_m, s.place_m)
-        return newton_reactions(given.bars, second_difference(s) - (difference - mean[:, None]))
+def relative_snapshots(exact: Exact, to: Arithmetic) -> Given:
+    """Places from the centre of mass, a step before, now, and a step after."""
+    com, (before, now, after), step = snapshots(exact, best_step(exact, to, absolute=False))
+    return Given(exact.bars, Snapshots(com[1], before, now, after, step))
+
+
+def from_relative_places(a: Arithmetic, given: Given) -> Values:
+    """Differenced places, eqs. (13) and (14), summed up from the free end."""
+    s = given.state
+    difference, mean, _ = tidal_accelerations(a, given.bars, s.com_m, s.place_m)
+    return newton_reactions(given.bars, second_difference(s) - (difference - mean[:, None]))
 
 
 def second_difference(s: Snapshots) -> Values:
@@ -259,11 +203,28 @@ def snapshots(exact: Exact, step: Values) -> tuple[list[Values], list[Values], V
     return [com for _, com, _ in seen], [place for place, _, _ in seen], step
 
 
-FORMULATIONS: dict[str, Formulation] = {
-    f.name: f()
+RELATIVE = Formulation(
+    "relative", lambda exact, _: Given(exact.bars, exact.state),
+    lambda a, given: relative(a, given.bars, given.state).reaction_N, lambda given: given.state.absolute,
+)  # fmt: skip
+"""Centre of mass, relative places, angles: eqs. (9)-(24)"""
+MINIMAL = Formulation(
+    "minimal", turned, lambda a, given: relative(a, given.bars, joined(a, given)).reaction_N,
+    lambda given: joined(EXACT, given).absolute,
+)  # fmt: skip
+"""The same, its places made from the angles"""
+ABSOLUTE = Formulation(
+    "absolute", lambda exact, _: Given(exact.bars, exact.state.absolute),
+    lambda a, given: absolute(a, given.bars, given.state).reaction_N,
+)  # fmt: skip
+"""Places counted from the body's centre: eqs. (8), (15), (19)"""
+FORMULATIONS = {
+    f.name: f
     for f in (
-        RelativePlaces, MinimalAngles, AbsolutePlaces,
-        AbsoluteAccelerations, AbsoluteDifferences, RelativeDifferences,
+        RELATIVE, MINIMAL, ABSOLUTE,
+        Formulation("absolute accelerations", moving, from_accelerations),
+        Formulation("absolute positions", absolute_snapshots, from_absolute_places),
+        Formulation("relative positions", relative_snapshots, from_relative_places),
     )
 }  # fmt: skip
 
@@ -274,40 +235,32 @@ def model_of(bars: ChainParameters, member: int) -> ChainModel:
     return ChainModel(float(bars.mu_m3_s2[member]), mass, length, inertia, "gradient")
 
 
-class NumPyReference(RelativePlaces):
-    """The code that `reference` runs."""
-
-    name = "reference"
-
-    def reactions(self, a: Arithmetic, given: Given) -> Values:
-        """Of each member."""
-        assert a is FLOAT64
-        s = given.state
-        found = []
-        for k in range(s.com_m.shape[-1]):
-            place = np.ascontiguousarray(s.position_m[..., k].T)
-            state = State(s.com_m[:, k].copy(), NOTHING, s.angle_rad[:, k], s.rate_rad_s[:, k], place, 0.0 * place)
-            found.append(reference_model.accelerations(model_of(given.bars, k), 0.0, state).reaction_N.T)
-        return np.stack(found, axis=-1)
+def numpy_reactions(a: Arithmetic, given: Given) -> Values:
+    """Reactions of each member by the code that `reference` runs."""
+    assert a is FLOAT64
+    s, found = given.state, []
+    for k in range(s.com_m.shape[-1]):
+        place = np.ascontiguousarray(s.position_m[..., k].T)
+        state = State(s.com_m[:, k].copy(), NOTHING, s.angle_rad[:, k], s.rate_rad_s[:, k], place, 0.0 * place)
+        found.append(reference_model.accelerations(model_of(given.bars, k), 0.0, state).reaction_N.T)
+    return np.stack(found, axis=-1)
 
 
-class CompiledReference(MinimalAngles):
-    """The code that `reference-fast` runs, which makes places of the angles itself."""
-
-    name = "reference-fast"
-
-    def reactions(self, a: Arithmetic, given: Given) -> Values:
-        """Of each member."""
-        assert a is FLOAT64
-        s, found = given.state, []
-        for k in range(s.com_m.shape[-1]):
-            model = model_of(given.bars, k)
-            work = layout.workspace(model.bars, 0)
-            y = layout.pack(s.com_m[:, k], NOTHING, s.angle_rad[:, k], s.rate_rad_s[:, k])
-            if not evaluate(0.0, y, np.zeros_like(y), layout.compiled_chain(model), work):
-                raise np.linalg.LinAlgError("the joint system is not positive definite in double precision")
-            found.append(work.bars[[layout.RX, layout.RY], : model.bars - 1].copy())
-        return np.stack(found, axis=-1)
+def compiled_reactions(a: Arithmetic, given: Given) -> Values:
+    """Reactions of each member by the code that `reference-fast` runs, which makes places of the angles itself."""
+    assert a is FLOAT64
+    s, found = given.state, []
+    for k in range(s.com_m.shape[-1]):
+        model = model_of(given.bars, k)
+        work = layout.workspace(model.bars, 0)
+        y = layout.pack(s.com_m[:, k], NOTHING, s.angle_rad[:, k], s.rate_rad_s[:, k])
+        if not evaluate(0.0, y, np.zeros_like(y), layout.compiled_chain(model), work):
+            raise np.linalg.LinAlgError("the joint system is not positive definite in double precision")
+        found.append(work.bars[[layout.RX, layout.RY], : model.bars - 1].copy())
+    return np.stack(found, axis=-1)
 
 
-PRODUCTION = {f.name: f for f in (NumPyReference(), CompiledReference())}
+PRODUCTION = {
+    "reference": replace(RELATIVE, name="reference", reactions=numpy_reactions),
+    "reference-fast": replace(MINIMAL, name="reference-fast", reactions=compiled_reactions),
+}

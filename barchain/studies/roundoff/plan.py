@@ -1,16 +1,15 @@
-"""Plan of a round-off study: tasks for other processes, each some rows of one table."""
+"""Tasks of a round-off study for other processes, each some rows of one table."""
 
 from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from adapters.registry import ENGINES
-from barchain.runs.executors import ALL_CORES
 from barchain.studies.roundoff.engines import engine_rows
-from barchain.studies.roundoff.evaluation import longitude_rows, rows_of
+from barchain.studies.roundoff.evaluation import longitude_rows, rows_of, time_rows
 from barchain.studies.roundoff.states import EvaluationCase, StateKind
 from barchain.studies.roundoff.third_parties import present
 from barchain.studies.roundoff.trajectories import ScaledScene, chosen_step_rows, equal_step_rows, growth_rows
@@ -18,8 +17,6 @@ from scenarios import load_scene
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
-
-    from barchain.runs.executors import Executor
 
 PARTS = ("evaluation", "trajectories", "engines", "times")
 SCENE = "paper/fig15"  # the 80° chain turning with its orbit, which stays regular: what grows is round-off alone
@@ -60,39 +57,17 @@ class RoundoffTask:
     """Whose high-precision solution is the function's first argument"""
 
 
-@dataclass(frozen=True)
-class RoundoffPlan:
-    """All tasks."""
-
-    tasks: tuple[RoundoffTask, ...]
-    full: bool
-    time_bars: tuple[int, ...] = field(default=())
-    """Bars at which evaluations are timed, after all else; none if empty"""
-    parts: tuple[str, ...] = PARTS
-    executor: Executor = ALL_CORES
-    """Place of the tasks that are not timed"""
-
-    @property
-    def turns(self) -> int:
-        """Number of tasks to be reported."""
-        return len(self.tasks) + bool(self.time_bars)
-
-
-def make_plan(
-    parts: tuple[str, ...] = PARTS, *, full: bool = False, executor: Executor = ALL_CORES, sizes: Sequence[float] = ()
-) -> RoundoffPlan:
-    """Plan of a study.
+def tasks_of(parts: Sequence[str], sizes: Sequence[float] = (), *, full: bool = False) -> tuple[RoundoffTask, ...]:
+    """Tasks of some parts, which may run side by side; the times of evaluations are taken by others.
 
     Parameters
     ----------
-    parts : tuple of str
+    parts : sequence of str
         Of :data:`PARTS`.
-    full : bool
-        Every size, arithmetic and number of bars, finer steps, longer runs: half an hour instead of minutes.
-    executor : Executor
-        Place of the tasks that are not timed; all cores of this machine by default.
     sizes : sequence of float
         Sizes at which one evaluation is judged, of :data:`DECADES`; all by default.
+    full : bool
+        Every size, arithmetic and number of bars, finer steps, longer runs: half an hour instead of minutes.
 
     Raises
     ------
@@ -107,8 +82,14 @@ def make_plan(
         tasks += [*growths(full), *trajectories(full)]
     if "engines" in parts:
         tasks += engines(full)
-    times = ((5, 50, 500) if full else (5, 50)) if "times" in parts else ()
-    return RoundoffPlan(tuple(tasks), full, times, tuple(parts), executor)
+    return tuple(tasks)
+
+
+def timed_tasks(parts: Sequence[str], *, full: bool = False) -> tuple[RoundoffTask, ...]:
+    """Tasks whose times count: one evaluation in both coordinates."""
+    bars = (5, 50, 500) if full else (5, 50)
+    task = RoundoffTask("times", "relative over absolute", time_rows, (bars,))
+    return (task,) if "times" in parts else ()
 
 
 def check_sizes(sizes: Sequence[float]) -> None:

@@ -11,21 +11,21 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from barchain.record.environment import package_version
 from barchain.runs.call import Call, CallFailedError
 from barchain.runs.cases import Shared, Task, run_cases
-from barchain.runs.executors import ALL_CORES
+from barchain.runs.executors import ALL_CORES, KeptAnswers
 from barchain.runs.message import MessageError, message_bytes, plain_text, read_message
 from barchain.studies.roundoff.engine_laws import engine_laws
-from barchain.studies.roundoff.evaluation import time_rows
 from barchain.studies.roundoff.laws import best_laws, best_table, evaluation_laws, growth_laws
-from barchain.studies.roundoff.plan import PARTS, SCENE, RoundoffPlan, make_plan
+from barchain.studies.roundoff.plan import PARTS, SCENE, tasks_of, timed_tasks
 from barchain.studies.roundoff.states import EQUATOR_M, MEMBERS
 from barchain.studies.roundoff.trajectories import solution_bytes, solution_from
+from barchain.studies.study import StudyEnd
 from reference_impl.precision.arithmetic import ARITHMETICS, EXACT_DIGITS, long_doubles
 from reports.tables.outcome import Outcome
 from reports.tables.roundoff import COLUMNS, FILES
 from reports.tables.roundoff import PARTS as TABLES_OF
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from barchain.record.study_store import StudyStore
     from barchain.runs.call import Answer
@@ -60,57 +60,29 @@ DERIVED = {
 
 
 @dataclass(frozen=True)
-class RoundoffOptions:
-    """Options of a round-off study."""
-
-    parts: tuple[str, ...] = PARTS
-    full: bool = False
-    """All sizes, arithmetics and numbers of bars, finer steps, longer runs: half an hour instead of minutes"""
-    executor: Executor = ALL_CORES
-    """Place of the tasks that are not timed; all cores of this machine by default"""
-    sizes: tuple[float, ...] = ()
-    """Sizes at which one evaluation is judged; all by default"""
-
-
-@dataclass(frozen=True)
-class RoundoffResult:
-    """Findings of a study beside its tables."""
-
-    failures: tuple[str, ...]
-    """Tasks that failed, one line each"""
-
-    @property
-    def passed(self) -> bool:
-        """Whether all tasks ended well."""
-        return not self.failures
-
-
-@dataclass(frozen=True)
 class RoundoffStudy:
-    """The round-off study."""
+    """Tasks of some parts."""
 
+    tasks: tuple[RoundoffTask, ...]
+    timed: tuple[RoundoffTask, ...] = ()
+    """Tasks whose times count: they are made after all else, one by one"""
+    full: bool = False
+    parts: tuple[str, ...] = PARTS
+    executor: Executor = ALL_CORES
+    """Place of the tasks that are not timed"""
     files: ClassVar[StudyFiles] = FILES
 
-    def plan(self, options: RoundoffOptions) -> RoundoffPlan:
-        """Tasks of the parts.
+    @property
+    def turns(self) -> int:
+        """Number of tasks to be reported."""
+        return len(self.tasks) + len(self.timed)
 
-        Raises
-        ------
-        ClusterError
-            For a Dask cluster that can't be used.
-        ValueError
-            For a size at which no evaluation is judged.
-        """
-        plan = make_plan(options.parts, full=options.full, executor=options.executor, sizes=options.sizes)
-        options.executor.check()
-        return plan
-
-    def record(self, plan: RoundoffPlan) -> dict[str, Any]:
+    def record(self) -> dict[str, Any]:
         """Parts, arithmetics, and the objects named on the axes; failed tasks are added as they come."""
         return {
             "packages": {"gmpy2": package_version("gmpy2")},
-            "full": plan.full,
-            "parts": {part: {} for part in plan.parts},
+            "full": self.full,
+            "parts": {part: {} for part in self.parts},
             "scene": SCENE,
             "members": MEMBERS,
             "exact_digits": EXACT_DIGITS,
@@ -120,32 +92,50 @@ class RoundoffStudy:
             "failed": [],
         }
 
-    def run(self, plan: RoundoffPlan, store: StudyStore, reporter: Reporter) -> RoundoffResult:
+    def run(self, store: StudyStore, reporter: Reporter) -> StudyEnd:
         """Run everything and write the tables; an interrupted run leaves the rows so far."""
-        store.remove(*(table for part in plan.parts for table in TABLES_OF[part]))  # of an earlier study
+        assert isinstance(self.executor, KeptAnswers)
+        store.remove(*(table for part in self.parts for table in TABLES_OF[part]))  # of an earlier study
         failed = store.record["failed"]
         rows: dict[str, dict[int, Rows]] = {}
-        solutions = {t.solution: Shared(solution_case(t.solution)) for t in plan.tasks if t.solution is not None}
-        cases = (
-            (k, task_case(task, solutions.get(task.solution) if task.solution else None))
-            for k, task in enumerate(plan.tasks)
-        )
         try:
-            for k, found in run_cases(cases, plan.executor):
-                task = plan.tasks[k]
-                if isinstance(found, str):
-                    failed.append({"table": task.table, "task": task.title, "reason": found})
-                    reporter.step(task.table, f"{task.title}: {found}", str(Outcome.FAILED))
-                else:
-                    rows.setdefault(task.table, {})[k] = found
-                    store.write(task.table, in_order(rows[task.table]))
-                    reporter.step(task.table, task.title, str(Outcome.PASS))
-            if plan.time_bars:
-                store.write("times", time_rows(plan.time_bars))
-                reporter.step("times", "relative over absolute", str(Outcome.PASS))
+            for tasks, place in ((self.tasks, self.executor), (self.timed, self.executor.one_by_one())):
+                for k, found in run_cases(enumerate(cases_of(tasks)), place):
+                    table, title = tasks[k].table, tasks[k].title
+                    if isinstance(found, str):
+                        failed.append({"table": table, "task": title, "reason": found})
+                        reporter.step(table, f"{title}: {found}", str(Outcome.FAILED))
+                    else:
+                        rows.setdefault(table, {})[k] = found
+                        store.write(table, in_order(rows[table]))
+                        reporter.step(table, title, str(Outcome.PASS))
         finally:
             write_laws(store, rows)
-        return RoundoffResult(tuple(f"{f['table']}: {f['task']}: {f['reason']}" for f in failed))
+        return StudyEnd(tuple(f"{f['table']}: {f['task']}: {f['reason']}" for f in failed))
+
+
+def roundoff_study(
+    parts: tuple[str, ...] = PARTS, sizes: tuple[float, ...] = (), *, full: bool = False, executor: Executor = ALL_CORES
+) -> RoundoffStudy:
+    """Round-off study; `parts`, `sizes` and `full` are those of :func:`barchain.studies.roundoff.plan.tasks_of`.
+
+    Raises
+    ------
+    ClusterError
+        For a Dask cluster that can't be used.
+    ValueError
+        For a size at which no evaluation is judged.
+    """
+    tasks = tasks_of(parts, sizes, full=full)
+    executor.check()
+    return RoundoffStudy(tasks, timed_tasks(parts, full=full), full, tuple(parts), executor)
+
+
+def cases_of(tasks: tuple[RoundoffTask, ...]) -> Iterator[Case[Rows | str]]:
+    """Cases of tasks; those of one family of scenes share its high-precision solution."""
+    solutions = {t.solution: Shared(solution_case(t.solution)) for t in tasks if t.solution is not None}
+    for task in tasks:
+        yield task_case(task, None if task.solution is None else solutions[task.solution])
 
 
 def solution_case(family: ScaledScene) -> Case[HighPrecisionSolution | str]:

@@ -12,10 +12,9 @@ and a root that is off by a rounding shifts all bars alike.
 from __future__ import annotations
 
 import dataclasses
-from abc import abstractmethod
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -27,10 +26,11 @@ from adapters.registry import ENGINES
 from barchain.studies.roundoff.formulations import Formulation, Given, circular_m_s
 from reference_impl.precision.arithmetic import EXACT, FLOAT64, Arithmetic, Values
 from reference_impl.precision.chain import AbsoluteState, ChainParameters, bar_centres, directions
-from reference_impl.precision.formulations import absolute
 from scenarios import Scene, load_scene
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from adapters.trajectory import Array
     from barchain.studies.roundoff.states import Exact
 
@@ -68,83 +68,75 @@ class Folded:
         return np.concatenate([v[:, member] for v in q]), np.concatenate([v[:, member] for v in q_t])
 
 
+@dataclass(frozen=True)
 class ThirdParty(Formulation):
     """A library's tree in one frame."""
 
-    engine: ClassVar[str]
+    engine: str = ""
     """Registered name, by which it is known whether the library is there"""
+    frame: str = MOVING
+    """Root at the centre of mass, in orbit, or as far as the orbit and at rest"""
 
-    def __init__(self, frame: str) -> None:
-        """Root at the centre of mass, in orbit, or as far as the orbit and at rest."""
-        self.frame, self.name = frame, f"{self.engine} ({frame})"
 
-    def given(self, exact: Exact, to: Arithmetic) -> Given:
-        """Tree of the state."""
-        del to
-        bars, s = exact.bars, exact.state
-        along, across = directions(EXACT, s.angle_rad)
-        end = s.position_m[:, 0] - bars.half_m[0] * along[:, 0]
-        motion = (
-            bar_centres(bars, bars.half_m * s.rate_rad_s * across)[:, 0]
-            - bars.half_m[0] * s.rate_rad_s[0] * across[:, 0]
-        )
-        com = s.com_m
-        if self.frame != MOVING:
-            end, com = com + end, 0 * com
-        if self.frame == INERTIAL:
-            motion = motion + circular_m_s(exact)
-        return Given(
-            bars, Folded(com, end, motion, to_joint_coordinates(s.angle_rad), to_joint_coordinates(s.rate_rad_s))
-        )
+def folded(exact: Exact, frame: str) -> Given:
+    """Tree of a state."""
+    bars, s = exact.bars, exact.state
+    along, across = directions(EXACT, s.angle_rad)
+    end = s.position_m[:, 0] - bars.half_m[0] * along[:, 0]
+    moved = bar_centres(bars, bars.half_m * s.rate_rad_s * across)[:, 0]
+    motion = moved - bars.half_m[0] * s.rate_rad_s[0] * across[:, 0]
+    com = s.com_m
+    if frame != MOVING:
+        end, com = com + end, 0 * com
+    if frame == INERTIAL:
+        motion = motion + circular_m_s(exact)
+    return Given(bars, Folded(com, end, motion, to_joint_coordinates(s.angle_rad), to_joint_coordinates(s.rate_rad_s)))
 
-    def reactions(self, a: Arithmetic, given: Given) -> Values:
-        """Of each member."""
+
+def loads_in(frame: str, scene: Scene) -> Loads:
+    """Gravity in a frame."""
+    return (MovingLoads if frame == MOVING else AbsoluteLoads)(scene, surface=False)
+
+
+def pinocchio_reaction_N(frame: str, given: Given, member: int) -> Array:
+    """Force on each bar from the next, (N-1, 2), N: articulated bodies forwards, then inverse dynamics."""
+    scene = scene_of(given.bars, member)
+    chain, com = PinocchioChain(scene, loads_in(frame, scene)), given.state.com_m[:, member]
+    return chain.reactions(np.concatenate([com, 0.0 * com, *given.state.coordinates(member)]))
+
+
+def mujoco_reaction_N(frame: str, given: Given, member: int) -> Array:
+    """Force on each bar from the next, (N-1, 2), N: inner forces at the accelerations that MuJoCo finds."""
+    scene = scene_of(given.bars, member)
+    model = model_of(scene.chain, 1.0)
+    data = data_at(model, *given.state.coordinates(member))
+    com = given.state.com_m[:, member]
+    loads, track = ChainLoads(scene, loads_in(frame, scene), falling=True), np.concatenate([com, 0.0 * com])[None]
+    with installed(AppliedLoads(scene.chain, data, loads, track, 1.0)):
+        return reactions(model, data)
+
+
+def third_party(engine: str, frame: str, reaction_N: Callable[[str, Given, int], Array]) -> ThirdParty:
+    """Formulation of a library in a frame, one member after the other."""
+
+    def of_all(a: Arithmetic, given: Given) -> Values:
         assert a is FLOAT64
-        return np.stack([self.reaction_N(given, k).T for k in range(given.state.com_m.shape[-1])], axis=-1)
+        members = range(given.state.com_m.shape[-1])
+        return np.stack([reaction_N(frame, given, member).T for member in members], axis=-1)
 
-    def exactly(self, given: Given) -> Values:
-        """By absolute coordinates."""
-        return absolute(EXACT, given.bars, given.state.unfolded(given.bars)).reaction_N
-
-    def loads(self, scene: Scene) -> Loads:
-        """Gravity in this frame."""
-        return (MovingLoads if self.frame == MOVING else AbsoluteLoads)(scene, surface=False)
-
-    @abstractmethod
-    def reaction_N(self, given: Given, member: int) -> Array:
-        """Force on each bar from the next, (N-1, 2), N."""
+    return ThirdParty(
+        f"{engine} ({frame})", lambda exact, _: folded(exact, frame), of_all,
+        lambda given: given.state.unfolded(given.bars), engine, frame,
+    )  # fmt: skip
 
 
-class PinocchioTree(ThirdParty):
-    """Articulated bodies forwards, then inverse dynamics."""
-
-    engine = "pinocchio"
-
-    def reaction_N(self, given: Given, member: int) -> Array:
-        """By the adapter's own chain."""
-        scene = scene_of(given.bars, member)
-        chain, com = PinocchioChain(scene, self.loads(scene)), given.state.com_m[:, member]
-        return chain.reactions(np.concatenate([com, 0.0 * com, *given.state.coordinates(member)]))
-
-
-class MujocoTree(ThirdParty):
-    """Inner forces at the accelerations that MuJoCo finds."""
-
-    engine = "mujoco"
-
-    def reaction_N(self, given: Given, member: int) -> Array:
-        """Of the adapter's model."""
-        scene = scene_of(given.bars, member)
-        model = model_of(scene.chain, 1.0)
-        data = data_at(model, *given.state.coordinates(member))
-        com = given.state.com_m[:, member]
-        loads, track = ChainLoads(scene, self.loads(scene), falling=True), np.concatenate([com, 0.0 * com])[None]
-        with installed(AppliedLoads(scene.chain, data, loads, track, 1.0)):
-            return reactions(model, data)
-
-
-THIRD_PARTIES: dict[str, ThirdParty] = {
-    f.name: f for library in (PinocchioTree, MujocoTree) for f in map(library, (MOVING, INERTIAL, PLACES))
+THIRD_PARTIES = {
+    f.name: f
+    for f in (
+        third_party(engine, frame, reaction_N)
+        for engine, reaction_N in (("pinocchio", pinocchio_reaction_N), ("mujoco", mujoco_reaction_N))
+        for frame in (MOVING, INERTIAL, PLACES)
+    )
 }
 
 

@@ -154,23 +154,25 @@ def columns(family: ScaledScene) -> tuple[Values, Array]:
     return np.array([k for k, _ in pairs]), np.array([x for _, x in pairs])
 
 
+def at_equal_steps(
+    solution: HighPrecisionSolution, arithmetic: str, name: str, method: str, steps: int
+) -> tuple[dict[str, Array], Values]:
+    """Errors (samples, B) of runs in one set of coordinates at equal steps between samples, and their sizes (B,)."""
+    family = solution.family
+    sizes, longitudes = columns(family)
+    with exact_numbers(), np.errstate(all="ignore"):
+        start = family.start(longitudes, np.array(family.ratios)[sizes])
+        sample_s = np.full(len(sizes), family.sample_s)
+        seen = equal_steps(ARITHMETICS[arithmetic], name, start, method, sample_s, family.samples, steps)
+        return judged(solution, seen, longitudes, sizes), sizes
+
+
 def equal_step_rows(
     solution: HighPrecisionSolution, arithmetic: str, name: str, method: str, steps: int
 ) -> list[dict[str, Any]]:
     """Rows of trajectories.csv for one set of coordinates at `steps` equal steps between samples."""
-    family = solution.family
-    sizes, longitudes = columns(family)
-    with exact_numbers():
-        start = family.start(longitudes, np.array(family.ratios)[sizes])
-        sample_s = np.full(len(sizes), family.sample_s)
-        with np.errstate(all="ignore"):
-            found = judged(
-                solution,
-                equal_steps(ARITHMETICS[arithmetic], name, start, method, sample_s, family.samples, steps),
-                longitudes,
-                sizes,
-            )
-    per_orbit = steps * family.samples / family.orbits
+    found, sizes = at_equal_steps(solution, arithmetic, name, method, steps)
+    per_orbit = steps * solution.family.samples / solution.family.orbits
     head = {"coordinates": name, "arithmetic": arithmetic, "method": method, "steps_per_orbit": per_orbit}
     return summed_up(solution, head, worst(found), sizes)
 
@@ -205,16 +207,7 @@ def growth_rows(
 ) -> list[dict[str, Any]]:
     """Rows of growth.csv: the largest errors so far, at each sample of a long run; so the motion's swing is out."""
     family = solution.family
-    sizes, longitudes = columns(family)
-    with exact_numbers(), np.errstate(all="ignore"):
-        start = family.start(longitudes, np.array(family.ratios)[sizes])
-        sample_s = np.full(len(sizes), family.sample_s)
-        found = judged(
-            solution,
-            equal_steps(ARITHMETICS[arithmetic], name, start, method, sample_s, family.samples, steps),
-            longitudes,
-            sizes,
-        )
+    found, sizes = at_equal_steps(solution, arithmetic, name, method, steps)
     found = {quantity: np.maximum.accumulate(values) for quantity, values in found.items()}
     time = np.arange(1, family.samples + 1) * family.orbits / family.samples
     drawn = {

@@ -4,26 +4,28 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from barchain.runs.asking import reply_of
-from barchain.runs.call import QUESTION_S, Answer, Call, CallEnd
+from barchain.runs.call import QUESTION_S, Call, CallEnd
 from barchain.runs.job import Job, RunResult
 from barchain.runs.measuring import Peak
 from barchain.runs.message import message_bytes, plain_number, read_message
-from barchain.runs.run import failed_run, outside_call, ran, result_of, run_job
+from barchain.runs.run import failed_run, outside_call, outside_result, ran, result_of, run_job
 from barchain.runs.tasks import PoolGroup, pool_group
-from barchain.runs.timing.bench import LEAST_S, LONG_S, MOST_RUNS, STARTUP_S, pin, quietest_core, turn, warmed
+from barchain.runs.timing.bench import LEAST_S, LONG_S, MOST_RUNS, STARTUP_S, pin, turn, warmed
 from barchain.runs.timing.evaluation import DIRECT, evaluation_times, loop_of
 from barchain.runs.timing.statistics import median_time
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
-
     from adapters.trajectory import Trajectory
+    from barchain.runs.call import Answer
+    from barchain.runs.cases import Case
+    from barchain.runs.timing.bench import TimingBench
 
 BUILDS = 3.0  # a model may take this many times as long to build, or compile, as to run
 LONG_TURNS = 3  # of runs over LONG_S, the first one counted
@@ -45,22 +47,19 @@ class ScalingTask:
     repeats: int
 
 
-def measured_point(task: ScalingTask, limit_s: float, ask: Callable[[Call], Answer]) -> Row:
-    """Outcome, reason and measured columns of a point.
-
-    Parameters
-    ----------
-    task : ScalingTask
-    limit_s : float
-        Wall time of one simulation, s.
-    ask : callable
-        Gives the answer of a process of its own to a call.
-    """
+def measured_point(bench: TimingBench, task: ScalingTask, limit_s: float) -> Case[Row]:
+    """Outcome, reason and measured columns of a point; `limit_s` is the wall time of one simulation, s."""
     if pool_group(task.job) is PoolGroup.THIRD_PARTY:
-        return outside_point(task, limit_s, ask)
+        return (yield from outside_point(bench, task, limit_s))
     allowed = STARTUP_S + (LONG_TURNS + BUILDS) * limit_s
-    aside = limit_s, quietest_core()
-    answer = ask(Call(point_message, (task,), allowed, pool="", aside=aside, worth_keeping=ran))
+    call = Call(point_message, (task,), allowed, pool="", aside=(limit_s, bench.core), worth_keeping=ran)
+    (found,) = yield [bench.task(call, point_of)]
+    row: Row = found
+    return row
+
+
+def point_of(answer: Answer) -> Row:
+    """Columns of a point from the answer of its process."""
     if answer.end is not CallEnd.ANSWERED:
         return row_of(failed_run(answer))
     header, _ = read_message(answer.content)
@@ -90,59 +89,55 @@ def own_point(task: ScalingTask, limit_s: float) -> Row:
         return row_of(first)
     columns: Row = {"memory_B": peak.beyond()} if task.share else {}
     if task.job.engine in DIRECT:  # its right-hand side is timed by itself
-        columns |= spread("evaluation", evaluation_times(loop_of(task.job.engine, task.job.scene), task.repeats))
+        columns |= spread(
+            "evaluation", evaluation_times([loop_of(task.job.engine, task.job.scene)], task.repeats)[:, 0]
+        )
         columns["per"] = "right-hand side"
     if task.share:
         warmed.add(task.job.scene.digest)  # the first run was the one that is not timed
-        seconds = simulated(task, limit_s, first, lambda _: run_job(task.job), lambda _: turn(task.job, LEAST_S))
+        again = (run_job(task.job) for _ in range(more_runs(first, limit_s)))
+        turns = (turn(task.job, LEAST_S) for _ in range(task.repeats))
+        seconds = [r.seconds["simulate"] for r in (again if is_long(first) else turns) if r.outcome is Outcome.PASS]
         columns = run_columns(task, first, seconds) | columns
     return row_of(RunResult(Outcome.PASS)) | columns
 
 
-def outside_point(task: ScalingTask, limit_s: float, ask: Callable[[Call], Answer]) -> Row:
+def outside_point(bench: TimingBench, task: ScalingTask, limit_s: float) -> Case[Row]:
     """Measure an engine of another package as :func:`own_point` does, each run in a process of its own."""
-    run_s = QUESTION_S + (BUILDS + 1.0) * limit_s
-    reply = reply_of(ask(outside_call("first_run", task.job, run_s, task.warm.scene)))
-    first, memory_B = result_of(task.job, reply), plain_number(reply.header.get("memory_B"))
+    job, run_s = task.job, QUESTION_S + (BUILDS + 1.0) * limit_s
+    (reply,) = yield [bench.task(outside_call("first_run", job, run_s, task.warm.scene), reply_of)]
+    first, memory_B = result_of(job, reply), plain_number(reply.header.get("memory_B"))
     if first.outcome is not Outcome.PASS:
         return row_of(first)
-
-    def again(number: int) -> RunResult:
-        return result_of(task.job, reply_of(ask(outside_call("run", task.job, run_s, repetition=number))))
-
-    def turned(number: int) -> RunResult:
-        call = outside_call("turn", task.job, run_s + limit_s, LEAST_S, MOST_RUNS, repetition=number)
-        return result_of(task.job, reply_of(ask(call)))
-
-    columns = run_columns(task, first, simulated(task, limit_s, first, again, turned))
+    if is_long(first):
+        numbers = range(1, 1 + more_runs(first, limit_s))
+        calls = [outside_call("run", job, run_s, repetition=k) for k in numbers]
+    else:
+        asked = job, run_s + limit_s, LEAST_S, MOST_RUNS
+        calls = [outside_call("turn", *asked, repetition=k) for k in range(task.repeats)]
+    seconds = []
+    for call in calls:
+        (result,) = yield [bench.task(call, partial(outside_result, job))]
+        if result.outcome is Outcome.PASS:
+            seconds.append(result.seconds["simulate"])
+    columns = run_columns(task, first, seconds)
     return row_of(RunResult(Outcome.PASS)) | columns | {"memory_B": math.nan if memory_B is None else float(memory_B)}
 
 
-def simulated(
-    task: ScalingTask,
-    limit_s: float,
-    first: RunResult,
-    again: Callable[[int], RunResult],
-    turned: Callable[[int], RunResult],
-) -> list[float]:
-    """Times of `simulate`, s: of a long run the first and a few more if the limit leaves room, else of whole turns.
-
-    `again` makes a whole run, `turned` a turn of short runs, whose times are the least of them; both get a number.
-    """
-    one = first.seconds["simulate"]
-    if one >= LONG_S:
-        return [one, *passed(map(again, range(1, min(LONG_TURNS, int(limit_s / one)))))]
-    return passed(map(turned, range(task.repeats))) or [one]
+def is_long(first: RunResult) -> bool:
+    """Whether a run is timed from the first time on, and seldom repeated."""
+    return first.seconds["simulate"] >= LONG_S
 
 
-def passed(results: Iterable[RunResult]) -> list[float]:
-    """Times of `simulate` of the runs that passed."""
-    return [r.seconds["simulate"] for r in results if r.outcome is Outcome.PASS]
+def more_runs(first: RunResult, limit_s: float) -> int:
+    """Number of further runs of a long one for which the limit leaves room."""
+    return max(0, min(LONG_TURNS, int(limit_s / max(first.seconds["simulate"], LONG_S))) - 1)
 
 
-def run_columns(task: ScalingTask, first: RunResult, simulated_s: list[float]) -> Row:
-    """Time of a simulation, of an orbit, and of an evaluation or step."""
-    seconds = np.array(simulated_s)
+def run_columns(task: ScalingTask, first: RunResult, further_s: list[float]) -> Row:
+    """Time of a simulation, an orbit, and an evaluation or step; the first run's counts if it is long or alone."""
+    counts_first = is_long(first) or not further_s
+    seconds = np.array([*([first.seconds["simulate"]] if counts_first else []), *further_s])
     columns: Row = {"share": task.share, "turns": len(seconds)}
     columns |= {"build_s": first.seconds["build"], "simulate_s": float(np.median(seconds))}
     columns |= spread("orbit", seconds / task.share)

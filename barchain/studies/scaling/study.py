@@ -3,31 +3,28 @@
 One chain is cut into more and more bars. All engines go to :data:`COMMON_BARS` before any goes on, so that each has
 points enough for an exponent. Within that, and beyond, what is cheap comes first: engines take turns as long as a point
 costs little more than its process, and those that get expensive wait, so that a budget that runs out has been spent on
-as many points as it could. Each engine goes as far as its time limit allows. Measured points are kept as answers, and a
-study that goes on finds them there.
+as many points as it could. Each engine goes as far as its time limit allows. What the budget allows follows from the
+times of the points so far, so that a study that goes on measures the same ones.
 """
 
 from __future__ import annotations
 
-import contextlib
-import math
-import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from adapters.registry import engines
 from adapters.trajectory import Observable
 from barchain.runs.asking import engine_class
-from barchain.runs.call import Call, pickled
+from barchain.runs.cases import run_cases
 from barchain.runs.choices import chosen_engines
+from barchain.runs.executors import ONE_BY_ONE
 from barchain.runs.facts import engine_facts, external_versions, scene_words
 from barchain.runs.job import Job, Role
-from barchain.runs.kept_answers import AnswerStore
 from barchain.runs.measuring import installed
-from barchain.runs.pool import Slot
+from barchain.runs.timing.bench import TimingBench
 from barchain.runs.timing.divided_chain import SCENE, divided
 from barchain.runs.timing.evaluation import DIRECT
-from barchain.runs.timing.left_out import cannot, failures
+from barchain.runs.timing.left_out import cannot, counted, failures, said
 from barchain.runs.timing.load import OtherLoad
 from barchain.studies.defaults import BARS, SCALING
 from barchain.studies.scaling.fit import SHARES, add_fits, affordable, fits_table, predicted, targets
@@ -45,7 +42,8 @@ if TYPE_CHECKING:
 
     from adapters.registry import Registration
     from barchain.record.study_store import StudyStore
-    from barchain.runs.call import Answer
+    from barchain.runs.cases import Case
+    from barchain.runs.executors import Executor
     from barchain.studies.scaling.point import Row
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
@@ -65,33 +63,23 @@ MEMORY_SHARE = 0.5  # of the machine's memory that a model may take
 
 
 @dataclass(frozen=True)
-class ScalingOptions:
-    """Options of a scaling study."""
+class ScalingStudy:
+    """Engines, numbers of bars, and limits of time."""
 
-    engines: Iterable[str] | None = None
-    """All registered engines by default, also those that only studies run"""
-    bars: Iterable[int] = BARS
-    """Numbers of bars, at least 2; each engine goes as far as the limits allow"""
+    scene: Scene
+    engines: dict[str, Registration]
+    bars: tuple[int, ...]
+    """At least 2; each engine goes as far as the limits allow"""
     repeats: int = SCALING.repeats
     """Times that each point is measured"""
     minutes: float = SCALING.minutes
     """Budget, after which no point is begun"""
     time_limit_s: float = SCALING.time_limit_s
     """Of one simulation: orbits that are expected to take longer are run in part, or not at all"""
-
-
-@dataclass(frozen=True)
-class ScalingPlan:
-    """Measurements, and their limits of time."""
-
-    scene: Scene
-    engines: dict[str, Registration]
-    bars: tuple[int, ...]
-    repeats: int
-    minutes: float
-    time_limit_s: float
     named: frozenset[str] = frozenset()
     """Engines that were asked for by name"""
+    executor: Executor = ONE_BY_ONE
+    files: ClassVar[StudyFiles] = FILES
 
     @property
     def turns(self) -> int:
@@ -104,79 +92,79 @@ class ScalingPlan:
         setting = engine_class(registration).sweep.setting()
         return Job(divided(self.scene, bars, share), engine, registration, setting, Role.MAIN)
 
-
-@dataclass(frozen=True)
-class ScalingStudy:
-    """The scaling study."""
-
-    files: ClassVar[StudyFiles] = FILES
-
-    def plan(self, options: ScalingOptions) -> ScalingPlan:
-        """Engines, numbers of bars and limits.
-
-        Raises
-        ------
-        UnknownEngineError
-            For an engine that does not exist.
-        ValueError
-            For a number of bars below 2.
-        """
-        wanted = tuple(sorted(set(options.bars)))
-        if not wanted or wanted[0] < 2:
-            raise ValueError(f"bars {', '.join(map(str, wanted))}: allowed: 2 or more")
-        chosen = engines() if options.engines is None else chosen_engines(options.engines)
-        named = frozenset(() if options.engines is None else chosen)
-        limits = options.repeats, options.minutes, options.time_limit_s
-        return ScalingPlan(load_scene(SCENE), chosen, wanted, *limits, named=named)
-
-    def record(self, plan: ScalingPlan) -> dict[str, Any]:
+    def record(self) -> dict[str, Any]:
         """Engines, chain, limits, and the targets, which follow at the end."""
         return {
-            "packages": external_versions(plan.engines),
-            "engines": {name: engine_facts(r) for name, r in plan.engines.items()},
-            "bars": list(plan.bars),
-            "scene": scene_words(plan.scene) | {"name": plan.scene.name, "size_m": plan.scene.size_m},
+            "packages": external_versions(self.engines),
+            "engines": {name: engine_facts(r) for name, r in self.engines.items()},
+            "bars": list(self.bars),
+            "scene": scene_words(self.scene) | {"name": self.scene.name, "size_m": self.scene.size_m},
             "targets": [],
-            "limits": {name: getattr(plan, name) for name in ("repeats", "minutes", "time_limit_s")},
+            "limits": {name: getattr(self, name) for name in ("repeats", "minutes", "time_limit_s")},
         }
 
-    def run(self, plan: ScalingPlan, store: StudyStore, reporter: Reporter) -> StudyEnd:
-        """Measure points in the order of their expected time."""
-        return ScalingRun(plan, store, reporter).run()
+    def run(self, store: StudyStore, reporter: Reporter) -> StudyEnd:
+        """Measure points in the order of their expected time; an interrupted run leaves those measured so far."""
+        run = ScalingRun(self, store, reporter)
+        try:
+            for _ in run_cases([(self.files.name, run.measured())], self.executor):
+                pass
+        finally:
+            points = run.points()
+            fits = fits_table(points)
+            store.record["targets"] = targets(points, fits)
+            add_fits(store.summary, fits, self.scene.name)
+            store.write("points", points)
+        out = (str(Outcome.MISSING), str(Outcome.UNSUPPORTED))
+        ran = {row["engine"] for row in run.rows if row["outcome"] not in out}
+        idle = {row["engine"]: row["reason"] for row in run.rows if row["engine"] not in ran}
+        return StudyEnd(failures(run.rows, self.named), idle, counted(run.rows))
+
+
+def scaling_study(engine_names: Iterable[str] | None = None, bars: Iterable[int] = BARS, **limits: Any) -> ScalingStudy:
+    """Scaling study of engines, all registered ones by default, also those that only studies run.
+
+    Further arguments are fields of the study.
+
+    Raises
+    ------
+    UnknownEngineError
+        For an engine that does not exist.
+    ValueError
+        For a number of bars below 2.
+    """
+    wanted = tuple(sorted(set(bars)))
+    if not wanted or wanted[0] < 2:
+        raise ValueError(f"bars {', '.join(map(str, wanted))}: allowed: 2 or more")
+    chosen = engines() if engine_names is None else chosen_engines(engine_names)
+    named = frozenset(() if engine_names is None else chosen)
+    return ScalingStudy(load_scene(SCENE), chosen, wanted, named=named, **limits)
 
 
 class ScalingRun:
     """One run of the study over many engines on one chain."""
 
-    def __init__(self, plan: ScalingPlan, store: StudyStore, reporter: Reporter) -> None:
+    def __init__(self, study: ScalingStudy, store: StudyStore, reporter: Reporter) -> None:
         """Prepare; `reporter` gets scene, engine and bars, and outcome after each point."""
-        self.plan, self.store, self.report = plan, store, reporter.step
-        self.slot, self.answers = Slot(), AnswerStore(store.folder)
+        self.study, self.store, self.report = study, store, reporter.step
+        self.bench = TimingBench()
         self.rows: list[Row] = []
         """Points so far"""
         self.done: dict[str, int] = {}
         self.failed: dict[str, int] = {}
-        self.deadline = math.inf
 
-    def run(self) -> StudyEnd:
-        """Measure everything and write the tables; an interrupted run leaves the points measured so far."""
-        self.deadline, load = time.perf_counter() + 60.0 * self.plan.minutes, OtherLoad()
-        with contextlib.closing(self.slot):
-            try:
-                while ahead := {e: n for e in self.plan.engines if (n := self.next_bars(e))}:
-                    self.point(*min(ahead.items(), key=lambda pair: self.price(*pair)))
-                    self.store.record["other_processors"] = load.processors()
-                    self.store.write("points", self.points())
-            finally:
-                points = self.points()
-                fits = fits_table(points)
-                self.store.record["targets"] = targets(points, fits)
-                add_fits(self.store.summary, fits, self.plan.scene.name)
-                self.store.write("points", points)
-        out = (str(Outcome.MISSING), str(Outcome.UNSUPPORTED))
-        ran = {row["engine"] for row in self.rows if row["outcome"] not in out}
-        idle = {row["engine"]: row["reason"] for row in self.rows if row["engine"] not in ran}
-        return StudyEnd(failures(self.rows, self.plan.named), idle)
+    @property
+    def over(self) -> bool:
+        """Whether the budget is used up."""
+        return self.bench.spent_s >= 60.0 * self.study.minutes
+
+    def measured(self) -> Case[None]:
+        """Measure the cheapest point that is left, again and again."""
+        load = OtherLoad()
+        while ahead := {e: n for e in self.study.engines if (n := self.next_bars(e))}:
+            yield from self.point(*min(ahead.items(), key=lambda pair: self.price(*pair)))
+            self.store.record["other_processors"] = load.processors()
+            self.store.write("points", self.points())
 
     def points(self) -> pd.DataFrame:
         """All points so far, engine by engine as they first came."""
@@ -187,7 +175,7 @@ class ScalingRun:
     def next_bars(self, engine: str) -> int:
         """Bars of an engine's next point; 0 if there is none."""
         done = self.done.get(engine, 0)
-        return 0 if done >= len(self.plan.bars) else self.plan.bars[done]
+        return 0 if done >= len(self.study.bars) else self.study.bars[done]
 
     def expected(self, engine: str, column: str, bars: int) -> float:
         """Cost of an engine's point by those of its points with fewer bars; 0 where nothing is known."""
@@ -197,57 +185,53 @@ class ScalingRun:
     def price(self, engine: str, bars: int) -> tuple[bool, float, int]:
         """Order of points: whether a point can wait, then its expected time, s, then its bars."""
         orbit_s = self.expected(engine, "orbit_s", bars)
-        run_s = affordable(orbit_s, self.plan.time_limit_s) * orbit_s
+        run_s = affordable(orbit_s, self.study.time_limit_s) * orbit_s
         return bars > COMMON_BARS, max(PROCESS_S, self.expected(engine, "build_s", bars) + run_s), bars
 
-    def point(self, engine: str, bars: int) -> None:
+    def point(self, engine: str, bars: int) -> Case[None]:
         """One engine at one number of bars; those that are not worth a try after it are reported with it."""
-        columns = self.columns(engine, bars)
+        columns = yield from self.columns(engine, bars)
         outcome = Outcome(columns["outcome"])
         self.rows.append({"engine": engine, "bars": bars} | columns)
-        self.report(self.plan.scene.name, f"{engine}, {bars} bars", str(outcome))
+        self.report(self.study.scene.name, f"{engine}, {bars} bars", said(columns))
         self.done[engine] = self.done.get(engine, 0) + 1
         self.failed[engine] = 0 if outcome is Outcome.PASS else self.failed.get(engine, 0) + 1
         if outcome in NEVER or self.failed[engine] >= FAILURES:
-            for more in self.plan.bars[self.done[engine] :]:
-                self.report(self.plan.scene.name, f"{engine}, {more} bars", str(Outcome.NOTHING_COMPARED))
-            self.done[engine] = len(self.plan.bars)
+            for more in self.study.bars[self.done[engine] :]:
+                self.report(self.study.scene.name, f"{engine}, {more} bars", f"{NOT_RUN}, as with {bars} bars")
+            self.done[engine] = len(self.study.bars)
 
-    def columns(self, engine: str, bars: int) -> Row:
+    def columns(self, engine: str, bars: int) -> Case[Row]:
         """Columns of a point, whether it can be run or not."""
-        registration = self.plan.engines[engine]
-        out = cannot(divided(self.plan.scene, bars), engine, registration)
+        registration = self.study.engines[engine]
+        out = cannot(divided(self.study.scene, bars), engine, registration)
         if out is not None:
             return {"outcome": str(out.outcome), "reason": out.reason}
         if Observable.ATTITUDE not in engine_class(registration).observables:
             reason = "it follows the centre of mass alone, whatever the number of bars"
             return {"outcome": str(Outcome.UNSUPPORTED), "reason": reason}
         share, reason = self.share(engine, bars)
-        if not share and (engine not in DIRECT or time.perf_counter() > self.deadline):
+        if not share and (engine not in DIRECT or self.over):
             return {"outcome": str(Outcome.NOTHING_COMPARED), "reason": f"{NOT_RUN}: {reason}"}
-        job, warm = self.plan.job(engine, bars, share or SHARES[-1]), self.plan.job(engine, WARM_BARS, SHARES[-1])
-        task = ScalingTask(job, warm, share, self.plan.repeats)
-        found = measured_point(task, self.plan.time_limit_s, self.ask)
+        job, warm = self.study.job(engine, bars, share or SHARES[-1]), self.study.job(engine, WARM_BARS, SHARES[-1])
+        task = ScalingTask(job, warm, share, self.study.repeats)
+        found = yield from measured_point(self.bench, task, self.study.time_limit_s)
         if reason and found["outcome"] == Outcome.PASS.value:
             found["reason"] = f"orbit {NOT_RUN}: {reason}"
         return found
 
-    def ask(self, call: Call) -> Answer:
-        """Kept answer, or that of a process of its own now."""
-        return self.answers.answer(call, lambda made: self.slot.run(pickled(made)))
-
     def share(self, engine: str, bars: int) -> tuple[float, str]:
         """Share of an orbit to be run; 0 with the reason if none."""
-        if time.perf_counter() > self.deadline:
-            return 0.0, f"the study's {self.plan.minutes:g} minutes were over"
+        if self.over:
+            return 0.0, f"the study's {self.study.minutes:g} minutes were over"
         build_s = self.expected(engine, "build_s", bars)
-        if build_s > BUILDS * self.plan.time_limit_s:
+        if build_s > BUILDS * self.study.time_limit_s:
             return 0.0, f"building its model would take about {rounded(build_s)}"
         memory_B = self.expected(engine, "memory_B", bars)
         if memory_B > MEMORY_SHARE * installed():
             return 0.0, f"its model would take about {memory_B / 1e9:.2g} GB of memory"
         orbit_s = self.expected(engine, "orbit_s", bars)
-        share = affordable(orbit_s, self.plan.time_limit_s)
+        share = affordable(orbit_s, self.study.time_limit_s)
         if share:
             return share, ""
         return 0.0, f"would take about {rounded(orbit_s)}, the smallest share {rounded(SHARES[-1] * orbit_s)}"

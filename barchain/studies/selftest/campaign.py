@@ -18,7 +18,7 @@ from barchain.runs.executors import ALL_CORES
 from barchain.runs.job import TIME_LIMIT_S
 from barchain.solutions.reference import closely_sampled
 from barchain.studies.selftest.random_scenes import draw
-from barchain.studies.selftest.rating import CampaignCell, Rated, passed, rated, rates
+from barchain.studies.selftest.rating import CampaignCell, passed, rated, rates
 from barchain.studies.selftest.shrinking import kept_findings, kinds
 from barchain.studies.selftest.trial import SceneRuns, Trial
 from reports.tables.crossval import JUDGING_SOLUTION
@@ -46,44 +46,10 @@ SHRINK_S = 60.0
 
 
 @dataclass(frozen=True)
-class CampaignOptions:
-    """Options of a campaign."""
-
-    scenes: int
-    """Number of random scenes"""
-    seed: int = 0
-    """Number of the first scene"""
-    engines: tuple[str, ...] = ()
-    """Engines that are judged unmodified; all installed engines that `barchain engines` marks as default by default"""
-    hosts: tuple[str, ...] = HOSTS
-    """Engines that faults are inserted into; none: unmodified engines alone"""
-    faults: tuple[str, ...] = ()
-    """Names; all by default"""
-    most_reruns: int = MOST_RERUNS
-    """Faults in one host on one scene that need runs of their own"""
-    shrink_s: float = SHRINK_S
-    """Time for the search of a simpler scene of one finding; 0: no search"""
-    executor: Executor = ALL_CORES
-    """Place of runs and verdicts; all cores of this machine by default"""
-
-
-@dataclass(frozen=True)
-class CampaignPlan(CampaignOptions):
-    """Options with every engine and fault named."""
-
-    faults: tuple[str, ...] = tuple(RANDOM_SCENES)
-
-    @property
-    def unmodified(self) -> tuple[str, ...]:
-        """Engines that are judged unmodified: hosts too, as their verdicts state the detection limits."""
-        return tuple(dict.fromkeys((*self.engines, *self.hosts)))
-
-
-@dataclass(frozen=True)
 class Campaign:
     """Result of a campaign."""
 
-    plan: CampaignPlan
+    study: CampaignStudy
     cells: list[CampaignCell]
     rates: list[Rate]
     findings: list[KeptFinding] = field(default_factory=list)
@@ -98,50 +64,55 @@ class Campaign:
 class CampaignStudy:
     """The random campaign."""
 
+    scenes: int
+    """Number of random scenes"""
+    seed: int = 0
+    """Number of the first scene"""
+    engines: tuple[str, ...] = ()
+    """Engines that are judged unmodified"""
+    hosts: tuple[str, ...] = HOSTS
+    """Engines that faults are inserted into; none: unmodified engines alone"""
+    faults: tuple[str, ...] = tuple(RANDOM_SCENES)
+    most_reruns: int = MOST_RERUNS
+    """Faults in one host on one scene that need runs of their own"""
+    shrink_s: float = SHRINK_S
+    """Time for the search of a simpler scene of one finding; 0: no search"""
+    executor: Executor = ALL_CORES
+    """Place of runs and verdicts; all cores of this machine by default"""
     files: ClassVar[StudyFiles] = FILES
 
-    def plan(self, options: CampaignOptions) -> CampaignPlan:
-        """Plan of a campaign, with the default engines and faults by name.
+    @property
+    def unmodified(self) -> tuple[str, ...]:
+        """Engines that are judged unmodified: hosts too, as their verdicts state the detection limits."""
+        return tuple(dict.fromkeys((*self.engines, *self.hosts)))
 
-        Raises
-        ------
-        UnknownFaultError
-            For a fault that does not exist.
-        ClusterError
-            For a Dask cluster that can't be used.
-        """
-        installed = tuple(name for name, r in chosen_engines(None).items() if not r.missing)
-        faults = tuple(find(name, RANDOM_SCENES).name for name in dict.fromkeys(options.faults or RANDOM_SCENES))
-        options.executor.check()
-        return CampaignPlan(**(vars(options) | {"engines": options.engines or installed, "faults": faults}))
-
-    def record(self, plan: CampaignPlan) -> dict[str, Any]:
+    def record(self) -> dict[str, Any]:
         """Scenes, engines and faults."""
         faults = {
-            name: {"words": RANDOM_SCENES[name].words, "group": str(RANDOM_SCENES[name].group)} for name in plan.faults
+            name: {"words": RANDOM_SCENES[name].words, "group": str(RANDOM_SCENES[name].group)} for name in self.faults
         }
         return {
-            "seed": plan.seed,
-            "scenes": plan.scenes,
-            "engines": list(plan.unmodified),
-            "hosts": list(plan.hosts),
-            "most_reruns": plan.most_reruns,
+            "seed": self.seed,
+            "scenes": self.scenes,
+            "engines": list(self.unmodified),
+            "hosts": list(self.hosts),
+            "most_reruns": self.most_reruns,
             "faults": faults,
         }
 
-    def run(self, plan: CampaignPlan, store: StudyStore, reporter: Reporter) -> Campaign:
+    def run(self, store: StudyStore, reporter: Reporter) -> Campaign:
         """Try engines and faults on random scenes, and write tables as cells come."""
         shutil.rmtree(store.folder / SCENES, ignore_errors=True)  # of an earlier campaign's findings
         store.write("campaign", ())
         cells = list[CampaignCell]()
-        with reporter.counted("scenes", plan.scenes) as done:
-            numbers = iter(range(plan.seed, plan.seed + plan.scenes))
+        with reporter.counted("scenes", self.scenes) as done:
+            numbers = iter(range(self.seed, self.seed + self.scenes))
             while chunk := list(itertools.islice(numbers, CHUNK)):
                 cases = (
-                    (k, on_scene(draw(k), plan.unmodified, plan.hosts, plan.faults, plan.most_reruns)) for k in chunk
+                    (k, on_scene(draw(k), self.unmodified, self.hosts, self.faults, self.most_reruns)) for k in chunk
                 )
                 found = {}
-                for k, its_cells in run_cases(cases, plan.executor):
+                for k, its_cells in run_cases(cases, self.executor):
                     found[k] = its_cells
                     done(1)
                 new = [cell for k in chunk for cell in found[k]]
@@ -150,10 +121,36 @@ class CampaignStudy:
                 store.write("rates", (rate.row() for rate in rates(cells)))
         groups = kinds(cell for cell in cells if cell.is_finding)
         with reporter.counted("findings", len(groups)) as done:
-            kept = kept_findings(groups, store.folder / SCENES, alone_on, plan.shrink_s, plan.executor, done)
-        result = Campaign(plan, cells, rates(cells), kept)
+            kept = kept_findings(groups, store.folder / SCENES, alone_on, self.shrink_s, self.executor, done)
+        result = Campaign(self, cells, rates(cells), kept)
         store.record["passed"] = result.passed
         return result
+
+
+def campaign_study(
+    scenes: int, engines: tuple[str, ...] = (), faults: tuple[str, ...] = (), **options: Any
+) -> CampaignStudy:
+    """Campaign on random scenes; all default engines that are installed, and all faults, if none are named.
+
+    Parameters
+    ----------
+    scenes : int
+    engines, faults : tuple of str
+    **options
+        Further fields of the study.
+
+    Raises
+    ------
+    UnknownFaultError
+        For a fault that does not exist.
+    ClusterError
+        For a Dask cluster that can't be used.
+    """
+    installed = tuple(name for name, r in chosen_engines(None).items() if not r.missing)
+    known = tuple(find(name, RANDOM_SCENES).name for name in dict.fromkeys(faults or RANDOM_SCENES))
+    study = CampaignStudy(scenes, engines=engines or installed, faults=known, **options)
+    study.executor.check()
+    return study
 
 
 def on_scene(
@@ -183,13 +180,13 @@ def on_scene(
     if isinstance(solution, str):
         failed = str(Outcome.FAILED)
         return [CampaignCell(name, JUDGING_SOLUTION, "", failed, CellClass.FALSE_ALARM, reason=solution)]
-    unmodified: list[Rated] = yield [unmodified_engine(scene, engine, solution) for engine in engines]
+    unmodified: list[CampaignCell] = yield [unmodified_engine(scene, engine, solution) for engine in engines]
     before = dict(zip(engines, unmodified, strict=True))
-    able = [host for host in hosts if before[host].cell.kind in (CellClass.PASS, CellClass.LIMITED)]
-    inserted: list[Rated] = yield [
+    able = [host for host in hosts if before[host].kind in (CellClass.PASS, CellClass.LIMITED)]
+    inserted: list[CampaignCell] = yield [
         one for host in able for one in faulty_engine(scene, host, faults, most_reruns, solution, before[host])
     ]
-    return [one.cell for one in (*unmodified, *inserted)]
+    return [*unmodified, *inserted]
 
 
 def unmodified_engine(scene: SceneRuns, name: str, solution: ReferenceSolution) -> Known | Shared:
@@ -199,17 +196,22 @@ def unmodified_engine(scene: SceneRuns, name: str, solution: ReferenceSolution) 
     if reason is None:
         return Shared(rated(scene, Trial(scene.scene, name), solution))
     unsupported = str(Outcome.UNSUPPORTED), CellClass.UNSUPPORTED
-    return Known(Rated(CampaignCell(scene.scene.name, name, "", *unsupported, reason=reason)))
+    return Known(CampaignCell(scene.scene.name, name, "", *unsupported, reason=reason))
 
 
 def faulty_engine(
-    scene: SceneRuns, host: str, faults: Sequence[str], most_reruns: int, solution: ReferenceSolution, before: Rated
+    scene: SceneRuns,
+    host: str,
+    faults: Sequence[str],
+    most_reruns: int,
+    solution: ReferenceSolution,
+    before: CampaignCell,
 ) -> list[Known | Shared]:
     """Ratings of faults in a host: first those that can't be inserted, then trials."""
     trials = [Trial(scene.scene, host, fault) for fault in faults]
     reasons = {trial.fault: trial.left_out(solution) for trial in trials}
     left_out = [
-        Known(Rated(CampaignCell(scene.scene.name, host, fault, kind=CellClass.NOTHING, reason=reason)))
+        Known(CampaignCell(scene.scene.name, host, fault, kind=CellClass.NOTHING, reason=reason))
         for fault, reason in reasons.items()
         if reason
     ]

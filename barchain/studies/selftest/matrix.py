@@ -13,6 +13,7 @@ from barchain.faults.catalogue import CONTROLS, FIXED_SCENES, find
 from barchain.runs.asking import engine_class
 from barchain.runs.cases import run_cases
 from barchain.runs.executors import ALL_CORES
+from barchain.runs.facts import scene_words
 from barchain.runs.job import Role
 from barchain.solutions.judging import NUMPY
 from barchain.studies.selftest.fates import FaultCell, tried
@@ -40,41 +41,6 @@ OCTAVES = 44  # below the natural size: 6e-14 of it, with the natural 1 % less t
 
 class SelftestError(EngineError):
     """Raised where a run fails that the self-test can't go on without."""
-
-
-@dataclass(frozen=True)
-class SelftestOptions:
-    """Options of a self-test."""
-
-    scenes: Iterable[str] = ()
-    """Names or files; eight short scenes by default"""
-    faults: Iterable[str] = ()
-    """Names; all by default"""
-    host: str = HOST
-    """Engine that the faults are inserted into; faults in the code itself need the reference"""
-    smallest: bool = False
-    """Whether the smallest detected size of each continuous fault is looked for"""
-    executor: Executor = ALL_CORES
-    """Place of the runs; all cores of this machine by default"""
-
-
-@dataclass(frozen=True)
-class SelftestPlan:
-    """Scenes, faults and their host."""
-
-    scenes: tuple[Scene, ...]
-    faults: tuple[Fault, ...]
-    host: str = HOST
-    smallest: bool = False
-    executor: Executor = ALL_CORES
-    left_out: dict[str, str] = field(default_factory=dict)
-    """Scenes that the host does not support, with the reason"""
-
-    @property
-    def trials(self) -> list[Trial]:
-        """Controls and faults in all scenes, in the order of the table."""
-        names = [*CONTROLS, *(n for n in FIXED_SCENES if n in {f.name for f in self.faults})]
-        return [Trial(scene, self.host, name) for name in names for scene in self.scenes]
 
 
 @dataclass(frozen=True)
@@ -106,39 +72,34 @@ class Matrix:
 
 @dataclass(frozen=True)
 class SelftestStudy:
-    """The self-test."""
+    """Scenes, faults and their host."""
 
+    scenes: tuple[Scene, ...]
+    faults: tuple[Fault, ...]
+    host: str = HOST
+    smallest: bool = False
+    """Whether the smallest detected size of each continuous fault is looked for"""
+    executor: Executor = ALL_CORES
+    left_out: dict[str, str] = field(default_factory=dict)
+    """Scenes that the host does not support, with the reason"""
     files: ClassVar[StudyFiles] = FILES
 
-    def plan(self, options: SelftestOptions) -> SelftestPlan:
-        """Scenes that the host supports, and faults.
+    @property
+    def trials(self) -> list[Trial]:
+        """Controls and faults in all scenes, in the order of the table."""
+        names = [*CONTROLS, *(n for n in FIXED_SCENES if n in {f.name for f in self.faults})]
+        return [Trial(scene, self.host, name) for name in names for scene in self.scenes]
 
-        Raises
-        ------
-        SceneError, UnknownFaultError, UnknownEngineError
-            For a scene, a fault or an engine that does not exist.
-        ClusterError
-            For a Dask cluster that can't be used.
-        """
-        engine = engine_class(find_own_engine(options.host))
-        faults = [find(n, FIXED_SCENES) for n in dict.fromkeys(options.faults or FIXED_SCENES) if n not in CONTROLS]
-        scenes = list(map(find_scene, dict.fromkeys(options.scenes or STAGES)))
-        reasons = {s.name: engine.unsupported(s) for s in scenes}
-        able = tuple(s for s in scenes if not reasons[s.name])
-        left_out = {name: reason for name, reason in reasons.items() if reason}
-        options.executor.check()
-        return SelftestPlan(able, tuple(faults), options.host, options.smallest, options.executor, left_out)
-
-    def record(self, plan: SelftestPlan) -> dict[str, Any]:
+    def record(self) -> dict[str, Any]:
         """Host, scenes and faults in words."""
         return {
-            "host": plan.host,
+            "host": self.host,
             "roles": [str(Role.MAIN), str(Role.FINER)],
-            "scenes": {s.name: scene_words(s) for s in plan.scenes},
-            "faults": {f.name: fault_words(f) for f in (*CONTROLS.values(), *plan.faults)},
+            "scenes": {s.name: scene_words(s) | {"effects": sorted(s.effects.names)} for s in self.scenes},
+            "faults": {f.name: fault_words(f) for f in (*CONTROLS.values(), *self.faults)},
         }
 
-    def run(self, plan: SelftestPlan, store: StudyStore, reporter: Reporter) -> Matrix:
+    def run(self, store: StudyStore, reporter: Reporter) -> Matrix:
         """Try every fault in every scene.
 
         Raises
@@ -146,25 +107,60 @@ class SelftestStudy:
         SelftestError
             If a reference solution or a run of the unmodified engine fails.
         """
-        scenes = {scene.name: SceneRuns(scene, NUMPY) for scene in plan.scenes}
+        scenes = {scene.name: SceneRuns(scene, NUMPY) for scene in self.scenes}
         with reporter.counted("reference solutions", len(scenes)) as done:
-            for _ in run_cases(
-                ((name, established(scene, plan.host)) for name, scene in scenes.items()), plan.executor
-            ):
+            for _ in run_cases(((name, established(one, self.host)) for name, one in scenes.items()), self.executor):
                 done(1)
-        trials, cells = plan.trials, dict[int, FaultCell]()
+        trials, cells = self.trials, dict[int, FaultCell]()
         with reporter.counted("faults", len(trials)) as done, kept_if_interrupted(store, cells):
             cases = ((k, tried(scenes[trial.scene.name], trial)) for k, trial in enumerate(trials))
-            for k, found in run_cases(cases, plan.executor):
+            for k, found in run_cases(cases, self.executor):
                 cells[k] = found
                 done(1)
         result = Matrix(tuple(cells[k] for k in range(len(trials))))
         write_cells(store, result.cells)
         store.record.update(passed=result.passed, unkilled=[f.name for f in result.unkilled])
-        if plan.smallest:
+        if self.smallest:
             store.write_record()
-            look_for_smallest(plan, result, scenes, store.summary, reporter)
+            self.look_for_smallest(result, scenes, store.summary, reporter)
         return result
+
+    def look_for_smallest(self, tried_all: Matrix, scenes: dict[str, SceneRuns], found: Rows, told: Reporter) -> None:
+        """Bisect the size of each continuous fault that was inserted, and add the sizes to the rows."""
+        pairs = [
+            (one, Bracket(one.fault.size).told(0, one.killer))
+            for one in tried_all.cells if one.fault.size and one.readings
+        ]  # fmt: skip
+        with told.counted("sizes", sum(pair.most_trials for _, pair in pairs)) as done:
+            cases = [settled(pair, scenes[one.scene], self.host, one.fault.name, done) for one, pair in pairs]
+            brackets = dict(run_cases(enumerate(cases), self.executor))
+        for k, (one, _) in enumerate(pairs):
+            brackets[k].add_rows(found, scene=one.scene, engine=self.host, fault=one.fault.name)
+
+
+def selftest_study(
+    scenes: Iterable[str] = (), faults: Iterable[str] = (), host: str = HOST, **how: Any
+) -> SelftestStudy:
+    """Self-test on scenes by name or file, eight short ones by default, with faults by name, all by default.
+
+    Further arguments are fields of the study. Faults in the code itself need the reference as host.
+
+    Raises
+    ------
+    SceneError, UnknownFaultError, UnknownEngineError
+        For a scene, a fault or an engine that does not exist.
+    ClusterError
+        For a Dask cluster that can't be used.
+    """
+    engine = engine_class(find_own_engine(host))
+    chosen = [find(n, FIXED_SCENES) for n in dict.fromkeys(faults or FIXED_SCENES) if n not in CONTROLS]
+    loaded = list(map(find_scene, dict.fromkeys(scenes or STAGES)))
+    reasons = {s.name: engine.unsupported(s) for s in loaded}
+    able = tuple(s for s in loaded if not reasons[s.name])
+    left_out = {name: reason for name, reason in reasons.items() if reason}
+    study = SelftestStudy(able, tuple(chosen), host, left_out=left_out, **how)
+    study.executor.check()
+    return study
 
 
 def established(scene: SceneRuns, host: str) -> Case[None]:
@@ -248,23 +244,6 @@ class Bracket:
             found.add(MISSED, self.at(self.missed), **where)
 
 
-def look_for_smallest(
-    plan: SelftestPlan, tried_all: Matrix, scenes: dict[str, SceneRuns], found: Rows, reporter: Reporter
-) -> None:
-    """Bisect the size of each continuous fault that was inserted, and add the sizes to the rows."""
-    pairs = [
-        (one, Bracket(one.fault.size).told(0, one.killer)) for one in tried_all.cells if one.fault.size and one.readings
-    ]
-    with reporter.counted("sizes", sum(pair.most_trials for _, pair in pairs)) as done:
-        cases = (
-            (k, settled(pair, scenes[one.scene], plan.host, one.fault.name, done))
-            for k, (one, pair) in enumerate(pairs)
-        )
-        brackets = dict(run_cases(cases, plan.executor))
-    for k, (one, _) in enumerate(pairs):
-        brackets[k].add_rows(found, scene=one.scene, engine=plan.host, fault=one.fault.name)
-
-
 def settled(
     pair: Bracket, scene: SceneRuns, host: str, fault: str, done: Callable[[int], None] = ignore
 ) -> Case[Bracket]:
@@ -274,17 +253,6 @@ def settled(
         pair = pair.told(power, found.killer)
         done(1)
     return pair
-
-
-def scene_words(scene: Scene) -> dict[str, Any]:
-    """Entry of a scene in the record."""
-    return {
-        "title": scene.title,
-        "bars": scene.bars,
-        "duration_s": scene.run.duration_s,
-        "samples": scene.run.samples,
-        "effects": sorted(scene.effects.names),
-    }
 
 
 def fault_words(fault: Fault) -> dict[str, Any]:

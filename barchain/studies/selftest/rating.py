@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, astuple, dataclass, field
-from typing import TYPE_CHECKING, Any
+from dataclasses import asdict, dataclass, field, replace
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from scipy.stats import binomtest
@@ -18,10 +19,9 @@ from reports.tables.faults.campaign import ALL, COLUMNS, CellClass
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Mapping
 
     from adapters.trajectory import Array, Trajectory
-    from barchain.runs.call import CallFailedError
     from barchain.runs.cases import Case
     from barchain.solutions.reference import ReferenceSolution
     from barchain.studies.selftest.trial import SceneRuns, Trial, TrialRuns
@@ -40,6 +40,19 @@ MEASURED = {"gap": "gap_m", "com_residual": "com_residual_m"}
 CONFIDENCE = 0.95
 MOST_FALSE_ALARMS = 0.005
 """Share of verdicts on unmodified engines that may be false alarms"""
+
+
+class DetectionLimit(NamedTuple):
+    """Smallest error that a verdict states it would detect."""
+
+    share: float
+    """Of the quantity's scale"""
+    until_s: float
+    """End of the comparison with the reference solution, s"""
+
+
+Limits = dict[str, DetectionLimit]
+"""By quantity"""
 
 
 @dataclass(frozen=True)
@@ -64,6 +77,8 @@ class CampaignCell:
     """Smallest detectable change by the faulty engine's own verdict, which a user would read"""
     seconds: float = 0.0
     """Time of its own runs"""
+    limits: Limits = field(default_factory=dict, compare=False)
+    """Detection limits that its verdict states; no column of the table"""
 
     @property
     def is_finding(self) -> bool:
@@ -72,28 +87,12 @@ class CampaignCell:
 
     def row(self) -> dict[str, Any]:
         """Row of the table."""
-        return dict(zip(COLUMNS, astuple(self), strict=True))
+        return dict(zip(COLUMNS, vars(self).values(), strict=False))
 
 
-@dataclass(frozen=True)
-class DetectionLimit:
-    """Smallest error that a verdict states it would detect."""
-
-    share: float
-    """Of the quantity's scale"""
-    until_s: float
-    """End of the comparison with the reference solution, s"""
-
-
-@dataclass(frozen=True)
-class Rated:
-    """A trial's cell, and the detection limits that its verdict states, by quantity."""
-
-    cell: CampaignCell
-    limits: dict[str, DetectionLimit] = field(default_factory=dict)
-
-
-def rated(scene: SceneRuns, trial: Trial, solution: ReferenceSolution, before: Rated | None = None) -> Case[Rated]:
+def rated(
+    scene: SceneRuns, trial: Trial, solution: ReferenceSolution, before: CampaignCell | None = None
+) -> Case[CampaignCell]:
     """Run a trial, and rate its verdict; where the first runs do not decide it, after those that it asks for besides.
 
     Parameters
@@ -101,51 +100,35 @@ def rated(scene: SceneRuns, trial: Trial, solution: ReferenceSolution, before: R
     scene : SceneRuns
     trial : Trial
     solution : ReferenceSolution
-    before : Rated, optional
+    before : CampaignCell, optional
         The unmodified engine; needed for a fault.
     """
     runs = yield from scene.runs_of(trial, solution)
-    if before is not None:
-        nothing = unjudged(runs)
-        if nothing:
-            return Rated(nothing)
+    nothing = None if before is None else unjudged(runs)
+    if nothing is not None:
+        return nothing
     verdict = yield from judged(runs)
     if isinstance(verdict, Verdict) and verdict.further_runs:
         runs = yield from scene.further_runs_of(runs, verdict.further_runs)
         verdict = yield from judged(runs)
-    if not isinstance(verdict, Verdict):
-        return Rated(no_verdict_cell(trial, verdict))
-    cell = unmodified_cell(runs, verdict) if before is None else fault_cell(runs, verdict, before)
-    return Rated(cell, limits_of(verdict))
-
-
-def no_verdict_cell(trial: Trial, why: CallFailedError) -> CampaignCell:
-    """Cell of a trial whose verdict did not come: a mistake in the campaign."""
-    kind = CellClass.BROKEN if trial.fault else CellClass.FALSE_ALARM
-    outcome = Outcome.NOTHING_COMPARED if isinstance(why, CallLateError) else Outcome.FAILED
-    return CampaignCell(trial.scene.name, trial.engine, trial.fault, str(outcome), kind, reason=f"no verdict: {why}")
-
-
-def limits_of(verdict: Verdict) -> dict[str, DetectionLimit]:
-    """Detection limits that a verdict states."""
-    return {
-        row["quantity"]: DetectionLimit(
-            float(row["value"]), math.inf if row["limit_s"] is None else float(row["limit_s"])
-        )
-        for row in verdict.rows
-        if row["metric"] == DETECTION_LIMIT
-    }
+    if isinstance(verdict, Verdict):
+        return unmodified_cell(runs, verdict) if before is None else fault_cell(runs, verdict, before)
+    kind = CellClass.BROKEN if trial.fault else CellClass.FALSE_ALARM  # a mistake in the campaign
+    outcome = Outcome.NOTHING_COMPARED if isinstance(verdict, CallLateError) else Outcome.FAILED
+    said = f"no verdict: {verdict}"
+    return CampaignCell(trial.scene.name, trial.engine, trial.fault, str(outcome), kind, reason=said)
 
 
 def unjudged(runs: TrialRuns) -> CampaignCell | None:
     """Cell of a fault that changes nothing, or whose runs fail; None where there is something to judge."""
+    trial, fault = runs.trial, runs.trial.inserted_fault
+    cell = CampaignCell(trial.scene.name, trial.engine, trial.fault, seconds=runs.seconds)
     failed = next((runs.results[role] for role in FIRST if runs.results[role].outcome in UNRUN), None)
     if failed:
-        return new_cell(runs, CellClass.BROKEN, outcome=str(failed.outcome), reason=failed.reason)
-    fault = runs.trial.inserted_fault
+        return replace(cell, kind=CellClass.BROKEN, outcome=str(failed.outcome), reason=failed.reason)
     alike = (same(runs.unmodified_trajectory(role), runs.results[role].trajectory) for role in FIRST)
     if fault and not fault.declares and all(alike):
-        return new_cell(runs, CellClass.NOTHING, reason="it changes nothing there")
+        return replace(cell, reason="it changes nothing there")
     return None
 
 
@@ -164,37 +147,72 @@ def same(a: Trajectory | None, b: Trajectory | None) -> bool:
 def unmodified_cell(runs: TrialRuns, verdict: Verdict) -> CampaignCell:
     """Cell of an unmodified engine."""
     outcome = verdict.outcome
-    if outcome is Outcome.TIMED_OUT:
-        return rejected(runs, verdict, CellClass.LATE)
     if not outcome.ok:
-        return rejected(runs, verdict, CellClass.FALSE_ALARM)
+        late = outcome is Outcome.TIMED_OUT
+        return cell_of(runs, verdict, CellClass.LATE if late else CellClass.FALSE_ALARM, *rejection(verdict))
     kinds = dict.fromkeys(UNJUDGED, CellClass.UNSUPPORTED) | {Outcome.ROUNDOFF_LIMITED: CellClass.LIMITED}
     kind = kinds.get(outcome, CellClass.PASS)
     said = next((row["reason"] for row in verdict.rows if row["outcome"] == outcome), "")
-    return new_cell(runs, kind, outcome=str(outcome), reason="" if kind is CellClass.PASS else said)
+    return cell_of(runs, verdict, kind, "", "" if kind is CellClass.PASS else said)
 
 
-def fault_cell(runs: TrialRuns, verdict: Verdict, before: Rated) -> CampaignCell:
+def fault_cell(runs: TrialRuns, verdict: Verdict, before: CampaignCell) -> CampaignCell:
     """Cell of a fault: detected, or smaller or larger than the stated detection limit.
 
     Where the unmodified engine passes, a fault that is then limited by round-off is detected.
     """
     stated, own = before.limits, limits_of(verdict)
-    whole, compared = fault_sizes(runs), fault_sizes(runs, stated)
-    limited = verdict.outcome is Outcome.ROUNDOFF_LIMITED and before.cell.kind is CellClass.PASS
+    whole = fault_sizes(runs)
+    limited = verdict.outcome is Outcome.ROUNDOFF_LIMITED and before.kind is CellClass.PASS
     if limited or not verdict.outcome.ok or verdict.outcome in UNJUDGED:  # none of these is a pass
-        return rejected(runs, verdict, CellClass.CAUGHT, whole, stated)
+        return cell_of(runs, verdict, CellClass.CAUGHT, *rejection(verdict), whole, stated)
     # a fault that differs from run to run makes the engine's error estimate larger, and its own verdict says so
     limits = {name: max(limit, own.get(name, limit), key=lambda each: each.share) for name, limit in stated.items()}
+    compared = fault_sizes(runs, stated)
     quantity, excess = worst(limits, compared)
     if excess > 1.0:
-        return compared_cell(runs, verdict, CellClass.MISSED, quantity, compared, stated)
+        return cell_of(runs, verdict, CellClass.MISSED, quantity, "", compared, stated)
     quantity, excess = worst(limits, whole)
     kind = CellClass.BEYOND if excess > 1.0 else CellClass.BELOW
-    return compared_cell(runs, verdict, kind, quantity, whole, stated)
+    return cell_of(runs, verdict, kind, quantity, "", whole, stated)
 
 
-def fault_sizes(runs: TrialRuns, limits: dict[str, DetectionLimit] | None = None) -> dict[str, float]:
+def rejection(verdict: Verdict) -> tuple[str, str]:
+    """Quantity that a verdict rejects, and its first reason."""
+    row = next(r for r in verdict.rows if r["outcome"] == verdict.outcome)
+    return row["quantity"], row["reason"] or row["metric"]
+
+
+def cell_of(
+    runs: TrialRuns,
+    verdict: Verdict,
+    kind: CellClass,
+    quantity: str,
+    reason: str,
+    found: Mapping[str, float] = MappingProxyType({}),
+    stated: Mapping[str, DetectionLimit] = MappingProxyType({}),
+) -> CampaignCell:
+    """Cell of a trial: the size of its fault in one quantity, of sizes `found`, and the limits of that."""
+    trial, own = runs.trial, limits_of(verdict)
+    limit, own_limit = (limits[quantity].share if quantity in limits else None for limits in (stated, own))
+    return CampaignCell(
+        trial.scene.name, trial.engine, trial.fault, str(verdict.outcome), kind, quantity, reason,
+        found.get(quantity), limit, own_limit, runs.seconds, own,
+    )  # fmt: skip
+
+
+def limits_of(verdict: Verdict) -> Limits:
+    """Detection limits that a verdict states."""
+    return {
+        row["quantity"]: DetectionLimit(
+            float(row["value"]), math.inf if row["limit_s"] is None else float(row["limit_s"])
+        )
+        for row in verdict.rows
+        if row["metric"] == DETECTION_LIMIT
+    }
+
+
+def fault_sizes(runs: TrialRuns, limits: Limits | None = None) -> dict[str, float]:
     """Largest change in the main or the finer run; up to the end of a comparison with these limits, or overall."""
     until = None if limits is None else {name: limit.until_s for name, limit in limits.items()}
     scale, found = scales(runs.solution), dict[str, float]()
@@ -206,7 +224,7 @@ def fault_sizes(runs: TrialRuns, limits: dict[str, DetectionLimit] | None = None
     return found
 
 
-def worst(limits: dict[str, DetectionLimit], found: dict[str, float]) -> tuple[str, float]:
+def worst(limits: Limits, found: dict[str, float]) -> tuple[str, float]:
     """Quantity whose change is largest over its detection limit, and that ratio; 0 where nothing with a limit changes.
 
     A limit that is not a number is none.
@@ -218,43 +236,6 @@ def worst(limits: dict[str, DetectionLimit], found: dict[str, float]) -> tuple[s
     }
     quantity = max(ratios, key=lambda name: ratios[name], default="")
     return quantity, ratios.get(quantity, 0.0)
-
-
-def rejected(
-    runs: TrialRuns,
-    verdict: Verdict,
-    kind: CellClass,
-    found: dict[str, float] | None = None,
-    stated: dict[str, DetectionLimit] | None = None,
-) -> CampaignCell:
-    """Cell of a run that the judge rejects, with its first reason."""
-    row = next(r for r in verdict.rows if r["outcome"] == verdict.outcome)
-    reason = row["reason"] or row["metric"]
-    return compared_cell(runs, verdict, kind, row["quantity"], found or {}, stated or {}, reason=reason)
-
-
-def compared_cell(
-    runs: TrialRuns,
-    verdict: Verdict,
-    kind: CellClass,
-    quantity: str,
-    found: dict[str, float],
-    stated: dict[str, DetectionLimit],
-    *,
-    reason: str = "",
-) -> CampaignCell:
-    """Cell of a fault with its size in one quantity, and the limits of that."""
-    limit, own = (limits[quantity].share if quantity in limits else None for limits in (stated, limits_of(verdict)))
-    return new_cell(
-        runs, kind, outcome=str(verdict.outcome), quantity=quantity, reason=reason, size=found.get(quantity),
-        limit=limit, own_limit=own,
-    )  # fmt: skip
-
-
-def new_cell(runs: TrialRuns, kind: CellClass, **known: Any) -> CampaignCell:
-    """Cell of a trial, with the time that its own runs took."""
-    trial = runs.trial
-    return CampaignCell(trial.scene.name, trial.engine, trial.fault, kind=kind, seconds=runs.seconds, **known)
 
 
 def sizes(
@@ -332,31 +313,32 @@ def rates(cells: list[CampaignCell]) -> list[Rate]:
     unmodified = [c for c in cells if not c.fault and c.kind in UNMODIFIED]
     tried = [c for c in cells if c.fault and c.kind in TRIED]
     faulty = [c for c in cells if c.fault and c.kind in (*TRIED, CellClass.BELOW, CellClass.BEYOND)]
-    found = [Rate(str(CellClass.FALSE_ALARM), ALL, ALL, len(unmodified), count(unmodified, CellClass.FALSE_ALARM))]
-    found.append(Rate(str(CellClass.MISSED), ALL, ALL, len(tried), count(tried, CellClass.MISSED)))
-    alarms = {c.outcome: None for c in unmodified if c.kind is CellClass.FALSE_ALARM}
-    found += [
-        Rate(str(CellClass.FALSE_ALARM), "outcome", o, len(unmodified), sum(c.outcome == o for c in unmodified))
-        for o in alarms
+    alarms = dict.fromkeys(c.outcome for c in unmodified if c.kind is CellClass.FALSE_ALARM)
+    return [
+        rate(CellClass.FALSE_ALARM, unmodified),
+        rate(CellClass.MISSED, tried),
+        *(
+            Rate(str(CellClass.FALSE_ALARM), "outcome", o, len(unmodified), sum(c.outcome == o for c in unmodified))
+            for o in alarms
+        ),
+        *each(CellClass.FALSE_ALARM, unmodified, "engine"),
+        *each(CellClass.LIMITED, unmodified, "engine"),
+        *each(CellClass.MISSED, tried, "engine"),
+        *each(CellClass.MISSED, tried, "fault"),
+        *each(CellClass.BELOW, faulty, "fault"),
+        *each(CellClass.BEYOND, faulty, "fault"),
     ]
-    found += each(unmodified, CellClass.FALSE_ALARM, "engine", lambda c: c.engine)
-    found += each(unmodified, CellClass.LIMITED, "engine", lambda c: c.engine)
-    found += each(tried, CellClass.MISSED, "engine", lambda c: c.engine)
-    found += each(tried, CellClass.MISSED, "fault", lambda c: c.fault)
-    found += each(faulty, CellClass.BELOW, "fault", lambda c: c.fault)
-    return found + each(faulty, CellClass.BEYOND, "fault", lambda c: c.fault)
 
 
-def each(cells: list[CampaignCell], kind: CellClass, by: str, key: Callable[[CampaignCell], str]) -> list[Rate]:
+def rate(kind: CellClass, cells: list[CampaignCell], by: str = ALL, name: str = ALL) -> Rate:
+    """Rate of a class."""
+    return Rate(str(kind), by, name, len(cells), sum(c.kind is kind for c in cells))
+
+
+def each(kind: CellClass, cells: list[CampaignCell], by: str) -> list[Rate]:
     """Rate of a class for each engine or fault, in the order in which they come."""
-    names = dict.fromkeys(map(key, cells))
-    groups = {name: [c for c in cells if key(c) == name] for name in names}
-    return [Rate(str(kind), by, name, len(group), count(group, kind)) for name, group in groups.items()]
-
-
-def count(cells: list[CampaignCell], kind: CellClass) -> int:
-    """Cells of a class."""
-    return sum(c.kind is kind for c in cells)
+    names = dict.fromkeys(getattr(c, by) for c in cells)
+    return [rate(kind, [c for c in cells if getattr(c, by) == name], by, name) for name in names]
 
 
 def passed(cells: list[CampaignCell]) -> bool:

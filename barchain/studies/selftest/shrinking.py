@@ -1,14 +1,12 @@
 """Wrong verdicts of the judge: one scene of each kind, written, and replaced by the simplest that still shows it.
 
-Simpler forms of a scene have fewer effects, bars and samples, a shorter run, rounder numbers. Hypothesis looks for the
-simplest one; each candidate is tried as a case.
+Simpler forms of a scene have fewer effects, bars and samples, a shorter run, rounder numbers. One part after the other
+is made as simple as the finding allows; each candidate is tried as a case.
 """
 
 from __future__ import annotations
 
-import contextlib
 import copy
-import importlib.util
 import math
 import time
 from dataclasses import dataclass, replace
@@ -23,10 +21,8 @@ from scenarios import Gravity, SceneError, parse_scene
 from scenarios.toml.writing import TABLES, scene_data, scene_toml, toml
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Iterable, Iterator
     from pathlib import Path
-
-    from hypothesis.strategies import SearchStrategy
 
     from barchain.runs.cases import Case
     from barchain.runs.executors import Executor
@@ -38,15 +34,10 @@ if TYPE_CHECKING:
     CellOn = Callable[[Scene, CampaignCell, float], Case[CampaignCell | None]]
 
 MOST_SHRUNK = 5
-EXAMPLES = 60
-AS_IT_IS = 15
-"""Chances that one part of a scene stays as it is, to one for each simpler form: hypothesis starts from forms that
-differ little from the whole, which mostly show the finding, and then goes to the first form of each part"""
-SHARES = (0.05, 0.1, 0.2, 0.5)
-DIGITS = (1, 2, 3, 5)
+SAMPLES, SHARES, DIGITS = (3, 5, 11, 31, 101), (0.05, 0.1, 0.2, 0.5), (1, 2, 3, 5)
+"""Simpler values of the parts of a scene, the simplest first"""
 EXACT = 17
 """Digits of a number that is left as it is"""
-BAR_LISTS = {"drag": ("width_m",), "solar_pressure": ("width_m",)}
 JOINT_LISTS = ("stiffness_N_m_rad", "damping_N_m_s_rad", "rest_deg")
 INSTANTS = {"at_s", "start_s", "times_s", "duration_s"}
 
@@ -80,8 +71,6 @@ def kept_findings(
 ) -> list[KeptFinding]:
     """Write a scene of each kind of finding; of the first few, one as simple as is found in some seconds each.
 
-    Without hypothesis, which looks for them, all scenes stay as they were drawn.
-
     Parameters
     ----------
     groups : list of list of CampaignCell
@@ -96,14 +85,14 @@ def kept_findings(
     done : callable
         Given 1 after each kind.
     """
-    kept, searches = [], importlib.util.find_spec("hypothesis") is not None
+    kept = []
     for k, cells in enumerate(groups):
         first = cells[0]
         words = (first.scene.rpartition("/")[2], first.engine.strip("()").replace(" ", "-"), first.fault)
         path, scene = folder / f"{'-'.join(filter(None, words))}.toml", draw(int(first.scene.rpartition("/")[2]))
         folder.mkdir(exist_ok=True)
         write_scene(scene, first, path)
-        if k < MOST_SHRUNK and seconds > 0.0 and searches:
+        if k < MOST_SHRUNK and seconds > 0.0:
             shrink(scene, first, path, cell_on, seconds, executor)
         kept.append(KeptFinding(first, len(cells), path))
         done(1)
@@ -157,31 +146,25 @@ def simplest(
     told : callable
         Given each scene that is simpler than all before.
     """
-    from hypothesis import HealthCheck, Phase, find, settings  # noqa: PLC0415  # as above
-    from hypothesis.errors import HypothesisException  # noqa: PLC0415
+    end, known = time.monotonic() + seconds, {scene.digest: True}
 
-    end = time.monotonic() + seconds
-    best, least = scene, whole(scene).complexity
-    known = {scene.digest: True}
+    def simpler_than(form: Form) -> tuple[Form, Scene] | None:
+        for simpler in simpler_forms(form):
+            candidate = simplified(scene, simpler)
+            if candidate is None:
+                continue
+            if candidate.digest not in known:
+                if time.monotonic() >= end:
+                    return None
+                known[candidate.digest] = shows(candidate)
+            if known[candidate.digest]:
+                return simpler, candidate
+        return None
 
-    def still(form: Form) -> bool:
-        nonlocal best, least
-        candidate = simplified(scene, form)
-        if candidate is None:
-            return False
-        if candidate.digest not in known:  # after the end of the time nothing new is tried: hypothesis comes to its end
-            known[candidate.digest] = time.monotonic() < end and shows(candidate)
-        if known[candidate.digest] and form.complexity < least:
-            best, least = candidate, form.complexity
-            told(best)
-        return known[candidate.digest]
-
-    wanted = settings(
-        derandomize=True, max_examples=EXAMPLES, deadline=None, database=None, phases=(Phase.generate, Phase.shrink),
-        suppress_health_check=list(HealthCheck),
-    )  # fmt: skip
-    with contextlib.suppress(HypothesisException):  # nothing simpler shows it
-        find(forms(scene), still, settings=wanted)
+    form, best = whole(scene), scene
+    while (found := simpler_than(form)) is not None:
+        form, best = found
+        told(best)
     return best
 
 
@@ -198,11 +181,6 @@ class Form:
     digits: int
     """Significant digits of all numbers"""
 
-    @property
-    def complexity(self) -> tuple[float, ...]:
-        """Less of it is simpler, the first number first."""
-        return (sum(self.effects), self.bars, self.samples, self.share, self.digits)
-
 
 def effects_of(scene: Scene) -> list[tuple[str, int]]:
     """Effects that may be dropped one by one: names, and which of several."""
@@ -215,22 +193,14 @@ def whole(scene: Scene) -> Form:
     return Form((True,) * len(effects_of(scene)), scene.bars, scene.run.samples, 1.0, EXACT)
 
 
-def forms(scene: Scene) -> SearchStrategy[Form]:
-    """Forms of a scene, the simplest first."""
-    from hypothesis import strategies as st  # noqa: PLC0415  # half a second, for those who look for a finding
-
-    def part(simpler: tuple[Any, ...], full: Any) -> SearchStrategy[Any]:
-        return st.sampled_from([*simpler, *[full] * AS_IT_IS])
-
-    samples = tuple(n for n in (3, 5, 11, 31, 101) if n < scene.run.samples)
-    return st.builds(
-        Form,
-        effects=st.tuples(*(part((False,), True) for _ in effects_of(scene))),
-        bars=part(tuple(range(1, scene.bars)), scene.bars),
-        samples=part(samples, scene.run.samples),
-        share=part(SHARES, 1.0),
-        digits=part(DIGITS, EXACT),
-    )
+def simpler_forms(form: Form) -> Iterator[Form]:
+    """Forms that are simpler in one part, the simplest first."""
+    for k in (k for k, kept in enumerate(form.effects) if kept):
+        yield replace(form, effects=(*form.effects[:k], False, *form.effects[k + 1 :]))
+    yield from (replace(form, bars=bars) for bars in range(1, form.bars))
+    yield from (replace(form, samples=samples) for samples in SAMPLES if samples < form.samples)
+    yield from (replace(form, share=share) for share in SHARES if share < form.share)
+    yield from (replace(form, digits=digits) for digits in DIGITS if digits < form.digits)
 
 
 def simplified(scene: Scene, form: Form) -> Scene | None:
@@ -268,9 +238,9 @@ def drop_bars(data: Data, bars: int) -> None:
     for name, value in chain.items():
         if isinstance(value, list):
             chain[name] = value[:bars]
-    for name, keys in BAR_LISTS.items():
-        for key in keys if name in effects else ():
-            effects[name][key] = effects[name][key][:bars]
+    for name in ("drag", "solar_pressure"):
+        if name in effects:
+            effects[name]["width_m"] = effects[name]["width_m"][:bars]
     if "joint_spring_damper" in effects:
         springs = effects.pop("joint_spring_damper")
         if bars > 1:

@@ -1,31 +1,23 @@
-"""Plan of a stability study: scenes, engines, pairs left to a full study, and each engine's settings in a scene."""
+"""Scenes and engines of a stability study, pairs left to a full one, and each engine's settings in a scene."""
 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from adapters.common.equal_steps import finer_setting, steps_between_samples
 from adapters.engine import AccuracyParameter, Setting
 from adapters.ode_solvers.adapter import ScipyEngine
 from adapters.registry import COMPILED, ENGINES, engines, find_engine
-from barchain.runs.asking import engine_class
-from barchain.runs.executors import ALL_CORES
 from barchain.runs.job import Job, Role
-from barchain.runs.timing.left_out import cannot
-from barchain.solutions.judging import solution_jobs
-from barchain.studies.defaults import STABILITY_LIMIT_S
 from barchain.studies.stability.expected import SLOW, recorded
 from scenarios import load_scene, scene_names
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Sequence
-    from pathlib import Path
+    from collections.abc import Collection, Iterable
 
     from adapters.engine import Engine
     from adapters.registry import Registration
-    from barchain.runs.executors import Executor
     from scenarios import Scene
 
 HARD = "hard/"
@@ -44,50 +36,6 @@ SCIPY = re.compile("scipy-.*")
 NUMPY_RATES = frozenset({"reference", "reference-absolute"})
 """Engines that evaluate rates in NumPy: hundreds of orbits take them minutes a run"""
 MOST_BARS_COMPILED = 200  # heyoka compiles 1000 bars for minutes, at each setting
-
-
-@dataclass(frozen=True)
-class StabilityOptions:
-    """Options of a stability study."""
-
-    scenes: Sequence[str | Path] = ()
-    """Names or files; all of ``hard/`` by default, except scenes tagged ``huge``"""
-    engines: Sequence[str] = ()
-    """The engines of the default set and SciPy's solvers by default"""
-    time_limit_s: float = STABILITY_LIMIT_S
-    """Wall time of one run; a form of the reference gets ten times as much"""
-    executor: Executor = ALL_CORES
-    """Place of the runs; all cores of this machine by default"""
-    full: bool = False
-    """Pairs that take minutes too, and SciPy's solvers also on rates in NumPy"""
-
-
-@dataclass(frozen=True)
-class StabilityPlan:
-    """Scenes, engines and limits of a study."""
-
-    scenes: tuple[Scene, ...]
-    engines: dict[str, Registration]
-    time_limit_s: float = STABILITY_LIMIT_S
-    executor: Executor = ALL_CORES
-    left_out: frozenset[tuple[str, str]] = frozenset()
-    """Scenes and engines that the default study leaves to a full one"""
-
-    def engines_of(self, scene: Scene) -> dict[str, Registration]:
-        """Engines that take part in a scene."""
-        return {name: r for name, r in self.engines.items() if (scene.name, name) not in self.left_out}
-
-    @property
-    def turns(self) -> int:
-        """Number of runs, for the progress."""
-        able = [
-            (s, engine_class(r))
-            for s in self.scenes
-            for name, r in self.engines_of(s).items()
-            if cannot(s, name, r) is None
-        ]
-        solutions = sum(len(solution_jobs(s)) + len(exact_jobs(s)) for s in self.scenes)
-        return solutions + sum(len(settings(s, e)) for s, e in able)
 
 
 def hard_scenes() -> list[str]:

@@ -12,20 +12,21 @@ from adapters.engine import EngineError
 from barchain.runs.asking import engine_class
 from barchain.runs.cases import Case, Known, Shared, Task, run_cases
 from barchain.runs.choices import unique_names
-from barchain.runs.facts import engine_facts, keep_run
+from barchain.runs.executors import ALL_CORES
+from barchain.runs.facts import engine_facts, keep_run, scene_words
 from barchain.runs.job import JUDGING_ROLES, Job, Role, RunResult, TimeLimit, failure
 from barchain.runs.tasks import run_task
 from barchain.runs.timing.estimate import need_runnable
 from barchain.runs.timing.left_out import cannot
 from barchain.solutions.judging import SolutionFailedError, judging_engine, solution_jobs, solution_of
 from barchain.solutions.reference import SOLUTION_RTOL, ReferenceSolution
+from barchain.studies.defaults import STABILITY_LIMIT_S
 from barchain.studies.stability import expected
 from barchain.studies.stability.evidence import condition_range, evidence, laws, plain_row
 from barchain.studies.stability.growth import linear_rate
 from barchain.studies.stability.plan import (
     LONG,
     SOLUTION_LIMIT_S,
-    StabilityPlan,
     chosen_engines,
     exact_jobs,
     hard_scenes,
@@ -46,11 +47,13 @@ from reports.tables.stability import FILES, Stability
 from scenarios import load_scene
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
+    from pathlib import Path
 
+    from adapters.registry import Registration
     from adapters.trajectory import Trajectory
     from barchain.record.study_store import StudyStore
-    from barchain.studies.stability.plan import StabilityOptions
+    from barchain.runs.executors import Executor
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
     from scenarios import Scene
@@ -88,52 +91,81 @@ class StabilityResult:
 
 @dataclass(frozen=True)
 class StabilityStudy:
-    """The stability study."""
+    """Scenes, engines and limits."""
 
+    scenes: tuple[Scene, ...]
+    engines: dict[str, Registration]
+    time_limit_s: float = STABILITY_LIMIT_S
+    """Wall time of one run; a form of the reference gets ten times as much"""
+    executor: Executor = ALL_CORES
+    left_out: frozenset[Pair] = frozenset()
+    """Scenes and engines that the default study leaves to a full one"""
     files: ClassVar[StudyFiles] = FILES
 
-    def plan(self, options: StabilityOptions) -> StabilityPlan:
-        """Scenes, engines and limits.
+    def engines_of(self, scene: Scene) -> dict[str, Registration]:
+        """Engines that take part in a scene."""
+        return {name: r for name, r in self.engines.items() if (scene.name, name) not in self.left_out}
 
-        Raises
-        ------
-        SceneError, UnknownEngineError
-            For a scene or an engine that does not exist.
-        ClusterError
-            For a Dask cluster that can't be used.
-        """
-        scenes = unique_names([load_scene(s) for s in options.scenes or hard_scenes()])
-        need_runnable(scenes, options.time_limit_s)
-        chosen = chosen_engines(options.engines, full=options.full)
-        whole = options.full or bool(options.engines)
-        left = frozenset() if whole else left_to_a_full_study(scenes, chosen)
-        options.executor.check()
-        return StabilityPlan(tuple(scenes), chosen, options.time_limit_s, options.executor, left)
+    @property
+    def turns(self) -> int:
+        """Number of runs, for the progress."""
+        able = [
+            (s, engine_class(r))
+            for s in self.scenes
+            for name, r in self.engines_of(s).items()
+            if cannot(s, name, r) is None
+        ]
+        solutions = sum(len(solution_jobs(s)) + len(exact_jobs(s)) for s in self.scenes)
+        return solutions + sum(len(settings(s, e)) for s, e in able)
 
-    def record(self, plan: StabilityPlan) -> dict[str, Any]:
+    def record(self) -> dict[str, Any]:
         """Scenes, engines and limits; runs are added as they come."""
         return {
-            "time_limit_s": plan.time_limit_s,
-            "scenes": {s.name: scene_words(s) for s in plan.scenes},
-            "engines": {name: engine_facts(r).get("title", "") for name, r in plan.engines.items()},
-            "references": [name for name in REFERENCES if name in plan.engines],
-            "left_out": sorted([scene, name] for scene, name in plan.left_out),
+            "time_limit_s": self.time_limit_s,
+            "scenes": {s.name: scene_facts(s) for s in self.scenes},
+            "engines": {name: engine_facts(r).get("title", "") for name, r in self.engines.items()},
+            "references": [name for name in REFERENCES if name in self.engines],
+            "left_out": sorted([scene, name] for scene, name in self.left_out),
             "runs": [],
         }
 
-    def run(self, plan: StabilityPlan, store: StudyStore, reporter: Reporter) -> StabilityResult:
+    def run(self, store: StudyStore, reporter: Reporter) -> StabilityResult:
         """Make all runs, and judge each engine in each scene."""
-        return StabilityRun(plan, store, reporter).run()
+        return StabilityRun(self, store, reporter).run()
+
+
+def stability_study(
+    scenes: Sequence[str | Path] = (), engines: Sequence[str] = (), *, full: bool = False, **how: Any
+) -> StabilityStudy:
+    """Stability study of scenes by name or file, those of ``hard/`` by default, but none tagged ``huge``.
+
+    By default the engines are those of the default set and SciPy's solvers; a full study takes pairs that take minutes
+    too, and SciPy's solvers also on rates in NumPy. Further arguments are fields of the study.
+
+    Raises
+    ------
+    SceneError, UnknownEngineError
+        For a scene or an engine that does not exist.
+    ClusterError
+        For a Dask cluster that can't be used.
+    """
+    loaded = unique_names([load_scene(s) for s in scenes or hard_scenes()])
+    chosen = chosen_engines(engines, full=full)
+    left = frozenset() if full or engines else left_to_a_full_study(loaded, chosen)
+    study = StabilityStudy(tuple(loaded), chosen, left_out=left, **how)
+    need_runnable(loaded, study.time_limit_s)
+    study.executor.check()
+    return study
 
 
 class StabilityRun:
     """One study: a case for each pair of scene and engine, one for each scene, and one for its reference solution."""
 
-    def __init__(self, plan: StabilityPlan, store: StudyStore, reporter: Reporter) -> None:
+    def __init__(self, study: StabilityStudy, store: StudyStore, reporter: Reporter) -> None:
         """Prepare; `reporter` gets scene, engine and outcome after each run."""
-        self.plan, self.store, self.report, self.note = plan, store, reporter.step, reporter.note
+        self.study, self.store, self.report, self.note = study, store, reporter.step, reporter.note
         self.rows: dict[Pair, CaseRows] = {
-            (scene.name, name): {} for scene in plan.scenes for name in (*plan.engines, OF_SCENE)
+            (scene.name, name): {} for scene in study.scenes for name in (*study.engines, OF_SCENE)
         }
         """Rows of each case, in the order of the tables"""
         self.faults: dict[str, str] = {}
@@ -143,8 +175,8 @@ class StabilityRun:
 
     def run(self) -> StabilityResult:
         """Make all runs, and judge each engine in each scene as soon as its last one is there."""
-        cases = [case for scene in self.plan.scenes for case in self.cases(scene)]
-        for pair, (found, rows) in run_cases(cases, self.plan.executor):
+        cases = [case for scene in self.study.scenes for case in self.cases(scene)]
+        for pair, (found, rows) in run_cases(cases, self.study.executor):
             self.keep(pair, found, rows)
         failures = tuple(f"{name}: {fault}" for name, fault in self.faults.items())
         return StabilityResult(self.findings, tuple(self.changes), self.unstable_references(), failures)
@@ -153,7 +185,7 @@ class StabilityRun:
         """Cases of a scene; an engine that does not support it, or does not load, is settled at once."""
         solution = Shared(self.solution(scene))
         yield (scene.name, OF_SCENE), self.of_scene(scene, solution)
-        for name, registration in self.plan.engines_of(scene).items():
+        for name, registration in self.study.engines_of(scene).items():
             out = cannot(scene, name, registration)
             if out is None:
                 yield (scene.name, name), self.pair(scene, name, solution)
@@ -192,7 +224,7 @@ class StabilityRun:
 
     def pair(self, scene: Scene, engine: str, solution: Shared) -> Case[CaseEnd]:
         """Runs of an engine in a scene, the coarsest setting first, and the outcome."""
-        registration = self.plan.engines[engine]
+        registration = self.study.engines[engine]
         own = engine_class(registration)
         jobs = {role: Job(scene, engine, registration, each, role) for role, each in settings(scene, own).items()}
         coarsest, *finer = (role for role in LEVELS if role in jobs)
@@ -229,7 +261,7 @@ class StabilityRun:
         """Wall time allowed to a run."""
         if job.role in JUDGING_ROLES:
             return SOLUTION_LIMIT_S
-        return self.plan.time_limit_s * (REFERENCE_PATIENCE if job.engine in REFERENCES else 1.0)
+        return self.study.time_limit_s * (REFERENCE_PATIENCE if job.engine in REFERENCES else 1.0)
 
     def noted(self, job: Job, result: RunResult) -> None:
         """Write a run's samples, but none of very many bars, note it in the record, and tell of it."""
@@ -254,7 +286,7 @@ class StabilityRun:
 
     def unstable_references(self) -> tuple[Pair, ...]:
         """Well-posed scenes in which the reference is not stable; time-outs of a slow machine are left out."""
-        posed = {s.name for s in self.plan.scenes if ILL_POSED not in s.tags}
+        posed = {s.name for s in self.study.scenes if ILL_POSED not in s.tags}
         return tuple(
             (scene, engine)
             for (scene, engine), found in self.findings.items()
@@ -320,14 +352,7 @@ def solution_facts(solution: ReferenceSolution) -> dict[str, Any]:
     }
 
 
-def scene_words(scene: Scene) -> dict[str, Any]:
+def scene_facts(scene: Scene) -> dict[str, Any]:
     """Entry of a scene in the record."""
-    return {
-        "title": scene.title,
-        "description": scene.description.strip(),
-        "tags": list(scene.tags),
-        "bars": scene.bars,
-        "duration_s": scene.run.duration_s,
-        "period_s": scene.period_s,
-        "samples": scene.run.samples,
-    }
+    more = {"description": scene.description.strip(), "tags": list(scene.tags), "period_s": scene.period_s}
+    return scene_words(scene) | more

@@ -12,7 +12,7 @@ from packaging.version import Version
 from barchain.nightly import release_runs as study
 from barchain.nightly import releases as index
 from barchain.nightly.faults import PinnedEnvironmentError
-from barchain.nightly.release_runs import MeasuredRelease, ReleasesOptions, ReleasesStudy
+from barchain.nightly.release_runs import MeasuredRelease, ReleasesStudy
 from barchain.nightly.releases import Release, engine_and_distribution, make_plan, releases_of
 from barchain.studies.study import run_study
 from reports.render import render_study
@@ -120,11 +120,10 @@ def test_the_study_tells_which_releases_run_and_where_digits_change_and_goes_on_
         return measured(plan, release, *more)
 
     monkeypatch.setattr(study, "measure", until_the_third)
-    own = ReleasesStudy()
-    plan = own.plan(ReleasesOptions("pymunk"))
+    own = ReleasesStudy(make_plan("pymunk"))
     with pytest.raises(KeyboardInterrupt):
-        run_study(own, plan, tmp_path)
-    result = run_study(own, plan, tmp_path, resume=True)
+        run_study(own, tmp_path)
+    result = run_study(own, tmp_path, resume=True)
     assert asked == ["1.0", "1.1", "1.2", "1.2", "1.3"]
     assert result.passed
     assert list(read_releases(tmp_path).releases["version"].astype(str)) == ["1.0", "1.1", "1.2", "1.3"]
@@ -138,9 +137,8 @@ def test_the_study_tells_which_releases_run_and_where_digits_change_and_goes_on_
 @pytest.mark.exhaustive
 def test_two_real_releases_of_pymunk_agree_in_every_digit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("BARCHAIN_ENVIRONMENTS", str(tmp_path / "environments"))
-    own = ReleasesStudy()
-    plan = own.plan(ReleasesOptions("pymunk", ("basics/two_bars_free",), "7.3"))
-    run_study(own, plan, tmp_path / "out")
+    own = ReleasesStudy(make_plan("pymunk", ("basics/two_bars_free",), "7.3"))
+    run_study(own, tmp_path / "out")
     tables = read_releases(tmp_path / "out")
     assert set(tables.releases["state"]) == {"runs"}
     assert len(tables.runs) >= 2

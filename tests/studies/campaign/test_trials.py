@@ -14,7 +14,7 @@ from barchain.solutions.reference import closely_sampled
 from barchain.studies.selftest import trial
 from barchain.studies.selftest.campaign import faulty_engine, on_scene, thinned
 from barchain.studies.selftest.random_scenes import draw
-from barchain.studies.selftest.rating import Rated, rated
+from barchain.studies.selftest.rating import CampaignCell, rated
 from barchain.studies.selftest.trial import SceneRuns, Trial
 from reports.tables.faults.campaign import CellClass
 from reports.tables.outcome import Outcome
@@ -24,17 +24,16 @@ from tests.support.here import result_of
 if TYPE_CHECKING:
     from barchain.runs.cases import Case
     from barchain.solutions.reference import ReferenceSolution
-    from barchain.studies.selftest.rating import CampaignCell
 
 SOUND = ("reference", "pymunk")
 
 
 @functools.cache
-def drawn(seed: int) -> tuple[SceneRuns, ReferenceSolution, dict[str, Rated]]:
+def drawn(seed: int) -> tuple[SceneRuns, ReferenceSolution, dict[str, CampaignCell]]:
     """A scene with its unmodified engines judged; its runs are made once."""
     scene = SceneRuns(closely_sampled(draw(seed)))
 
-    def unmodified() -> Case[tuple[ReferenceSolution, dict[str, Rated]]]:
+    def unmodified() -> Case[tuple[ReferenceSolution, dict[str, CampaignCell]]]:
         (solution,) = yield [scene.solution]
         found = {}
         for name in SOUND:
@@ -42,7 +41,7 @@ def drawn(seed: int) -> tuple[SceneRuns, ReferenceSolution, dict[str, Rated]]:
         return solution, found
 
     solution, found = result_of(unmodified())
-    assert {one.cell.kind for one in found.values()} == {CellClass.PASS}
+    assert {one.kind for one in found.values()} == {CellClass.PASS}
     return scene, solution, found
 
 
@@ -50,11 +49,11 @@ def inserted(seed: int, host: str, names: tuple[str, ...]) -> list[CampaignCell]
     """Cells of faults in a host: first those that can't be inserted."""
     scene, solution, before = drawn(seed)
 
-    def faults() -> Case[list[Rated]]:
-        found: list[Rated] = yield list(faulty_engine(scene, host, names, 10, solution, before[host]))
+    def faults() -> Case[list[CampaignCell]]:
+        found: list[CampaignCell] = yield list(faulty_engine(scene, host, names, 10, solution, before[host]))
         return found
 
-    return [one.cell for one in result_of(faults())]
+    return result_of(faults())
 
 
 @pytest.mark.parametrize(("seed", "host"), [(FREE, "pymunk"), pytest.param(SEED, "reference", marks=pytest.mark.slow)])

@@ -13,7 +13,7 @@ from barchain.cli.selftest import finding_words, rate_words, show_campaign
 from barchain.faults.catalogue import RANDOM_SCENES
 from barchain.judge.verdict import no_verdict
 from barchain.studies.selftest import trial
-from barchain.studies.selftest.campaign import Campaign, CampaignPlan, CampaignStudy, alone_on
+from barchain.studies.selftest.campaign import Campaign, CampaignStudy, alone_on
 from barchain.studies.selftest.random_scenes import draw
 from barchain.studies.selftest.rating import CampaignCell, Rate, rates
 from barchain.studies.selftest.shrinking import kept_findings
@@ -37,9 +37,9 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> tuple[Campaign, Path]:
     """Two scenes, three engines, some faults in one of them."""
     out = tmp_path_factory.mktemp("campaign")
     faults = ("garbage-growing-90-finer", "garbage-sudden-50-all", "com-millimetres", "mass", "mu", "declares-order")
-    plan = CampaignPlan(1, FREE, ("reference", "exudyn"), ("pymunk",), faults, 1, 0.0, HERE)
+    plan = CampaignStudy(1, FREE, ("reference", "exudyn"), ("pymunk",), faults, 1, 0.0, HERE)
     other = dataclasses.replace(plan, seed=SEED)
-    found = [run_study(CampaignStudy(), p, out, overwrite=True) for p in (plan, other)]
+    found = [run_study(p, out, overwrite=True) for p in (plan, other)]
     both = [c for f in found for c in f.cells]
     return Campaign(other, both, rates(both), []), out
 
@@ -139,8 +139,8 @@ def test_a_findings_scene_is_written_simpler_and_simpler(tmp_path: Path, monkeyp
 
 @pytest.mark.exhaustive
 def test_a_campaign_passes(tmp_path: Path) -> None:
-    plan = CampaignPlan(6, 100, ("reference-absolute", "exudyn-index3", "rebound", "pymunk-absolute"), shrink_s=0.0)
-    found = run_study(CampaignStudy(), plan, tmp_path)
+    plan = CampaignStudy(6, 100, ("reference-absolute", "exudyn-index3", "rebound", "pymunk-absolute"), shrink_s=0.0)
+    found = run_study(plan, tmp_path)
     assert found.passed, [c for c in found.cells if c.is_finding]
     assert not [c for c in found.cells if c.kind is CellClass.BROKEN]
 
