@@ -93,7 +93,7 @@ def crossval(tag: str | None, out: Path, **options: Any) -> None:
 
 def compare_and_render(
     scenes: list[Scene], names: tuple[str, ...] | None, out: Path, *, need_external: bool, quick: bool = False,
-    settings: tuple[GivenSetting, ...], kept: dict[str, bool], **how: Any,
+    settings: tuple[GivenSetting, ...], kept: dict[str, Any], **how: Any,
 ) -> None:  # fmt: skip
     """Run the comparison with progress, render the report, print the verdicts, and exit with 1 if it did not pass.
 
