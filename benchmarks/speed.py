@@ -27,7 +27,7 @@ from barchain.studies.defaults import BARS, FAST
 from barchain.studies.ensemble.study import ensemble
 from barchain.studies.scaling.fit import FAST_BARS, exponent
 from barchain.studies.study import Reporter, run_study
-from reports.tables.cost import FILES, read_cost
+from reports.tables.cost import FILES
 from reports.text.numerals import span_text
 from scenarios import load_scene
 
@@ -65,8 +65,8 @@ def orbits(minutes: float) -> Found:
     with tempfile.TemporaryDirectory() as folder:
         study = cost_study([ORBIT], ENGINES, minutes=minutes)
         run_study(study, Path(folder), reporter=Reporter(lambda *_: click.echo(".", nl=False, err=True)))
-        points = read_cost(Path(folder)).points
-        least = FILES.read(Path(folder), "times").groupby(["engine", "setting"]).seconds.min()
+        tables = FILES.contents(Path(folder), "points", "times")
+        points, least = tables.points, tables.times.groupby(["engine", "setting"]).seconds.min()
     click.echo(err=True)
     points = points.drop(columns="seconds").join(least, on=["engine", "setting"])
     compiled = points.groupby("engine").compile_s.max()

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import importlib
-import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from reports.chapters.crossval.report import write_report
 from reports.page import fitting, surroundings, templates
-from reports.tables.crossval import METRICS, read_results
-from reports.tables.reading import DamagedResultsError, read_json
-from reports.tables.schema import RECORD
+from reports.tables import cost, crossval, effects, ensemble, roundoff, scaling, stability
+from reports.tables.crossval import read_results
+from reports.tables.faults import campaign, selftest
+from reports.tables.nights import releases
 from reports.tables.writing import write_atomically
 from reports.text.glossary import Glossary
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from pathlib import Path
+
+    from reports.tables.files import StudyFiles
 
 COMPARISON = "crossval"
 
@@ -38,32 +40,25 @@ class Chapter:
     and the page's ``glossary``.
     """
 
-    name: str
-    """Name of the study, of its folder of tables, of its page, and id of its heading"""
+    files: StudyFiles
+    """Study whose rows it shows"""
     title: str
     """Heading, entry in the report's navigation, and title of the study's own page"""
-    tables: tuple[str, ...]
-    """Required files in the study's folder"""
     view: str
-    """Function ``module:name`` that makes the view of a result folder that holds these files; imported on first use"""
+    """Function ``module:name`` that makes the view of a result folder with the study; imported on first use"""
     command: str = ""
     """Command that writes the tables, if it is not called as the study is"""
     in_report: bool = True
     """Whether the report of a comparison in the same folder includes the chapter"""
 
-    def is_in(self, folder: Path) -> bool:
-        """Whether a result folder holds the study: its files, or a record that says that they are complete."""
-        if not self.missing_from(folder):
-            return True
-        try:
-            record = read_json(folder / self.name / RECORD)
-        except (OSError, DamagedResultsError):
-            return False
-        return isinstance(record, dict) and record.get("complete") is True
+    @property
+    def name(self) -> str:
+        """Name of the study, of its page, and id of its heading."""
+        return self.files.study
 
-    def missing_from(self, folder: Path) -> list[str]:
-        """Required files that a result folder lacks, relative to it."""
-        return [f"{self.name}/{table}" for table in self.tables if not os.path.lexists(folder / self.name / table)]
+    def is_in(self, folder: Path) -> bool:
+        """Whether a result folder holds the study."""
+        return self.files.has_record(folder)
 
     def view_of(self, folder: Path) -> ChapterView:
         """View of a result folder.
@@ -73,65 +68,41 @@ class Chapter:
         FileNotFoundError
             If the folder does not hold the study.
         DamagedResultsError
-            If its tables and record are damaged, or don't fit together.
+            If its rows and record are damaged, or don't fit together.
         """
-        missing = self.missing_from(folder)
-        if missing:
+        if not self.is_in(folder):
             command = f"barchain {self.command or self.name}"
-            raise FileNotFoundError(f"{folder}: no {missing[0]} there; give a folder that {command} wrote")
+            raise FileNotFoundError(f"{folder}: no results of {self.name} there; give a folder that {command} wrote")
         module, _, name = self.view.partition(":")
         made: Callable[[Path], ChapterView] = getattr(importlib.import_module(module), name)
-        return fitting(folder / self.name, lambda: made(folder))
+        return fitting(self.files.record_path(folder), lambda: made(folder))
 
 
 CHAPTERS = (
-    Chapter("cost", "Cost of accuracy", ("points.csv", RECORD), "reports.chapters.cost:view_cost"),
+    Chapter(cost.FILES, "Cost of accuracy", "reports.chapters.cost:view_cost"),
+    Chapter(scaling.FILES, "Cost against the number of bars", "reports.chapters.scaling:view_scaling"),
     Chapter(
-        "scaling", "Cost against the number of bars", ("points.csv", RECORD), "reports.chapters.scaling:view_scaling"
-    ),
-    Chapter(
-        "roundoff",
+        roundoff.FILES,
         "Round-off in absolute and relative coordinates",
-        (RECORD,),
         "reports.chapters.roundoff.view:view_roundoff",
     ),
-    Chapter("effects", "Relevance of each effect", ("effects.csv", RECORD), "reports.chapters.effects:view_effects"),
+    Chapter(effects.FILES, "Relevance of each effect", "reports.chapters.effects:view_effects"),
+    Chapter(selftest.FILES, "Detection of inserted faults", "reports.chapters.selftest:view_selftest", in_report=False),
     Chapter(
-        "selftest",
-        "Detection of inserted faults",
-        ("selftest.csv", RECORD),
-        "reports.chapters.selftest:view_selftest",
-        in_report=False,
-    ),
-    Chapter(
-        "campaign",
+        campaign.FILES,
         "Random campaign",
-        ("campaign.csv", "rates.csv", RECORD),
         "reports.chapters.campaign:view_campaign",
         command="selftest --random N",
         in_report=False,
     ),
     Chapter(
-        "stability",
+        stability.FILES,
         "Numerical stability on hard scenes",
-        ("outcomes.csv", "evidence.csv", RECORD),
         "reports.chapters.stability:view_stability",
         in_report=False,
     ),
-    Chapter(
-        "releases",
-        "Releases of an engine",
-        ("releases.csv", RECORD),
-        "reports.chapters.releases:view_releases",
-        in_report=False,
-    ),
-    Chapter(
-        "ensemble",
-        "Ensemble of perturbed runs",
-        ("quantiles.csv", RECORD),
-        "reports.chapters.ensemble:view_ensemble",
-        in_report=False,
-    ),
+    Chapter(releases.FILES, "Releases of an engine", "reports.chapters.releases:view_releases", in_report=False),
+    Chapter(ensemble.FILES, "Ensemble of perturbed runs", "reports.chapters.ensemble:view_ensemble", in_report=False),
 )
 
 
@@ -145,7 +116,7 @@ class Rendered(NamedTuple):
 
 def holds_comparison(folder: Path) -> bool:
     """Whether a result folder holds a comparison."""
-    return all(os.path.lexists(folder / name) for name in (METRICS, RECORD))
+    return crossval.FILES.has_record(folder)
 
 
 def views_in(folder: Path, *, but: str = "", in_report: bool = True) -> dict[Chapter, ChapterView]:
@@ -189,7 +160,9 @@ def write_page(folder: Path, chapter: Chapter, view: ChapterView) -> Path:
     """Write a study's own page, ``<study>.html``, and return it."""
     page = folder / f"{chapter.name}.html"
     shown = {"chapter": chapter, chapter.name: view, "glossary": Glossary()} | surroundings(view.record)
-    made = fitting(folder / chapter.name, lambda: templates().get_template("study_page.html.j2").render(shown))
+    made = fitting(
+        chapter.files.record_path(folder), lambda: templates().get_template("study_page.html.j2").render(shown)
+    )
     write_atomically(page, made)
     return page
 
@@ -235,9 +208,9 @@ def render_all(folder: Path) -> list[Path]:
         If it holds neither a comparison nor a study.
     """
     views, compared = views_in(folder, in_report=False), holds_comparison(folder)
-    if not views and not any(os.path.lexists(folder / name) for name in (METRICS, RECORD)):
+    if not views and not compared:
         sought = ", ".join(chapter.name for chapter in CHAPTERS)
-        raise FileNotFoundError(f"{folder}: no {METRICS} of a comparison there, and no tables of a study ({sought})")
+        raise FileNotFoundError(f"{folder}: no results of a comparison there, and none of a study ({sought})")
     own = [c for c in views if not (compared and c.in_report)]
     pages = [write_page(folder, chapter, views[chapter]) for chapter in own]
     return (

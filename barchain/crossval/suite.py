@@ -155,10 +155,10 @@ class Suite:
         self.store.record["scenes"][name] |= solution_facts(solution) | {"same_equations": shared}
         t = solution.trajectory.t_s[: len(solution.amplification)]
         grown = pd.DataFrame({"t_s": t, "amplification": solution.amplification})
-        self.store.write_series(f"differences/{name}/amplification.parquet", grown)
+        self.store.write_series(f"differences/{name}/amplification", grown)
         if solution.source.certified:  # no run of its own has these samples
             samples = solution.trajectory.of_run(solution.scene).to_frame()
-            self.store.write_series(f"trajectories/{name}/{Role.SOLUTION}.parquet", samples)
+            self.store.write_series(f"trajectories/{name}/{Role.SOLUTION}", samples)
 
     def run_of(self, job: Job) -> Task:
         """Run to be made; it is kept as soon as it is there."""
@@ -217,7 +217,7 @@ class Suite:
         """Store a verdict and report it."""
         self.progress[scene].verdicts[engine] = verdict
         if verdict.series is not None:
-            self.store.write_series(f"differences/{scene}/{engine}.parquet", verdict.series)
+            self.store.write_series(f"differences/{scene}/{engine}", verdict.series)
         self.keep_rows(scene, engine, verdict)
 
     def keep_rows(self, scene: str, engine: str, verdict: Verdict) -> None:

@@ -28,11 +28,11 @@ def alarm_test(folder: Path, seed: int = 0) -> AlarmTest | None:
     run as it should: nobody knows whether it would be detected. Of a self-test that was interrupted, those faults count
     that have their result in all of their scenes.
     """
-    if not FILES.has_record(folder) or not FILES.has(folder, "selftest"):
+    if not FILES.has_record(folder):
         return None
     tables = read_selftest(folder)
-    unmodified = tables.selftest["fault"].isin(list(CONTROLS))
-    faults, controls = tables.selftest[~unmodified], tables.selftest[unmodified]
+    unmodified = tables.fates["fault"].isin(list(CONTROLS))
+    faults, controls = tables.fates[~unmodified], tables.fates[unmodified]
     if not tables.record.get("complete"):
         faults = faults[faults["fault"].isin(tried_everywhere(faults, set(tables.record.get("scenes") or ())))]
     planted = set(faults.loc[~faults["fate"].isin(NOT_PLANTED), "fault"])

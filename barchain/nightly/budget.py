@@ -140,17 +140,17 @@ def scenes_left(job: NightJob, folder: Path) -> tuple[str, ...]:
     if not files.has_record(folder):
         return job.scenes
     try:
-        record = files.sound_record(folder)
-        rows = files.read(folder, table) if files.has(folder, table) else None
+        found = files.contents(folder, table)
+        record, rows = found.record, found.tables[table]
     except (FileNotFoundError, DamagedResultsError, SchemaVersionError):
         return job.scenes
     if record.get("complete"):
         return ()
-    done = set() if rows is None else set(zip(rows["scene"], rows["engine"], strict=True))
+    done = set(zip(rows["scene"], rows["engine"], strict=True))
     done |= {(str(scene), str(engine)) for scene, engine in record.get("left_out") or () if job.study == "stability"}
     engines = list(record.get("engines") or ())
     if job.study == "cost":
-        return tuple(s for s in job.scenes if rows is None or not is_timed(rows[rows["scene"] == scene_name(s)]))
+        return tuple(s for s in job.scenes if not is_timed(rows[rows["scene"] == scene_name(s)]))
     if not engines:
         return job.scenes
     return tuple(s for s in job.scenes if not all((scene_name(s), engine) in done for engine in engines))

@@ -275,7 +275,7 @@ class ReleasesStudy:
     def run(self, store: StudyStore, reporter: Reporter) -> ReleasesResult:
         """Measure the releases one after the other; an interrupted study has left the answers of those it measured."""
         plan, states = self.plan, dict[str, str]()
-        answers = AnswerStore(store.folder)
+        answers = AnswerStore(store.answers)
         with tempfile.TemporaryDirectory(dir=temporary_root(), ignore_cleanup_errors=True) as scratch:
             tree = installed_tree(Path(scratch) / "tree")
             for k, release in enumerate(plan.releases):

@@ -43,7 +43,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from reports.tables.files import StudyFiles
-    from reports.tables.measured import Measuring
     from reports.tables.rows import Followed, Row
 
 
@@ -95,7 +94,7 @@ def key_of(row: Row, **other: str) -> Key:
 def identity_of(row: Row, rule: Followed) -> FigureIdentity | None:
     """Identity of a row's figure; None of a row that is not followed: about several engines, or not worth it."""
     kind, value = FigureKind(rule.kind), row["value"]
-    several = row["scene"].startswith("(") or (row["study"] == COMPARISON.name and not is_engine(row["engine"]))
+    several = row["scene"].startswith("(") or (row["study"] == COMPARISON.study and not is_engine(row["engine"]))
     unknown_unit = row["unit"] not in set(FigureUnit)
     small = kind is FigureKind.MEMORY and value < LEAST_MEMORY_B
     broken = kind is FigureKind.COUNT and not is_count(value)
@@ -114,7 +113,7 @@ def identity_of(row: Row, rule: Followed) -> FigureIdentity | None:
 
 def study_of(row: Row) -> str:
     """Study that begins a quantity's name; a comparison's has none."""
-    return "" if row["study"] == COMPARISON.name else str(row["study"])
+    return "" if row["study"] == COMPARISON.study else str(row["study"])
 
 
 class Filled(Formatter):
@@ -215,15 +214,13 @@ def standing(first: Figure, second: Figure) -> Figure:
 
 
 SUBJECTS = ("scenes", "engines", "bars", "faults")
-STUDIES = tuple(study for study in measured.STUDIES if study.followed)
+STUDIES = tuple(files for files in measured.STUDIES if files.followed)
 """Kinds of results that nights follow"""
 
 
 def read_figures_of(folder: Path) -> tuple[Figure, ...]:
     """Figures of all results in a folder; errors as :func:`read_night`."""
-    return tuple(
-        f for study in found_in(folder) for f in figures_of(measured.study_rows(study, folder), study.followed)
-    )
+    return tuple(f for files in found_in(folder) for f in figures_of(files.rows(folder), files.followed))
 
 
 def read_night(folder: Path) -> Night:
@@ -303,16 +300,16 @@ def night_here(
 
 def records_of(folders: Iterable[Path]) -> list[tuple[StudyFiles, dict[str, Any]]]:
     """Records of all results in some folders, each with its kind of results."""
-    return [(study.files, study.files.sound_record(folder)) for folder in folders for study in found_in(folder)]
+    return [(files, files.sound_record(folder)) for folder in folders for files in found_in(folder)]
 
 
-def found_in(folder: Path) -> list[Measuring]:
+def found_in(folder: Path) -> list[StudyFiles]:
     """Kinds of results that a folder holds."""
     if not folder.is_dir():
         raise HistoryError(f"{folder}: no such folder; give one that barchain wrote results into")
-    found = [study for study in STUDIES if study.files.has_record(folder)]
+    found = [files for files in STUDIES if files.has_record(folder)]
     if not found:
-        kinds = ", ".join(study.files.name for study in STUDIES)
+        kinds = ", ".join(files.study for files in STUDIES)
         raise HistoryError(f"{folder}: no results there; a night is made from those of: {kinds}")
     return found
 
@@ -359,8 +356,8 @@ def engine_versions(record: Mapping[str, Any]) -> dict[str, str]:
 
 def plan_of(read: Sequence[tuple[StudyFiles, Mapping[str, Any]]]) -> str:
     """Kinds of results, and a digest of their scenes and engines: folders of the same plan have the same figures."""
-    asked = [[files.name, *(names_in(record.get(entry)) for entry in SUBJECTS)] for files, record in read]
-    return f"{', '.join(sorted(files.name for files, _ in read))} {content_digest(sorted(asked))[:8]}"
+    asked = [[files.study, *(names_in(record.get(entry)) for entry in SUBJECTS)] for files, record in read]
+    return f"{', '.join(sorted(files.study for files, _ in read))} {content_digest(sorted(asked))[:8]}"
 
 
 def names_in(entry: Any) -> list[str]:

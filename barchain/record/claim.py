@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from filelock import FileLock, Timeout
 
-from reports.tables.files import ANSWERS
+from reports.tables.files import ANSWERS, SERIES
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator
@@ -102,46 +102,22 @@ def claim_results(
     DamagedResultsError, SchemaVersionError
         If tables of other parts shall stay beside a record that can't be read.
     """
-    need_own_record(files, out)
     places = places_of(files, out, parts)
     rendered = [out / name for name in files.pages] if overwrite else []
-    named = out if not files.study else files.folder(out)
-    what = "a comparison" if not files.study else "results of these parts" if files.parts else "results"
-    claim(places, f"{named} holds {what}", resume=resume, overwrite=overwrite)
+    what = f"results of {files.study}" if not files.parts else f"results of these parts of {files.study}"
+    claim(places, f"{out} holds {what}", resume=resume, overwrite=overwrite)
     for page in (p for p in rendered if os.path.lexists(p)):
         delete(page)
 
 
 def places_of(files: StudyFiles, out: Path, parts: Collection[str] | None) -> list[Path]:
-    """Files and folders that a study replaces: the record first, so that no record is left without its tables."""
-    folder = files.folder(out)
-    others = set(files.parts) - set(parts or ())
-    if (
-        parts is not None
-        and others
-        and files.has_record(out)
-        and others & set(files.read_record(out).get("parts") or ())
-    ):
-        return [*(files.path(out, table) for part in parts for table in files.parts[part]), folder / ANSWERS]
-    if files.study:
-        inside = folder.iterdir() if folder.is_dir() else ()
-        return sorted(inside, key=lambda path: (path != files.record_path(out), path))
-    beside = (out / name for name in (*files.folders, ANSWERS))
-    return [files.record_path(out), *(files.path(out, table) for table in files.tables), *beside]
-
-
-def need_own_record(files: StudyFiles, out: Path) -> None:
-    """Check that the record in a study's folder, if it can be read, is not that of another study."""
-    from reports.tables.reading import DamagedResultsError, read_json  # noqa: PLC0415  # pandas
-
-    try:
-        record = read_json(files.record_path(out))
-    except (OSError, DamagedResultsError):
-        return
-    owner = record.get("study") if isinstance(record, dict) else None
-    if owner not in (None, files.name):
-        said = f"{files.record_path(out)}: belongs to results of another kind, {str(owner)[:40]!r}"
-        raise ResultsInPlaceError(f"{said}; give another --out")
+    """Files and folders that a study replaces: the record first, so that no record is left without its rows."""
+    answers = out / ANSWERS / files.study
+    if parts is not None and files.has_record(out):
+        before = set(files.read_record(out).get("parts") or ())
+        if before - set(parts):  # rows of other parts stay, beside those that are made anew
+            return [answers] if before & set(parts) else []
+    return [files.record_path(out), out / files.rows_name, out / SERIES / files.study, answers]
 
 
 def claim(places: Iterable[Path], holds: str, *, resume: bool | None = None, overwrite: bool) -> None:

@@ -52,10 +52,9 @@ class OneByOne:
 
 @dataclass(frozen=True)
 class KeptAnswers:
-    """Executor that keeps each answer in a folder of a study, and gives those that are there without a call."""
+    """Executor that keeps each answer in a folder, and gives those that are there without a call."""
 
     folder: Path
-    """Folder of the study; answers lie in a folder inside it"""
     inside: LocalProcesses | OneByOne | DaskCluster | KeptAnswers
     """Place of the calls whose answers are not there"""
     tally: Counter[str] = field(default_factory=Counter, compare=False)

@@ -96,11 +96,12 @@ def scene_words(scene: Scene) -> dict[str, Any]:
 
 
 def keep_run(store: StudyStore, job: Job, result: RunResult) -> None:
-    """Write a run's samples as ``trajectories/<scene>/<engine>.parquet``, and note the run in the record."""
+    """Write a run's samples as the series ``trajectories/<scene>/<engine>``, and note the run in the record."""
     trajectory = result.trajectory
     frame = None if trajectory is None else trajectory.of_run(job.scene).to_frame()
     content = None if frame is None else parquet(frame)
-    file = None if content is None else f"trajectories/{job.scene.name}/{job.file_stem}.parquet"
+    name = f"trajectories/{job.scene.name}/{job.file_stem}"
+    file = None if content is None else store.files.series_name(name)
     store.record["runs"].append({
         "scene": job.scene.name,
         "engine": job.engine,

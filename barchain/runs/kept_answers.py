@@ -28,7 +28,6 @@ from barchain.record.sources import contents_digest, digest_of, required_by
 from barchain.runs.call import Answer, CallEnd
 from barchain.runs.pool import Session
 from reference_impl.kernel.build import source_digest, why_missing
-from reports.tables.files import ANSWERS
 from reports.tables.writing import make_folder, write_atomically
 
 if TYPE_CHECKING:
@@ -165,14 +164,14 @@ def imported(statements: Iterable[Any]) -> Iterator[str]:
 
 
 class AnswerStore:
-    """Answers of calls in a study's folder, each in a file of its own with the time that it took."""
+    """Answers of calls in a folder, each in a file of its own with the time that it took."""
 
     def __init__(self, folder: Path | None = None, tally: Counter[str] | None = None) -> None:
-        """Open the store inside the folder of a study; without a folder nothing is kept.
+        """Open the store in a folder; without one nothing is kept.
 
         A `tally` counts the answers that are asked for, and those of them that are there.
         """
-        self.folder = None if folder is None else make_folder(folder, ANSWERS)
+        self.folder = None if folder is None else make_folder(folder, "")
         self.tally = Counter[str]() if tally is None else tally
 
     def find(self, call: Call) -> Answer | None:

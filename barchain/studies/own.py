@@ -26,7 +26,7 @@ from barchain.runs.job import TIME_LIMIT_S, Job, Role
 from barchain.runs.tasks import limit_of, run_task
 from barchain.studies.study import Reporter, StudyEnd, run_study
 from reports.tables.files import StudyFiles
-from reports.tables.measured import STUDIES, own_study, study_rows
+from reports.tables.measured import STUDIES
 from reports.tables.rows import spread
 from scenarios import Scene, load_scene
 from scenarios.load import check_scene
@@ -124,12 +124,13 @@ def measure(
     RowError
         If two rows have one identity, or a tag is none.
     """
-    taken = [study.files.name for study in STUDIES]
+    taken = [files.study for files in STUDIES]
     if not re.fullmatch(NAME, name) or name in taken:
         raise ValueError(f"{name!r} given as a study, allowed: lower-case letters, digits and _, none of {taken}")
-    study = OwnStudy(StudyFiles(name, {}), dict(cases), summary, executor)
+    files = StudyFiles(name)
+    study = OwnStudy(files, dict(cases), summary, executor)
     run_study(study, Path(out), command=command, reporter=reporter, resume=resume, overwrite=overwrite)
-    return spread(study_rows(own_study(name), Path(out)))
+    return spread(files.rows(Path(out)))
 
 
 @dataclass(frozen=True)

@@ -155,7 +155,7 @@ def run_and_render(
         store = StudyStore(study.files, out, provenance(command, own.pop("packages", None)) | own, resume=resume)
         placed: Any = study
         if hasattr(study, "executor"):
-            placed = dataclasses.replace(placed, executor=KeptAnswers(store.folder, placed.executor))
+            placed = dataclasses.replace(placed, executor=KeptAnswers(store.answers, placed.executor))
         store.write_record()
         try:
             result = placed.run(store, told)

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
 from typing import TYPE_CHECKING
 
-import reports.tables
 from barchain.cli.common.exit_codes import MEANINGS
 from pictures.pages.scene_keys import HEAD, key_tables
 from pictures.pages.words import table
 from reference_impl.paper.misprint_effects import misprint_effects
-from reports.tables.files import StudyFiles
+from reports.tables.measured import STUDIES
 from reports.text.glossary import TERMS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterable
 
 ROUNDING = 1e-12  # far above the rounding of a dense solution in double precision, far below every effect
 
@@ -27,23 +24,21 @@ def scene_keys() -> str:
 
 
 def result_tables() -> str:
-    """Files and columns of every kind of result."""
+    """Rows and series of every study."""
     parts = []
-    for files in sorted(all_study_files(), key=lambda f: f.study):
-        rows = [(f"`{name}.csv`", ", ".join(f"`{column}`" for column in columns) or "follow from the data")
-                for name, columns in files.tables.items()]  # fmt: skip
-        where = f"in the folder `{files.study}/`" if files.study else "in the result folder itself"
-        parts.append(f"## {files.name}\n\nTables lie {where}, with `record.json`.\n\n"
-                     f"{table(('file', 'columns'), rows)}\n")  # fmt: skip
+    for files in sorted(STUDIES, key=lambda f: f.study):
+        rows = [
+            (name, of.metric or "metric", words(of.index), words(c for c in of.columns if c not in of.index))
+            for name, of in files.tables.items()
+        ]
+        rows += [(files.series_name(name), "a series", "", words(columns)) for name, columns in files.series.items()]
+        parts.append(f"## {files.study}\n\n{table(('table', 'metric', 'told apart by', 'columns'), rows)}\n")
     return "\n".join(parts)
 
 
-def all_study_files() -> Iterator[StudyFiles]:
-    """Descriptions of all result folders, found in the modules of tables."""
-    for module in pkgutil.walk_packages(reports.tables.__path__, "reports.tables."):
-        found = getattr(importlib.import_module(module.name), "FILES", None)
-        if isinstance(found, StudyFiles):
-            yield found
+def words(columns: Iterable[str]) -> str:
+    """Names of columns, as code."""
+    return ", ".join(f"`{column}`" for column in columns)
 
 
 def exit_codes() -> str:

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
 def stability_rows(folder: Path) -> tuple[list[dict[str, Any]], list[dict[str, Any]], dict[str, Any]]:
     """Rows of outcomes, rows of scenes, and the study's record."""
-    record = FILES.read_record(folder)
-    outcomes = FILES.recorded(folder, "outcomes", record)
+    found = FILES.contents(folder, "outcomes")
+    record, outcomes = found.record, found.outcomes
     rows = outcomes[["scene", "engine", "stability", "reason"]].to_dict("records")
     return [{str(k): v for k, v in row.items()} for row in rows], scene_rows(record), record
 

@@ -9,6 +9,8 @@ from itertools import pairwise
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
+import pandas as pd
+
 from reports.tables.faults.campaign import ALL, ENGINE_CLASSES, FAULT_CLASSES, CellClass, read_campaign
 from reports.tables.rows import records
 from reports.text.numerals import as_given
@@ -17,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    import pandas as pd
+    from reports.tables.files import StudyTables
 
 EDGES = (1e-2, 1e-1, 1.0, 10.0, 1e2, 1e4)
 """Limits between the classes of a fault's size, in units of the detection limit"""
@@ -34,7 +36,7 @@ FINDINGS = (CellClass.FALSE_ALARM, CellClass.MISSED)
 def view_campaign(folder: Path) -> SimpleNamespace:
     """Contents of the page, from the campaign in a result folder."""
     tables = read_campaign(folder)
-    cells, rates = tables.campaign, tables.rates
+    cells, rates = tables.campaign, rates_in(tables)
     unmodified, faulty = cells[cells["fault"] == ""], cells[cells["fault"] != ""]
     return SimpleNamespace(
         record=tables.record,
@@ -50,6 +52,11 @@ def view_campaign(folder: Path) -> SimpleNamespace:
         faults=counted(faulty["fault"], faulty["class"], FAULT_CLASSES),
         findings=records(cells[cells["class"].isin(FINDINGS)]),
     )
+
+
+def rates_in(tables: StudyTables) -> pd.DataFrame:
+    """All rates, those over everything first."""
+    return pd.concat([tables.rates.assign(by=ALL, name=ALL), tables.rates_of_parts], ignore_index=True)
 
 
 def rates_of(rates: pd.DataFrame, kind: CellClass, by: str) -> list[dict[str, Any]]:

@@ -12,7 +12,6 @@ from reports.plotting.families import EngineChart, EngineCurve, by_family, overv
 from reports.plotting.palette import COLOURS
 from reports.plotting.series import decade_range
 from reports.tables.cost import BASELINE, INDEPENDENT, KINDS, read_cost
-from reports.tables.files import flags
 from reports.tables.outcome import Outcome
 from reports.tables.rows import NOT_RUN, plain
 from reports.text.numerals import number
@@ -133,7 +132,7 @@ def shade_floor(chart: Chart, floor: float) -> None:
 def draw_fronts(chart: Chart, points: pd.DataFrame, below: Callable[[Chart], None]) -> None:
     """Draw the work-precision front of each kind of engines as a wide line, from the coarsest point."""
     below(chart)
-    best = points[flags(points.on_front)].sort_values("attitude_error_rad", ascending=False)
+    best = points[points.on_front].sort_values("attitude_error_rad", ascending=False)
     for kind in KINDS:
         own = best[best.kind == kind]
         colour, opacity = ("accent", 0.25) if kind == INDEPENDENT else ("rule", 0.5)

@@ -160,7 +160,7 @@ def view_effects(folder: Path) -> SimpleNamespace:
 
 
 def effect(row: dict[Any, Any], record: dict[str, Any], scene: dict[str, Any]) -> dict[str, Any]:
-    """Row of effects.csv with what it means: its changes, its relevance, its ratios of time."""
+    """Row of the table `effects` with what it means: its changes, its relevance, its ratios of time."""
     duration_s, compared_s = number(scene.get("duration_s")) or 0.0, finite(row["compared_s"])
     cut = compared_s is not None and compared_s < (1.0 - WHOLE_RUN) * duration_s
     at_end = cut and (compared_s or 0.0) >= (1.0 - WHOLE_RUN) * (number(scene.get("end_s")) or 0.0)

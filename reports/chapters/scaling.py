@@ -9,9 +9,8 @@ import numpy as np
 from reports.plotting.families import EngineChart, EngineCurve, by_family, overview
 from reports.plotting.panels import guide
 from reports.plotting.series import decade_range
-from reports.tables.measured import spread_rows
 from reports.tables.outcome import Outcome
-from reports.tables.rows import plain, tabled
+from reports.tables.rows import plain, spread
 from reports.tables.scaling import FILES, FITTED, POINTS
 from reports.text.numerals import power_of_ten, significant
 from reports.text.record import mapping
@@ -51,8 +50,9 @@ class ScalingView(NamedTuple):
 
 def view_scaling(folder: Path) -> ScalingView:
     """View of the study in a result folder."""
-    record, found = FILES.sound_record(folder), spread_rows(FILES, folder)
-    points = tabled(found, "outcome", ("engine", "bars"), POINTS).rename(columns={"text": "per"})
+    record = FILES.sound_record(folder)
+    found = spread(FILES.rows(folder, record))
+    points = POINTS.from_rows(found)
     charts = charts_of(points)
     shown = plain(points)
     bars = sorted({int(row["bars"]) for row in shown if row["orbit_s"] is not None})

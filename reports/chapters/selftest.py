@@ -6,10 +6,9 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from reports.page import paragraphs
-from reports.tables.faults.selftest import CAUGHT, FILES, MISSED, FaultOutcome, read_selftest
-from reports.tables.measured import spread_rows
+from reports.tables.faults.selftest import CAUGHT, FILES, KILLED, MISSED, FaultOutcome, read_selftest
 from reports.tables.outcome import Outcome
-from reports.tables.rows import records
+from reports.tables.rows import records, spread
 from reports.text.numerals import significant
 from reports.text.record import is_complete, mapping
 
@@ -57,7 +56,7 @@ def view_selftest(folder: Path) -> SimpleNamespace:
     """Contents of the page and of the terminal, from the study in a result folder."""
     tables = read_selftest(folder)
     about, scenes = mapping(tables.record.get("faults")), list(mapping(tables.record.get("scenes")))
-    cells = cells_of(tables.selftest)
+    cells = cells_of(tables.fates, tables.readings)
     rows = [
         row_of(name, words, [cells[name, s] for s in scenes if (name, s) in cells]) for name, words in about.items()
     ]
@@ -81,7 +80,7 @@ def view_selftest(folder: Path) -> SimpleNamespace:
         ),
         wrong=[c for r in rows for c in r["cells"] if c["fate"] in (FaultOutcome.FALSE_ALARM, FaultOutcome.BROKEN)],
         checks=checks,
-        smallest=smallest(spread_rows(FILES, folder), scenes, about),
+        smallest=smallest(spread(FILES.rows(folder, tables.record)), scenes, about),
     )
 
 
@@ -118,15 +117,14 @@ def counts(rows: list[dict[str, Any]], faults: list[dict[str, Any]]) -> dict[str
     }
 
 
-def cells_of(table: pd.DataFrame) -> dict[tuple[str, str], dict[str, Any]]:
+def cells_of(fates: pd.DataFrame, readings: pd.DataFrame) -> dict[tuple[str, str], dict[str, Any]]:
     """Cells by fault and scene, in the table's order; of each the detections, rejections of the whole run first."""
     groups: dict[tuple[str, str], list[dict[str, Any]]] = {}
-    for row in records(table):
+    for row in records(readings[readings["killed"] == KILLED]):
         groups.setdefault((row["fault"], row["scene"]), []).append(row)
     found = {}
-    for (fault, scene), rows in groups.items():
-        fate = FaultOutcome(rows[0]["fate"])
-        killers = [r for r in rows if bool(r["killed"])]
+    for fault, scene, word, why in fates[["fault", "scene", "fate", "why"]].itertuples(index=False):
+        fate, killers = FaultOutcome(word), groups.get((fault, scene), [])
         killers.sort(key=lambda r: (r["quantity"] != WHOLE, -float(r["ratio"])))
         text, kind = FATES[fate]
         if fate is FaultOutcome.KILLED:
@@ -142,9 +140,8 @@ def cells_of(table: pd.DataFrame) -> dict[tuple[str, str], dict[str, Any]]:
             "kind": kind,
             "further": len({r["quantity"] for r in killers}) - 1,
             "pairs": {(r["quantity"], r["check"]) for r in killers},
-            "title": "; ".join(f"{quantity_of(r) or WHOLE}: {r['check']}{amount(r)}" for r in killers)
-            or rows[0]["why"],
-            "reason": rows[0]["why"],
+            "title": "; ".join(f"{quantity_of(r) or WHOLE}: {r['check']}{amount(r)}" for r in killers) or why,
+            "reason": why,
         }
     return found
 

@@ -110,7 +110,7 @@ def scenes_of(tables: StudyTables, engines: list[str]) -> list[dict[str, Any]]:
 
 
 def outcome(row: dict[str, Any]) -> dict[str, Any]:
-    """Row of outcomes.csv with its sign, word, colour, exponent of a drift and change since the recorded outcome."""
+    """Row of `outcomes` with its sign, word, colour, exponent of a drift and change since the recorded outcome."""
     late = bool(row["slow"])
     sign, kind = SIGNS[Stability(row["stability"])]
     exponent = row["exponent"]

@@ -1,18 +1,14 @@
-"""Stored tables of a cost study: everything that its chapter is rendered from.
+"""Rows of a cost study, as the tables that its chapter is rendered from.
 
-A folder ``cost`` inside a result folder holds
-
-``points.csv``
-    one row for each planned run, columns :data:`POINT_COLUMNS`; errors are the largest over the samples; a cell is
-    empty if the engine lacks the quantity or it was not measured; ``kind`` is one of :data:`KINDS` in all tables;
-``times.csv``
-    every measured time of `simulate`, s;
-``orders.csv``, ``reach.csv``, ``price.csv``
+``points``
+    a row for each planned run; errors are the largest over the samples; a cell is empty if the engine lacks the
+    quantity or it was not measured;
+``orders``, ``reach``, ``price``
     measured orders of convergence; costs to reach an error; cost factors of one more digit;
-``loads.csv``
-    share of barchain's loads in an engine's time, columns :data:`LOAD_COLUMNS`;
-``record.json``
-    environment, engines, certified solutions, and skipped pairs with their reasons.
+``loads``
+    share of barchain's loads in an engine's time;
+``times``
+    every measured time of `simulate`, s, a series.
 """
 
 from __future__ import annotations
@@ -20,24 +16,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
-from reports.tables.rows import (
-    COUNT,
-    NOT_COMPARED,
-    NOT_RUN,
-    RUNS_FOLLOWED,
-    Followed,
-    Rows,
-    known,
-    records,
-    split_not_run,
-)
+from reports.tables.rows import COUNT, NOT_COMPARED, NOT_RUN, RUNS_FOLLOWED, Followed, Rows, known, records
 from reports.tables.schema import Record
+from reports.tables.table import Number, Table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from reports.tables.files import StudyTables
+    from reports.tables.files import Frames, StudyTables
 
 BASELINE = "reference-fast"  # times are also given relative to this engine's
 INDEPENDENT, OWN_EQUATIONS = "independent physics", "barchain's equations"
@@ -50,20 +37,9 @@ KINDS = {
 BUSY = 0.5
 """Processors used by other processes from which on times are not compared with those of other runs: ratios of two
 engines then differ by up to a tenth from those on an idle machine"""
-TIME_COLUMNS = ("scene", "engine", "setting", "turn", "seconds")
-LOAD_COLUMNS = ("scene", "engine", "setting", "kind", "seconds", "seconds_twice", "share", "share_low", "share_high")
-POINT_COLUMNS = (
-    "scene", "engine", "kind", "setting", "parameter", "value", "step_s", "outcome", "reason",
-    "attitude_error_rad", "attitude_floor_rad",
-    "reaction_error_N", "reaction_floor_N", "reaction_relative", "reaction_floor_relative",
-    "com_error_m", "com_floor_m", "gap_m", "energy_error", "under_floor",
-    "seconds", "seconds_low", "seconds_high", "turns", "build_s", "compile_s", "read_s",
-    "evaluations", "steps", "on_front",
-)  # fmt: skip
-WORDS = (
-    "scene", "engine", "kind", "setting", "parameter", "outcome", "reason", "under_floor", "status", "fastest",
-    "quantity", "against", "measure",
-)  # fmt: skip
+REACHED = frozenset({"reached", "at most"})
+INTERRUPTED = "the study was interrupted"
+TIMES = ("scene", "engine", "setting", "turn", "seconds")
 
 
 class CostRecord(Record):
@@ -79,36 +55,81 @@ class CostRecord(Record):
     """Mean number of processors that other processes used while times were measured"""
 
 
-FILES = StudyFiles(
-    "cost",
-    {"points": POINT_COLUMNS, "times": TIME_COLUMNS, "orders": (), "reach": (), "price": (), "loads": LOAD_COLUMNS},
-    WORDS,
-    optional=frozenset({"loads"}),
-    flags=("on_front",),
-    model=CostRecord,
-    pages=("cost.html",),
-)
-
-
-def read_cost(folder: Path) -> StudyTables:
-    """Record and tables of the study in a result folder, without single times; errors as `FILES.contents`."""
-    return FILES.contents(folder, "points", "orders", "reach", "price", "loads")
-
-
-POINTS = {
-    "attitude_error_rad": ("attitude", "error", "rad"), "attitude_floor_rad": ("attitude", "floor", "rad"),
-    "reaction_error_N": ("reaction", "error", "N"), "reaction_floor_N": ("reaction", "floor", "N"),
-    "reaction_relative": ("reaction", "relative_error", "1"),
-    "reaction_floor_relative": ("reaction", "relative_floor", "1"),
-    "com_error_m": ("com", "error", "m"), "com_floor_m": ("com", "floor", "m"),
-    "gap_m": ("gap", "max", "m"), "energy_error": ("energy", "error", "1"), "step_s": ("step", "mean", "s"),
-    "seconds": ("simulate", "seconds", "s"), "build_s": ("build", "seconds", "s"),
-    "compile_s": ("compile", "seconds", "s"), "read_s": ("read", "seconds", "s"), "turns": ("simulate", "turns", "1"),
-    "evaluations": ("evaluations", COUNT, "1"), "steps": ("steps", COUNT, "1"),
-}  # fmt: skip
-"""Quantity, metric and unit of the columns of `points`"""
-REACHED = frozenset({"reached", "at most"})
-INTERRUPTED = "the study was interrupted"
+RUN = ("scene", "engine", "setting")
+TABLES = {
+    "points": Table(
+        RUN,
+        "outcome",
+        {"outcome": "outcome", "reason": "reason", "text": "under_floor"},
+        numbers={
+            "attitude_error_rad": Number("attitude", "error", "rad"),
+            "attitude_floor_rad": Number("attitude", "floor", "rad"),
+            "reaction_error_N": Number("reaction", "error", "N"),
+            "reaction_floor_N": Number("reaction", "floor", "N"),
+            "reaction_relative": Number("reaction", "relative_error"),
+            "reaction_floor_relative": Number("reaction", "relative_floor"),
+            "com_error_m": Number("com", "error", "m"),
+            "com_floor_m": Number("com", "floor", "m"),
+            "gap_m": Number("gap", "max", "m"),
+            "energy_error": Number("energy", "error"),
+            "step_s": Number("step", "mean", "s"),
+            "seconds": Number("simulate", "seconds", "s", "seconds_low", "seconds_high"),
+            "build_s": Number("build", "seconds", "s"),
+            "compile_s": Number("compile", "seconds", "s"),
+            "read_s": Number("read", "seconds", "s"),
+            "turns": Number("simulate", "turns"),
+            "evaluations": Number("evaluations", COUNT),
+            "steps": Number("steps", COUNT),
+            "value": Number("", "setting_value"),
+        },
+        words=("kind", "parameter"),
+        flags=("on_front",),
+    ),
+    "orders": Table(
+        ("scene", "engine", "quantity", "against"),
+        "order",
+        {"value": "order", "low": "order_low", "high": "order_high", "outcome": "outcome", "reason": "reason"},
+        numbers={
+            "theory": Number("", "theory"),
+            "points": Number("", "points"),
+            "error_from": Number("", "error_from"),
+            "error_to": Number("", "error_to"),
+            "least_error": Number("", "least_error"),
+        },
+        words=("kind",),
+        prefix="order.",
+    ),
+    "reach": Table(
+        ("scene", "engine", "quantity", "measure", "target"),
+        "cost_to_reach",
+        {"value": "cost", "low": "cost_low", "high": "cost_high", "outcome": "status", "reason": "reason"},
+        numbers={
+            "over_fastest": Number("", "over_fastest", "1", "over_fastest_low", "over_fastest_high", "fastest"),
+            "over_baseline": Number("", "over_baseline", "1", "over_baseline_low", "over_baseline_high"),
+        },
+        words=("kind",),
+        sizes=("target",),
+        prefix="reach.",
+    ),
+    "price": Table(
+        ("scene", "engine", "quantity", "measure"),
+        "price_of_a_digit",
+        {"value": "factor", "low": "factor_low", "high": "factor_high"},
+        words=("kind",),
+        prefix="price.",
+    ),
+    "loads": Table(
+        RUN,
+        "loads_timed",
+        numbers={
+            "share": Number("loads", "share", "1", "share_low", "share_high"),
+            "seconds": Number("loads", "seconds", "s"),
+            "seconds_twice": Number("loads", "seconds_twice", "s"),
+        },
+        words=("kind",),
+        prefix="loads.",
+    ),
+}
 FOLLOWED = {
     COUNT: RUNS_FOLLOWED[COUNT],
     "outcome": Followed("verdict"),
@@ -118,31 +139,41 @@ FOLLOWED = {
 }
 
 
-def cost_rows(folder: Path) -> Rows:
-    """Rows of a cost study: its points, times to reach an error, orders, prices of a digit, and shares of loads."""
-    tables, found = read_cost(folder), Rows(FILES.name)
-    busy, interrupted = busy_machine(tables.record), "" if tables.record.get("complete") else INTERRUPTED
-    cut: dict[tuple[str, str], str] = {}
-    for row in records(tables.points):
-        where = {name: row[name] for name in ("scene", "engine", "setting")}
-        outcome, reason = split_not_run(row["outcome"], row["reason"])
-        found.add("outcome", outcome=outcome, reason=reason, text=row["under_floor"], **where)
-        found.measured(row, POINTS, **where)
-        if outcome == NOT_RUN:
-            cut.setdefault((row["scene"], row["engine"]), reason)
-    for row in records(tables.reach):
-        add_reach(found, row, cut.get((row["scene"], row["engine"]), interrupted), busy)
-    for row in records(tables.orders):
-        add_order(found, row, interrupted)
-    for row in records(tables.price):
-        where = {name: row[name] for name in ("scene", "engine", "quantity", "measure")}
-        found.add("price_of_a_digit", row["factor"], low=row["factor_low"], high=row["factor_high"], **where)
-    for row in records(tables.loads):
-        where = {name: row[name] for name in ("scene", "engine", "setting")}
-        found.measured(
-            row, {"share": ("loads", "share", "1"), "seconds_twice": ("loads", "seconds_twice", "s")}, **where
-        )
+def derived(tables: Frames, record: Mapping[str, Any]) -> Rows:
+    """Verdicts on what an engine reaches, and times relative to the baseline's; of an interrupted study no orders."""
+    found, interrupted = Rows(FILES.study), "" if record.get("complete") else INTERRUPTED
+    if "orders" in tables:
+        orders = tables["orders"]
+        if interrupted:
+            orders = orders.assign(order=float("nan"), outcome=NOT_RUN, reason=INTERRUPTED)
+        else:
+            orders["reason"] = ["" if value else "too few points" for value in orders["order"].notna()]
+        tables["orders"] = orders
+    cut = {
+        (row["scene"], row["engine"]): row["reason"].removeprefix(NOT_RUN).removeprefix(": ")
+        for row in reversed(list(records(tables["points"]) if "points" in tables else ()))
+        if row["reason"].startswith(NOT_RUN)
+    }
+    for row in records(tables["reach"]) if "reach" in tables else ():
+        if row["measure"] == "seconds":
+            add_reach(found, row, cut.get((row["scene"], row["engine"]), interrupted), busy_machine(record))
     return found
+
+
+def add_reach(found: Rows, row: Mapping[str, Any], not_run: str, busy: str) -> None:
+    """Add the verdict on an error that an engine reaches, and its time relative to the baseline's, timed in turns.
+
+    `not_run` is the reason why a finer setting of the engine was not run: whether it reaches the error is then unknown.
+    `busy` is the reason why times are not compared.
+    """
+    where = {name: row[name] for name in ("scene", "engine", "quantity", "target")}
+    sure = {"reached"} if not_run == INTERRUPTED else REACHED  # its coarsest point may be missing
+    unknown = bool(not_run) and row["status"] not in sure
+    found.add("reach", outcome=NOT_RUN if unknown else row["status"], reason=not_run if unknown else "", **where)
+    if row["engine"] != BASELINE and row["status"] in REACHED and known(row["over_baseline"]):
+        ends = {"low": row["over_baseline_low"], "high": row["over_baseline_high"]}
+        said: dict[str, Any] = {"outcome": NOT_COMPARED, "reason": busy} if busy else {}
+        found.add("time_ratio", row["over_baseline"], relative_to=BASELINE, **ends, **said, **where)
 
 
 def busy_machine(record: Mapping[str, Any]) -> str:
@@ -151,37 +182,17 @@ def busy_machine(record: Mapping[str, Any]) -> str:
     return f"other processes used {others:.1f} processors" if known(others) and others > BUSY else ""
 
 
-def add_reach(found: Rows, row: Mapping[str, Any], not_run: str, busy: str) -> None:
-    """Add the cost to an error, and its ratio to the fastest engine's and the baseline's, which was timed in turns.
-
-    `not_run` is the reason why a finer setting of the engine was not run: whether it reaches the error is then unknown.
-    `busy` is the reason why times are not compared.
-    """
-    where = {name: row[name] for name in ("scene", "engine", "quantity", "target")}
-    measure, status = row["measure"], row["status"]
-    unit = "s" if measure == "seconds" else "1"
-    ends = {"low": row["cost_low"], "high": row["cost_high"]}
-    found.add(f"{measure}_to_reach", row["cost"], unit, outcome=status, reason=row.get("reason", ""), **ends, **where)
-    if measure == "seconds":
-        sure = {"reached"} if not_run == INTERRUPTED else REACHED  # its coarsest point may be missing
-        unknown = bool(not_run) and status not in sure
-        found.add("reach", outcome=NOT_RUN if unknown else status, reason=not_run if unknown else "", **where)
-    for anchor, column in ((BASELINE, "over_baseline"), (row.get("fastest", ""), "over_fastest")):
-        if row["engine"] != anchor and status in REACHED and known(row[column]):
-            name = f"{'time' if measure == 'seconds' else measure}_ratio"
-            ends = {"low": row[f"{column}_low"], "high": row[f"{column}_high"]}
-            said: dict[str, Any] = {"outcome": NOT_COMPARED, "reason": busy} if busy and measure == "seconds" else {}
-            metric = name if column == "over_baseline" else f"{name}_to_fastest"
-            found.add(metric, row[column], relative_to=anchor, **ends, **said, **where)
+FILES = StudyFiles(
+    "cost",
+    TABLES,
+    {"times": TIMES},
+    model=CostRecord,
+    followed=FOLLOWED,
+    derived=derived,
+    pages=("cost.html",),
+)
 
 
-def add_order(found: Rows, row: Mapping[str, Any], interrupted: str) -> None:
-    """Add an order of convergence, and the order of the engine's method; of an interrupted study none is known."""
-    where = {name: row[name] for name in ("scene", "engine", "quantity", "against")}
-    if interrupted:
-        found.add("order", outcome=NOT_RUN, reason=interrupted, **where)
-        return
-    reason = "" if known(row["order"]) else "too few points"
-    found.add("order", row["order"], low=row["order_low"], high=row["order_high"], reason=reason, **where)
-    if known(row["theory"]):
-        found.add("theoretical_order", row["theory"], **where)
+def read_cost(folder: Path) -> StudyTables:
+    """Record and tables of the study in a result folder, without single times; errors as `FILES.contents`."""
+    return FILES.contents(folder, *TABLES)

@@ -1,25 +1,20 @@
 """Stored tables of a comparison: everything that a report is rendered from.
 
-A result folder holds
+Its rows are a table ``metrics``, one value a row. An engine in parentheses stands for several engines together, or for
+a missing judging solution; the scene :data:`ALL_SCENES` for all scenes together. Its series are
 
-``metrics.csv``
-    tidy, one value a row, columns :data:`METRIC_COLUMNS`. An engine in parentheses stands for several engines
-    together, or for a missing judging solution; the scene :data:`ALL_SCENES` for all scenes together;
-``record.json``
-    provenance, scenes, engines, and the outcome of every run;
-``trajectories/<scene>/<engine>.parquet``
-    one row per sample; ``solution.parquet`` is the judging solution;
-``differences/<scene>/<engine>.parquet``
+``trajectories/<scene>/<engine>``
+    one row per sample; ``solution`` is the judging solution;
+``differences/<scene>/<engine>``
     ``t_s`` and, for each compared quantity q: ``q_difference``, ``q_tolerance`` (the explained part) and
     ``q_bound`` (the expected-error bound), each the largest over the quantity's components;
     for each drift d: ``d_drift``, ``d_bound``;
-``differences/<scene>/amplification.parquet``
+``differences/<scene>/amplification``
     ``t_s, amplification``: factor by which a small perturbation of the attitude has grown.
 """
 
 from __future__ import annotations
 
-import os
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,29 +23,15 @@ from reports.tables.files import StudyFiles
 from reports.tables.outcome import Outcome, gravest
 from reports.tables.reading import brief, damaged
 from reports.tables.rows import RUNS_FOLLOWED, Followed, Rows, add_runs, records
-from reports.tables.schema import RECORD, RunsRecord
+from reports.tables.schema import RunsRecord
+from reports.tables.table import Table
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
-    from reports.tables.files import StudyTables
+    from reports.tables.files import Frames, StudyTables
 
-METRICS = "metrics.csv"
-
-METRIC_COLUMNS = (
-    "scene",
-    "engine",
-    "setting",
-    "quantity",
-    "metric",
-    "value",
-    "unit",
-    "tolerance",
-    "outcome",
-    "reason",
-    "limit_s",
-)
-METRIC_WORDS = ("scene", "engine", "setting", "quantity", "metric", "unit", "outcome", "reason")
 QUANTITY_UNITS = {
     "com": "m",
     "com_velocity": "m/s",
@@ -91,46 +72,9 @@ class ComparisonRecord(RunsRecord):
     limitations: list[str] | None = None
 
 
-FILES = StudyFiles(
-    "",
-    {"metrics": METRIC_COLUMNS},
-    METRIC_WORDS,
-    model=ComparisonRecord,
-    folders=("trajectories", "differences"),
-    pages=("index.html", "summary.md"),
-)
-
-
 def is_engine(name: str) -> bool:
     """Whether a name in the engine column is that of one engine."""
     return bool(name) and not name.startswith("(")
-
-
-def read_results(folder: Path) -> StudyTables:
-    """Read a result folder.
-
-    Raises
-    ------
-    FileNotFoundError
-        If it holds no ``metrics.csv`` or no ``record.json``.
-    DamagedResultsError
-        If one of them is damaged, has another form, or belongs to another run than the other.
-    SchemaVersionError
-        If the record has another schema version.
-    """
-    for name in (METRICS, RECORD):
-        if not os.path.lexists(folder / name):
-            raise FileNotFoundError(f"{folder}: no {name} there; give a folder that compare or crossval wrote")
-    found = FILES.contents(folder)
-    path, metrics = folder / METRICS, found.metrics
-    unknown = metrics[~metrics["outcome"].isin(list(Outcome))]
-    if len(unknown):
-        raise damaged(path, f"{brief(unknown['outcome'].iloc[0])[:40]!r} in row {unknown.index[0] + 1} is no outcome")
-    passed = metrics[metrics["outcome"] == Outcome.PASS.value]
-    empty = passed[~np.isfinite(passed["value"].to_numpy(float))]
-    if len(empty):
-        raise damaged(path, f"row {empty.index[0] + 1} passed without a number")
-    return found
 
 
 ERROR = Followed("error", "{quantity}.{metric}", within=ROUNDING, trajectory=True, besides=("relative_energy",))
@@ -143,17 +87,12 @@ FOLLOWED = RUNS_FOLLOWED | {
 """Metrics that nights follow; a verdict is followed at any setting"""
 
 
-def comparison_rows(folder: Path) -> Rows:
-    """Rows of a comparison: its table, a verdict for each engine in a scene, and its runs; errors as `read_results`."""
-    results, found = read_results(folder), Rows(FILES.name)
+def verdicts(tables: Frames, record: Mapping[str, Any]) -> Rows:
+    """A verdict for each engine in a scene, its predictability limit, and its runs."""
+    found = Rows(FILES.study)
     pairs: dict[tuple[str, str, str], list[dict[str, Any]]] = {}
-    for row in records(results.metrics):
-        where = {name: row[name] for name in ("scene", "engine", "setting")}
+    for row in records(tables["metrics"]) if "metrics" in tables else ():
         pairs.setdefault((row["scene"], row["engine"], row["setting"]), []).append(row)
-        found.add(
-            row["metric"], row["value"], row["unit"], quantity=row["quantity"], limit=row["tolerance"],
-            outcome=row["outcome"], reason=row["reason"], until_s=row["limit_s"], **where,
-        )  # fmt: skip
     for (scene, engine, setting), rows in pairs.items():
         if is_engine(engine) and scene != ALL_SCENES:
             worst = gravest(Outcome(row["outcome"]) for row in rows)
@@ -162,5 +101,51 @@ def comparison_rows(folder: Path) -> Rows:
             limits = [row["limit_s"] for row in rows if row["metric"] == "max" and row["quantity"] == "attitude"]
             if limits:
                 found.add("predictability_limit", limits[0], "s", scene=scene, engine=engine, setting=setting)
-    add_runs(found, folder, results.record)
+    add_runs(found, record)
+    return found
+
+
+METRICS = Table(
+    ("scene", "engine", "setting", "quantity", "metric"),
+    said={
+        "value": "value", "unit": "unit", "limit": "tolerance", "outcome": "outcome", "reason": "reason",
+        "until_s": "limit_s",
+    },
+    only=frozenset(QUANTITY_UNITS),
+)  # fmt: skip
+"""One value a row"""
+METRIC_COLUMNS = METRICS.columns
+FILES = StudyFiles(
+    "comparison",
+    {"metrics": METRICS},
+    model=ComparisonRecord,
+    followed=FOLLOWED,
+    derived=verdicts,
+    pages=("index.html", "summary.md"),
+)
+
+
+def read_results(folder: Path) -> StudyTables:
+    """Read a result folder.
+
+    Raises
+    ------
+    FileNotFoundError
+        If it holds no comparison.
+    DamagedResultsError
+        If one of them is damaged, has another form, or belongs to another run than the other.
+    SchemaVersionError
+        If the record has another schema version.
+    """
+    if not FILES.has_record(folder):
+        raise FileNotFoundError(f"{folder}: no comparison there; give a folder that compare or crossval wrote")
+    found = FILES.contents(folder)
+    path, metrics = folder / FILES.rows_name, found.metrics
+    unknown = metrics[~metrics["outcome"].isin(list(Outcome))]
+    if len(unknown):
+        raise damaged(path, f"{brief(unknown['outcome'].iloc[0])[:40]!r} in row {unknown.index[0] + 1} is no outcome")
+    passed = metrics[metrics["outcome"] == Outcome.PASS.value]
+    empty = passed[~np.isfinite(passed["value"].to_numpy(float))]
+    if len(empty):
+        raise damaged(path, f"row {empty.index[0] + 1} passed without a number")
     return found

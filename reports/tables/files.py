@@ -1,4 +1,14 @@
-"""The files of a study inside a result folder: names, columns, and reading them."""
+"""What a study leaves in a result folder: its rows, its record, and its series over time.
+
+``rows/<study>.parquet``
+    every number, outcome and text (:mod:`reports.tables.rows`);
+``record/<study>.json``
+    command, options, environment, versions, and the digest of each file of the study;
+``series/<study>/``
+    what is no row: samples, differences over time, quantiles;
+``answers/<study>/``
+    what has been run so far: a study that goes on makes what is missing.
+"""
 
 from __future__ import annotations
 
@@ -6,27 +16,36 @@ import os
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.reading import TABLES, check_recorded, damaged, read_csv, recorded_content, recorded_parquet
-from reports.tables.schema import RECORD, Record, read_record
+from reports.tables.reading import (
+    TABLES,
+    check_recorded,
+    damaged,
+    parquet_frame,
+    recorded_content,
+    recorded_parquet,
+)
+from reports.tables.rows import COLUMNS, FOLDER, Rows, spread, typed
+from reports.tables.schema import Record, read_record
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
     from pathlib import Path
 
-    import numpy as np
     import pandas as pd
-    from numpy.typing import NDArray
 
+    from reports.tables.rows import Followed
+    from reports.tables.table import Table
 
-ANSWERS = "answers"
-"""Folder of the kept answers inside a study's folder"""
+RECORDS, SERIES, ANSWERS = "record", "series", "answers"
+"""Folders beside that of the rows"""
+Frames = dict[str, "pd.DataFrame"]
 
 
 class StudyTables:
     """Record of a study in a folder, and its tables, each an attribute of its name."""
 
-    def __init__(self, folder: Path, tables: Mapping[str, pd.DataFrame], record: dict[str, Any]) -> None:
-        self.folder, self.tables, self.record = folder, tables, record
+    def __init__(self, folder: Path, tables: Mapping[str, pd.DataFrame], record: dict[str, Any], study: str) -> None:
+        self.folder, self.tables, self.record, self.study = folder, tables, record, study
 
     def __getattr__(self, name: str) -> Any:
         """Table of a name."""
@@ -34,100 +53,119 @@ class StudyTables:
             raise AttributeError(name)
         return self.tables[name]
 
+    def series(self, name: str) -> pd.DataFrame | None:
+        """Series of a name, or None without one."""
+        return recorded_parquet(self.folder, f"{SERIES}/{self.study}/{name}.parquet", self.record)
+
     def trajectory(self, scene: str, engine: str) -> pd.DataFrame | None:
         """Samples of one run, or None if it left none."""
-        return recorded_parquet(self.folder, f"trajectories/{scene}/{engine}.parquet", self.record)
+        return self.series(f"trajectories/{scene}/{engine}")
 
     def differences(self, scene: str, engine: str) -> pd.DataFrame | None:
         """Differences from the judging solution over time, or None without any."""
-        return recorded_parquet(self.folder, f"differences/{scene}/{engine}.parquet", self.record)
+        return self.series(f"differences/{scene}/{engine}")
 
 
-@dataclass(frozen=True)
+def nothing_derived(tables: Frames, record: Mapping[str, Any]) -> Rows:
+    """No rows beside those of the tables."""
+    del tables, record
+    return Rows("")
+
+
+def nowhere(record: Mapping[str, Any]) -> dict[str, str]:
+    """No scene, engine or setting that all rows share."""
+    del record
+    return {}
+
+
+@dataclass(frozen=True, eq=False)
 class StudyFiles:
-    """Tables and record of a study, in the folder ``<study>`` of a result folder; of a comparison in that itself."""
+    """Rows, record and series of a study in a result folder."""
 
     study: str
-    """Empty for a comparison"""
-    tables: Mapping[str, tuple[str, ...]]
-    """Columns of each ``<table>.csv``; empty where the columns follow from the data"""
-    words: tuple[str, ...] = ()
-    """Columns of text: an empty cell is an empty string; in other columns an empty cell is NaN"""
-    optional: frozenset[str] = field(default_factory=frozenset)
-    """Tables that a study may lack; reading such a table gives no rows"""
-    flags: tuple[str, ...] = ()
-    """Columns of True and False"""
+    tables: Mapping[str, Table] = field(default_factory=dict)
+    """Tables that its rows are, by name"""
+    series: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    """Tables that are no rows, with their columns: ``series/<study>/<table>.parquet``"""
     model: type[Record] = Record
     """Entries of the record with their types"""
+    followed: Mapping[str, Followed] = field(default_factory=dict)
+    """Metrics that nights follow; none of a study that is no part of a night"""
+    derived: Callable[[Frames, Mapping[str, Any]], Rows] = nothing_derived
+    """Further rows, that follow from the tables and the record; it may complete the tables"""
+    place: Callable[[Mapping[str, Any]], dict[str, str]] = nowhere
+    """Scene, engine and setting of all rows of the tables, by the record"""
     parts: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     """Tables of each part that can be run by itself, beside the tables of earlier runs of the others"""
-    folders: tuple[str, ...] = ()
-    """Folders beside the tables"""
     pages: tuple[str, ...] = ()
     """Files in the result folder that are rendered from the tables"""
 
     @property
-    def name(self) -> str:
-        """Name of the study in its record."""
-        return self.study or "comparison"
+    def rows_name(self) -> str:
+        """File of the rows, relative to the result folder."""
+        return f"{FOLDER}/{self.study}.parquet"
 
-    def folder(self, out: Path) -> Path:
-        """Folder of the study in the result folder `out`."""
-        return out / self.study
-
-    def path(self, out: Path, table: str) -> Path:
-        """File of a table."""
-        return self.folder(out) / f"{table}.csv"
-
-    def has(self, out: Path, table: str) -> bool:
-        """Whether a table was written."""
-        return self.path(out, table).is_file()
+    def series_name(self, table: str) -> str:
+        """File of a table over time, relative to the result folder."""
+        return f"{SERIES}/{self.study}/{table}.parquet"
 
     def record_path(self, out: Path) -> Path:
         """File of the record."""
-        return self.folder(out) / RECORD
+        return out / RECORDS / f"{self.study}.json"
 
     def has_record(self, out: Path) -> bool:
         """Whether there is a record, damaged or not."""
         return os.path.lexists(self.record_path(out))
 
-    def read(self, out: Path, table: str) -> pd.DataFrame:
-        """Read a table.
+    def to_rows(self, tables: Frames, record: Mapping[str, Any]) -> pd.DataFrame:
+        """Rows of some tables, and those that follow from them.
 
         Raises
         ------
-        FileNotFoundError
-            If the table is missing and not optional.
-        DamagedResultsError
-            If the table or the record is damaged, or the table is another than the record describes.
+        RowError
+            If two rows have one identity.
         """
-        return self.recorded(out, table, self.read_record(out) if self.has_record(out) else {})
-
-    def recorded(self, out: Path, table: str, record: Mapping[str, Any]) -> pd.DataFrame:
-        """Read a table that belongs to a record, as :meth:`read`; a table left from another run counts as missing."""
         import pandas as pd
 
-        path, needed = self.path(out, table), table not in self.optional
-        content = recorded_content(self.folder(out), path.name, record, needed=needed)
-        if content is None:
-            return pd.DataFrame(columns=list(self.tables[table]))
-        return read_csv(path, content, self.tables[table], words=self.words, flags=self.flags)
+        derived, place = self.derived(tables, record), self.place(record)
+        found = [self.tables[name].to_rows(self.study, table, place) for name, table in tables.items()]
+        return Rows.checked(pd.concat([*found, derived.frame()], ignore_index=True))
 
-    def contents(self, out: Path, *tables: str) -> StudyTables:
-        """Read the record and several tables, all of them by default.
+    def rows(self, out: Path, record: Mapping[str, Any] | None = None) -> pd.DataFrame:
+        """Rows in the result folder `out`, in the columns of :mod:`reports.tables.rows`.
 
         Raises
         ------
         FileNotFoundError
-            If the record is missing, or a table that is not optional.
+            If they, or the record, are missing.
         DamagedResultsError
-            If the record or a table is damaged, or a table is another than the record describes.
+            If they or the record are damaged, or they are others than the record describes.
         SchemaVersionError
             If the record has another schema version.
         """
+        known = self.sound_record(out) if record is None else record
+        content = recorded_content(out, self.rows_name, known, needed=True)
+        return typed(parquet_frame(out / self.rows_name, content, COLUMNS)) if content else Rows(self.study).frame()
+
+    def contents(self, out: Path, *tables: str) -> StudyTables:
+        """Read the record and several tables, all of them by default; errors as of :meth:`rows`."""
         record = self.sound_record(out)
-        found = {name: self.recorded(out, name, record) for name in tables or self.tables}
-        return StudyTables(self.folder(out), found, record)
+        wanted = tables or (*self.tables, *self.series)
+        rows = spread(self.rows(out, record))
+        found = {name: self.tables[name].from_rows(rows) for name in wanted if name in self.tables}
+        return StudyTables(out, found | self.series_of(out, record, wanted), record, self.study)
+
+    def series_of(self, out: Path, record: Mapping[str, Any], wanted: tuple[str, ...]) -> Frames:
+        """Tables over time; without rows where the study left none."""
+        import pandas as pd
+
+        found = {}
+        for name in (name for name in wanted if name in self.series):
+            content = recorded_content(out, self.series_name(name), record)
+            needed = self.series[name]
+            empty = pd.DataFrame(columns=list(needed))
+            found[name] = empty if content is None else parquet_frame(out / self.series_name(name), content, needed)
+        return found
 
     def read_record(self, out: Path) -> dict[str, Any]:
         """Read the record.
@@ -143,22 +181,16 @@ class StudyFiles:
         """
         path = self.record_path(out)
         record = read_record(path, self.model)
-        if record.get("study") not in (None, self.name):
-            raise damaged(path, f"is the record of another study, {record['study'][:40]}, not {self.name}")
+        if record.get("study") not in (None, self.study):
+            raise damaged(path, f"is the record of another study, {record['study'][:40]}, not {self.study}")
         return record
 
     def sound_record(self, out: Path) -> dict[str, Any]:
-        """Read the record, and check that each of its tables is the one that it describes, shown or not.
+        """Read the record, and check that each of its files is the one that it describes, shown or not.
 
         Errors are those of :meth:`read_record`.
         """
         record = self.read_record(out)
         for name in record.get(TABLES) or ():
-            check_recorded(self.folder(out), name, record)
+            check_recorded(out, name, record)
         return record
-
-
-def flags(column: pd.Series) -> NDArray[np.bool_]:
-    """Flags (n,) of a column that is stored as the words True and False."""
-    found: NDArray[np.bool_] = (column.astype(str) == "True").to_numpy(bool)
-    return found

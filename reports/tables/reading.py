@@ -1,4 +1,4 @@
-"""The one reader of stored files: JSON, CSV and Parquet of the declared form, or one line on the damaged file."""
+"""The one reader of stored files: JSON and Parquet of the declared form, or one line on the damaged file."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import hashlib
 import io
 import json
 import os
-import warnings
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -82,56 +81,6 @@ def read_json(path: Path) -> Any:
         raise damaged(path, f"is no JSON: {error}") from None
 
 
-def read_csv(
-    path: Path, content: bytes, columns: Collection[str], *, words: Collection[str] = (), flags: Collection[str] = ()
-) -> pd.DataFrame:
-    """Table of a CSV file with columns of declared types.
-
-    Parameters
-    ----------
-    path : Path
-        For messages.
-    content : bytes
-    columns : collection of str
-        Required columns; empty: whatever columns there are.
-    words, flags : collection of str
-        Columns of text, whose empty cells are empty strings, and of True and False. All other columns are numbers;
-        an empty cell is NaN.
-
-    Raises
-    ------
-    DamagedResultsError
-        If it is no such table.
-    """
-    import pandas as pd
-
-    text = decoded(path, content)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", pd.errors.DtypeWarning)
-            found = pd.read_csv(
-                io.StringIO(text), dtype=dict.fromkeys(words, str), keep_default_na=False, na_values=[""],
-                low_memory=False,
-            )  # fmt: skip
-    except Exception as error:  # pandas names no common class of its parser's errors
-        raise damaged(path, f"is no CSV table: {brief(error)}") from None
-    if not isinstance(found.index, pd.RangeIndex):
-        raise damaged(path, "has rows with more cells than columns")
-    lacking = [name for name in columns if name not in found]
-    if lacking:
-        raise damaged(path, f"lacks {', '.join(lacking)}; it has: {', '.join(map(str, found.columns))}")
-    for name in columns or found.columns:
-        column = found[name]
-        if name in words:
-            found[name] = column.astype(object).fillna("").astype(str)
-        elif name in flags:
-            other = column.notna() & ~column.astype(str).isin(("True", "False"))
-            need_none(path, column[other], f"column {name} holds other than True and False")
-        else:
-            need_numbers(path, column)
-    return found
-
-
 def need_numbers(path: Path, column: pd.Series[Any]) -> None:
     """Check that a column holds numbers and empty cells only."""
     import pandas as pd
@@ -149,7 +98,13 @@ def need_none(path: Path, cells: pd.Series[Any], what: str) -> None:
 
 
 def parquet_frame(path: Path, content: bytes, needed: Collection[str]) -> pd.DataFrame:
-    """Table of a Parquet file's contents with some needed columns; errors as :func:`read_csv`."""
+    """Table of a Parquet file's contents with some needed columns.
+
+    Raises
+    ------
+    DamagedResultsError
+        If it is no such table.
+    """
     import pandas as pd
 
     try:
@@ -163,7 +118,7 @@ def parquet_frame(path: Path, content: bytes, needed: Collection[str]) -> pd.Dat
 
 
 def read_parquet(path: Path, content: bytes | None = None) -> pd.DataFrame:
-    """Table of numbers over time ``t_s`` of a Parquet file; errors as :func:`read_csv`."""
+    """Table of numbers over time ``t_s`` of a Parquet file; errors as :func:`parquet_frame`."""
     found = parquet_frame(path, read_bytes(path) if content is None else content, ("t_s",))
     for name in found.columns:
         need_numbers(path, found[name])

@@ -1,27 +1,25 @@
-"""Stored tables of a round-off study: everything that its chapter is rendered from.
+"""Rows of a round-off study, as the tables that its chapter is rendered from.
 
-A folder ``roundoff`` inside a result folder holds, each error as quantiles over an ensemble's members (``q05``,
-``median``, ``q95``, ``largest``, and their number ``members``)
+Each error is given as quantiles over an ensemble's members (``q05``, ``median``, ``q95``, ``largest``, and their number
+``members``).
 
-``evaluation.csv``
-    errors of one evaluation of the reactions: :data:`EVALUATION_COLUMNS`; ``ratio`` is the size ratio, a bar's length
+``evaluation``
+    errors of one evaluation of the reactions; ``ratio`` is the size ratio, a bar's length
     divided by the Earth's radius; ``source`` formula, input or both; ``yardstick`` the reaction itself or m n² l;
-``laws.csv``
-    power laws of these medians in the size ratio: :data:`LAW_COLUMNS`; the error is ``constant`` u ratio^``expected``,
+``laws``
+    power laws of these medians in the size ratio; the error is ``constant`` u ratio^``expected``,
     and ``last_digit_ratio`` where that is 0.1;
-``longitudes.csv``
-    errors of formula and input by sector of the longitude: :data:`LONGITUDE_COLUMNS`; ``p_value`` is the
+``longitudes``
+    errors of formula and input by sector of the longitude; ``p_value`` is the
     probability of at least these differences between equal sectors (Kruskal-Wallis test);
-``trajectories.csv``, ``best.csv``, ``best_laws.csv``
+``trajectories``, ``best``, ``best_laws``
     errors of a run against step or tolerance, the smallest of them, and its law in the size ratio;
-``growth.csv``, ``growth_laws.csv``
+``growth``, ``growth_laws``
     errors against time, and their exponents;
-``engines.csv``, ``engine_laws.csv``
+``engines``, ``engine_laws``
     errors of other engines, in the inertial frame and in a moving frame, against step and size ratio;
-``times.csv``
+``times``
     time of an evaluation in relative coordinates relative to absolute ones;
-``record.json``
-    environment, and the objects named on the axes.
 """
 
 from __future__ import annotations
@@ -29,45 +27,76 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
-from reports.tables.rows import Followed, Rows, known, records
+from reports.tables.rows import Followed, Rows
 from reports.tables.schema import Part, Record
+from reports.tables.table import Number, Table
 
 if TYPE_CHECKING:
-    from pathlib import Path
+    from collections.abc import Mapping
 
-SPREAD = ("q05", "median", "q95", "largest", "members")
-FIT = ("exponent", "low", "high", "expected", "points", "first", "last", "remark")
-EVALUATION_COLUMNS = ("state", "bars", "ratio", "formulation", "arithmetic", "source", "yardstick", *SPREAD)
-LAW_COLUMNS = (
-    "state", "bars", "formulation", "arithmetic", "source", "yardstick", *FIT, "constant", "last_digit_ratio",
-)  # fmt: skip
-LONGITUDE_COLUMNS = ("state", "ratio", "formulation", "arithmetic", "source", "sector_deg", *SPREAD, "p_value")
+    from reports.tables.files import Frames
+
 RUN = ("ratio", "quantity", "coordinates", "arithmetic", "method")
-TRAJECTORY_COLUMNS = (*RUN, "steps_per_orbit", "rtol", "evaluations", *SPREAD, "known")
-BEST_COLUMNS = (*RUN, "steps_per_orbit", "rtol", *SPREAD, "known", "settled")
-BEST_LAW_COLUMNS = ("quantity", "coordinates", "arithmetic", "method", *FIT, "constant")
-GROWTH_COLUMNS = (*RUN, "orbits", *SPREAD, "known", "exponent_low", "exponent_high")
-GROWTH_LAW_COLUMNS = (*RUN, *FIT)
-ENGINE_COLUMNS = (
-    "engine", "frame", "ratio", "quantity", "steps_per_orbit", "rtol", *SPREAD, "known", "outcome", "reason",
-)  # fmt: skip
-ENGINE_LAW_COLUMNS = ("engine", "frame", "ratio", "quantity", "against", *FIT)
-TIME_COLUMNS = (
-    "code", "arithmetic", "bars", "relative_s", "absolute_s", "ratio", "low", "high", "turns",
-)  # fmt: skip
-COLUMNS = {
-    "evaluation": EVALUATION_COLUMNS,
-    "laws": LAW_COLUMNS,
-    "longitudes": LONGITUDE_COLUMNS,
-    "trajectories": TRAJECTORY_COLUMNS,
-    "best": BEST_COLUMNS,
-    "best_laws": BEST_LAW_COLUMNS,
-    "growth": GROWTH_COLUMNS,
-    "growth_laws": GROWTH_LAW_COLUMNS,
-    "engines": ENGINE_COLUMNS,
-    "engine_laws": ENGINE_LAW_COLUMNS,
-    "times": TIME_COLUMNS,
-}
+SIZES = ("bars", "ratio", "steps_per_orbit", "rtol", "orbits", "sector_deg")
+"""Columns of numbers among those that tell rows apart"""
+
+
+def errors(name: str, index: tuple[str, ...], *numbers: str, flags: tuple[str, ...] = (), **said: str) -> Table:
+    """Table of errors as quantiles, with further columns of numbers."""
+    return Table(
+        index,
+        f"{name}.median",
+        {"value": "median", "low": "q05", "high": "q95"} | said,
+        numbers={column: Number("", column) for column in ("largest", "members", *numbers)},
+        flags=flags,
+        sizes=SIZES,
+        prefix=f"{name}.",
+    )
+
+
+def fits(name: str, index: tuple[str, ...], *numbers: str) -> Table:
+    """Table of power laws, with further columns of numbers."""
+    return Table(
+        index,
+        f"{name}.exponent",
+        {"value": "exponent", "low": "low", "high": "high", "reason": "remark"},
+        numbers={column: Number("", column) for column in ("expected", "points", "first", "last", *numbers)},
+        sizes=SIZES,
+        prefix=f"{name}.",
+    )
+
+
+EVALUATION = ("state", "bars", "formulation", "arithmetic", "source", "yardstick")
+STEPS = ("steps_per_orbit", "rtol")
+TABLES = {
+    "evaluation": errors("evaluation", (*EVALUATION, "ratio")),
+    "laws": fits("laws", EVALUATION, "constant", "last_digit_ratio"),
+    "longitudes": errors(
+        "longitudes", ("state", "ratio", "formulation", "arithmetic", "source", "sector_deg"), "p_value"
+    ),
+    "trajectories": errors("trajectories", (*RUN, *STEPS), "evaluations", flags=("known",)),
+    "best": errors("best", RUN, *STEPS, flags=("known", "settled")),
+    "best_laws": fits("best_laws", RUN[1:], "constant"),
+    "growth": errors("growth", (*RUN, "orbits"), "exponent_low", "exponent_high", flags=("known",)),
+    "growth_laws": fits("growth_laws", RUN),
+    "engines": errors(
+        "engines", ("engine", "frame", "ratio", "quantity", *STEPS), flags=("known",),
+        outcome="outcome", reason="reason",
+    ),
+    "engine_laws": fits("engine_laws", ("engine", "frame", "ratio", "quantity", "against")),
+    "times": Table(
+        ("code", "arithmetic", "bars"),
+        "time_ratio",
+        {"value": "ratio", "low": "low", "high": "high"},
+        numbers={
+            "relative_s": Number("evaluation", "relative_seconds", "s"),
+            "absolute_s": Number("evaluation", "absolute_seconds", "s"),
+            "turns": Number("evaluation", "turns"),
+        },
+        sizes=SIZES,
+        relative_to="absolute",
+    ),
+}  # fmt: skip
 PARTS = {
     "evaluation": ("evaluation", "laws", "longitudes"),
     "trajectories": ("trajectories", "best", "best_laws", "growth", "growth_laws"),
@@ -75,10 +104,6 @@ PARTS = {
     "times": ("times",),
 }
 """Tables of each part of the study"""
-WORDS = (
-    "state", "formulation", "arithmetic", "source", "yardstick", "remark", "quantity", "coordinates", "method",
-    "engine", "frame", "outcome", "reason", "against", "code",
-)  # fmt: skip
 
 
 class RoundoffPart(Part):
@@ -105,34 +130,6 @@ class RoundoffRecord(Record):
     failed: list[dict[str, Any]] | None = None
 
 
-FILES = StudyFiles(
-    "roundoff",
-    COLUMNS,
-    WORDS,
-    optional=frozenset(COLUMNS),
-    flags=("known", "settled"),
-    model=RoundoffRecord,
-    parts=PARTS,
-    pages=("roundoff.html",),
-)
-
-
-read_roundoff = FILES.contents
-
-
-KEYS = {
-    "evaluation": ("state", "bars", "ratio", "formulation", "arithmetic", "source", "yardstick"),
-    "laws": ("state", "bars", "formulation", "arithmetic", "source", "yardstick"),
-    "longitudes": ("state", "ratio", "formulation", "arithmetic", "source", "sector_deg"),
-    "trajectories": (*RUN, "steps_per_orbit", "rtol"),
-    "best": RUN,
-    "best_laws": ("quantity", "coordinates", "arithmetic", "method"),
-    "growth": (*RUN, "orbits"),
-    "growth_laws": RUN,
-    "engines": ("engine", "frame", "ratio", "quantity", "steps_per_orbit", "rtol"),
-    "engine_laws": ("engine", "frame", "ratio", "quantity", "against"),
-}
-"""Columns that tell the rows of each table apart"""
 LAWS = {
     "laws": "{state} {bars:g} {formulation} {arithmetic} {source} {yardstick}",
     "best_laws": "{quantity} {coordinates} {arithmetic} {method}",
@@ -146,30 +143,29 @@ FOLLOWED = {
 }
 
 
-def roundoff_rows(folder: Path) -> Rows:
-    """Rows of a round-off study: medians with 5 % and 95 % quantiles, laws, and ratios of times."""
-    tables = read_roundoff(folder)
-    found = Rows(FILES.name, str(tables.record.get("scene") or ""))
-    for table, keys in KEYS.items():
-        for row in records(getattr(tables, table)):
-            where = {"quantity": "reaction"} | {key: row[key] for key in keys}
-            if row.get("against") == "steps" and not row["expected"] >= 0.0:  # beside the law of round-off
-                where["against"] = "steps, truncation"
-            if table in LAWS:
-                ends = {"low": row["low"], "high": row["high"], "reason": row["remark"]}
-                found.add(f"{table}.exponent", row["exponent"], **ends, **where)
-                rest: tuple[str, ...] = ("expected", "constant", "last_digit_ratio")
-            else:
-                said = {"outcome": row.get("outcome", ""), "reason": row.get("reason", "")}
-                found.add(f"{table}.median", row["median"], low=row["q05"], high=row["q95"], **said, **where)
-                rest = ("largest", "p_value")
-            for name in rest:
-                if known(row.get(name)):
-                    found.add(f"{table}.{name}", row[name], **where)
-    for row in records(tables.times):
-        where = {key: row[key] for key in ("code", "arithmetic", "bars")}
-        found.add("time_ratio", row["ratio"], low=row["low"], high=row["high"], relative_to="absolute", **where)
-        for coordinates in ("relative", "absolute"):
-            seconds = row[f"{coordinates}_s"]
-            found.add("seconds", seconds, "s", quantity="evaluation", coordinates=coordinates, **where)
-    return found
+def place_of(record: Mapping[str, Any]) -> dict[str, str]:
+    """Scene of all rows, and the quantity of those that name none."""
+    return {"scene": str(record.get("scene") or ""), "quantity": "reaction"}
+
+
+def truncation_named(tables: Frames, record: Mapping[str, Any]) -> Rows:
+    """No further rows; of the laws in the number of steps that of truncation is named beside that of round-off."""
+    del record
+    if "engine_laws" in tables:
+        laws = tables["engine_laws"]
+        truncation = (laws["against"] == "steps") & ~(laws["expected"] >= 0.0)
+        tables["engine_laws"] = laws.assign(against=laws["against"].mask(truncation, "steps, truncation"))
+    return Rows(FILES.study)
+
+
+FILES = StudyFiles(
+    "roundoff",
+    TABLES,
+    model=RoundoffRecord,
+    followed=FOLLOWED,
+    derived=truncation_named,
+    place=place_of,
+    parts=PARTS,
+    pages=("roundoff.html",),
+)
+read_roundoff = FILES.contents

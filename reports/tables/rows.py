@@ -30,11 +30,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard
 
 import numpy as np
 
-from reports.tables.reading import DIGITS, recorded_parquet
+from reports.tables.reading import DIGITS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-    from pathlib import Path
+    from collections.abc import Iterable, Mapping
 
     import pandas as pd
 
@@ -119,26 +118,6 @@ class Rows:
             "reason": reason, "text": text, **{name: number(found) for name, found in numbers.items()},
         })  # fmt: skip
 
-    def measured(self, row: Mapping[str, Any], columns: Mapping[str, tuple[str, str, str]], **where: Any) -> None:
-        """Add a row for each number in some columns of a study's table.
-
-        Parameters
-        ----------
-        row : mapping
-            Row of the table. The interval of column ``seconds`` stands in ``seconds_low`` and ``seconds_high``, that of
-            ``orbit_s`` in ``orbit_low`` and ``orbit_high``.
-        columns : mapping
-            Quantity, metric and unit of each column; an empty cell is no row.
-        **where : Any
-            As of :meth:`add`.
-        """
-        for column, (quantity, metric, unit) in columns.items():
-            if known(row.get(column)):
-                low, high = (
-                    row.get(f"{column}_{e}", row.get(f"{column.removesuffix('_s')}_{e}")) for e in ("low", "high")
-                )
-                self.add(metric, row[column], unit, quantity=quantity, low=low, high=high, **where)
-
     def frame(self) -> pd.DataFrame:
         """All rows as a table.
 
@@ -149,23 +128,20 @@ class Rows:
         """
         import pandas as pd  # noqa: PLC0415
 
-        found = typed(pd.DataFrame(self.found, columns=list(COLUMNS)))
-        twice = found[found.duplicated(list(IDENTITY))]
+        return self.checked(typed(pd.DataFrame(self.found, columns=list(COLUMNS))))
+
+    @staticmethod
+    def checked(frame: pd.DataFrame) -> pd.DataFrame:
+        """Rows as they are, no two of which have one identity; else a RowError that names the first."""
+        twice = frame[frame.duplicated(list(IDENTITY))]
         if len(twice):
             raise RowError(f"two rows have one identity: {', '.join(map(str, twice[list(IDENTITY)].iloc[0]))}")
-        return found
+        return frame
 
 
 def typed(frame: pd.DataFrame) -> pd.DataFrame:
     """Rows whose columns have the types of the relation."""
     return frame.astype({c: "float64" if c in NUMBERS else object for c in COLUMNS})
-
-
-def split_not_run(outcome: str, reason: str) -> tuple[str, str]:
-    """Outcome and reason of a row of a table whose reason begins with :data:`NOT_RUN` where it was not run."""
-    if not reason.startswith(NOT_RUN):
-        return outcome, reason
-    return NOT_RUN, reason.removeprefix(NOT_RUN).lstrip(": ")
 
 
 def known(value: Any) -> TypeGuard[float]:
@@ -254,36 +230,6 @@ def spread(frame: pd.DataFrame) -> pd.DataFrame:
     return found
 
 
-def tabled(
-    frame: pd.DataFrame, outcomes: str, index: Sequence[str], columns: Mapping[str, tuple[str, str, str]]
-) -> pd.DataFrame:
-    """Table with a column for each measured number, the inverse of :meth:`Rows.measured`.
-
-    Parameters
-    ----------
-    frame : DataFrame
-        Rows of one study, with a column for each tag (:func:`spread`).
-    outcomes : str
-        Metric of which each row of the table has one: its columns ``outcome``, ``reason`` and ``text`` stay.
-    index : sequence of str
-        Columns and tags that tell the rows of the table apart.
-    columns : mapping
-        Quantity, metric and unit of each column; ``<column>_low`` and ``<column>_high`` hold its interval.
-
-    Returns
-    -------
-    DataFrame
-        Rows in their order; NaN where nothing was measured.
-    """
-    names = list(index)
-    found = frame.loc[frame["metric"] == outcomes, [*names, "outcome", "reason", "text"]]
-    for column, (quantity, metric, _) in columns.items():
-        own = frame[(frame["quantity"] == quantity) & (frame["metric"] == metric)]
-        own = own[[*names, "value", "low", "high"]]
-        found = found.merge(own.set_axis([*names, column, f"{column}_low", f"{column}_high"], axis=1), "left", names)
-    return found
-
-
 def records(frame: pd.DataFrame) -> Iterable[Row]:
     """Rows of a table as plain Python values."""
     return [{str(name): value for name, value in row.items()} for row in frame.to_dict("records")]
@@ -296,14 +242,8 @@ def plain(frame: pd.DataFrame) -> list[Row]:
     ]
 
 
-def add_runs(found: Rows, folder: Path, record: dict[str, Any]) -> None:
-    """Add the rows of all runs in a record.
-
-    Raises
-    ------
-    DamagedResultsError
-        If a trajectory is damaged, or another than the record describes.
-    """
+def add_runs(found: Rows, record: Mapping[str, Any]) -> None:
+    """Add the rows of all runs in a record: seconds of each phase, digests of bits, and what the engine tells."""
     named = {tuple(run[k] for k in ("scene", "engine", "setting", "role")): run for run in record.get("runs") or ()}
     for (scene, engine, setting, role), run in named.items():
         place: dict[str, Any] = {"scene": scene, "engine": engine, "setting": setting}
@@ -311,9 +251,7 @@ def add_runs(found: Rows, folder: Path, record: dict[str, Any]) -> None:
         for phase, seconds in run.get("seconds", {}).items():
             found.add("seconds", seconds, "s", quantity=phase, **where)
         if role in (MAIN, FINER):
-            found.add(
-                BITS, text=bits_of(run, folder, record), outcome=run["outcome"], reason=run.get("reason", ""), **where
-            )
+            found.add(BITS, text=run["bits"], outcome=run["outcome"], reason=run.get("reason", ""), **where)
         if role == MAIN:
             add_info(found, run.get("info", {}), **where)
 
@@ -331,14 +269,6 @@ def add_info(found: Rows, info: Mapping[str, Any], **where: Any) -> None:
 def is_count(value: float) -> bool:
     """Whether a number is whole and not negative."""
     return math.isfinite(value) and value == int(value) and value >= 0.0
-
-
-def bits_of(run: Mapping[str, Any], folder: Path, record: dict[str, Any]) -> str:
-    """Digest of a run's trajectory; empty if it left none."""
-    if run.get("bits"):
-        return str(run["bits"])
-    frame = recorded_parquet(folder, run["file"], record) if run.get("file") else None
-    return "" if frame is None else frame_digest(frame)
 
 
 def frame_digest(frame: pd.DataFrame) -> str:

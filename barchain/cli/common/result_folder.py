@@ -37,7 +37,7 @@ def run_shown(out: Path | None, study: Study[ResultT_co], kept: dict[str, bool])
 
     if kept["resume"] and out is None:
         raise click.UsageError("--resume goes with --out DIR")
-    name = study.files.name
+    name = study.files.study
     with kept_or_temporary(out) as folder:
         check_others(name, folder)
         with verdicts_shown(getattr(study, "turns", None)) as reporter:

@@ -202,7 +202,7 @@ def curves_of(
 def reach_rows(
     points: pd.DataFrame, scene: str, quantity: str, measure: str, times: Mapping[tuple[str, str, str], Array]
 ) -> list[dict[str, Any]]:
-    """Rows of reach.csv for one scene: every engine at every target; the fastest is that of an engine's own kind."""
+    """Rows of `reach` for one scene: every engine at every target; the fastest is that of an engine's own kind."""
     curves = curves_of(points, scene, quantity, measure, times)
     own = {str(e): rows for e, rows in points[points.scene == scene].groupby("engine", sort=False)}
     reasons = {e: stopped(rows) for e, rows in own.items()}

@@ -114,7 +114,7 @@ class CostStudy:
         """Measure every point, round after round; an interrupted run leaves the points measured so far."""
         run, load = CostRun(self, store, reporter), OtherLoad()
         try:
-            for _ in run_cases([(self.files.name, run.scenes())], self.executor):
+            for _ in run_cases([(self.files.study, run.scenes())], self.executor):
                 store.record["other_processors"] = load.processors()
         finally:
             run.write_tables()
@@ -304,7 +304,7 @@ def by_setting(runs: dict[str, list[Job]]) -> list[list[Job]]:
 
 
 def columns_of(job: Job, result: RunResult, solution: BoundedSolution) -> Row:
-    """Columns of points.csv that a first run gives; errors of failed runs too, where they have a whole trajectory."""
+    """Columns of `points` that a first run gives; errors of failed runs too, where they have a whole trajectory."""
     found: Row = {"outcome": str(result.outcome), "reason": result.reason}
     if job.setting.parameter is AccuracyParameter.STEPS_PER_ORBIT:
         found["step_s"] = step_s(job.scene, job.setting.value)
@@ -338,7 +338,7 @@ def load_rows(bench: TimingBench, job: Job, time_limit_s: float) -> Case[list[Ro
 
 
 def load_row(job: Job, once_s: Array, twice_s: Array) -> Row:
-    """Row of loads.csv of an engine's times with its loads applied once and twice, (n,) s."""
+    """Row of the table `loads` of an engine's times with its loads applied once and twice, (n,) s."""
     once, twice = float(np.median(once_s)), float(np.median(twice_s))
     ratio = interval(twice / once, [(1.0, twice_s), (-1.0, once_s)])
     return {

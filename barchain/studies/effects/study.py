@@ -33,7 +33,7 @@ from barchain.studies.effects.timing import (
 )
 from barchain.studies.study import StudyEnd
 from reports.tables.crossval import PARTED_RAD
-from reports.tables.effects import COLUMNS, FILES, UNITS
+from reports.tables.effects import FILES, UNITS
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -263,7 +263,7 @@ class Budget:
 
     def row(self, switch: Switch) -> dict[str, Any]:
         """One effect's row."""
-        found: dict[str, Any] = dict.fromkeys(COLUMNS) | {
+        found: dict[str, Any] = {
             "effect": switch.effect, "title": switch.title, "kind": str(switch.kind), "on": switch.on,
             "said": switch.said, "reason": switch.reason, "caveat": switch.caveat,
             "width_least_m": min(switch.width_m, default=None), "width_largest_m": max(switch.width_m, default=None),

@@ -24,7 +24,6 @@ from barchain.studies.ensemble.population import batch, populations
 from reference_impl.integrate.stepper import smooth_segments
 from reference_impl.kernel.batch import run_members
 from reference_impl.kernel.layout import ARRIVED
-from reports.tables.files import ANSWERS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterator
@@ -148,7 +147,7 @@ def run_chunks(ensemble: Ensemble, done: Callable[[int], None]) -> ChunkFiles:
     with session_of(ensemble.executor) as session:
         for chunk in chunks(ensemble):
             call = chunk.call
-            file = ensemble.executor.folder / ANSWERS / answer_key(call)
+            file = ensemble.executor.folder / answer_key(call)
             under_way[chunk.first] = chunk, file
             files.append((file, chunk.part.runs))
             session.submit(chunk.first, call)

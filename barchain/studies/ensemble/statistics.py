@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections import Counter
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -88,16 +86,6 @@ def run_table(parts: Iterable[RunColumns]) -> pd.DataFrame:
     """Rows of several chunks as one table."""
     given = list(parts)
     return pd.DataFrame({name: np.concatenate([np.asarray(part[name]) for part in given]) for name in given[0]})
-
-
-def run_text(parts: Iterable[RunColumns]) -> Iterator[bytes]:
-    """Text of the CSV table of several chunks, as pandas would write it at five times the cost."""
-    for k, rows in enumerate(parts):
-        words = {name: list(rows[name]) for name in ("outcome", "reason")}
-        lines = zip(*(words.get(name) or np.asarray(column).tolist() for name, column in rows.items()), strict=True)
-        sink = io.StringIO()
-        csv.writer(sink, lineterminator="\n").writerows(lines if k else [tuple(rows), *lines])
-        yield sink.getvalue().encode("utf-8")
 
 
 def quantile_table(made: ChunkFiles) -> pd.DataFrame:

@@ -11,16 +11,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 
 from barchain.runs.executors import ALL_CORES, DaskCluster, KeptAnswers
 from barchain.runs.facts import scene_facts
 from barchain.runs.timing.estimate import need_runnable
 from barchain.studies.ensemble.chunks import LEAST_RUNS, SAMPLES, columns, run_chunks
 from barchain.studies.ensemble.population import Ensemble, check_effects, populations
-from barchain.studies.ensemble.statistics import RunTally, quantile_table, run_rows, run_table, run_text
+from barchain.studies.ensemble.statistics import RunTally, quantile_table, run_rows, run_table
 from barchain.studies.ensemble.variation import VariationError, parse
 from reports.tables.ensemble import FILES
-from reports.tables.files import ANSWERS
 from scenarios import Scene, load_scene
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from barchain.record.study_store import StudyStore
     from barchain.runs.executors import Executor
     from barchain.studies.ensemble.chunks import ChunkFiles
+    from barchain.studies.ensemble.statistics import RunColumns
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
 
@@ -108,14 +110,15 @@ class EnsembleStudy(Ensemble):
         assert isinstance(self.executor, KeptAnswers)
         store.record["dask"] = isinstance(self.executor.inside, DaskCluster)
         with reporter.counted("runs", self.runs) as done:
-            made, quantiles, seconds = reduced(self, store.folder, done)
+            made, quantiles, seconds = reduced(self, store.answers, done)
         tally = RunTally()
         store.write("quantiles", quantiles)
-        store.write_text("runs", run_text(run_rows(made, tally)))
+        store.write("last", quantiles[quantiles["t_s"] == quantiles["t_s"].max()])
+        write_runs(store, run_rows(made, tally))
         store.record["outcomes"] = dict(tally.outcomes.most_common())
         store.record["evaluations"] = tally.evaluations
         store.record["phases_s"] = seconds
-        shutil.rmtree(store.folder / ANSWERS)  # the tables say all; the samples may take gigabytes
+        shutil.rmtree(store.answers)  # the tables say all; the samples may take gigabytes
         return EnsembleSummary(self.scene, quantiles, tally, seconds)
 
 
@@ -234,9 +237,21 @@ def reduced(
     return made, quantiles, dict(zip(("run", "reduce"), map(float, np.diff(clock)), strict=True))
 
 
+def write_runs(store: StudyStore, parts: Iterable[RunColumns]) -> None:
+    """Write the table of all runs part by part: those of a million need not be held at once."""
+    writer = None
+    with store.replacing(store.files.series_name("runs")) as file:
+        for part in parts:
+            table = pa.table({name: list(column) for name, column in part.items()})
+            writer = writer or pq.ParquetWriter(file, table.schema)
+            writer.write_table(table)
+        if writer is not None:
+            writer.close()
+
+
 def need_room(study: EnsembleStudy, folder: Path) -> None:
     """Reject an ensemble whose samples, beside those that are there, the file system does not hold."""
-    there = sum(file.stat().st_size for file in (folder / ANSWERS).glob("*"))
+    there = sum(file.stat().st_size for file in folder.glob("*"))
     needed, free = SAMPLES.itemsize * columns(study.scene) * study.runs - there, shutil.disk_usage(folder).free
     if needed > free:
         raise VariationError(

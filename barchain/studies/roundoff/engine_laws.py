@@ -28,7 +28,7 @@ import pandas as pd
 from barchain.runs.timing.orders import FEWEST, LEAST_SLOPE, SCATTERED, STRAIGHT, straight_run
 from barchain.studies.roundoff.engines import INERTIAL
 from barchain.studies.roundoff.laws import grouped, line
-from reports.tables.roundoff import ENGINE_COLUMNS, ENGINE_LAW_COLUMNS
+from reports.tables.roundoff import TABLES
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array
@@ -62,19 +62,19 @@ Key = dict[str, Any]
 
 
 def engine_laws(engines: pd.DataFrame) -> pd.DataFrame:
-    """Laws of the medians in engines.csv.
+    """Laws of the medians in the table `engines`.
 
     Against steps there is a row of round-off for each size, with a remark where there is no line, and one of truncation
     where that is seen; exponents are of the number of steps, so that what is worse for finer ones has them positive.
     """
     own = usable(engines)
     stepped, chosen = own[own.steps_per_orbit.notna()], own[own.rtol.notna()]
-    seen = grouped(stepped, [*BY, "ratio"], truncation_law, ENGINE_LAW_COLUMNS)
+    seen = grouped(stepped, [*BY, "ratio"], truncation_law, "engine_laws")
     parts = [
-        grouped(stepped, [*BY, "ratio"], round_off_law, ENGINE_LAW_COLUMNS),
+        grouped(stepped, [*BY, "ratio"], round_off_law, "engine_laws"),
         seen[seen.exponent.notna()],
-        grouped(chosen, [*BY, "ratio"], tolerance_law, ENGINE_LAW_COLUMNS),
-        grouped(own, BY, size_law, ENGINE_LAW_COLUMNS),
+        grouped(chosen, [*BY, "ratio"], tolerance_law, "engine_laws"),
+        grouped(own, BY, size_law, "engine_laws"),
     ]
     found = pd.concat([p for p in parts if len(p)] or parts[:1], ignore_index=True)
     return found.sort_values(["engine", "frame"], kind="stable", ignore_index=True)
@@ -82,7 +82,7 @@ def engine_laws(engines: pd.DataFrame) -> pd.DataFrame:
 
 def usable(engines: pd.DataFrame) -> pd.DataFrame:
     """Rows whose median is resolved by the high-precision solution."""
-    engines = engines.reindex(columns=list(ENGINE_COLUMNS))
+    engines = TABLES["engines"].framed(engines)
     median = engines["median"].astype(float)
     kept = np.isfinite(median) & (median > 0.0) & engines.known.astype(bool)
     return engines[kept & engines.quantity.isin((REACTION, ATTITUDE))]

@@ -47,7 +47,7 @@ class RunFault:
 
 
 def engine_rows(solution: HighPrecisionSolution, name: str, size: int, value: float) -> list[dict[str, Any]]:
-    """Rows of engines.csv for one engine at one size and setting, one for each quantity that it shows.
+    """Rows of the table `engines` for one engine at one size and setting, one for each quantity that it shows.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def engine_rows(solution: HighPrecisionSolution, name: str, size: int, value: fl
     size : int
         Place of the size ratio in the high-precision solution's family.
     value : float
-        Steps in an orbit (those of the scene's own period, as in trajectories.csv), or what is asked of a step.
+        Steps in an orbit (those of the scene's own period, as in the table `trajectories`), or what is asked of a step.
 
     Returns
     -------

@@ -84,7 +84,7 @@ def over(difference: Values, yard: Values) -> Array:
 
 
 def rows_of(case: EvaluationCase, formulations: Iterable[str], arithmetics: Iterable[str]) -> list[dict[str, Any]]:
-    """Rows of evaluation.csv for a case."""
+    """Rows of the table `evaluation` for a case."""
     found: list[dict[str, Any]] = []
     with exact_numbers():
         exact = exact_case(case)
@@ -108,7 +108,7 @@ def quantiles(values: Array) -> dict[str, float]:
 def longitude_rows(
     case: EvaluationCase, formulations: Iterable[str], arithmetics: Iterable[str]
 ) -> list[dict[str, Any]]:
-    """Rows of longitudes.csv: errors in each eighth of the circle, and the chance that all eighths are alike.
+    """Rows of the table `longitudes`: errors in each eighth of the circle, and the chance that all eighths are alike.
 
     No reaction knows of the longitude. Errors of the formulas should not either. Rounding the input may: an inertial
     angle is the larger, and so is the unit in its last place, the further round the circle the chain starts.
@@ -146,7 +146,7 @@ class Pair:
     """Evaluated in one call"""
 
     def row(self) -> dict[str, Any]:
-        """Row of times.csv; both are timed in turn, so that disturbances meet both."""
+        """Row of the table `times`; both are timed in turn, so that disturbances meet both."""
         times = evaluation_times((self.relative, self.absolute), TURNS, LEAST_S, batches=1) / self.states
         ours, theirs = np.median(times, axis=0)
         ratio = interval(float(ours / theirs), [(1.0, times[:, 0]), (-1.0, times[:, 1])])
@@ -187,7 +187,7 @@ def from_angles(bars: int) -> Pair:
 
 
 def time_rows(bars: tuple[int, ...]) -> list[dict[str, Any]]:
-    """Rows of times.csv."""
+    """Rows of the table `times`."""
     pairs = [make(n) for n in bars for make in (one_state, from_angles, lambda n: many_states("float64", n),
                                                 lambda n: many_states("float32", n))]  # fmt: skip
     return [pair.row() for pair in pairs]

@@ -6,7 +6,6 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 
 from barchain.runs.timing.orders import FEWEST, slope
 from barchain.studies.roundoff.evaluation import BOTH, FORMULA, INPUT, REACTION
@@ -15,10 +14,12 @@ from barchain.studies.roundoff.states import StateKind
 from barchain.studies.roundoff.third_parties import FALLS, THIRD_PARTIES
 from barchain.studies.roundoff.trajectories import GROWS_FROM
 from reference_impl.precision.arithmetic import ARITHMETICS
-from reports.tables.roundoff import BEST_LAW_COLUMNS, GROWTH_LAW_COLUMNS, LAW_COLUMNS, RUN
+from reports.tables.roundoff import RUN, TABLES
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    import pandas as pd
 
     from adapters.trajectory import Array
     from reference_impl.precision.arithmetic import Values
@@ -62,17 +63,17 @@ def line(x: Array, y: Array) -> dict[str, float]:
 
 
 def grouped(table: pd.DataFrame, by: list[str], row: Callable[[dict[str, Any], pd.DataFrame], dict[str, Any]],
-            columns: tuple[str, ...]) -> pd.DataFrame:  # fmt: skip
-    """One row for each group of a table."""
+            name: str) -> pd.DataFrame:  # fmt: skip
+    """Table of a name with one row for each group of another one."""
     found = [row(dict(zip(by, key, strict=True)), own) for key, own in table.groupby(by, sort=False, dropna=False)]
-    return pd.DataFrame(found).reindex(columns=list(columns))
+    return TABLES[name].framed(found)
 
 
 def evaluation_laws(evaluation: pd.DataFrame) -> pd.DataFrame:
     """Laws of one evaluation's errors in the size ratio."""
     by = ["state", "bars", "formulation", "arithmetic", "source", "yardstick"]
     lost = evaluation.groupby([b for b in by if b != "arithmetic"])["median"].transform("max") >= LOST
-    return grouped(with_floors(evaluation.assign(lost=lost)), by, evaluation_law, LAW_COLUMNS)
+    return grouped(with_floors(evaluation.assign(lost=lost)), by, evaluation_law, "laws")
 
 
 def with_floors(evaluation: pd.DataFrame) -> pd.DataFrame:
@@ -130,7 +131,7 @@ def best_table(trajectories: pd.DataFrame) -> pd.DataFrame:
 
 def best_laws(best: pd.DataFrame) -> pd.DataFrame:
     """Laws of the least errors in the size ratio."""
-    return grouped(best, ["quantity", "coordinates", "arithmetic", "method"], best_law, BEST_LAW_COLUMNS)
+    return grouped(best, ["quantity", "coordinates", "arithmetic", "method"], best_law, "best_laws")
 
 
 def best_law(key: dict[str, Any], own: pd.DataFrame) -> dict[str, Any]:
@@ -149,7 +150,7 @@ def best_law(key: dict[str, Any], own: pd.DataFrame) -> dict[str, Any]:
 
 def growth_laws(growth: pd.DataFrame) -> pd.DataFrame:
     """Exponents of errors in time."""
-    return grouped(growth, list(RUN), growth_law, GROWTH_LAW_COLUMNS)
+    return grouped(growth, list(RUN), growth_law, "growth_laws")
 
 
 def growth_law(key: dict[str, Any], own: pd.DataFrame) -> dict[str, Any]:

@@ -21,8 +21,7 @@ from barchain.studies.roundoff.trajectories import solution_bytes, solution_from
 from barchain.studies.study import StudyEnd
 from reference_impl.precision.arithmetic import ARITHMETICS, EXACT_DIGITS, long_doubles
 from reports.tables.outcome import Outcome
-from reports.tables.roundoff import COLUMNS, FILES
-from reports.tables.roundoff import PARTS as TABLES_OF
+from reports.tables.roundoff import FILES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -95,7 +94,6 @@ class RoundoffStudy:
     def run(self, store: StudyStore, reporter: Reporter) -> StudyEnd:
         """Run everything and write the tables; an interrupted run leaves the rows so far."""
         assert isinstance(self.executor, KeptAnswers)
-        store.remove(*(table for part in self.parts for table in TABLES_OF[part]))  # of an earlier study
         failed = store.record["failed"]
         rows: dict[str, dict[int, Rows]] = {}
         try:
@@ -206,5 +204,5 @@ def write_laws(store: StudyStore, rows: dict[str, dict[int, Rows]]) -> None:
             store.write(name, laws(store.frame(source, in_order(rows[source]))))
     if "trajectories" in rows:
         best = best_table(store.frame("trajectories", in_order(rows["trajectories"])))
-        store.write("best", best.reindex(columns=list(COLUMNS["best"])))
+        store.write("best", best)
         store.write("best_laws", best_laws(best))

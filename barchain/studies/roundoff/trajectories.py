@@ -170,7 +170,7 @@ def at_equal_steps(
 def equal_step_rows(
     solution: HighPrecisionSolution, arithmetic: str, name: str, method: str, steps: int
 ) -> list[dict[str, Any]]:
-    """Rows of trajectories.csv for one set of coordinates at `steps` equal steps between samples."""
+    """Rows of the table `trajectories` for one set of coordinates at `steps` equal steps between samples."""
     found, sizes = at_equal_steps(solution, arithmetic, name, method, steps)
     per_orbit = steps * solution.family.samples / solution.family.orbits
     head = {"coordinates": name, "arithmetic": arithmetic, "method": method, "steps_per_orbit": per_orbit}
@@ -205,7 +205,7 @@ def chosen_step_rows(
 def growth_rows(
     solution: HighPrecisionSolution, arithmetic: str, name: str, method: str, steps: int
 ) -> list[dict[str, Any]]:
-    """Rows of growth.csv: the largest errors so far, at each sample of a long run; so the motion's swing is out."""
+    """Rows of `growth`: the largest errors so far, at each sample of a long run; so the motion's swing is out."""
     family = solution.family
     found, sizes = at_equal_steps(solution, arithmetic, name, method, steps)
     found = {quantity: np.maximum.accumulate(values) for quantity, values in found.items()}

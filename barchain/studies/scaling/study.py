@@ -107,7 +107,7 @@ class ScalingStudy:
         """Measure points in the order of their expected time; an interrupted run leaves those measured so far."""
         run = ScalingRun(self, store, reporter)
         try:
-            for _ in run_cases([(self.files.name, run.measured())], self.executor):
+            for _ in run_cases([(self.files.study, run.measured())], self.executor):
                 pass
         finally:
             points = run.points()
@@ -169,8 +169,7 @@ class ScalingRun:
     def points(self) -> pd.DataFrame:
         """All points so far, engine by engine as they first came."""
         order = list(dict.fromkeys(row["engine"] for row in self.rows))
-        frame = self.store.frame("points", sorted(self.rows, key=lambda row: order.index(row["engine"])))
-        return frame.astype({"reason": object, "per": object}).fillna({"reason": "", "per": ""})
+        return self.store.frame("points", sorted(self.rows, key=lambda row: order.index(row["engine"])))
 
     def next_bars(self, engine: str) -> int:
         """Bars of an engine's next point; 0 if there is none."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import shutil
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -22,7 +21,7 @@ from barchain.studies.selftest.rating import CampaignCell, passed, rated, rates
 from barchain.studies.selftest.shrinking import kept_findings, kinds
 from barchain.studies.selftest.trial import SceneRuns, Trial
 from reports.tables.crossval import JUDGING_SOLUTION
-from reports.tables.faults.campaign import FILES, SCENES, CellClass
+from reports.tables.faults.campaign import ALL, FILES, SCENES, CellClass
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -102,7 +101,6 @@ class CampaignStudy:
 
     def run(self, store: StudyStore, reporter: Reporter) -> Campaign:
         """Try engines and faults on random scenes, and write tables as cells come."""
-        shutil.rmtree(store.folder / SCENES, ignore_errors=True)  # of an earlier campaign's findings
         store.write("campaign", ())
         cells = list[CampaignCell]()
         with reporter.counted("scenes", self.scenes) as done:
@@ -118,7 +116,9 @@ class CampaignStudy:
                 new = [cell for k in chunk for cell in found[k]]
                 cells += new
                 store.append("campaign", (cell.row() for cell in new))
-                store.write("rates", (rate.row() for rate in rates(cells)))
+                found_rates = [rate.row() for rate in rates(cells)]
+                store.write("rates", (rate for rate in found_rates if rate["by"] == ALL))
+                store.write("rates_of_parts", (rate for rate in found_rates if rate["by"] != ALL))
         groups = kinds(cell for cell in cells if cell.is_finding)
         with reporter.counted("findings", len(groups)) as done:
             kept = kept_findings(groups, store.folder / SCENES, alone_on, self.shrink_s, self.executor, done)

@@ -15,10 +15,12 @@ from barchain.judge.verdict import Verdict
 from barchain.studies.selftest.trial import judged
 from reference_impl.model import relative
 from reference_impl.model.kinematics import consistent_state
-from reports.tables.faults.selftest import FaultOutcome
+from reports.tables.faults.selftest import KILLED, FaultOutcome
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from adapters.trajectory import Array
     from barchain.faults.fault import Fault
     from barchain.judge.verdict import Row
@@ -75,12 +77,20 @@ class FaultCell:
         """Check that detects the fault; None if none does."""
         return self.worst if self.fate is FaultOutcome.KILLED else None
 
-    def rows(self) -> list[dict[str, Any]]:
-        """Rows of the table."""
-        shared = {"fault": self.fault.name, "scene": self.scene, "fate": str(self.fate), "why": self.reason}
-        if not self.readings:
-            return [shared | {"quantity": "", "check": "", "ratio": None, "killed": False, "reason": ""}]
-        return [shared | vars(r) for r in self.readings]
+    @property
+    def row(self) -> dict[str, Any]:
+        """Row of its outcome."""
+        return {"fault": self.fault.name, "scene": self.scene, "fate": str(self.fate), "why": self.reason}
+
+    def reading_rows(self) -> Iterator[dict[str, Any]]:
+        """A row for each check of a quantity: of several readings the one that rejects, or else the largest."""
+        worst: dict[tuple[str, str], Reading] = {}
+        for one in (r for r in self.readings if r.killed or np.isfinite(r.ratio)):
+            place = one.quantity, one.check
+            worst[place] = max(worst.get(place, one), one, key=lambda r: (r.killed, r.ratio))
+        for one in worst.values():
+            named = {"fault": self.fault.name, "scene": self.scene, "quantity": one.quantity, "check": one.check}
+            yield named | {"ratio": one.ratio, "killed": KILLED if one.killed else "", "reason": one.reason}
 
 
 def tried(scene: SceneRuns, trial: Trial) -> Case[FaultCell]:

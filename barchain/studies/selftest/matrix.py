@@ -191,8 +191,10 @@ def kept_if_interrupted(store: StudyStore, cells: dict[int, FaultCell]) -> Itera
 
 
 def write_cells(store: StudyStore, cells: Iterable[FaultCell]) -> None:
-    """Write the table of cells."""
-    store.write("selftest", (row for one in cells for row in one.rows()))
+    """Write the tables of cells."""
+    found = list(cells)
+    store.write("fates", (one.row for one in found))
+    store.write("readings", (row for one in found for row in one.reading_rows()))
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from barchain.judge.verdict import Verdict
 from barchain.metrics.quantities import differences
 from barchain.runs.call import CallLateError
 from barchain.studies.selftest.trial import FIRST, judged
-from reports.tables.faults.campaign import ALL, COLUMNS, CellClass
+from reports.tables.faults.campaign import ALL, CellClass
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -87,7 +87,8 @@ class CampaignCell:
 
     def row(self) -> dict[str, Any]:
         """Row of the table."""
-        return dict(zip(COLUMNS, vars(self).values(), strict=False))
+        renamed = {"kind": "class", "limit": "detection_limit"}
+        return {renamed.get(name, name): value for name, value in vars(self).items() if name != "limits"}
 
 
 def rated(

@@ -16,7 +16,6 @@ from barchain.studies.stability.rules import LEVEL_WORDS, OTHER
 from reference_impl.model.complex_vectors import unit_along
 from reference_impl.model.joints import condition_number, joint_matrix
 from reports.tables.outcome import Outcome
-from reports.tables.stability import LAWS
 
 if TYPE_CHECKING:
     from adapters.engine import Setting
@@ -139,8 +138,8 @@ def laws(
     for quantity, (t, size) in followed(scene, trajectory, solution).items():
         found = law(t, size)
         if found is not None:
-            values = (found.exponent, found.low, found.high, found.at_end)
-            rows.append(named | dict(zip(LAWS[3:], (str(setting), quantity, *values), strict=True)))
+            law_columns = {name: getattr(found, name) for name in ("exponent", "low", "high", "at_end")}
+            rows.append(named | {"setting": str(setting), "quantity": quantity} | law_columns)
         largest = np.maximum.accumulate(np.abs(size))
         at = np.unique(np.geomspace(1, len(t), SERIES_POINTS).astype(int)) - 1
         series.append(pd.DataFrame(named | {"quantity": quantity, "t_s": t[at], "value": largest[at]}))

@@ -26,9 +26,8 @@ from reports.chapters.crossval.summary import SHORT_OF_THE_RUN, WORDS, QuantityR
 from reports.page import fitting, surroundings, templates
 from reports.plotting.palette import engine_pen
 from reports.plotting.series import numbered
-from reports.tables.crossval import PARTED_RAD, read_results
+from reports.tables.crossval import FILES, PARTED_RAD, read_results
 from reports.tables.outcome import Outcome
-from reports.tables.schema import RECORD
 from reports.tables.writing import write_atomically
 from reports.text.glossary import Glossary
 from reports.text.numerals import number, unpadded
@@ -71,11 +70,11 @@ def write_report(folder: Path, chapters: Mapping[Any, Any]) -> tuple[Path, Path]
     Raises
     ------
     FileNotFoundError
-        If the folder holds no ``metrics.csv`` or no ``record.json``.
+        If the folder holds no comparison.
     """
     results = read_results(folder)
     page, text = folder / "index.html", folder / "summary.md"
-    html, markdown = fitting(folder / RECORD, lambda: rendered(results, chapters))
+    html, markdown = fitting(FILES.record_path(folder), lambda: rendered(results, chapters))
     write_atomically(page, html)
     write_atomically(text, markdown)
     return page, text

@@ -40,7 +40,6 @@ from reports.chapters.roundoff.series import (
 from reports.plotting.palette import COLOURS, MARKERS, Pen, engine_pen
 from reports.plotting.palette import DASHES as OTHER_DASHES
 from reports.plotting.panels import Legend
-from reports.tables.files import flags
 from reports.text.numerals import decade
 
 if TYPE_CHECKING:
@@ -153,7 +152,9 @@ def error_curve(
     """Curve of rows of a table against one of its columns, outlined where the column `hollow` says no."""
     own = own.sort_values(x)
     at, y, low, high = (own[c].to_numpy(float) for c in (x, "median", "q05", "q95"))
-    return ErrorCurve(label, pen, at, y, low, high, fit, np.isin(at, ringed), ~flags(own[hollow]) if hollow else None)
+    return ErrorCurve(
+        label, pen, at, y, low, high, fit, np.isin(at, ringed), ~own[hollow].to_numpy(bool) if hollow else None
+    )
 
 
 def law_line(study: RoundoffData, key: dict[str, Any], least: float, largest: float) -> tuple[Array, Array] | None:
@@ -204,7 +205,7 @@ def against_step(study: RoundoffData, own: pd.DataFrame, arithmetic: str, quanti
     for (c, r), k, part in by_pair(own, "coordinates"):
         best = rows_of(study.tables.best, ratio=r, quantity=quantity, coordinates=c, arithmetic=arithmetic,
                        method=method)  # fmt: skip
-        settled = best[flags(best.settled) & (best["median"] < LOST)]  # leaves a digit, not at the finest setting
+        settled = best[best.settled & (best["median"] < LOST)]  # leaves a digit, not at the finest setting
         curves.append(error_curve("", part, column, run_pen(c, k), "known", ringed=settled[column].to_list()))
     word, y_label = QUANTITIES[quantity]
     axes = Axes(

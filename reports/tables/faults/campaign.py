@@ -1,15 +1,11 @@
-"""Stored tables of the random campaign: everything that its page is rendered from.
+"""Rows of the random campaign, as the tables that its page is rendered from.
 
-A folder ``campaign`` inside a result folder holds
-
-``campaign.csv``
-    a row for each engine on each scene, and for each fault in each host on each scene, columns :data:`COLUMNS`;
-``rates.csv``
-    rates with 95 % intervals, columns :data:`RATE_COLUMNS`;
+``campaign``
+    a row for each engine on each scene, and for each fault in each host on each scene;
+``rates``, ``rates_of_parts``
+    rates with 95 % intervals: over everything, and by outcome, engine or fault;
 ``scenes/<scene>-<engine>[-<fault>].toml``
-    a scene for each finding, as simple as one could be found;
-``record.json``
-    scenes, engines, faults, environment, and whether the campaign passed.
+    a scene for each finding, beside the series, as simple as one could be found.
 """
 
 from __future__ import annotations
@@ -18,21 +14,15 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
-from reports.tables.rows import Followed, Rows, known, records
+from reports.tables.rows import Followed, Rows
 from reports.tables.schema import Record
+from reports.tables.table import Number, Table
 
 if TYPE_CHECKING:
-    from pathlib import Path
+    from collections.abc import Mapping
 
-COLUMNS = (
-    "scene", "engine", "fault", "outcome", "class", "quantity", "reason", "size", "detection_limit", "own_limit",
-    "seconds",
-)  # fmt: skip
-"""`fault`: empty for the unmodified engine; `size`: largest change of the quantity over its scale; `detection_limit`:
-by the unmodified engine's verdict; `own_limit`: by the faulty engine's"""
-RATE_COLUMNS = ("what", "by", "name", "n", "count", "rate", "low", "high")
-"""`what`: a :class:`CellClass`; `by`: ``all``, ``outcome``, ``engine`` or ``fault``; `low`, `high`: 95 % interval"""
-WORDS = ("scene", "engine", "fault", "outcome", "class", "quantity", "reason", "what", "by", "name")
+    from reports.tables.files import Frames
+
 SCENES = "scenes"
 ALL = "all"
 
@@ -47,15 +37,6 @@ class CampaignRecord(Record):
     most_reruns: int | None = None
     faults: dict[str, dict[str, Any]] | None = None
     passed: bool | None = None
-
-
-FILES = StudyFiles(
-    "campaign",
-    {"campaign": COLUMNS, "rates": RATE_COLUMNS},
-    WORDS,
-    model=CampaignRecord,
-    pages=("campaign.html",),
-)
 
 
 class CellClass(StrEnum):
@@ -93,32 +74,44 @@ FAULT_CLASSES = (
 """Classes of faulty engines"""
 
 
-read_campaign = FILES.contents
-
-
-SIZES = {
-    "size": ("", "size", "1"), "detection_limit": ("", "detection_limit", "1"), "own_limit": ("", "own_limit", "1"),
-    "seconds": ("trial", "seconds", "s"),
-}  # fmt: skip
-"""Quantity, metric and unit of the columns of numbers"""
+RATE = {"value": "rate", "low": "low", "high": "high", "reason": "why"}
+COUNTS = {"n": Number("", "tried"), "count": Number("", "counted")}
+TABLES = {
+    "campaign": Table(
+        ("scene", "engine", "fault"),  # no fault: the unmodified engine
+        "class",
+        {"outcome": "class", "reason": "reason", "text": "quantity"},
+        numbers={
+            "size": Number("", "size"),  # largest change of the quantity over its scale
+            "detection_limit": Number("", "detection_limit"),  # by the unmodified engine's verdict
+            "own_limit": Number("", "own_limit"),  # by the faulty engine's
+            "seconds": Number("trial", "seconds", "s"),
+        },
+        words=("outcome",),
+    ),
+    "rates": Table(("what",), "rate", RATE, numbers=COUNTS),  # what: a class of cells
+    "rates_of_parts": Table(("what", "by", "name"), "rate_of_part", RATE, numbers=COUNTS),
+}
 FOLLOWED = {
     "class": Followed("verdict", setting="{fault}"),
     "rate": Followed("value", "{metric}.{what}"),
 }
 
 
-def campaign_rows(folder: Path) -> Rows:
-    """Rows of a campaign: the class of each cell, and the rates with their intervals; of other seeds scenes differ."""
-    tables, found = read_campaign(folder), Rows(FILES.name)
-    for row in records(tables.campaign):
-        where = {name: row[name] for name in ("scene", "engine", "fault")}
-        found.add("class", outcome=row["class"], reason=row["reason"], text=row["quantity"], **where)
-        found.add("verdict", outcome=row["outcome"], **where)
-        found.measured(row, SIZES, **where)
-    for row in records(tables.rates):
-        every = row["by"] == ALL
-        of = {} if every else {"by": row["by"], "name": row["name"]}
-        reason = "" if known(row["rate"]) else "none tried"
-        ends = {"low": row["low"], "high": row["high"], "reason": reason}
-        found.add("rate" if every else "rate_of_part", row["rate"], what=row["what"], **ends, **of)
-    return found
+def none_tried(tables: Frames, record: Mapping[str, Any]) -> Rows:
+    """No further rows; a rate of nothing says so."""
+    del record
+    for rates in (tables[name] for name in ("rates", "rates_of_parts") if name in tables):
+        rates["why"] = ["" if known else "none tried" for known in rates["rate"].notna()]
+    return Rows(FILES.study)
+
+
+FILES = StudyFiles(
+    "campaign",
+    TABLES,
+    model=CampaignRecord,
+    followed=FOLLOWED,
+    derived=none_tried,
+    pages=("campaign.html",),
+)
+read_campaign = FILES.contents

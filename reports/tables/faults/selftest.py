@@ -1,11 +1,10 @@
-"""Stored tables of a self-test: everything that its page is rendered from.
+"""Rows of a self-test, as the tables that its page is rendered from.
 
-A folder ``selftest`` inside a result folder holds
-
-``selftest.csv``
-    a row for each fault, scene and quantity, columns :data:`COLUMNS`;
-``record.json``
-    faults and scenes in words, and environment.
+``fates``
+    a row for each fault and scene: its outcome, and the reason of an undetected fault;
+``readings``
+    a row for each check that compared a quantity there: the value found relative to the allowed one, and the check's
+    own words.
 """
 
 from __future__ import annotations
@@ -14,19 +13,16 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
-from reports.tables.rows import Followed, Rows, known, records
+from reports.tables.rows import Followed
 from reports.tables.schema import Record
+from reports.tables.table import Table
 
 if TYPE_CHECKING:
-    from pathlib import Path
+    from collections.abc import Mapping
 
-COLUMNS = ("fault", "scene", "fate", "why", "quantity", "check", "ratio", "killed", "reason")
-"""`fate`: outcome of the fault in the scene; `why`: reason of an undetected fault; `ratio`: value found relative to the
-allowed value; `reason`: the check's own words"""
 CAUGHT, MISSED = "size_caught", "size_missed"
 """Metrics of the rows of a continuous fault, on request: smallest size known to be detected, whose text is the quantity
 that detects it, and largest size known to be undetected"""
-WORDS = ("fault", "scene", "fate", "why", "quantity", "check", "reason")
 
 
 class SelftestRecord(Record):
@@ -38,16 +34,6 @@ class SelftestRecord(Record):
     faults: dict[str, dict[str, Any]] | None = None
     passed: bool | None = None
     unkilled: list[str] | None = None
-
-
-FILES = StudyFiles(
-    "selftest",
-    {"selftest": COLUMNS},
-    WORDS,
-    flags=("killed",),
-    model=SelftestRecord,
-    pages=("selftest.html",),
-)
 
 
 class FaultOutcome(StrEnum):
@@ -78,27 +64,30 @@ ADVICE = {
 }
 
 
-read_selftest = FILES.contents
-
-
+TABLES = {
+    "fates": Table(("fault", "scene"), "fate", {"outcome": "fate", "reason": "why"}),
+    "readings": Table(
+        ("fault", "scene", "quantity", "check"),
+        "ratio",
+        {"value": "ratio", "outcome": "killed", "reason": "reason"},
+    ),
+}
+KILLED = "killed"
+"""Outcome of a reading that rejects the faulty engine; any other one is empty"""
 FOLLOWED = {"fate": Followed("verdict", setting="{fault}")}
 
 
-def selftest_rows(folder: Path) -> Rows:
-    """Rows of a self-test: the outcome of each fault in each scene, and the worst of each check."""
-    tables, found = read_selftest(folder), Rows(FILES.name)
-    host = str(tables.record.get("host") or "")
-    worst: dict[tuple[str, ...], dict[str, Any]] = {}
-    for row in records(tables.selftest):
-        worst.setdefault((row["scene"], row["fault"]), row)
-        key: tuple[str, ...] = (row["scene"], row["fault"], row["quantity"], row["check"])
-        if known(row["ratio"]) or row["killed"] is True:
-            worst[key] = max(worst.get(key, row), row, key=lambda r: (r["killed"] is True, r["ratio"]))
-    for place, row in worst.items():
-        where = {"scene": row["scene"], "engine": host, "fault": row["fault"]}
-        if len(place) == len(("scene", "fault")):
-            found.add("fate", outcome=row["fate"], reason=row["why"], **where)
-        else:
-            said = {"outcome": "killed" if row["killed"] is True else "", "reason": row["reason"]}
-            found.add("ratio", row["ratio"], quantity=row["quantity"], check=row["check"], **said, **where)
-    return found
+def host_of(record: Mapping[str, Any]) -> dict[str, str]:
+    """Engine of all rows."""
+    return {"engine": str(record.get("host") or "")}
+
+
+FILES = StudyFiles(
+    "selftest",
+    TABLES,
+    model=SelftestRecord,
+    followed=FOLLOWED,
+    place=host_of,
+    pages=("selftest.html",),
+)
+read_selftest = FILES.contents
