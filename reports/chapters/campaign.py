@@ -56,7 +56,8 @@ def view_campaign(folder: Path) -> SimpleNamespace:
 
 def rates_in(tables: StudyTables) -> pd.DataFrame:
     """All rates, those over everything first."""
-    return pd.concat([tables.rates.assign(by=ALL, name=ALL), tables.rates_of_parts], ignore_index=True)
+    found: pd.DataFrame = pd.concat([tables.rates.assign(by=ALL, name=ALL), tables.rates_of_parts], ignore_index=True)
+    return found
 
 
 def rates_of(rates: pd.DataFrame, kind: CellClass, by: str) -> list[dict[str, Any]]:

@@ -80,7 +80,7 @@ def comparison_html(metrics: pd.DataFrame, external: Mapping[str, bool], report:
         Page of the comparison.
     """
     compared = {e: {"external": external[e]} for e in dict.fromkeys(metrics["engine"]) if e in external}
-    summary = summarise(StudyTables(Path(), {"metrics": metrics}, {"engines": compared}))
+    summary = summarise(StudyTables(Path(), {"metrics": metrics}, {"engines": compared}, "comparison"))
     verdict, groups = summary_verdict(summary), engine_groups(summary)
     panel = agreement_panel(summary, groups)
     pictures = [picture(panel.svg, WIDTH_PX)] if panel else []

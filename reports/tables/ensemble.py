@@ -63,7 +63,8 @@ def place_of(record: Mapping[str, Any]) -> dict[str, str]:
 def counts(tables: Frames, record: Mapping[str, Any]) -> Rows:
     """Counts of outcomes, and times."""
     del tables
-    found, place = Rows(FILES.study), place_of(record)
+    found = Rows(FILES.study)
+    place: dict[str, Any] = {**place_of(record)}
     for outcome, runs in (record.get("outcomes") or {}).items():
         found.add(COUNT, runs, quantity=outcome, **place)
     for phase, seconds in (record.get("phases_s") or {}).items():

@@ -68,11 +68,11 @@ def ratios(tables: Frames, record: Mapping[str, Any]) -> Rows:
         anchor = anchors[row["bars"]]
         mine, base = row["evaluation_s"], anchor["evaluation_s"]
         if known(mine) and known(base) and base:
-            ends = {
+            ends: dict[str, Any] = {
                 "low": over(row["evaluation_low"], anchor["evaluation_high"]),
                 "high": over(row["evaluation_high"], anchor["evaluation_low"]),
             }
-            where = {"engine": row["engine"], "bars": row["bars"], "relative_to": BASELINE}
+            where: dict[str, Any] = {"engine": row["engine"], "bars": row["bars"], "relative_to": BASELINE}
             found.add("evaluation_ratio", mine / base, **ends, **said, **where)
     return found
 
