@@ -11,6 +11,7 @@ from reports.page import fitting, surroundings, templates
 from reports.tables import cost, crossval, effects, ensemble, roundoff, scaling, stability
 from reports.tables.crossval import read_results
 from reports.tables.faults import campaign, selftest
+from reports.tables.measured import no_results
 from reports.tables.nights import releases
 from reports.tables.writing import write_atomically
 from reports.text.glossary import Glossary
@@ -209,8 +210,7 @@ def render_all(folder: Path) -> list[Path]:
     """
     views, compared = views_in(folder, in_report=False), holds_comparison(folder)
     if not views and not compared:
-        sought = ", ".join(chapter.name for chapter in CHAPTERS)
-        raise FileNotFoundError(f"{folder}: no results of a comparison there, and none of a study ({sought})")
+        raise FileNotFoundError(no_results(folder))
     own = [c for c in views if not (compared and c.in_report)]
     pages = [write_page(folder, chapter, views[chapter]) for chapter in own]
     return (

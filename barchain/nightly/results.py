@@ -309,8 +309,7 @@ def found_in(folder: Path) -> list[StudyFiles]:
         raise HistoryError(f"{folder}: no such folder; give one that barchain wrote results into")
     found = [files for files in STUDIES if files.has_record(folder)]
     if not found:
-        kinds = ", ".join(files.study for files in STUDIES)
-        raise HistoryError(f"{folder}: no results there; a night is made from those of: {kinds}")
+        raise HistoryError(measured.no_results(folder))
     return found
 
 

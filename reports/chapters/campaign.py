@@ -63,7 +63,7 @@ def rates_in(tables: StudyTables) -> pd.DataFrame:
 def rates_of(rates: pd.DataFrame, kind: CellClass, by: str) -> list[dict[str, Any]]:
     """Rates of one class by engine or over all, largest first."""
     chosen = rates[(rates["what"] == kind) & (rates["by"] == by)].sort_values("rate", ascending=False, kind="stable")
-    return list(records(chosen))
+    return [row | {"n": int(row["n"]), "count": int(row["count"])} for row in records(chosen)]
 
 
 def counted(names: pd.Series, classes: pd.Series, shown: Sequence[CellClass]) -> list[tuple[str, list[int]]]:

@@ -110,7 +110,7 @@ def chart_of(points: pd.DataFrame, quantity: str, cost: str, name: str, title: s
 
 def curve_of(own: pd.DataFrame, error: str, floor: str, cost: str) -> EngineCurve:
     """Points of one engine's accuracy sweep, coarse to fine; unresolved ones are hollow."""
-    run = own[~own.reason.str.startswith(NOT_RUN)]
+    run = own[own.outcome != NOT_RUN]
     errors = run[error].to_numpy(float)
     return EngineCurve(
         str(own.engine.iloc[0]),

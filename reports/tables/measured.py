@@ -52,7 +52,14 @@ def rows_of(folder: Path) -> pd.DataFrame:
 
     found = [files.rows(folder) for files in studies_in(folder)]
     if not found:
-        kinds = ", ".join(files.study for files in STUDIES)
-        said = "no results there" if os.path.lexists(folder) else "no such folder"
-        raise FileNotFoundError(f"{folder}: {said}; give a folder with results of: {kinds}")
+        raise FileNotFoundError(no_results(folder))
     return pd.concat(found, ignore_index=True)
+
+
+def no_results(folder: Path) -> str:
+    """One line on a folder in which no study has results."""
+    if not os.path.lexists(folder):
+        return f"{folder}: no such folder"
+    if any(folder.glob("record.json")) or any(folder.glob("*/record.json")):
+        return f"{folder}: results of barchain 0.6 or earlier, which this one does not read; run the study again"
+    return f"{folder}: no results there; give a folder with results of: {', '.join(files.study for files in STUDIES)}"

@@ -12,7 +12,7 @@ from reports.tables.reading import brief, damaged, read_json
 if TYPE_CHECKING:
     from pathlib import Path
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 """Raised with every change of a stored column, key, file name or meaning that an older reader would misread"""
 KEY = "schema_version"
 RECORD = "record.json"

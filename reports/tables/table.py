@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from reports.tables.rows import COLUMNS, NOT_RUN, NUMBERS, RELATIVE_TO, spread, tag_text, typed
+from reports.tables.rows import COLUMNS, NOT_RUN, NUMBERS, RELATIVE_TO, tag_text, typed
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -14,7 +14,6 @@ if TYPE_CHECKING:
 
 PLACES = ("scene", "engine", "setting", "quantity", "metric")
 """Columns of the relation that a column of a table of the same name is; any other one is a tag"""
-NOTHING_COMPARED = "nothing_compared"
 
 
 class Number(NamedTuple):
@@ -153,20 +152,16 @@ class Table:
         if self.only:
             rows = rows[rows["quantity"].isin(self.only)]
         main = rows[rows["metric"] == self.metric] if self.metric else rows
-        late = main["outcome"] == NOT_RUN
-        reason = (NOT_RUN + ": " + main["reason"].astype(str)).str.removesuffix(": ")
-        main = main.assign(
-            outcome=main["outcome"].mask(late, NOTHING_COMPARED), reason=main["reason"].where(~late, reason)
-        )
-        found = main[names].set_axis(list(self.index), axis=1).assign(**{c: main[of] for of, c in self.said.items()})
+        keys = {name: f"key {name}" for name in dict.fromkeys((*names, "quantity"))}  # no column's name
+        found = main[list(keys)].rename(columns=keys).assign(**{column: main[of] for of, column in self.said.items()})
         for metric, quantity, columns in self.kept():
             own = rows[rows["metric"] == metric]
+            same = [name for name in keys if not (quantity and name == "quantity")]
             if quantity:
                 own = own[own["quantity"] == quantity]
-            keys = [name for name in names if not (quantity and name == "quantity")]
-            own = own[[*keys, *columns.values()]].set_axis([*keys, *columns], axis=1)
-            given = [n for n, kept in zip(self.index, names, strict=True) if kept in keys]
-            found = found.merge(own.rename(columns=dict(zip(keys, given, strict=True))), "left", given)
+            own = own[[*same, *columns.values()]].set_axis([*(keys[name] for name in same), *columns], axis=1)
+            found = found.merge(own, "left", [keys[name] for name in same])
+        found = found.assign(**{name: found[keys[kept]] for name, kept in zip(self.index, names, strict=True)})
         return self.framed(found)
 
     def kept(self) -> Iterable[tuple[str, str, dict[str, str]]]:
@@ -178,9 +173,3 @@ class Table:
             yield self.prefix + name, "", {name: "text"}
         for name in self.flags:
             yield self.prefix + name, "", {name: "value"}
-
-
-def tables_of(tables: Mapping[str, Table], rows: pd.DataFrame) -> dict[str, pd.DataFrame]:
-    """All tables of which the rows of one study are."""
-    found = spread(rows)
-    return {name: table.from_rows(found) for name, table in tables.items()}
