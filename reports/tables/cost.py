@@ -15,6 +15,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from reports.tables.files import StudyFiles
 from reports.tables.rows import COUNT, NOT_COMPARED, NOT_RUN, RUNS_FOLLOWED, Followed, Rows, known, records
 from reports.tables.schema import Record
@@ -145,9 +147,10 @@ def derived(tables: Frames, record: Mapping[str, Any]) -> Rows:
     if "orders" in tables:
         orders = tables["orders"]
         if interrupted:
-            orders = orders.assign(order=float("nan"), outcome=NOT_RUN, reason=INTERRUPTED)
+            unknown = dict.fromkeys(("order", "order_low", "order_high"), float("nan"))
+            orders = orders.assign(**unknown, outcome=NOT_RUN, reason=INTERRUPTED)
         else:
-            orders["reason"] = ["" if value else "too few points" for value in orders["order"].notna()]
+            orders["reason"] = np.where(orders["order"].notna(), "", "too few points")
         tables["orders"] = orders
     cut = {
         (row["scene"], row["engine"]): row["reason"].removeprefix(NOT_RUN).removeprefix(": ")

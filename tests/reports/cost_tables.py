@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import json
 import math
-from typing import TYPE_CHECKING
-
-import pandas as pd
+from typing import TYPE_CHECKING, Any
 
 from adapters.registry import Registration
 from barchain.studies.cost.findings import front_of, orders_table, price_table, reach_table
-from reports.tables.cost import INDEPENDENT, LOAD_COLUMNS
-from reports.tables.schema import KEY, SCHEMA_VERSION
+from reports.tables.cost import FILES, INDEPENDENT
 from tests.studies.cost_points import engine_points, point, table, times_of
+from tests.support.results import write_results
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    import pandas as pd
 
 REFERENCE = Registration("adapters.reference.numpy_engines:Reference", ours=True)
 
@@ -29,15 +28,11 @@ def load_row(engine: str, share: float, low: float, high: float) -> dict[str, ob
 
 def write(folder: Path, points: pd.DataFrame, *, finished: bool = True) -> Path:
     """Write the tables of a study."""
-    inside = folder / "cost"
-    inside.mkdir(parents=True)
     times = times_of(points)
     points = points.assign(on_front=front_of(points))
     engines = dict.fromkeys(points.engine, REFERENCE)
-    made = {"points": points, "orders": orders_table(points, engines, []), "price": price_table(points)}
-    loads = pd.DataFrame([load_row("slow", 0.4, 0.38, 0.43)], columns=list(LOAD_COLUMNS))
-    for name, found in (made | {"reach": reach_table(points, times), "loads": loads}).items():
-        found.to_csv(inside / f"{name}.csv", index=False)
+    made: dict[str, Any] = {"points": points, "orders": orders_table(points, engines, []), "price": price_table(points)}
+    made |= {"reach": reach_table(points, times), "loads": [load_row("slow", 0.4, 0.38, 0.43)]}
     record = {
         "finished": finished,
         "command": "barchain cost",
@@ -52,8 +47,7 @@ def write(folder: Path, points: pd.DataFrame, *, finished: bool = True) -> Path:
         },
         "left_out": [{"scene": "s", "engine": "gone", "outcome": "missing", "reason": "it is <not> installed"}],
     }
-    (inside / "record.json").write_text(json.dumps({KEY: SCHEMA_VERSION} | record))
-    return folder
+    return write_results(folder, FILES, made, record)
 
 
 def study() -> pd.DataFrame:

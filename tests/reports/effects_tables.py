@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING, Any
 
-import pandas as pd
-
-from reports.tables.effects import COLUMNS
-from reports.tables.schema import KEY, SCHEMA_VERSION
+from reports.tables.effects import FILES, TABLE
+from tests.support.results import write_results
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -22,8 +19,8 @@ SCENE: dict[str, Any] = {
 
 
 def row(effect: str, com_m: float = 1.0, attitude: float = 1e-6, reaction: float = 1e-6, **more: Any) -> dict[str, Any]:
-    """Row of effects.csv, resolved to 1e-8 of each scale, at twice the time."""
-    found: dict[str, Any] = dict.fromkeys(COLUMNS) | {
+    """Row of the table, resolved to 1e-8 of each scale, at twice the time."""
+    found: dict[str, Any] = dict.fromkeys(TABLE.columns) | {
         "effect": effect, "title": effect.title(), "kind": "nature", "on": False, "said": "", "reason": "",
         "engine": "reference", "between_start": 1e-3, "torque_start": 0.0, "common_start": 1e-3,
         "between_largest": 2e-3, "torque_largest": 0.0, "common_largest": 1e-3,
@@ -55,13 +52,9 @@ ROWS = [
 
 def write(folder: Path, rows: list[dict[str, Any]], **changes: Any) -> Path:
     """Write the tables of a budget."""
-    inside = folder / "effects"
-    inside.mkdir(parents=True)
-    pd.DataFrame(rows, columns=list(COLUMNS)).to_csv(inside / "effects.csv", index=False)
     record = {
         "finished": True, "command": "barchain effects", "created": "2026-01-05T10:20:30+00:00", "seconds": 12.0,
         "environment": {"cpu": "Example CPU"}, "packages": {"numpy": "2"}, "scene": SCENE | changes,
         "rtol": 1e-12, "looser": 10.0, "parted_rad": 0.01, "matters": 1e-3,
     }  # fmt: skip
-    (inside / "record.json").write_text(json.dumps({KEY: SCHEMA_VERSION} | record))
-    return folder
+    return write_results(folder, FILES, {"effects": rows}, record)

@@ -1,12 +1,9 @@
 """Synthetic tables of a round-off study that obeys given laws."""
 
-import json
-
 import numpy as np
-import pandas as pd
 
-from reports.tables.roundoff import COLUMNS
-from reports.tables.schema import KEY, SCHEMA_VERSION
+from reports.tables.roundoff import FILES, TABLES
+from tests.support.results import write_results
 
 U = {"float32": 2.0**-24, "float64": 2.0**-53, "long double": 2.0**-64}
 SIZES = [10.0**-k for k in range(2, 13, 2)]
@@ -90,7 +87,7 @@ def trajectories():
 
 def tables(laws=LAWS):
     """Rows of every table of a small study."""
-    rows = {name: [] for name in COLUMNS}
+    rows = {name: [] for name in TABLES}
     rows["evaluation"], rows["laws"], rows["trajectories"] = evaluation(laws), law_table(laws), trajectories()
     for (c, r), (n, least) in BEST.items():
         for q in ("attitude", "reaction"):
@@ -129,10 +126,7 @@ RECORD = {
 
 
 def write(folder, rows=None, without=(), **record):
-    inside = folder / "roundoff"
-    inside.mkdir(parents=True)
-    for name, own in (tables() if rows is None else rows).items():
-        if name not in without:
-            pd.DataFrame(own).reindex(columns=list(COLUMNS[name])).to_csv(inside / f"{name}.csv", index=False)
-    (inside / "record.json").write_text(json.dumps({KEY: SCHEMA_VERSION} | RECORD | record), encoding="utf-8")
-    return folder
+    given = tables() if rows is None else rows
+    return write_results(
+        folder, FILES, {name: own for name, own in given.items() if name not in without}, RECORD | record
+    )

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING, Any
 
-import pandas as pd
 from click.testing import CliRunner
 
 from barchain.cli.main import cli, run
 from barchain.nightly.history import open_store
 from reports.render import render, render_study
 from reports.tables.nights import releases
-from reports.tables.schema import KEY, SCHEMA_VERSION
 from tests.nightly.history.synthetic import bits, count, error, night, ratio, verdict
 from tests.reports import cost_tables, effects_tables, roundoff_tables
 from tests.studies import scaling_tables
 from tests.support.report_fixture import build
+from tests.support.results import write_results
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -45,8 +43,6 @@ def studied(name: str, *arguments: str) -> Callable[[Path], Path]:
 
 def releases_page(folder: Path) -> Path:
     """Page of two releases of an engine, of which one does not run."""
-    inside = folder / "releases"
-    inside.mkdir()
     named: dict[str, Any] = {"engine": "box", "version": "1.0", "scene": "s"}
     size = {"wheel_B": 1e6, "installed_B": 3e6, "import_s": 0.1, "import_low": 0.09, "import_high": 0.12}
     rows = {
@@ -58,12 +54,10 @@ def releases_page(folder: Path) -> Path:
         "runs": [named | {"trajectory": "aa", "steps": 100}],
         "times": [named | {"target": "attitude<=1e-06", "anchor": "other", "ratio": 3.0, "low": 2.5, "high": 3.5}],
     }
-    for table, columns in releases.FILES.tables.items():
-        pd.DataFrame(rows[table]).reindex(columns=list(columns)).to_csv(inside / f"{table}.csv", index=False)
-    record = {KEY: SCHEMA_VERSION, "engine": "box", "distribution": "box", "scenes": {"s": {}}, "anchor": "other"}
+    record: dict[str, Any] = {"engine": "box", "distribution": "box", "scenes": {"s": {}}, "anchor": "other"}
     record |= {"created": "2026-03-05T10:20:30+00:00", "versions": ["1.0", "1.1"]}
     record |= {"finished": True, "seconds": 1.0, "command": "barchain releases box"}
-    (inside / "record.json").write_text(json.dumps(record))
+    write_results(folder, releases.FILES, rows, record)
     return render_study("releases", folder).page
 
 

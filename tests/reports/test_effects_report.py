@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import pandas as pd
 import pytest
 
 from barchain.cli.main import run
 from barchain.cli.studies import show_effects
 from reports.chapters.effects import Box, Relevance, classify, length_text, placed, share_text, view_effects
 from reports.render import render_study
-from reports.tables.effects import COLUMNS
-from reports.tables.reading import DamagedResultsError
+from reports.tables.effects import TABLE
 from tests.reports.effects_tables import ROWS, row, write
 from tests.support.page_policy import check_policy
 from tests.support.report_fixture import build
+from tests.support.results import change_record
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -85,7 +84,7 @@ def test_nobody_is_advised_to_keep_a_part_of_the_design(tmp_path: Path) -> None:
 
 
 def test_an_interval_takes_three_rounds(tmp_path: Path) -> None:
-    effects(tmp_path, [row("drag", rounds=2), row("drag", rounds=3)])
+    effects(tmp_path, [row("drag", rounds=2), row("oblateness", rounds=3)])
     assert [cells[1] for cells in view_effects(tmp_path).tables[1].rows] == ["2.00", "2.00 (1.90\N{EN DASH}2.10)"]
 
 
@@ -124,13 +123,6 @@ def test_what_a_default_can_not_tell_is_on_the_page(tmp_path: Path) -> None:
     (remark,) = view_effects(tmp_path).remarks
     assert remark == "Third_Body.Sun. One exponential does not tell all."
     assert remark in render_study("effects", tmp_path).page.read_text()
-
-
-def test_a_budget_without_a_declared_column_is_refused(tmp_path: Path) -> None:
-    table = write(tmp_path, ROWS) / "effects" / "effects.csv"
-    pd.read_csv(table).drop(columns="caveat").to_csv(table, index=False)
-    with pytest.raises(DamagedResultsError, match="lacks caveat"):
-        view_effects(tmp_path)
 
 
 def test_zero_is_never_reported_as_zero(tmp_path: Path) -> None:
@@ -179,17 +171,16 @@ def test_a_comparisons_report_gets_the_chapter(tmp_path: Path) -> None:
 
 
 def test_a_budget_that_was_cut_off_renders_what_it_had(tmp_path: Path) -> None:
-    bare = {name: None for name in COLUMNS if name not in ("effect", "title", "kind", "on", "said", "reason")}
+    bare = {name: None for name in TABLE.columns if name not in ("effect", "title", "kind", "on", "said", "reason")}
     folder = write(tmp_path, [row("drag") | bare, row("oblateness")], largest_reaction_N=None)
-    record = folder / "effects" / "record.json"
-    record.write_text(record.read_text().replace('"finished": true', '"finished": false'))
+    change_record(folder, "effects", finished=False, complete=False)
     html = render_study("effects", folder).page.read_text()
     assert "cut off" in html
     assert "not switched" in html
 
 
 def test_a_folder_without_a_budget_is_named(tmp_path: Path) -> None:
-    with pytest.raises(FileNotFoundError, match=r"effects.csv"):
+    with pytest.raises(FileNotFoundError, match="no results of effects"):
         render_study("effects", tmp_path)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections import Counter
 from typing import TYPE_CHECKING, Any
@@ -12,16 +11,14 @@ import pytest
 from jinja2 import Template
 
 from reports.render import CHAPTERS, render_all
-from reports.tables.crossval import METRIC_COLUMNS
-from reports.tables.effects import COLUMNS
-from reports.tables.schema import KEY, SCHEMA_VERSION
+from reports.tables import crossval, effects, ensemble
 from reports.text.glossary import TERMS, Glossary
+from tests.support.results import write_results
 
 if TYPE_CHECKING:
     from pathlib import Path
 
 MADE = {
-    KEY: SCHEMA_VERSION,
     "created": "2026-01-05T10:20:30+00:00",
     "seconds": 1.0,
     "command": "barchain",
@@ -32,25 +29,13 @@ MADE = {
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     """Folder of a comparison, an effect budget and an ensemble, all without rows."""
-    pd.DataFrame(columns=list(METRIC_COLUMNS)).to_csv(tmp_path / "metrics.csv", index=False)
-    (tmp_path / "record.json").write_text(json.dumps(MADE))
-    scene = {"name": "some/scene", "title": "Some scene"}
-    write(tmp_path / "effects", "effects.csv", COLUMNS, MADE | {"scene": scene})
+    write_results(tmp_path, crossval.FILES, {"metrics": ()}, MADE)
+    scene = {"scene": {"name": "some/scene", "title": "Some scene"}}
+    write_results(tmp_path, effects.FILES, {"effects": ()}, MADE | scene)
     spent = {"phases_s": {"run": 1.0, "reduce": 0.1}, "outcomes": {"finished": 4}}
-    ensemble = (
-        MADE | spent | {"scene": scene} | {"runs": 4, "rtol": 1e-10, "vary": ["mass"], "seed": 1, "evaluations": 1000}
-    )
-    write(tmp_path / "ensemble", "quantiles.csv", QUANTILES, ensemble)
-    return tmp_path
-
-
-QUANTILES = ("quantity", "item", "unit", "runs", "t_s", "quantile", "value")
-
-
-def write(folder: Path, table: str, columns: tuple[str, ...], record: dict[str, Any]) -> None:
-    folder.mkdir()
-    pd.DataFrame(columns=list(columns)).to_csv(folder / table, index=False)
-    (folder / "record.json").write_text(json.dumps(record))
+    drawn = {"runs": 4, "rtol": 1e-10, "vary": ["mass"], "seed": 1, "evaluations": 1000}
+    series = {"quantiles": pd.DataFrame(columns=list(ensemble.QUANTILE_COLUMNS))}
+    return write_results(tmp_path, ensemble.FILES, {"last": ()}, MADE | scene | spent | drawn, series)
 
 
 def test_every_page_is_rendered_once(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,13 +3,24 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from reports.tables.measured import STUDIES, Measuring
-from reports.tables.rows import RowError, Rows, parsed_tags, spread, tag_text
+from reports.tables import cost, scaling
+from reports.tables.measured import STUDIES
+from reports.tables.outcome import Outcome
+from reports.tables.rows import NOT_RUN, RowError, Rows, parsed_tags, spread, tag_text
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from reports.tables.files import StudyFiles
+    from reports.tables.table import Table
 
 NUMBERS = st.one_of(st.integers(-(10**9), 10**9), st.floats(allow_nan=False, allow_infinity=False))
 TEXTS = st.text(st.characters(exclude_characters=';="\n\r'), min_size=1).filter(lambda text: text == text.strip())
@@ -50,8 +61,77 @@ def test_spread_makes_columns_of_tags() -> None:
     assert math.isnan(found["bars"].iloc[1])
 
 
-@pytest.mark.parametrize("study", STUDIES, ids=lambda study: study.files.name)
-def test_the_rules_of_nights_are_kinds_of_figures(study: Measuring) -> None:
+@pytest.mark.parametrize("study", STUDIES, ids=lambda study: study.study)
+def test_the_rules_of_nights_are_kinds_of_figures(study: StudyFiles) -> None:
     from barchain.nightly.figures import FigureKind
 
     assert {rule.kind for rule in study.followed.values()} <= set(FigureKind)
+
+
+NAMES = ("", "1.5", "nan", "True", "a b", "µ ≤ 3 °, x/y")
+"""Texts that may tell rows apart: one is empty, and some look like other things"""
+WORDS = (*NAMES, 'a;b="c"', "two\nlines", " blank ")
+CELLS = (0.0, -1.5, 1e-300, 12345678901234567.0, math.inf, -math.inf, math.nan)
+MOST_ROWS = 40
+
+
+def drawn(table: Table, rng: np.random.Generator) -> pd.DataFrame:
+    """Rows of a table with any content that it may have."""
+
+    def column(name: str) -> Sequence[object]:
+        if name in table.flags:
+            return (True, False)
+        if name == "outcome":
+            return tuple(map(str, Outcome))
+        if name == "quantity" and table.only:
+            return sorted(table.only)
+        if name in table.texts:
+            return NAMES if name in table.index else WORDS
+        return CELLS
+
+    choices = {name: column(name) for name in table.columns}
+    found = {name: [given[k] for k in rng.integers(len(given), size=MOST_ROWS)] for name, given in choices.items()}
+    frame = table.framed(pd.DataFrame(found)).drop_duplicates(list(table.index), ignore_index=True)
+    for name, of in table.numbers.items():  # interval and text belong to a number
+        unknown = frame[name].isna()
+        frame.loc[unknown, [c for c in (of.low, of.high) if c]] = math.nan
+        frame.loc[unknown, [c for c in (of.text,) if c]] = ""
+    return frame
+
+
+RECORD: dict[str, Any] = {"complete": True, "scene": {"name": "some/scene"}, "host": "reference"}
+
+
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("study", STUDIES, ids=lambda study: study.study)
+def test_all_tables_of_a_study_are_read_from_its_rows_as_they_were(study: StudyFiles, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    tables = {name: drawn(table, rng) for name, table in study.tables.items()}
+    assert all(len(table) > 5 for table in tables.values())
+    rows = spread(study.to_rows(tables, RECORD))
+    for name, table in tables.items():
+        pd.testing.assert_frame_equal(study.tables[name].from_rows(rows), table, check_exact=True, obj=name)
+
+
+def test_what_was_not_run_is_an_outcome_of_its_own_with_its_reason() -> None:
+    point = {"engine": "e", "bars": 2.0, "outcome": "nothing_compared", "reason": "not run: would take 300 s"}
+    rows = scaling.FILES.to_rows({"points": scaling.POINTS.framed([point])}, RECORD)
+    assert rows[["outcome", "reason"]].to_numpy().tolist() == [[NOT_RUN, "would take 300 s"]]
+
+
+@pytest.mark.parametrize("study", STUDIES, ids=lambda study: study.study)
+def test_tables_without_rows_are_read_without_rows(study: StudyFiles) -> None:
+    rows = spread(study.to_rows({name: table.framed(()) for name, table in study.tables.items()}, RECORD))
+    assert not any(len(table.from_rows(rows)) for table in study.tables.values())
+
+
+def test_an_interrupted_cost_study_has_no_orders() -> None:
+    order = {"scene": "s", "engine": "e", "quantity": "attitude", "against": "steps", "kind": cost.INDEPENDENT}
+    table = cost.TABLES["orders"].framed([order | {"order": 4.0, "order_low": 3.9, "order_high": 4.1, "points": 6}])
+
+    def rows(complete: bool) -> pd.DataFrame:
+        found = cost.FILES.to_rows({"orders": table}, {"complete": complete})
+        return found[found["metric"] == "order"][["value", "low", "high", "outcome", "reason"]]
+
+    assert rows(True).to_numpy().tolist() == [[4.0, 3.9, 4.1, "", ""]]
+    assert rows(False).fillna(0.0).to_numpy().tolist() == [[0.0, 0.0, 0.0, NOT_RUN, cost.INTERRUPTED]]

@@ -1,6 +1,5 @@
 """Results of another schema version are rejected with one readable line, by every reader of a record."""
 
-import json
 import shutil
 from pathlib import Path
 
@@ -9,25 +8,14 @@ import pytest
 from barchain.cli.main import run
 from barchain.record.environment import provenance
 from barchain.record.study_store import StudyStore
-from reports.render import CHAPTERS, render_all
-from reports.tables.cost import read_cost
+from reports.render import render_all
 from reports.tables.crossval import FILES, read_results
-from reports.tables.effects import read_effects
-from reports.tables.ensemble import read_ensemble
-from reports.tables.faults.campaign import read_campaign
-from reports.tables.faults.selftest import read_selftest
-from reports.tables.nights.releases import read_releases
-from reports.tables.roundoff import read_roundoff
-from reports.tables.scaling import scaling_rows
+from reports.tables.files import StudyFiles
+from reports.tables.measured import STUDIES
 from reports.tables.schema import KEY, SCHEMA_VERSION, SchemaVersionError, read_record
-from reports.tables.stability import read_stability
 from tests.support.report_fixture import build
-
-READERS = {
-    "campaign": read_campaign,
-    "cost": read_cost, "effects": read_effects, "ensemble": read_ensemble, "releases": read_releases,
-    "roundoff": read_roundoff, "scaling": scaling_rows, "selftest": read_selftest, "stability": read_stability,
-}  # fmt: skip
+from tests.support.results import read_record as record_of
+from tests.support.results import record_file, write_record
 
 
 @pytest.fixture(scope="module")
@@ -36,11 +24,9 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def with_version(results: Path, folder: Path, version: object) -> Path:
-    """Copy of a result folder whose record says another schema version, or none."""
+    """Copy of a result folder whose record says another schema version; of None it has none."""
     shutil.copytree(results, folder, dirs_exist_ok=True)
-    record = json.loads((folder / "record.json").read_text())
-    del record[KEY]
-    (folder / "record.json").write_text(json.dumps(record if version is None else record | {KEY: version}))
+    write_record(folder, record_of(folder) | {KEY: version})
     return folder
 
 
@@ -60,10 +46,25 @@ def test_a_report_of_another_version_is_one_readable_line(
     assert run(["report", str(folder)]) == 2
     error = capsys.readouterr().err
     assert error.count("\n") == 1
-    assert str(folder / "record.json") in error
+    assert str(record_file(folder)) in error
     assert ("no schema version" if version is None else f"schema version {version!r}") in error
     assert f"reads version {SCHEMA_VERSION}" in error
     assert "Run the study again" in error
+
+
+@pytest.mark.parametrize("command", ["report", "show"])
+@pytest.mark.parametrize("inside", ["", "cost"])
+def test_a_folder_of_an_earlier_form_is_told_as_such(
+    command: str, inside: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Up to 0.6.0 a record stood beside CSV tables: a comparison's in the folder, a study's in a folder of its name."""
+    earlier = tmp_path / inside / "record.json"
+    earlier.parent.mkdir(exist_ok=True)
+    earlier.write_text('{"schema_version": 2, "barchain": "0.6.0"}')
+    assert run([command, str(tmp_path)]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert f"{tmp_path}: results of barchain 0.6 or earlier" in error
 
 
 def test_a_comparison_does_not_resume_from_another_version(results: Path, tmp_path: Path) -> None:
@@ -71,22 +72,17 @@ def test_a_comparison_does_not_resume_from_another_version(results: Path, tmp_pa
         StudyStore(FILES, with_version(results, tmp_path, None), {}, resume=True)
 
 
-@pytest.mark.parametrize("chapter", CHAPTERS, ids=lambda chapter: chapter.name)
-def test_every_study_rejects_another_version(chapter, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
-    inside = tmp_path / chapter.name
-    inside.mkdir()
-    for name in chapter.tables:
-        text = json.dumps({KEY: SCHEMA_VERSION + 1}) if name.endswith(".json") else "scene\n"
-        (inside / name).write_text(text)
-    for table in ("orders", "reach", "price"):  # a cost study writes more tables than its chapter needs
-        (inside / f"{table}.csv").write_text("scene\n")
+@pytest.mark.parametrize("study", STUDIES, ids=lambda study: study.study)
+def test_every_study_rejects_another_version(study: StudyFiles, tmp_path: Path) -> None:
+    write_record(tmp_path, {KEY: SCHEMA_VERSION + 1}, study.study)
     with pytest.raises(SchemaVersionError, match=f"schema version {SCHEMA_VERSION + 1}"):
-        READERS[chapter.name](tmp_path)
+        study.contents(tmp_path)
     with pytest.raises(SchemaVersionError):
         render_all(tmp_path)
 
 
 def test_a_file_that_is_no_record_has_no_version(tmp_path: Path) -> None:
-    (tmp_path / "record.json").write_text("[1]")
+    path = tmp_path / "record.json"
+    path.write_text("[1]")
     with pytest.raises(SchemaVersionError, match="no schema version"):
-        read_record(tmp_path / "record.json")
+        read_record(path)

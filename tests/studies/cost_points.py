@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 
-from reports.tables.cost import INDEPENDENT, OWN_EQUATIONS, POINT_COLUMNS
+from reports.tables.cost import INDEPENDENT, OWN_EQUATIONS, TABLES
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 FLOOR = 1e-14
 
@@ -26,7 +28,7 @@ def engine_points(
 def point(engine: str, n: int, error: float, seconds: float, *, scene: str = "s") -> dict[str, Any]:
     """One good point."""
     errors = {"attitude_error_rad": error, "reaction_error_N": error, "reaction_relative": error, "com_error_m": error}
-    floors = {name: FLOOR for name in POINT_COLUMNS if "_floor_" in name}
+    floors = {name: FLOOR for name in TABLES["points"].columns if "_floor_" in name}
     setting = {"setting": f"steps_per_orbit={n}", "parameter": "steps_per_orbit", "value": float(n)}
     spent = {"seconds": seconds, "evaluations": float(2 * n), "steps": float(n), "turns": 5}
     kind = OWN_EQUATIONS if engine.startswith("reference") else INDEPENDENT
@@ -42,9 +44,8 @@ def point(engine: str, n: int, error: float, seconds: float, *, scene: str = "s"
 
 
 def table(*rows: list[dict[str, Any]]) -> pd.DataFrame:
-    """Points as points.csv has them."""
-    frame = pd.DataFrame([r for some in rows for r in some])
-    return frame.reindex(columns=list(POINT_COLUMNS))
+    """Points as the study has them."""
+    return TABLES["points"].framed(r for some in rows for r in some)
 
 
 def times_of(points: pd.DataFrame, spread: float = 0.05, turns: int = 7, seed: int = 1) -> dict[Any, np.ndarray]:

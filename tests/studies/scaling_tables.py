@@ -9,7 +9,7 @@ import pandas as pd
 from barchain.record.study_store import StudyStore
 from barchain.studies.defaults import BARS, FAST
 from barchain.studies.scaling.fit import add_fits, fits_table, targets
-from reports.tables.scaling import FILES, POINT_COLUMNS
+from reports.tables.scaling import FILES, POINTS
 from reports.tables.schema import KEY, SCHEMA_VERSION
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ MEGABYTE = 2.0**20
 
 
 def row(engine: str, bars: int, **columns: Any) -> dict[str, Any]:
-    """Row of points.csv."""
+    """Row of the points."""
     return {"engine": engine, "bars": bars, "outcome": "pass", "reason": "", "per": "right-hand side"} | columns
 
 
@@ -37,7 +37,7 @@ def synthetic() -> pd.DataFrame:
     ]  # fmt: skip
     stop = {"outcome": "nothing_compared", "reason": "not run: would take about <300> s", "per": ""}
     table = pd.DataFrame([*rows, row("stepper", 200) | stop])
-    return table.reindex(columns=list(POINT_COLUMNS))
+    return table.reindex(columns=list(POINTS.columns))
 
 
 def write(folder: Path, *, finished: bool = True) -> Path:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 from typing import TYPE_CHECKING, Any
 
@@ -13,9 +12,9 @@ import pandas as pd
 from adapters.engine import Setting
 from adapters.reference.numpy_engines import Reference
 from barchain.runs.facts import scene_facts
-from reports.tables.crossval import METRIC_COLUMNS, QUANTITY_UNITS
-from reports.tables.schema import KEY, SCHEMA_VERSION
+from reports.tables.crossval import FILES, METRIC_COLUMNS, QUANTITY_UNITS
 from scenarios import Scene, load_scene
+from tests.support.results import series_folder, write_results
 from tests.support.scene_lists import TAME
 
 if TYPE_CHECKING:
@@ -59,16 +58,13 @@ def build(
     runs: list[dict[str, Any]] = []
     for scene in scenes:
         write_scene(folder, scene, metrics, runs, rng=rng, faults=FAULTS if faults else {})
-    pd.DataFrame(metrics, columns=list(METRIC_COLUMNS)).to_csv(folder / "metrics.csv", index=False)
     record = {
-        KEY: SCHEMA_VERSION,
         **RECORD,
         "finished": finished,
         "runs": runs,
         "scenes": {s.name: scene_record(s) for s in scenes},
     }
-    (folder / "record.json").write_text(json.dumps(record, indent=1), encoding="utf-8")
-    return folder
+    return write_results(folder, FILES, {"metrics": metrics}, record)
 
 
 def sampled(scene: Scene, samples: int | None) -> Scene:
@@ -94,7 +90,7 @@ def write_scene(
     faults: dict[Any, Any],
 ) -> None:
     """Tables of one scene."""
-    places = [folder / kind / scene.name for kind in ("trajectories", "differences")]
+    places = [series_folder(folder) / kind / scene.name for kind in ("trajectories", "differences")]
     for place in places:
         place.mkdir(parents=True, exist_ok=True)
     solution = solution_of(scene)
@@ -221,7 +217,7 @@ def metric(
     reason: str = "",
     limit_s: float = math.nan,
 ) -> dict[str, Any]:
-    """One row of metrics.csv."""
+    """One row of the metrics."""
     scene, engine = run
     parameter, default, *_ = ENGINES[engine]
     unit = QUANTITY_UNITS[quantity]
@@ -242,7 +238,7 @@ def metric(
 
 
 def run_records(scene: Scene, engine: str, outcome: str, reason: str) -> list[dict[str, Any]]:
-    """Entries of record.json for one engine's runs."""
+    """Entries of the record for one engine's runs."""
     parameter, default, *_ = ENGINES[engine]
     finer = default / 10 if parameter == "rtol" else default * 2
     made = []
@@ -256,13 +252,13 @@ def run_records(scene: Scene, engine: str, outcome: str, reason: str) -> list[di
                 "role": role,
                 "outcome": outcome,
             }
-            | {"reason": reason, "seconds": spent, "info": {"steps": 10000, "newton_iterations": 21344}}
+            | {"reason": reason, "seconds": spent, "bits": "", "info": {"steps": 10000, "newton_iterations": 21344}}
         )
     return made
 
 
 def scene_record(scene: Scene) -> dict[str, Any]:
-    """Entry of record.json for one scene."""
+    """Entry of the record for one scene."""
     return scene_facts(scene) | {
         "solution_setting": "reference, rtol=1e-13",
         "solution_error_rad": 7.1e-12,

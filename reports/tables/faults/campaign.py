@@ -13,6 +13,8 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from reports.tables.files import StudyFiles
 from reports.tables.rows import Followed, Rows
 from reports.tables.schema import Record
@@ -90,7 +92,7 @@ TABLES = {
         words=("outcome",),
     ),
     "rates": Table(("what",), "rate", RATE, numbers=COUNTS),  # what: a class of cells
-    "rates_of_parts": Table(("what", "by", "name"), "rate_of_part", RATE, numbers=COUNTS),
+    "rates_of_parts": Table(("what", "by", "name"), "rate_of_part", RATE, numbers=COUNTS, prefix="part."),
 }
 FOLLOWED = {
     "class": Followed("verdict", setting="{fault}"),
@@ -102,7 +104,7 @@ def none_tried(tables: Frames, record: Mapping[str, Any]) -> Rows:
     """No further rows; a rate of nothing says so."""
     del record
     for rates in (tables[name] for name in ("rates", "rates_of_parts") if name in tables):
-        rates["why"] = ["" if known else "none tried" for known in rates["rate"].notna()]
+        rates["why"] = np.where(rates["rate"].notna(), "", "none tried")
     return Rows(FILES.study)
 
 
