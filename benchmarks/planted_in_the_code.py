@@ -81,7 +81,7 @@ MISTAKES: dict[tuple[str, str], list[tuple[str, str]]] = {
     ("adapters/mujoco/chain.py", "adapters/test_mujoco.py"): [
         ("on_next_bar=True", "on_next_bar=False"),
         ("round(data.time / self", "int(data.time / self"),
-        ("bar.inertia_kg_m2 * spin)", "bar.mass_kg * spin)"),
+        ("inertia * spin)", "mass * spin)"),
     ],
     ("barchain/runs/trajectory_checks.py", "harness metrics"): [
         ("~np.isfinite(value", "np.isnan(value"),

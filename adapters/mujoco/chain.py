@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     from adapters.bar_loads.chain_loads import ChainLoads
+    from adapters.bar_loads.gravity import Loads
     from adapters.bar_loads.interface import BarPosition, BarProperties, BarRate, Load
     from adapters.trajectory import Array
     from scenarios import Impulse
@@ -82,7 +83,11 @@ class AppliedLoads:
             Half a step.
         """
         self.loads, self.track, self.half_s, self.bars = loads, track.tolist(), half_s, bars_of(chain)
-        self.position, self.applied = data.xipos[1:, :2], data.xfrc_applied[1:]
+        # views: making one takes as long as the loads of two bars
+        self.position, self.q, self.q_t = data.xipos[1:, :2], data.qpos, data.qvel
+        self.joints = data.qpos[2:]
+        self.applied = data.xfrc_applied[1:]
+        self.pull = loads.pull_alone
         self.last: int | None = None
         self.faces: list[list[bool]] | None = None
 
@@ -102,21 +107,34 @@ class AppliedLoads:
         """
         del model
         index = round(data.time / self.half_s)
+        if self.pull:
+            self.apply_gravity(self.pull, index)
+            return
         ends = index % 2 == 0 and self.last == index - 1
         middle = index if index % 2 else index - 1 if ends else index + 1
         self.last = index
         x, y, vx, vy = self.track[index]
         frame = FrameState(x, y, vx, vy, index * self.half_s, middle * self.half_s)
-        q = data.qpos.tolist()
+        q = self.q.tolist()
         positions = [(x, y, angle) for (x, y), angle in zip(self.position.tolist(), accumulate(q[2:]), strict=True)]
-        rates = list(tree_rates(q, data.qvel.tolist(), self.bars)) if self.loads.of_rates else []
-        self.check_faces(frame, positions, rates)
+        rates = list(tree_rates(q, self.q_t.tolist(), self.bars)) if self.loads.of_rates else []
+        if self.loads.faced:
+            self.check_faces(frame, positions, rates)
         self.applied[:] = wrenches(self.bars, self.loads(frame, positions, rates))
+
+    def apply_gravity(self, pull: Loads, index: int) -> None:
+        """Apply gravity at half step `index`, where nothing else acts."""
+        pull.move_to(*self.track[index][:2])
+        rows = []
+        for (x, y), a, (mass, inertia, half) in zip(
+            self.position.tolist(), accumulate(self.joints.tolist()), self.bars, strict=True
+        ):
+            ax, ay, spin = pull.load(x, y, a, half)
+            rows.append((mass * ax, mass * ay, 0.0, 0.0, 0.0, inertia * spin))
+        self.applied[:] = rows
 
     def check_faces(self, frame: FrameState, positions: list[BarPosition], rates: list[BarRate]) -> None:
         """Reject a motion in which a bar turns its other face: a slope jumps there, which costs RK4 its order."""
-        if not self.loads.faced:
-            return
         faces = [[x > 0.0 for x in e.incidence(frame, positions, rates)] for e in self.loads.faced]
         if self.faces is not None and faces != self.faces:
             raise UnsupportedMotionError(
@@ -129,8 +147,8 @@ class AppliedLoads:
 def wrenches(bars: Sequence[BarProperties], loads: Sequence[Load]) -> list[tuple[float, ...]]:
     """Force and torque of each bar's load, in the order of `xfrc_applied`."""
     return [
-        (bar.mass_kg * ax, bar.mass_kg * ay, 0.0, 0.0, 0.0, bar.inertia_kg_m2 * spin)
-        for bar, (ax, ay, spin) in zip(bars, loads, strict=True)
+        (mass * ax, mass * ay, 0.0, 0.0, 0.0, inertia * spin)
+        for (mass, inertia, _), (ax, ay, spin) in zip(bars, loads, strict=True)
     ]
 
 

@@ -90,11 +90,15 @@ class ChainSpace:
 
     def velocity_function(self, loads: StepLoads, j: int) -> Callable[..., None]:
         """Callback that changes velocities of bar `j`: all bars have moved, and earlier bars have new velocities."""
-        integrate = pymunk.Body.update_velocity
+        integrate, pull, half = pymunk.Body.update_velocity, loads.pull, self.half_m[j]
 
         def change(bar: Any, gravity: Any, damping: float, dt: float) -> None:
             try:
-                ax, ay, spin = loads.load(j, self.positions, self.velocities)
+                if pull:
+                    x, y = bar.position
+                    ax, ay, spin = pull.load(x, y, bar.angle, half)
+                else:
+                    ax, ay, spin = loads.load(j, self.positions, self.velocities)
                 mass = bar.mass
                 bar.force = (mass * ax, mass * ay)
                 bar.torque = bar.moment * spin
@@ -201,7 +205,7 @@ class StepLoads:
 
     def __init__(self, chain_loads: ChainLoads) -> None:
         """Prepare for the first step."""
-        self.chain_loads = chain_loads
+        self.chain_loads, self.pull = chain_loads, chain_loads.pull_alone
         self.steps = 0
         self.before: Rows = []
         self.found: list[Load] = []
@@ -213,6 +217,8 @@ class StepLoads:
     def move_to(self, frame_state: FrameState) -> None:
         """Prepare a step to `frame_state`."""
         self.frame_state, self.found = frame_state, []
+        if self.pull:
+            self.pull.move_to(frame_state.x, frame_state.y)
 
     def load(self, j: int, positions: Callable[[], Rows], velocities: Callable[[], Rows]) -> Load:
         """Load of bar `j`; the first call of a step computes the loads of all bars."""
