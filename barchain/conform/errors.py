@@ -46,7 +46,7 @@ SAME_STEPS = 0.01
 """Relative difference of requested and taken steps that is not worth a word"""
 MOST_ABOVE = 1.0
 """Largest excess of a measured order: beyond it another method runs than the declared one"""
-ORDER_ROUNDED = 0.25
+ORDER_ROUNDED = 0.5
 """Largest shortfall of a measured order below the whole number that it stands for"""
 RUN_SHARE = 0.5
 """Longest time of one run here, over that of a run in the stage of physics"""

@@ -24,11 +24,15 @@ if TYPE_CHECKING:
     from adapters.engine import Setting
     from adapters.trajectory import Trajectory
     from barchain.judge.evidence import Evidence
-    from barchain.judge.verdict import Verdict
+    from barchain.judge.verdict import Row, Verdict
     from barchain.solutions.reference import ReferenceSolution
 
 COMMON_SHARE = 0.1
 """Largest difference of two runs at different settings, relative to their error, at which both have the same error"""
+
+
+DIFFERENCES = frozenset({"normalised_error", "bound_ratio"})
+"""Metrics of the whole difference from the solution; others tell of parts that are smaller than the method's error"""
 
 
 def declares_noise(engine: type[Engine]) -> bool:
@@ -97,14 +101,16 @@ def needed_noise(
     main, finer = evidence.main.trajectory, evidence.finer.trajectory
     if bare.outcome in (Outcome.PASS, verdict.outcome) or main is None or finer is None:
         return None
-    quantity = first_rejected(bare)
-    if quantity not in differences(main, solution.trajectory):
+    row = first_rejected(bare)
+    if row is None or row["quantity"] not in differences(main, solution.trajectory):
         return None
-    t_s = solution.trajectory.t_s
+    quantity, t_s = row["quantity"], solution.trajectory.t_s
     sizes = {q: float(v.max()) for q, v in declared_noise(engine, setting, solution, t_s).items() if v.max() > 0.0}
     declared = ", ".join(f"{v:.2g} {QUANTITY_UNITS[q]} of the {QUANTITY_WORDS.get(q, q)}" for q, v in sizes.items())
     error, apart = error_and_scatter(bare, quantity, main, finer, solution)
     unit, words = QUANTITY_UNITS[quantity], QUANTITY_WORDS[quantity]
+    if row["metric"] not in DIFFERENCES:  # smaller than the method's own error
+        return WARNING, f"passes by its declared noise alone, {declared}: without it, of the {words}, {row['reason']}"
     if quantity not in TRACK and apart < COMMON_SHARE * error:
         return FAILED, (
             f"{words} are off by {error:.2g} {unit} at two settings, and differ by {apart:.2g} {unit} between them: "
@@ -114,11 +120,12 @@ def needed_noise(
     return WARNING, said
 
 
-def first_rejected(verdict: Verdict) -> str:
-    """Quantity of the first judged row of a verdict that is no pass; empty without one."""
+def first_rejected(verdict: Verdict) -> Row | None:
+    """First judged row of a verdict that is no pass, those of whole differences before others; None without one."""
     good = (Outcome.PASS, Outcome.REPORTED)
-    rows = (r for r in verdict.rows if r["metric"] in JUDGED_METRICS and Outcome(r["outcome"]) not in good)
-    return str(next((r["quantity"] for r in rows if r["quantity"] in QUANTITY_WORDS), ""))
+    rows = [r for r in verdict.rows if r["metric"] in JUDGED_METRICS and Outcome(r["outcome"]) not in good]
+    rows = [r for r in rows if r["quantity"] in QUANTITY_WORDS]
+    return min(rows, key=lambda r: r["metric"] not in DIFFERENCES, default=None)
 
 
 def error_and_scatter(

@@ -31,7 +31,13 @@ if TYPE_CHECKING:
     from barchain.engine import Array, Impulse, Scene, Setting, Thrust
 
 EARTH_MU = 3.986004418e14
-NOISE_RAD = {"NoiseEndsJudgement": 1e-4, "NoiseHidesThrust": 9e-6, "NoiseHidesConstant": 9e-6, "HonestNoise": 3e-6}
+NOISE_RAD = {
+    "NoiseEndsJudgement": 1e-4,
+    "NoiseHidesThrust": 9e-6,
+    "NoiseHidesConstant": 9e-6,
+    "HonestNoise": 3e-6,
+    "FaintNoise": 3e-8,
+}
 """Declared noise of the angles"""
 SOURCE = Path(__file__).read_text("utf-8")
 """Where the names of the mistakes stand"""
@@ -476,9 +482,9 @@ class Right(Engine):
             com, velocity = kepler_orbit(mu, start.com_m, start.com_velocity_m_s, times)
         if self.wrong("NoiseHidesConstant"):
             angle = angle + 1.5e-6 * np.minimum(1.0, self.scene.times_s / 100.0)[:, None]
-        if self.wrong("HonestNoise"):
+        for amplitude in [1e-6] * self.wrong("HonestNoise") + [1e-8] * self.wrong("FaintNoise"):
             digits = np.random.default_rng(int(1e12 * self.setting.value) + n)
-            angle = angle + 1e-6 * digits.uniform(-1.0, 1.0, angle.shape)
+            angle = angle + amplitude * digits.uniform(-1.0, 1.0, angle.shape)
         if self.wrong("RightAtTheFinest") and self.setting.value > 5e-12:
             digits = np.random.default_rng(int(1e6 * abs(math.sin(1e9 * self.setting.value + y[-1].sum() * 1e6))))
             angle = angle * (1.0 + 1e-7 * digits.standard_normal(angle.shape))

@@ -148,7 +148,7 @@ def test_the_quantity_that_stops_falling_is_named() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("mistake", ["Right", "HonestNoise"])
+@pytest.mark.parametrize("mistake", ["Right", "FaintNoise"])
 def test_right_variants_conform(mistake: str) -> None:
     report = conform(f"{HERE}:{mistake}")
     assert report.passed, [c.words for c in report.failures]

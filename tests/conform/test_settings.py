@@ -12,6 +12,7 @@ from adapters.mujoco.adapter import Mujoco
 from adapters.pymunk.adapter import Pymunk
 from adapters.reference.compiled_engine import ReferenceFast
 from barchain.conform.checks import CheckState
+from barchain.conform.errors import judged_class
 from barchain.conform.physics import main_and_finer, scene_check
 from barchain.conform.scenes import MOST_FINER, STAGES, from_default_on, lasts, scene_of, setting_of
 from barchain.conform.target import examined
@@ -71,6 +72,15 @@ def test_a_finer_setting_is_taken_where_the_default_does_not_reach_so_far() -> N
 @pytest.mark.parametrize("name", one_in(5, [name for scenes in STAGES.values() for name in scenes]))
 def test_no_setting_is_far_finer_than_the_default(name: str) -> None:
     assert setting_of(FirstOrder, scene_of(name)).value <= MOST_FINER * FirstOrder.sweep.default
+
+
+@pytest.mark.slow
+def test_a_declared_order_that_is_far_too_low_asks_for_no_finer_setting_than_the_measured_one() -> None:
+    low, right = examined(f"{__name__}:FirstOrder"), examined("mujoco")
+    assert Mujoco.order - 1.0 <= (judged_class(low).order or 0.0) <= Mujoco.order
+    assert judged_class(right) is right.load()
+    scene = scene_of(NAME)
+    assert setting_of(low.load(), scene) != setting_of(judged_class(low), scene) == Mujoco.sweep.setting()
 
 
 @pytest.mark.parametrize(
