@@ -29,7 +29,6 @@ from barchain.nightly.parts import code_of, installation_here
 from barchain.nightly.plan import LOGS
 from barchain.nightly.state import (
     NightState,
-    PlannedJob,
     add,
     file_interrupted,
     goes_on,
@@ -127,7 +126,7 @@ def run_night(
     progress = progress or NightProgress()
     end, now = time.monotonic() - spent_s + working_time_s(minutes), datetime.datetime.now(datetime.UTC)
     last = last_run(store, plan.identity)
-    night_jobs(plan, next_turn(last), leftovers(last))  # an error of the plan comes before anything runs
+    next_jobs(plan, last)  # an error of the plan comes before anything runs
     note_future(store, now, progress.note)
     engines = plan_engines(plan)
     installation = installation_here(engines, scene_names())
@@ -138,19 +137,17 @@ def run_night(
                 continue
             if goes_on(state, plan.identity, code, now):
                 progress.note(f"going on with the night of {state.started.isoformat()}, which was interrupted")
-                return finish(Running(plan, end, store, folder, progress, last), replace(state, minutes=minutes))
+                return finish(Running(end, store, folder, progress, last), replace(state, minutes=minutes))
             file_interrupted(store, folder, state, progress.note)
     last = last_run(store, plan.identity)
     folder = new_folder(out, now)
     with held(folder):
         state = NightState(
-            plan.identity, minutes, next_turn(last), now.replace(microsecond=0), code, leftovers(last),
-            [part.name for part in plan.file.parts], waiting_parts(last), installation,
+            plan.identity, minutes, next_turn(last), now.replace(microsecond=0), code,
+            tuple(part.name for part in plan.file.parts), installation, next_jobs(plan, last),
         )  # fmt: skip
-        jobs = {job.name: PlannedJob(job.part, job.scenes) for job in jobs_of(plan, state)}
-        state = replace(state, jobs=jobs)
         write_state(folder, state)
-        return finish(Running(plan, end, store, folder, progress, last), state)
+        return finish(Running(end, store, folder, progress, last), state)
 
 
 def next_turn(last: NightRun | None) -> int:
@@ -158,9 +155,15 @@ def next_turn(last: NightRun | None) -> int:
     return last.turn + 1 if last else 0
 
 
-def jobs_of(plan: NightPlan, state: NightState) -> tuple[NightJob, ...]:
-    """Jobs of a night as its state says."""
-    return night_jobs(plan, state.turn, state.left, state.waiting)
+def next_jobs(plan: NightPlan, last: NightRun | None) -> tuple[NightJob, ...]:
+    """Jobs of the next night of a plan.
+
+    Raises
+    ------
+    PlanError
+        If the plan can't be met.
+    """
+    return night_jobs(plan, next_turn(last), leftovers(last), waiting_parts(last))
 
 
 def note_future(store: NightStore, now: datetime.datetime, note: Callable[[str], None]) -> None:
@@ -175,7 +178,6 @@ def note_future(store: NightStore, now: datetime.datetime, note: Callable[[str],
 class Running:
     """A night that is being run."""
 
-    plan: NightPlan
     end: float
     """Time of the monotonic clock at which all jobs have ended"""
     store: NightStore
@@ -202,7 +204,7 @@ def finish(night: Running, state: NightState) -> NightEnd:
 
 def run_jobs(night: Running, state: NightState) -> NightState:
     """Run all jobs that are not done, one after the other, and write the state before and after each."""
-    jobs = jobs_of(night.plan, state)
+    jobs = state.jobs
     waiting = [job for job in jobs if job.name not in state.results or state.results[job.name].state is PartState.LEFT]
     for k, job in enumerate(waiting):
         left_s = max(night.end - time.monotonic(), 0.0)

@@ -17,6 +17,7 @@ import psutil
 from barchain.nightly.alarm import alarm_test, together
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import NIGHT_FORMAT, content_digest
+from barchain.nightly.jobs import NightJob  # noqa: TC001  # pydantic reads the annotations of the state
 from barchain.nightly.parts import Installation  # noqa: TC001  # pydantic reads the annotations of the state
 from barchain.nightly.results import found_in, night_here, read_figures_of
 from reports.tables.nights.facts import INTERRUPTED, NightRun, PartResult, PartState
@@ -47,14 +48,6 @@ class DamagedStateError(ValueError):
 
 
 @dataclass(frozen=True)
-class PlannedJob:
-    """Job that a night begins with."""
-
-    part: str
-    scenes: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
 class NightState:
     """State of a night."""
 
@@ -66,16 +59,12 @@ class NightState:
     """UTC"""
     code: str
     """Digest of sources, engines, libraries and environment: a night goes on with the same ones only"""
-    left: dict[str, list[str]]
-    """What the night before had left, by part"""
-    parts: list[str]
+    parts: tuple[str, ...]
     """Names of all parts of the plan"""
-    waiting: list[str]
-    """Parts of which the night before did nothing"""
     installation: Installation
     """Of the start of the night: what its results come from, whenever they are filed"""
-    jobs: dict[str, PlannedJob] = field(default_factory=dict)
-    """All jobs of the night, by name"""
+    jobs: tuple[NightJob, ...]
+    """All jobs of the night"""
     begun: dict[str, tuple[str, ...]] = field(default_factory=dict)
     """Scenes that a job took on when it began, by name"""
     results: dict[str, PartResult] = field(default_factory=dict)
@@ -243,9 +232,9 @@ def add(store: NightStore, folder: Path, state: NightState) -> tuple[str, NightR
 def run_of(state: NightState, folder: Path) -> NightRun:
     """Run of a night: its parts, each with all of its jobs, and the test of the alarm."""
     parts: dict[str, PartResult] = {}
-    for name, job in state.jobs.items():
+    for job in state.jobs:
         not_begun = PartResult(job.part, PartState.LEFT, 0.0, 0.0, job.scenes or (job.part,), INTERRUPTED)
-        result = state.results.get(name, not_begun)
+        result = state.results.get(job.name, not_begun)
         parts[result.name] = joined(parts[result.name], result) if result.name in parts else result
     readable = [folder / name for name in state.results if not results_fault(folder / name)]
     tests = [test for test in (alarm_test(each, state.turn) for each in readable) if test]
@@ -265,8 +254,8 @@ def joined(first: PartResult, second: PartResult) -> PartResult:
 
 def night_of(folder: Path, state: NightState, run: NightRun) -> Night:
     """Night of the result folders of its jobs, in the order of the plan's parts, with the installation of its start."""
-    order = sorted(state.jobs, key=lambda name: (state.parts.index(state.jobs[name].part), name))
-    folders = [folder / name for name in order if not results_fault(folder / name)]
+    order = sorted(state.jobs, key=lambda job: (state.parts.index(job.part), job.name))
+    folders = [folder / job.name for job in order if not results_fault(folder / job.name)]
     return night_here(
         folders,
         started=state.started,

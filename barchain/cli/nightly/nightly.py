@@ -74,27 +74,19 @@ def nightly(
         return
     url = url or os.environ.get(VARIABLE) or str(out)
     if listed:
-        list_jobs(plan, url, out)
+        for job in planned(plan, url):
+            say(job.shown(out / job.name))
         return
     run_and_tell(plan, minutes or plan.file.minutes, url, out, junit, baseline, fail_on, need_history=need_history)
 
 
-def list_jobs(plan: NightPlan, url: str, out: Path) -> None:
-    """Print the commands of the next night."""
-    for job in next_jobs(plan, url):
-        say(job.shown(out / job.name))
-
-
-def next_jobs(plan: NightPlan, url: str) -> tuple[NightJob, ...]:
+def planned(plan: NightPlan, url: str) -> tuple[NightJob, ...]:
     """Jobs of the next night."""
-    from barchain.nightly.budget import leftovers, waiting_parts  # noqa: PLC0415
     from barchain.nightly.history import last_run  # noqa: PLC0415
-    from barchain.nightly.jobs import night_jobs  # noqa: PLC0415
-    from barchain.nightly.night import next_turn  # noqa: PLC0415
+    from barchain.nightly.night import next_jobs  # noqa: PLC0415
 
     with opened(url, create=True) as store:
-        last = last_run(store, plan.identity)
-    return night_jobs(plan, next_turn(last), leftovers(last), waiting_parts(last))
+        return next_jobs(plan, last_run(store, plan.identity))
 
 
 def run_and_tell(
@@ -109,7 +101,7 @@ def run_and_tell(
 
     if junit is not None:
         need_writable(junit, "--junit")
-    next_jobs(plan, url)  # a wrong name in the plan is told before a history begins
+    planned(plan, url)  # a wrong name in the plan is told before a history begins
     with opened(url, create=True) as store:
         if baseline is not None:
             baseline_night(store, baseline)  # a wrong name is told before anything runs
