@@ -178,70 +178,43 @@ def state_of(night: NightSummary, figure: Figure) -> State | None:
     return tuple((part.name, "", part.digest) for part in parts)
 
 
-def judge_count(was: Figure, now: Figure) -> Judgement | None:
-    """Judge a count against an earlier one; None for the same number.
-
-    More steps are neither better nor worse: errors and times tell that.
-    """
-    assert was.value is not None
-    assert now.value is not None
-    if now.value == was.value:
-        return None
-    factor = now.value / was.value if was.value else None
-    return Judgement(Direction.CHANGED, f"{was.value:.0f} before, {now.value:.0f} now", factor)
-
-
 LEAST_UNKNOWN = 0.01
 """Of an error without recorded rounding: a smaller relative change is told, and called neither better nor worse"""
 
 
-def judge_error(was: Figure, now: Figure) -> Judgement | None:
-    """Judge an error against an earlier one; None for the same number."""
-    assert was.value is not None
-    assert now.value is not None
-    if now.value == was.value:
-        return None
-    known = was.tolerance is not None and now.tolerance is not None
-    rounding = (was.tolerance or 0.0) + (now.tolerance or 0.0)
-    off = abs(now.value - was.value)
-    factor = now.value / was.value if was.value else None
-    if known and off <= rounding:
-        return Judgement(Direction.SAME, f"differs by {off:.2g}, rounding explains {rounding:.2g}", factor)
-    if not known and factor is not None and factor > 0.0 and abs(math.log(factor)) < LEAST_UNKNOWN:
-        return Judgement(
-            Direction.CHANGED, f"{factor:.6g} times the earlier error; its rounding is not recorded", factor
-        )
-    direction = Direction.WORSE if now.value > was.value else Direction.BETTER
-    beyond = f"{off / rounding:.3g} times what rounding explains" if rounding else "beyond rounding"
-    grown = f"{factor:.4g} times the earlier error" if factor is not None else "was zero"
-    return Judgement(direction, f"{grown}, a difference {beyond}" if known else grown, factor)
+def judge_number(was: Figure, now: Figure) -> Judgement | None:
+    """Judge an error, a count or a value against an earlier one; None for the same number.
 
-
-def judge_value(was: Figure, now: Figure) -> Judgement | None:
-    """Judge a value against an earlier one; None for the same number.
-
-    Intervals that overlap explain a difference, as does the rounding of both. What is better is not known.
+    Intervals of values that overlap explain a difference, as does the rounding of both numbers. Of counts and values it
+    is not known what is better: errors and times tell that.
     """
     assert was.value is not None
     assert now.value is not None
     if now.value == was.value:
         return None
     off, factor = abs(now.value - was.value), now.value / was.value if was.value else None
-    if overlap(was, now):
+    if was.identity.kind is FigureKind.VALUE and overlap(was, now):
         return Judgement(Direction.SAME, f"differs by {off:.2g}, and the intervals overlap", factor)
-    if was.tolerance is not None and now.tolerance is not None and off <= was.tolerance + now.tolerance:
-        rounding = was.tolerance + now.tolerance
+    known = was.tolerance is not None and now.tolerance is not None
+    rounding = (was.tolerance or 0.0) + (now.tolerance or 0.0)
+    if known and off <= rounding:
         return Judgement(Direction.SAME, f"differs by {off:.2g}, rounding explains {rounding:.2g}", factor)
-    return Judgement(Direction.CHANGED, f"{was.value:.6g} before, {now.value:.6g} now", factor)
+    if was.identity.kind is not FigureKind.ERROR:
+        return Judgement(Direction.CHANGED, f"{was.value:.10g} before, {now.value:.10g} now", factor)
+    if not known and factor is not None and factor > 0.0 and abs(math.log(factor)) < LEAST_UNKNOWN:
+        said = f"{factor:.6g} times the earlier error; its rounding is not recorded"
+        return Judgement(Direction.CHANGED, said, factor)
+    direction = Direction.WORSE if now.value > was.value else Direction.BETTER
+    beyond = f"{off / rounding:.3g} times what rounding explains" if rounding else "beyond rounding"
+    grown = f"{factor:.4g} times the earlier error" if factor is not None else "was zero"
+    return Judgement(direction, f"{grown}, a difference {beyond}" if known else grown, factor)
 
 
 def overlap(was: Figure, now: Figure) -> bool:
     """Whether both figures have intervals, and these overlap."""
-    ends = (was.low, was.high, now.low, now.high)
-    if any(end is None for end in ends):
+    if was.low is None or was.high is None or now.low is None or now.high is None:
         return False
-    low_was, high_was, low_now, high_now = (float(end) for end in ends if end is not None)
-    return low_was <= high_now and low_now <= high_was
+    return was.low <= now.high and now.low <= was.high
 
 
 SCALES: tuple[tuple[str, ...], ...] = (
@@ -305,10 +278,10 @@ def as_mended(change: Change) -> Change:
 
 
 RULES: dict[FigureKind, Callable[[Figure, Figure], Judgement | None]] = {
-    FigureKind.ERROR: judge_error,
+    FigureKind.ERROR: judge_number,
     FigureKind.VERDICT: judge_verdict,
-    FigureKind.COUNT: judge_count,
-    FigureKind.VALUE: judge_value,
+    FigureKind.COUNT: judge_number,
+    FigureKind.VALUE: judge_number,
 }
 """Rule of each deterministic kind"""
 

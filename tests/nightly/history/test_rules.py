@@ -13,7 +13,7 @@ from barchain.nightly.changes import (
     Direction,
     bit_changes,
     compared,
-    judge_error,
+    judge_number,
     judge_verdict,
     level_changes,
     same_changes,
@@ -36,32 +36,32 @@ def other(name: str, digest: str = "ff") -> tuple[NightPart, ...]:
 
 def test_errors_within_rounding_are_numerically_the_same_and_beyond_better_or_worse() -> None:
     was = error(1e-5, tolerance=1e-9)
-    assert judge_error(was, error(1e-5, tolerance=1e-9)) is None
-    within = judge_error(was, error(1e-5 + 1.9e-9, tolerance=1e-9))
+    assert judge_number(was, error(1e-5, tolerance=1e-9)) is None
+    within = judge_number(was, error(1e-5 + 1.9e-9, tolerance=1e-9))
     assert within.direction is Direction.SAME
-    beyond = judge_error(was, error(1e-5 + 2.1e-9, tolerance=1e-9))
+    beyond = judge_number(was, error(1e-5 + 2.1e-9, tolerance=1e-9))
     assert beyond.direction is Direction.WORSE
-    half = judge_error(was, error(5e-6, tolerance=1e-9))
+    half = judge_number(was, error(5e-6, tolerance=1e-9))
     assert (half.direction, half.factor) == (Direction.BETTER, pytest.approx(0.5))
 
 
 def test_an_error_without_recorded_rounding_is_never_called_the_same() -> None:
     was = error(1e-5, tolerance=None)
-    assert judge_error(was, error(1.000001e-5, tolerance=None)).direction is Direction.CHANGED
-    assert judge_error(was, error(1.1e-5, tolerance=None)).direction is Direction.WORSE
-    assert judge_error(was, error(1.1e-5, tolerance=1.0)).direction is Direction.WORSE
+    assert judge_number(was, error(1.000001e-5, tolerance=None)).direction is Direction.CHANGED
+    assert judge_number(was, error(1.1e-5, tolerance=None)).direction is Direction.WORSE
+    assert judge_number(was, error(1.1e-5, tolerance=1.0)).direction is Direction.WORSE
 
 
 def test_an_error_that_was_zero_has_no_factor() -> None:
-    judged = judge_error(error(0.0), error(1e-3))
+    judged = judge_number(error(0.0), error(1e-3))
     assert (judged.direction, judged.factor) == (Direction.WORSE, None)
 
 
 @given(a=st.floats(0.0, 1e3), b=st.floats(0.0, 1e3), ta=st.floats(0.0, 1.0), tb=st.floats(0.0, 1.0))
 def test_the_rule_of_errors_is_the_same_both_ways(a: float, b: float, ta: float, tb: float) -> None:
     there, back = (
-        judge_error(error(a, tolerance=ta), error(b, tolerance=tb)),
-        judge_error(error(b, tolerance=tb), error(a, tolerance=ta)),
+        judge_number(error(a, tolerance=ta), error(b, tolerance=tb)),
+        judge_number(error(b, tolerance=tb), error(a, tolerance=ta)),
     )
     assert (there is None) == (back is None)
     if there is not None and back is not None:

@@ -87,6 +87,38 @@ def test_an_engine_that_is_not_installed_costs_its_own_figures_alone_and_the_nig
 
 
 @pytest.mark.slow
+def test_an_engine_that_hangs_costs_its_own_row_alone_and_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "hangs.py").write_text("import time\ntime.sleep(1000)\n", "utf-8")
+    entry = f"""
+[[engine]]
+name = "hangs"
+command = "{sys.executable} hangs.py {{request}} {{samples}} {{result}}"
+effects = ["gravity.none", "gravity.point"]
+rtol = [1e-8, 1e-10]
+files = ["hangs.py"]
+"""
+    (tmp_path / "engines.toml").write_text(entry, "utf-8")
+    monkeypatch.setenv("BARCHAIN_ENGINES", str(tmp_path / "engines.toml"))
+    text = PLAN.replace(', "basics/kepler_elliptic"', "")
+    text = text.replace('["reference"]', '["hangs", "reference"]\ntime_limit_s = 10')
+    (tmp_path / "plan.toml").write_text(text, "utf-8")
+    ended = one_night(load_plan(tmp_path / "plan.toml"), tmp_path)
+    assert ended.run.complete
+    with open_store(str(tmp_path / "history")) as store:
+        figures = store.night(ended.name).figures
+    verdicts = {(f.identity.engine, f.word) for f in figures if f.identity.quantity == "verdict"}
+    assert verdicts == {("hangs", "timed_out"), ("reference", "pass")}
+    assert run(["history", "tell", "--history", str(tmp_path / "history")]) == 0
+    words = ["history", "report", "--history", str(tmp_path / "history"), "--out", str(tmp_path / "out")]
+    assert run([*words, "--fail-on", "not-pass"]) == 1
+    assert "hangs on basics/kepler_circular: timed_out" in "".join(
+        one.words for one in read_nightly(tmp_path / "out" / "nightly.json").rejected
+    )
+
+
+@pytest.mark.slow
 def test_a_night_that_is_killed_goes_on_with_what_it_has(
     plan: NightPlan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
