@@ -38,6 +38,8 @@ if TYPE_CHECKING:
 
 VERSIONED = ("engine:", "library:", "python")
 MISSING = "missing"
+FINE = frozenset(str(outcome) for outcome in Outcome if outcome.ok)
+"""Verdicts that are a pass, or a limit that the engine states; a word of another version is none"""
 OWN = STEPPED | {FigureKind.BITS}
 """Kinds whose changes are attributed by themselves"""
 
@@ -71,7 +73,7 @@ def night_facts(
     tonight = tuple(events(list(standing_for(change_entries(judged, judged.tonight, accepted, confirmed)))))
     holding = events(change_entries(judged, still_holding(judged), accepted, confirmed))
     standing = tuple(e for e in holding if e.accepted is None)
-    night = judged.night
+    night, names = judged.night, [night.name for night in judged.compared_with]
     return NightlyFile(
         sentence=opening(
             tonight, judged=judged.judged, earlier=len(judged.compared_with), void=night.void,
@@ -79,11 +81,19 @@ def night_facts(
             replanned=(judged.new, judged.left_out) if judged.replanned and night.complete and not baseline else None,
             new=0 if baseline else judged.new, renamed=judged.renamed,
         ),
-        night=night_entry(night, exchanged(judged)),
-        against=against(judged, baseline),
+        night=night_entry(judged),
+        against=AgainstEntry(nights=len(names), first=names[0] if names else "", last=names[-1] if names else "",
+                             baseline=baseline),
         counts=counts(judged, tonight),
         verdicts=dict(Counter(cell.word or MISSING for cell in cells).most_common()),
-        rejected=tuple(map(rejected_entry, filter(is_rejected, cells))),
+        rejected=tuple(
+            RejectedEntry(
+                scene=cell.identity.scene, engine=cell.identity.engine, setting=cell.identity.setting,
+                verdict=cell.word or MISSING, reason=cell.reason,
+            )
+            for cell in cells
+            if not cell.not_run and cell.word not in FINE
+        ),
         changes=tonight,
         standing=standing,
         held=tuple(e for e in holding if e.accepted is not None),
@@ -196,31 +206,18 @@ def suspect_entry(suspect: Suspect) -> SuspectEntry:
     )
 
 
-def exchanged(judged: JudgedNight) -> tuple[SuspectEntry, ...]:
-    """Parts of the night that differ from the last night before; scenes that one of them left out tell nothing."""
-    if not judged.compared_with:
-        return ()
-    last, night = judged.compared_with[-1], judged.night
-    return tuple(map(suspect_entry, differing(last, night, set(last.part_named) & set(night.part_named))))
-
-
-def night_entry(night: NightSummary, exchanged_parts: tuple[SuspectEntry, ...]) -> NightEntry:
-    """Entry of the night."""
-    environment = {name: value for name, value in asdict(night.environment).items() if name != "cpu_flags"}
-    versions = {p.name: p.version for p in night.parts if p.name.startswith(VERSIONED) and p.version}
+def night_entry(judged: JudgedNight) -> NightEntry:
+    """Entry of the night, with the parts that differ from the last night before; scenes that one left tell nothing."""
+    night, last = judged.night, judged.compared_with[-1] if judged.compared_with else None
+    exchanged = differing(last, night, set(last.part_named) & set(night.part_named)) if last else ()
     return NightEntry(
         name=night.name, started=night.started, duration_s=night.duration_s, plan=night.plan, barchain=night.barchain,
         commit=night.commit, state="void" if night.void else "complete" if night.complete else "incomplete",
         void=night.void, figures=night.figures, machine_class=night.environment.machine_class,
-        environment=environment, versions=versions, exchanged=exchanged_parts,
+        environment={name: value for name, value in asdict(night.environment).items() if name != "cpu_flags"},
+        versions={p.name: p.version for p in night.parts if p.name.startswith(VERSIONED) and p.version},
+        exchanged=tuple(map(suspect_entry, exchanged)),
     )  # fmt: skip
-
-
-def against(judged: JudgedNight, baseline: str) -> AgainstEntry:
-    """Entry of the nights that it was judged against."""
-    names = [night.name for night in judged.compared_with]
-    first, last = (names[0], names[-1]) if names else ("", "")
-    return AgainstEntry(nights=len(names), first=first, last=last, baseline=baseline)
 
 
 def counts(judged: JudgedNight, tonight: Sequence[ChangeEntry]) -> CountsEntry:
@@ -232,18 +229,4 @@ def counts(judged: JudgedNight, tonight: Sequence[ChangeEntry]) -> CountsEntry:
         judged=judged.judged, same=len(judged.same), worse=told["worse"], better=told["better"],
         changed=told["changed"], accepted=told["accepted"],
         irreproducible=sum(change.irreproducible for change in tonight), new=judged.new,
-    )  # fmt: skip
-
-
-def is_rejected(cell: Figure) -> bool:
-    """Whether a cell is neither a pass nor a limit that the engine states; a word of another version counts."""
-    return not cell.not_run and cell.word not in {str(outcome) for outcome in Outcome if outcome.ok}
-
-
-def rejected_entry(cell: Figure) -> RejectedEntry:
-    """Entry of a cell."""
-    identity = cell.identity
-    return RejectedEntry(
-        scene=identity.scene, engine=identity.engine, setting=identity.setting, verdict=cell.word or MISSING,
-        reason=cell.reason,
     )  # fmt: skip

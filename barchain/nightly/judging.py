@@ -7,7 +7,7 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from barchain.nightly.acceptances import NO_ACCEPTANCE, accepting, fits
+from barchain.nightly.acceptances import NO_ACCEPTANCE, fits
 from barchain.nightly.changes import (
     RULES,
     Change,
@@ -27,10 +27,8 @@ from barchain.nightly.vanished import SAMPLED, Presence, continued, vanished
 from scenarios.nearest import nearest
 
 if TYPE_CHECKING:
-    import datetime
     from collections.abc import Sequence
 
-    from barchain.nightly.acceptances import Acceptance
     from barchain.nightly.figures import FigureIdentity, Night
     from barchain.nightly.history import NightStore
     from barchain.nightly.steps import ToldChanges
@@ -177,21 +175,20 @@ def judge_pair(before: Night, after: Night) -> JudgedNight:
     )
     judged = judge_night(series, nights)
     compared = sum(len(one.nights) > 1 for one in series if one.identity.kind not in STEPPED)
-    gone = tuple(lost(one, nights) for one in series if is_lost(one, nights))
+    alike = before.plan == after.plan and after.complete
+    gone = tuple(lost(one, nights) for one in series if alike and one.nights == nights[:1] and is_expected(one))
     return replace(
         judged, changes=(*judged.changes, *gone), tonight=(*judged.tonight, *gone), judged=compared + len(gone)
     )
 
 
-def is_lost(series: FigureSeries, nights: tuple[NightSummary, NightSummary]) -> bool:
-    """Whether a figure of the baseline should be there again, and is not."""
-    before, after = nights
-    alone = series.nights == (before,) and not series.figures[0].missing
+def is_expected(series: FigureSeries) -> bool:
+    """Whether a figure of a baseline should be there again: it had a result, and its study does the same each night."""
     rotates = series.identity.quantity.startswith(SAMPLED) or series.identity.kind in STEPPED
-    return alone and not rotates and before.plan == after.plan and after.complete
+    return not rotates and not series.figures[0].missing
 
 
-def lost(series: FigureSeries, nights: tuple[NightSummary, NightSummary]) -> Change:
+def lost(series: FigureSeries, nights: Sequence[NightSummary]) -> Change:
     """Change of a figure that is gone."""
     was, reason = series.figures[0], "not measured, though the baseline of the same plan has it"
     now = Figure(series.identity, reason=reason, depends=was.depends)
@@ -291,8 +288,3 @@ def irreproducible(judged: JudgedNight, names: Sequence[str]) -> int:
     """Number of tonight's runs that are not reproducible and fit a pattern: an acceptance leaves them out."""
     wild = [change for change in judged.tonight if change.irreproducible]
     return sum(any("*" in name and fits(change.identity.name, name) for name in names) for change in wild)
-
-
-def worse_and_not_accepted(judged: JudgedNight, known: Sequence[Acceptance], at: datetime.datetime) -> list[Change]:
-    """Changes for the worse that a night tells first and that no acceptance covers."""
-    return [c for c in judged.tonight if c.direction is Direction.WORSE and accepting(c, known, at) is None]

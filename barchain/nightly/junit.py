@@ -49,13 +49,6 @@ def write_junit(
     OSError
         If the file can't be written.
     """
-    write_atomically(path, junit_text(facts, figures, fail_on, need_history=need_history))
-
-
-def junit_text(
-    facts: NightlyFile, figures: Iterable[Figure], fail_on: str = "worse", *, need_history: bool = False
-) -> bytes:
-    """JUnit XML of a night, as :func:`write_junit`."""
     document = JUnitXml(NIGHT)
     document.add_testsuite(plan_suite(facts, Error if FAILING[fail_on] else Skipped, need_history=need_history))
     cells, rejected = by_engine(figures), {(r.engine, r.scene): r.words for r in facts.rejected}
@@ -79,7 +72,7 @@ def junit_text(
     root.attrib.pop("skipped", None)  # which the schema of Jenkins does not know here
     ElementTree.indent(root)
     text: bytes = ElementTree.tostring(root, "utf-8", xml_declaration=True)
-    return text + b"\n"
+    write_atomically(path, text + b"\n")
 
 
 def by_engine(figures: Iterable[Figure]) -> dict[str, dict[str, list[Figure]]]:

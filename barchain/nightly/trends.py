@@ -93,17 +93,12 @@ def calendar(nights: Sequence[NightSummary], told: Mapping[str, tuple[int, int]]
     told : mapping
         Numbers of changes for the worse and of all changes that a night told, by its name.
     """
-    return tuple(calendar_night(night, *told.get(night.name, (0, 0))) for night in nights)
-
-
-def calendar_night(night: NightSummary, worse: int, changes: int) -> CalendarNight:
-    """Entry of one night."""
-    if night.void:
-        state = "void"
-    elif worse:
-        state = "worse"
-    elif not night.complete:
-        state = "incomplete"
-    else:
-        state = "changed" if changes else "quiet"
-    return CalendarNight(night.name, night.started.isoformat(), state, changes)
+    found = []
+    for night in nights:
+        worse, changes = told.get(night.name, (0, 0))
+        state = (
+            "void" if night.void else "worse" if worse else "incomplete" if not night.complete
+            else "changed" if changes else "quiet"
+        )  # fmt: skip
+        found.append(CalendarNight(night.name, night.started.isoformat(), state, changes))
+    return tuple(found)

@@ -11,18 +11,21 @@ import pytest
 
 from barchain.cli.main import run
 from barchain.nightly.acceptances import FILE, accept, acceptances_of, accepted, accepting
+from barchain.nightly.changes import Direction
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import FigureError
 from barchain.nightly.history import NightStore, open_store
-from barchain.nightly.judging import change_named, changes_named, judge, judge_night, worse_and_not_accepted
+from barchain.nightly.judging import change_named, changes_named, judge, judge_night
 from barchain.nightly.place import VARIABLE
 from tests.nightly.history.histories import as_series, history_of
 from tests.nightly.history.synthetic import bits, count, error, night, verdict
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
-    from barchain.nightly.changes import Change
+    from barchain.nightly.acceptances import Acceptance
+    from barchain.nightly.changes import Change, JudgedNight
 
 AT = datetime.datetime(2026, 6, 1, tzinfo=datetime.UTC)
 
@@ -30,6 +33,11 @@ AT = datetime.datetime(2026, 6, 1, tzinfo=datetime.UTC)
 def last_change(*values: float) -> Change:
     nights = history_of(*[[error(v)] for v in values])
     return judge_night(as_series(nights), nights).changes[-1]
+
+
+def worse_and_not_accepted(judged: JudgedNight, known: Sequence[Acceptance], at: datetime.datetime) -> list[Change]:
+    """Changes for the worse that a night tells first and that no acceptance covers."""
+    return [c for c in judged.tonight if c.direction is Direction.WORSE and accepting(c, known, at) is None]
 
 
 def test_what_was_accepted_is_accepted_numerically_and_comes_back_when_it_moves() -> None:
