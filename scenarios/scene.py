@@ -117,6 +117,30 @@ class Run:
         return np.linspace(0.0, self.duration_s, self.samples)
 
 
+@dataclass(frozen=True)
+class RunAt(Run):
+    """Run whose samples are at given instants, as those of a table that somebody else wrote.
+
+    With fewer samples than instants the first ones count; with more, parts of the intervals are equally long.
+
+    Attributes
+    ----------
+    instants_s : tuple of float
+        Sample instants, s, increasing from 0.
+    """
+
+    instants_s: tuple[float, ...] = (0.0,)
+
+    @property
+    def times_s(self) -> Array:
+        """Sample instants, (samples,)."""
+        own = np.array(self.instants_s)
+        if self.samples <= len(own):
+            return own[: self.samples]
+        between: Array = np.interp(np.linspace(0.0, len(own) - 1.0, self.samples), np.arange(len(own)), own)
+        return between
+
+
 def start_radius_m(body: CentralBody, orbit: Orbit) -> float:
     """Initial distance r0 of the centre of mass from the centre of the body, m."""
     return body.radius_m + orbit.altitude_m

@@ -16,7 +16,7 @@ from barchain.judge.error_model import ErrorModel
 from barchain.judge.residuals import Residuals, worst
 from barchain.judge.scales import NORM_SLACK, too_noisy
 from barchain.judge.verdict import JUDGED_METRICS, MIN_JUDGED_SHARE, CheckFinding, Verdict, no_verdict
-from barchain.metrics.quantities import TRACK, drifts
+from barchain.metrics.quantities import TRACK
 from barchain.runs.job import ROUNDOFF_ROLES, Role
 from reports.tables.outcome import Outcome
 
@@ -77,15 +77,15 @@ def judge(
 
 def verdict_on(name: str, run: Residuals) -> Verdict:
     """Verdict on the engine called `name`: all findings, the series for plots, further runs that would settle it."""
-    drift = drifts(run.scene, run.main)
-    bound = drift_bounds(run.errors, drift, drifts(run.scene, run.finer))
+    drift = run.drifts(run.main)
+    bound = drift_bounds(run.errors, drift, run.drifts(run.finer))
     segments: list[RestartSegment] = []
     fault = fault_of_run(run)
     found = [] if fault is None else [fault]
     for quantity in run.difference:
         found += difference_findings(run, quantity)
     found += drift_findings(run, drift, bound) + finer_findings(run)
-    if all(f.outcome.ok for f in found):  # a setting that is too coarse still answers for its states
+    if run.restarts and all(f.outcome.ok for f in found):  # a setting that is too coarse still answers for its states
         beyond, segments = findings_beyond_limit(run)
         found += beyond
     found += [extrapolation_finding(run, quantity) for quantity in run.extrapolated]

@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import copy
 from functools import cached_property
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -46,6 +47,7 @@ from barchain.solutions.reference import RICHARDSON
 from reports.tables.crossval import PARTED_RAD
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from typing import Any
 
     from adapters.engine import Engine, Setting
@@ -69,6 +71,9 @@ class ErrorModel:
 
     start_rad = 0.0
     """Error of the initial state as an angle, rad: zero, except for a restart from an engine's samples"""
+
+    written: Mapping[str, Array] = MappingProxyType({})
+    """Error of values that were written with few digits, (n,) for each quantity in its unit; nothing amplifies it"""
 
     def __init__(self, engine: type[Engine], setting: Setting, solution: ReferenceSolution, run: Trajectory) -> None:
         """Keep the arguments; nothing expensive is computed yet.
@@ -232,7 +237,7 @@ class ErrorModel:
         carried = ROUNDINGS * MACHINE_EPSILON * self.walk * self.track_growth
         for name, values in (("com", seen.com_m), ("com_velocity", seen.com_velocity_m_s)):
             found[name] += np.maximum.accumulate(np.linalg.norm(values[:n], axis=1)) * carried
-        return found
+        return {name: values + self.written.get(name, 0.0) for name, values in found.items()}
 
     @cached_property
     def bound(self) -> dict[str, Array]:

@@ -14,7 +14,7 @@ from barchain.judge.error_model import ErrorModel
 from barchain.judge.parted_track import parted_track_bound
 from barchain.judge.scales import NORM_SLACK, measured_roundoff
 from barchain.metrics.model_difference import SECOND_MOMENT_SENSITIVITY, com_displacement, displacement_bound
-from barchain.metrics.quantities import FIELDS, TRACK, differences
+from barchain.metrics.quantities import FIELDS, TRACK, differences, drifts
 from barchain.solutions.reference import RICHARDSON
 from reports.tables.outcome import Outcome
 from scenarios import Gravity
@@ -78,6 +78,15 @@ class Residuals:
         self.explained = errors.explained(self.own_error())
         known_s = self.solution.limit_s if self.com_only else self.limit_s  # a particle has no attitude to part
         self.parted_track = parted_track_bound(self.solution, self.t, known_s)
+
+    @property
+    def restarts(self) -> bool:
+        """Whether the reference restarts from the run's states beyond the predictability limit."""
+        return True
+
+    def drifts(self, run: Trajectory) -> dict[str, Array]:
+        """Drifts of one of the two runs, (n,) each (`barchain.metrics.quantities.drifts`)."""
+        return drifts(self.scene, run)
 
     def own_error(self) -> dict[str, Array]:
         """Differences of the main run from its finer runs, (n,) for each quantity: its error, by two settings or three.

@@ -15,11 +15,12 @@ from adapters.common.initial_state import chain_model
 from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES
-from barchain.judge.checks.restart import RTOL, directions, restarted_run, restarted_solution
+from barchain.judge.checks.restart import RTOL, directions, restarted_solution
 from barchain.judge.local_errors import resolving_s, truncation_errors
 from barchain.judge.scales import NORM_SLACK
 from barchain.metrics.quantities import differences
 from barchain.runs.executors import LocalProcesses
+from barchain.solutions.at_times import restarted_run
 from barchain.solutions.reference import closely_sampled, establish, with_perturbed_start
 from barchain.studies.selftest.campaign import on_scene
 from reference_impl.integrate.simulate import Simulation

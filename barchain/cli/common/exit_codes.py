@@ -59,6 +59,7 @@ def failure(error: Exception) -> tuple[str, ExitCode] | None:
     from adapters.command.entries import EntryError
     from adapters.engine import EngineError, SettingError
     from adapters.registry import UnknownEngineError
+    from barchain.given.table import TableError
     from barchain.nightly.faults import HistoryError
     from barchain.record.claim import FolderInUseError, ResultsInPlaceError
     from barchain.runs.cluster.connection import ClusterError, ClusterLostError
@@ -67,7 +68,7 @@ def failure(error: Exception) -> tuple[str, ExitCode] | None:
     from reports.tables.schema import SchemaVersionError
     from scenarios import SceneError
 
-    bad_tables = DamagedTableError, DamagedResultsError, SchemaVersionError
+    bad_tables = TableError, DamagedTableError, DamagedResultsError, SchemaVersionError
     bad_folder = FolderInUseError, ResultsInPlaceError
     bad_input = SceneError, UnknownEngineError, EntryError, SettingError, HistoryError, *bad_tables, *bad_folder
     if isinstance(error, bad_input) or (isinstance(error, ClusterError) and not isinstance(error, ClusterLostError)):

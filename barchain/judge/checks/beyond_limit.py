@@ -14,13 +14,14 @@ import numpy as np
 
 from adapters.common.initial_state import chain_model
 from adapters.engine import Coordinates, EngineError
-from barchain.judge.checks.restart import RTOL, compare_segment, restart_segments, restarted_run
+from barchain.judge.checks.restart import RTOL, compare_segment, restart_segments
 from barchain.judge.parted_track import face_acceleration_m_s2
 from barchain.judge.residuals import worst
 from barchain.judge.scales import largest_entry
 from barchain.judge.verdict import CheckFinding
 from barchain.metrics.model_difference import stretched_inertia_kg_m2
 from barchain.metrics.quantities import FIELDS, differences
+from barchain.solutions.at_times import restarted_run
 from reference_impl.model.invariants import relative_kinetic_energy
 from reports.tables.crossval import PARTED_RAD
 from reports.tables.outcome import Outcome

@@ -23,6 +23,8 @@ from reports.tables.crossval import ROUNDING
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from adapters.trajectory import Array
     from barchain.judge.error_model import ErrorModel
     from barchain.judge.residuals import Residuals
@@ -88,21 +90,38 @@ def invariant_bounds(model: ErrorModel, main: Drifts, finer: Drifts) -> dict[str
     Explained drift: the exact motion has no drift. Richardson's twice the change to the finer setting therefore bounds
     it, beside round-off. Neither a loosened tolerance nor different physics at both settings is inside the smaller one.
     """
-    scene, solution, n, bound = model.scene, model.solution, model.n, model.bound
+    scene, n = model.scene, model.n
     names = [name for name in (*WHOLE, *ABOUT_COM) if name in main and name in finer]
     if not names:
         return {}
-    track = np.zeros(n) if conserved(scene).relative else bound["com"] / scene.radius0_m
-    relative = scene.bars * (bound["rate"] / fastest(solution) + bound["attitude"])
     requested = NORM_SLACK * model.setting.value if model.setting.parameter is AccuracyParameter.RTOL else 0.0
     found: dict[str, Array] = {}
     for name in names:
         k = min(n, len(finer[name]))
-        share = inner_share(solution, name)
-        promised = QUADRATIC * (share * relative + (0.0 if name in ABOUT_COM else track))
+        promised = carried(model, name, model.bound)
         change = np.maximum.accumulate(np.abs(main[name][:k] - finer[name][:k]))
         floor = QUADRATIC * scene.bars * (invariant_walk(model, name) + requested)
-        found[name] = np.minimum(promised[:k], RICHARDSON * change + floor[:k])
+        found[name] = np.minimum(promised[:k], RICHARDSON * change + floor[:k]) + written_share(model, name)[:k]
+    return found
+
+
+def written_share(model: ErrorModel, name: str) -> Array:
+    """Error of an invariant, (n,), relative, by values that were written with few digits."""
+    if not model.written:
+        return np.zeros(model.n)
+    speed = float(np.linalg.norm(model.solution.trajectory.com_velocity_m_s, axis=-1).max())
+    velocity = 0.0 if name in ABOUT_COM or speed == 0.0 else QUADRATIC * model.written["com_velocity"] / speed
+    found: Array = carried(model, name, model.written) + velocity
+    return found
+
+
+def carried(model: ErrorModel, name: str, errors: Mapping[str, Array]) -> Array:
+    """Errors of attitude, rates and track, (n,) each, as they appear in an invariant, (n,), relative."""
+    scene, solution = model.scene, model.solution
+    relative = scene.bars * (errors["rate"] / fastest(solution) + errors["attitude"])
+    straight = name in ABOUT_COM or conserved(scene).relative
+    track = np.zeros(model.n) if straight else errors["com"] / scene.radius0_m
+    found: Array = QUADRATIC * (inner_share(solution, name) * relative + track)
     return found
 
 

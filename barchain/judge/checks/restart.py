@@ -11,18 +11,17 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.common.initial_state import InitialState, chain_model
 from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
-from adapters.registry import COMPILED, ENGINES
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.local_errors import resolving_s
 from barchain.judge.scales import MACHINE_EPSILON, MAX_ATTITUDE_NOISE_RAD, NORM_SLACK, largest_entry
 from barchain.metrics.quantities import TRACK, differences, own_rate
+from barchain.solutions.at_times import restarted_run
 from barchain.solutions.reference import (
     SOLUTION_RTOL,
     ReferenceSolution,
@@ -36,7 +35,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from adapters.reference.numpy_engines import ReferenceEngine
     from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
 
@@ -307,35 +305,3 @@ def directions(bars: int) -> list[Array]:
     angle, rate = perturbation_directions(bars)
     against = (-1.0) ** np.arange(bars)
     return [np.stack([a * angle, sign * a * rate]) for a in (np.ones(bars), against) for sign in (1.0, -1.0)]
-
-
-def restarted_run(
-    scene: Scene, trajectory: Trajectory, first: int, t_s: Array, rtol: float, moved_rad: Array | None = None
-) -> Trajectory:
-    """Run of the reference from sample `first` of `trajectory`, at instants (m,) s; its start moved by (2, N) rad.
-
-    The second row moves the rates, in units of the scene's own.
-
-    Raises
-    ------
-    EngineError
-        If the reference can't go on from there.
-    """
-    assert trajectory.angle_rad is not None
-    assert trajectory.rate_rad_s is not None
-    moved = np.zeros((2, scene.bars)) if moved_rad is None else moved_rad * [[1.0], [own_rate(scene)]]
-    nothing = np.zeros((scene.bars, 2))
-    start = InitialState(
-        trajectory.com_m[first], trajectory.com_velocity_m_s[first], trajectory.angle_rad[first] + moved[0],
-        trajectory.rate_rad_s[first] + moved[1], nothing, nothing,
-    )  # fmt: skip
-    model = chain_model(scene)
-    model = dataclasses.replace(model, impulses=tuple(b for b in model.impulses if b.at_s >= t_s[0]))
-    compiled = ENGINES[COMPILED]
-    run = Reference() if compiled.missing else cast("ReferenceEngine", compiled.load()())
-    run.times_s, run.prepared = t_s, run.prepare(model, start, rtol)
-    run.simulate()
-    seen = run.read()
-    if trajectory.impulse_N_s is not None and seen.impulse_N_s is None:  # no impulse is left: their sum stays zero
-        return seen.replace(impulse_N_s=np.zeros((len(t_s), scene.bars - 1, 2)))
-    return seen

@@ -48,7 +48,7 @@ def fault_of_run(run: Residuals) -> CheckFinding | None:
             f"attitude reaches {PARTED_RAD:g} rad before t = {run.t[1]:.4g} s"
         )
         return CheckFinding("run", "outcome", outcome=Outcome.TOO_COARSE, reason=said)
-    said = rounded_values(run.main, run.solution)
+    said = None if run.errors.written else rounded_values(run.main, run.solution)
     return None if said is None else CheckFinding("run", "outcome", outcome=Outcome.MALFORMED, reason=said)
 
 

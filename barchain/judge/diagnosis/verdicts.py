@@ -93,7 +93,8 @@ def until_open(tolerance: dict[str, Array]) -> dict[str, Array]:
     """Tolerances that are infinite, but for the track, from the sample on at which the attitude's is open."""
     if "attitude" not in tolerance:
         return tolerance
-    opened = np.logical_or.accumulate(tolerance["attitude"] >= OPEN_RAD)
+    known = np.isfinite(tolerance["attitude"])  # a sample that is left out opens nothing
+    opened = np.logical_or.accumulate(known & (tolerance["attitude"] >= OPEN_RAD))
     return {q: v if q in TRACK else np.where(opened, np.inf, v) for q, v in tolerance.items()}
 
 

@@ -1,0 +1,1 @@
+"""Results that another program left in a file: tables with names, units and digits of their own, and their verdict."""

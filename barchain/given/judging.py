@@ -1,0 +1,172 @@
+"""Judging of files from their paths to a result, with the report of a comparison where a folder is given."""
+
+from __future__ import annotations
+
+import re
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from adapters.registry import RESERVED, Registration
+from barchain.crossval.plan import ComparisonPlan, SceneProgress
+from barchain.crossval.run import new_record
+from barchain.crossval.suite import Suite
+from barchain.given.channels import read_channels
+from barchain.given.table import TableError
+from barchain.given.verdict import judge_file, placed
+from barchain.judge.written import Declared
+from barchain.record.claim import claimed
+from barchain.record.study_store import StudyStore
+from barchain.runs.job import Job, Role, RunResult
+from barchain.runs.kept_runs import keep_run
+from barchain.runs.pool import run_jobs
+from barchain.solutions.judging import judging_jobs, judging_solution
+from barchain.solutions.reference import SolutionSource, closely_sampled
+from barchain.solutions.shipped import shipped_solution
+from reports.tables.crossval import FILES
+from reports.tables.outcome import Outcome
+from scenarios import load_scene
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from pathlib import Path
+
+    from barchain.given.verdict import FileVerdict
+    from barchain.solutions.reference import ReferenceSolution
+    from scenarios import Scene
+
+NOTHING = Declared()
+
+
+@dataclass(frozen=True)
+class FileResult:
+    """Verdict on a file, for people."""
+
+    scene: str
+    outcome: Outcome
+    mistakes: str
+    """Mistakes that explain what is wrong, in sentences"""
+    reasons: list[str]
+    """Why it does not pass"""
+    sizes: list[tuple[str, float, str]]
+    """Quantity, largest difference, unit"""
+    notes: list[str]
+    """What was done with the file, and what was not judged"""
+    report: Path | None
+
+    @property
+    def passed(self) -> bool:
+        """Whether the file passes."""
+        return self.outcome is Outcome.PASS
+
+
+def judge_files(
+    scene: Scene | str,
+    file: Path,
+    finer: Path | None = None,
+    declared: Declared = NOTHING,
+    mapping: Mapping[str, str] | None = None,
+    *,
+    out: Path | None = None,
+    time_limit_s: float,
+    overwrite: bool = False,
+    command: str = "",
+    render: Callable[[Path], Path] | None = None,
+) -> FileResult:
+    """Judge a file that another program wrote.
+
+    Parameters
+    ----------
+    scene : Scene or str
+    file : Path
+    finer : Path, optional
+        Result of half the step or a tenth of the requested error, with the same columns and rows.
+    declared : Declared
+        Order, requested error and coordinates of the program.
+    mapping : mapping of str to str, optional
+        Names of channels to names or numbers of columns.
+    out : Path, optional
+        Folder of the report and its tables.
+    time_limit_s : float
+        Of each run for the solution of a scene that comes without one, s.
+    overwrite : bool
+        Whether a comparison in the folder is replaced.
+    command : str
+        For the record.
+    render : callable, optional
+        Writes the report of a folder and returns its page.
+
+    Raises
+    ------
+    TableError
+        If a file can't be read as a table of the scene.
+    SceneError, SolutionFailedError, ResultsInPlaceError
+    """
+    loaded = closely_sampled(load_scene(scene) if isinstance(scene, str) else scene)
+    read = [read_channels(path, loaded, mapping or {}) for path in (file, finer) if path is not None]
+    solution = solution_of(loaded, time_limit_s)
+    main, *second = (placed(channels, solution) for channels in read)
+    if second and not np.array_equal(second[0].trajectory.t_s, main.trajectory.t_s):
+        raise TableError(f"{finer} has other times than {file}; both need the same rows")
+    if second and second[0].whole != main.whole:
+        raise TableError(f"{finer} has other columns than {file}")
+    name = file_name(file)
+    found = judge_file(name, main, second[0] if second else None, declared)
+    page = None if out is None else kept(name, found, out, overwrite=overwrite, command=command, render=render)
+    rows = found.verdict.rows
+    reasons = {row["quantity"]: row["reason"] for row in rows if row["reason"]}  # the last one of each counts
+    return FileResult(
+        loaded.name,
+        found.verdict.outcome,
+        "" if found.mistakes is None else str(found.mistakes),
+        [f"{quantity}: {reason}" for quantity, reason in reasons.items()],
+        [(row["quantity"], row["value"], row["unit"]) for row in rows if row["metric"] == "max"],
+        found.notes,
+        page,
+    )
+
+
+def file_name(file: Path) -> str:
+    """Name of a file in tables and folders: letters, digits, _ and -."""
+    name = re.sub(r"[^A-Za-z0-9_-]+", "-", file.stem).strip("-_")[:60] or "file"
+    return f"{name}-file" if name.lower() in RESERVED else name
+
+
+def solution_of(scene: Scene, time_limit_s: float) -> ReferenceSolution:
+    """Solution that judges a scene: the certified one that comes with it, or the reference's, run here."""
+    shipped = shipped_solution(scene)
+    if shipped is not None:
+        return shipped
+    jobs = judging_jobs(scene, SolutionSource.REFERENCE)
+    runs = {job.role: result for job, result in run_jobs(jobs, time_limit_s=time_limit_s)}
+    return judging_solution(scene, SolutionSource.REFERENCE, runs)
+
+
+def kept(
+    name: str, found: FileVerdict, out: Path, *, overwrite: bool, command: str, render: Callable[[Path], Path] | None
+) -> Path | None:
+    """Write the tables of a comparison of one file with one solution, and its report."""
+    scene, begun = found.solution.scene, time.perf_counter()
+    plan = ComparisonPlan([scene], {})
+    facts: dict[str, Any] = {
+        "external": True, "version": "", "missing": None, "title": f"the file {name}",
+        "coordinates": str(found.engine.coordinates), "parameter": str(found.setting.parameter),
+        "default": found.setting.value, "order": found.engine.order,
+    }  # fmt: skip
+    with claimed(FILES, out, resume=False, overwrite=overwrite):
+        record = new_record(plan, command)
+        record["engines"][name] = facts
+        store = StudyStore(FILES, out, record)
+        suite = Suite(plan, store, lambda *_: None)
+        suite.establish(SceneProgress(scene, source=found.solution.source), found.solution)
+        for role, run in ((Role.MAIN, found.main), (Role.FINER, found.finer)):
+            if run is not None:
+                job = Job(scene, name, Registration("file"), found.setting, role)
+                keep_run(store, job, RunResult(Outcome.PASS, trajectory=run))
+        suite.settle(scene.name, name, found.verdict)
+        store.end(time.perf_counter() - begun, complete=True)
+        page = None if render is None else render(out)
+        store.finish()
+    return page

@@ -1,0 +1,293 @@
+"""Verdict on a result in a file: its samples beside the solution at their instants, and what of it can be judged."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from adapters.trajectory import Trajectory
+from barchain.given.channels import FIELDS as PARTS
+from barchain.given.table import TableError
+from barchain.judge.compare import verdict_on
+from barchain.judge.diagnosis.search import BRIEF, ONE_ENGINE
+from barchain.judge.diagnosis.verdicts import diagnosis_of_verdict, needs_diagnosis
+from barchain.judge.error_model import ErrorModel
+from barchain.judge.evidence import Evidence
+from barchain.judge.verdict import no_verdict
+from barchain.judge.written import MeasuredErrors, Undeclared, WrittenResiduals
+from barchain.metrics.quantities import FIELDS, TRACK, components, differences
+from barchain.runs.job import RunResult
+from barchain.runs.trajectory_checks import TIME_SLACK
+from barchain.solutions.at_times import solution_at
+from reports.tables.outcome import Outcome
+from scenarios.plural import plural
+
+if TYPE_CHECKING:
+    from adapters.engine import Engine, Setting
+    from adapters.trajectory import Array
+    from barchain.given.channels import Channels
+    from barchain.judge.diagnosis.diagnose import Diagnosis
+    from barchain.judge.diagnosis.search import Effort
+    from barchain.judge.verdict import Verdict
+    from barchain.judge.written import Declared
+    from barchain.solutions.reference import ReferenceSolution
+    from scenarios import Scene
+
+QUANTITIES = {array: quantity for quantity, array in FIELDS.items()}
+CLOSE = 0.1
+"""Largest half unit of written instants, relative to the distance of the scene's samples, that may be rounded ones"""
+EXACT = 1e-6
+"""Largest departure of exact instants from a grid, relative to half a unit in the last place written"""
+LEAST_SHARE = 0.1
+"""Least share of the scene that a file must span: agreement over less says nothing about the scene"""
+FEWEST_ROWS = 5
+"""Least rows of a file whose mistakes are sought: few numbers fit by chance"""
+LADDER = (1e-12, 1e-10, 1e-8, 1e-6, 1e-4)
+"""Requested errors that are tried for a file that declares none"""
+
+
+@dataclass(frozen=True)
+class Samples:
+    """A file's samples beside the solution that judges them, n instants."""
+
+    trajectory: Trajectory
+    solution: ReferenceSolution
+    written: dict[str, Array]
+    """(n,) error of writing of each quantity, in its unit"""
+    judged: frozenset[str]
+    """Quantities of which the file has a part"""
+    whole: frozenset[str]
+    """Quantities that the file has in all parts"""
+    starts_late: bool = False
+    """Whether the first row is the scene's start, which the file lacks"""
+    notes: list[str] = field(default_factory=list)
+    """What was done with the file, in sentences"""
+
+    @property
+    def enough(self) -> bool:
+        """Whether there are enough rows for a mistake to be told from another."""
+        return len(self.trajectory.t_s) >= FEWEST_ROWS
+
+    @property
+    def complete(self) -> bool:
+        """Whether invariants can be computed."""
+        return self.whole >= {"attitude", "rate", "com", "com_velocity"}
+
+
+@dataclass(frozen=True)
+class FileVerdict:
+    """Verdict on a file, and what is to be known about it."""
+
+    verdict: Verdict
+    mistakes: Diagnosis | None
+    """None where nothing is wrong, or no mistake was sought"""
+    solution: ReferenceSolution
+    main: Trajectory
+    finer: Trajectory | None
+    engine: type[Engine]
+    setting: Setting
+    notes: list[str]
+
+
+def placed(channels: Channels, solution: ReferenceSolution) -> Samples:
+    """Samples of a file at the instants of its rows, and the solution there.
+
+    Parts that are not in the file hold the solution's values, and are not judged. So does a row at t = 0, where the
+    file has none.
+
+    Raises
+    ------
+    TableError
+        If no row is inside the scene.
+    """
+    end_s, notes = float(solution.trajectory.t_s[-1]), list[str]()
+    slack_s = channels.half_t_s + TIME_SLACK * solution.scene.run.duration_s
+    inside = channels.t_s <= end_s + slack_s
+    if not inside.any() or (np.count_nonzero(inside) == 1 and channels.t_s[0] == 0.0):
+        raise TableError(f"{channels.file}: no row from t > 0 to {end_s:.6g} s, the end of {solution.scene.name}")
+    if not inside.all():
+        notes.append(f"{plural(int((~inside).sum()), 'row')} after the scene's end, t = {end_s:.6g} s, not judged")
+    t, half_t = np.minimum(channels.t_s[inside], end_s), channels.half_t_s[inside]
+    own = solution.trajectory.t_s
+    nearest = own[np.abs(own[:, None] - t).argmin(axis=0)] if len(t) <= len(own) else t
+    rounded = np.all(np.abs(nearest - t) <= slack_s[inside]) and np.all(np.diff(nearest) > 0.0)
+    if rounded and half_t.max() <= CLOSE * float(np.diff(own).min()):
+        t, half_t = nearest, np.zeros(len(t))
+    elif regular(t, slack_s[inside]):
+        half_t = np.zeros(len(t))
+    first = bool(t[0] > 0.0)
+    if first:
+        t, half_t = np.append(0.0, t), np.append(0.0, half_t)
+        notes.append("no row at t = 0: the scene's start stands there")
+    if not np.array_equal(t, own):
+        notes.append(f"{plural(len(t) - first, 'row')}, up to t = {t[-1]:.6g} of {end_s:.6g} s")
+        solution = solution_at(solution, t)
+    return dataclasses.replace(filled(channels, solution, inside, half_t, notes), starts_late=first)
+
+
+def regular(t_s: Array, slack_s: Array) -> bool:
+    """Whether instants are multiples of their distance, and so exact however few digits they have."""
+    if len(t_s) == 1:
+        return False
+    every = t_s[1] - t_s[0]
+    return bool(np.all(np.abs(t_s - np.round(t_s / every) * every) <= EXACT * slack_s))
+
+
+def filled(channels: Channels, solution: ReferenceSolution, inside: Any, half_t_s: Array, notes: list[str]) -> Samples:
+    """Arrays of a file's channels, and the error of their digits."""
+    seen, scene, n = solution.trajectory, solution.scene, len(solution.trajectory.t_s)
+    rows = slice(n - int(np.count_nonzero(inside)), n)
+    arrays, written, judged, whole, missing = {}, {}, set[str](), set[str](), list[str]()
+    for array, patterns in PARTS.items():
+        right = getattr(seen, array)
+        if right is None or not right.size:
+            continue
+        values, error = np.array(right).reshape(n, -1), np.zeros((n, right[0].size))
+        names = part_names(scene, array, patterns)
+        there = [name in channels.values for name in names]
+        for k, name in enumerate(names):
+            if there[k]:
+                values[rows, k], error[rows, k] = channels.values[name][inside], channels.half_units[name][inside]
+        quantity = QUANTITIES[array]
+        by_part = np.linalg.norm(error.reshape(n, -1, len(patterns)), axis=-1)
+        written[quantity] = by_part.max(axis=-1) + half_t_s * speed(solution, quantity)
+        if any(there):
+            judged.add(quantity)
+            arrays[array] = values.reshape(right.shape)
+        if all(there):
+            whole.add(quantity)
+        missing += [name for name, found in zip(names, there, strict=True) if not found]
+    if missing:
+        notes.append(f"not in the file, and not judged: {', '.join(missing)}")
+    if channels.ignored:
+        notes.append(f"columns that are not judged: {', '.join(channels.ignored)}")
+    arrays = {array: getattr(seen, array) for array in ("com_m", "com_velocity_m_s")} | arrays
+    turned = tuple(law.bar for law in scene.effects.prescribed_rotation)
+    trajectory = Trajectory(seen.t_s, **arrays, ended=seen.ended, torque_bars=turned)  # type: ignore[arg-type]
+    return Samples(trajectory, solution, written, frozenset(judged), frozenset(whole), notes=notes)
+
+
+def part_names(scene: Scene, array: str, patterns: tuple[str, ...]) -> list[str]:
+    """Names of the channels of an array, in the order of its columns."""
+    if "{}" not in patterns[0]:
+        return list(patterns)
+    joints = scene.bars - (array in ("reaction_N", "impulse_N_s"))
+    numbers = [law.bar for law in scene.effects.prescribed_rotation] if array == "torque_N_m" else range(1, joints + 1)
+    return [pattern.format(j) for j in numbers for pattern in patterns]
+
+
+def speed(solution: ReferenceSolution, quantity: str) -> Array:
+    """Rate of change of a quantity at the samples, (n,), in its unit a second, of its fastest part."""
+    fine = solution.fine
+    values = components(fine)[quantity]
+    changing = np.linalg.norm(np.gradient(values, fine.t_s, axis=0), axis=-1).max(axis=-1)
+    found: Array = np.interp(solution.trajectory.t_s, fine.t_s, changing)
+    return found
+
+
+def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declared) -> FileVerdict:
+    """Verdict on a file, with the mistakes that explain what is wrong.
+
+    A file of which no accuracy is declared is judged by its digits alone. Where they do not explain a difference,
+    requested errors are tried from small to large, until it agrees, or a mistake explains the rest.
+
+    Parameters
+    ----------
+    name : str
+    main : Samples
+    finer : Samples, optional
+        At the same instants, of a run with half the step or a tenth of the requested error.
+    declared : Declared
+    """
+    own = {} if finer is None else differences(main.trajectory, finer.trajectory)
+    notes = list(main.notes)
+    found, engine, setting = one_verdict(name, main, finer, declared, own)
+    mistakes = None
+    if isinstance(setting, Undeclared) and finer is None:
+        notes.append("no accuracy is declared (--finer, --rtol): only the digits of the file count as its error")
+        if found.outcome is not Outcome.PASS:
+            mistakes, said = on_the_ladder(name, main, declared)
+            notes.append(said)
+    elif main.enough and needs_diagnosis(found):
+        mistakes = diagnosis(found, main, BRIEF)
+        mistakes = mistakes if mistakes.explanations else diagnosis(found, main, ONE_ENGINE)
+    if mistakes is not None:
+        found = explained(found, mistakes)
+    if (share := spanned(main)) < LEAST_SHARE and found.outcome is Outcome.PASS:
+        reason = f"the file spans {share:.1%} of the scene, required: {LEAST_SHARE:.0%}"
+        row = no_verdict(main.solution.scene.name, name, setting, Outcome.TOO_COARSE, reason).rows
+        found = dataclasses.replace(found, rows=[*found.rows, *row])
+    notes += limited(found, main)
+    second = None if finer is None else finer.trajectory
+    return FileVerdict(found, mistakes, main.solution, main.trajectory, second, engine, setting, notes)
+
+
+def on_the_ladder(name: str, main: Samples, declared: Declared) -> tuple[Diagnosis | None, str]:
+    """Diagnosis at the smallest requested error at which a mistake explains the differences, and a note.
+
+    There is no diagnosis where the file agrees at a requested error.
+    """
+    for rtol in LADDER:
+        found, *_ = one_verdict(name, main, None, dataclasses.replace(declared, rtol=rtol), {}, restarts=False)
+        if found.outcome.ok:
+            return None, f"it agrees as a method does that requests rtol={rtol:g} in each step"
+        if main.enough and needs_diagnosis(found) and (mistakes := diagnosis(found, main, BRIEF)).explanations:
+            return mistakes, f"but for that it agrees as a method does that requests rtol={rtol:g} in each step"
+    return None, f"it does not agree at rtol={LADDER[-1]:g} either, and no known mistake explains it"
+
+
+def one_verdict(
+    name: str, main: Samples, finer: Samples | None, declared: Declared, own: dict[str, Array], *, restarts: bool = True
+) -> tuple[Verdict, type[Engine], Setting]:
+    """Verdict without a diagnosis, the program's declarations and its setting."""
+    engine, setting = declared.engine, declared.setting
+    kind = MeasuredErrors if isinstance(setting, Undeclared) else ErrorModel
+    errors = kind(engine, setting, main.solution, main.trajectory)
+    errors.written = main.written
+    if isinstance(errors, MeasuredErrors):
+        errors.own = own
+    result = RunResult(Outcome.PASS, trajectory=main.trajectory)
+    second = result if finer is None else RunResult(Outcome.PASS, trajectory=finer.trajectory)
+    run = WrittenResiduals(errors, Evidence(result, second), main.judged, whole=main.complete, restarted=restarts)
+    return dataclasses.replace(verdict_on(name, run), further_runs=()), engine, setting
+
+
+def diagnosis(verdict: Verdict, main: Samples, effort: Effort) -> Diagnosis:
+    """Mistakes that explain what is wrong; parts that are not in the file explain nothing."""
+    assert verdict.series is not None
+    partial = main.judged - main.whole
+    left = {FIELDS[q]: None for q in partial if q not in TRACK}
+    columns = [name for q in partial for name in verdict.series if str(name).startswith(f"{q}_")]
+    series = verdict.series.drop(columns=columns)
+    if main.starts_late:
+        series.loc[0, series.columns != "t_s"] = np.nan
+    seen = dataclasses.replace(verdict, series=series)
+    return diagnosis_of_verdict(seen, main.trajectory.replace(**left), main.solution, effort)
+
+
+def explained(verdict: Verdict, found: Diagnosis) -> Verdict:
+    """Verdict whose first inconsistent row tells the diagnosis."""
+    at = next(k for k, row in enumerate(verdict.rows) if not Outcome(row["outcome"]).ok)
+    row = verdict.rows[at]
+    reason = "; ".join(filter(None, [row["reason"], str(found)]))
+    return dataclasses.replace(verdict, rows=[*verdict.rows[:at], row | {"reason": reason}, *verdict.rows[at + 1 :]])
+
+
+def limited(verdict: Verdict, main: Samples) -> list[str]:
+    """Sentence on the predictability limit, where it ends the comparison before the file."""
+    ends = [row["limit_s"] for row in verdict.rows if row["metric"] == "max" and row["quantity"] not in TRACK]
+    if not ends or min(ends) >= main.trajectory.t_s[-1]:
+        return []
+    share = next(row["value"] for row in verdict.rows if row["metric"] == "judged_share")
+    restarted = any(row["metric"] == "restart_ratio" for row in verdict.rows)
+    how = "from the file's own states alone" if restarted else "not, as errors may have grown too large"
+    when = f"after t = {min(ends):.6g} s, the predictability limit"
+    return [f"{when}, compared {how}; {share:.0%} of the samples are judged"]
+
+
+def spanned(main: Samples) -> float:
+    """Share of the scene up to the last row of a file."""
+    return float(main.trajectory.t_s[-1] / main.solution.fine.t_s[-1])

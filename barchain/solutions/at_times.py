@@ -1,0 +1,109 @@
+"""Judging solution of a scene at other instants than its own samples.
+
+From the dense sample before an instant the reference goes on to it, which is less than a quarter of a radian of the
+fastest motion. What it adds to the solution's error is its own request there. Error, amplification and response are
+those of the scene's next sample, as they never fall.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+
+from adapters.common.initial_state import InitialState, chain_model
+from adapters.reference.numpy_engines import Reference
+from adapters.registry import COMPILED, ENGINES
+from barchain.metrics.quantities import FIELDS, own_rate
+from barchain.solutions.reference import SOLUTION_RTOL
+from scenarios.scene import RunAt
+
+if TYPE_CHECKING:
+    from adapters.reference.numpy_engines import ReferenceEngine
+    from adapters.trajectory import Array, Trajectory
+    from barchain.solutions.reference import ReferenceSolution
+    from scenarios import Scene
+
+STEPS = 10.0
+"""Steps from a dense sample to an instant, at most"""
+
+
+def solution_at(solution: ReferenceSolution, t_s: Array) -> ReferenceSolution:
+    """Judging solution at other instants.
+
+    Parameters
+    ----------
+    solution : ReferenceSolution
+    t_s : ndarray, shape (n,)
+        Instants from 0 on, rising, none after the solution's last, s.
+
+    Returns
+    -------
+    ReferenceSolution
+        Its scene has a :class:`scenarios.scene.RunAt`.
+    """
+    scene, own = solution.scene, solution.trajectory.t_s[: len(solution.amplification)]
+    row = np.minimum(np.searchsorted(own, t_s), len(own) - 1)
+    seen = motion_at(scene, solution.fine, t_s)
+    run = RunAt(float(t_s[-1]), len(t_s), tuple(map(float, t_s)))
+    added = {name: STEPS * SOLUTION_RTOL * response[row] for name, response in solution.response.items()}
+    added["com"] = added["com"] + SOLUTION_RTOL * scene.radius0_m
+    added["com_velocity"] = added["com_velocity"] + SOLUTION_RTOL * scene.speed0_m_s
+    return dataclasses.replace(
+        solution,
+        scene=dataclasses.replace(scene, run=run),
+        trajectory=dataclasses.replace(seen, ended=solution.trajectory.ended),
+        error={name: error[row] + added.get(name, 0.0) for name, error in solution.error.items()},
+        amplification=solution.amplification[row],
+        response={name: response[row] for name, response in solution.response.items()},
+        limit_s=solution.limit_s,
+    )
+
+
+def motion_at(scene: Scene, fine: Trajectory, t_s: Array) -> Trajectory:
+    """Motion at instants (n,) s, from its dense samples."""
+    before = np.searchsorted(fine.t_s, t_s, side="right") - 1
+    names = [name for name in FIELDS.values() if getattr(fine, name) is not None]
+    arrays = {name: getattr(fine, name)[before].copy() for name in names}
+    for k in np.unique(before[fine.t_s[before] < t_s]):
+        rows = np.flatnonzero((before == k) & (t_s > fine.t_s[k]))
+        later = restarted_run(scene, fine, int(k), np.append(fine.t_s[k], t_s[rows]), SOLUTION_RTOL)
+        for name in names:
+            values = getattr(later, name)
+            if name == "impulse_N_s":  # counted from the start of the run that went on
+                values = values + arrays[name][rows[0]]
+            arrays[name][rows] = values[1:]
+    return fine.replace(t_s=t_s, **arrays)
+
+
+def restarted_run(
+    scene: Scene, trajectory: Trajectory, first: int, t_s: Array, rtol: float, moved_rad: Array | None = None
+) -> Trajectory:
+    """Run of the reference from sample `first` of `trajectory`, at instants (m,) s; its start moved by (2, N) rad.
+
+    The second row moves the rates, in units of the scene's own.
+
+    Raises
+    ------
+    EngineError
+        If the reference can't go on from there.
+    """
+    assert trajectory.angle_rad is not None
+    assert trajectory.rate_rad_s is not None
+    moved = np.zeros((2, scene.bars)) if moved_rad is None else moved_rad * [[1.0], [own_rate(scene)]]
+    nothing = np.zeros((scene.bars, 2))
+    start = InitialState(
+        trajectory.com_m[first], trajectory.com_velocity_m_s[first], trajectory.angle_rad[first] + moved[0],
+        trajectory.rate_rad_s[first] + moved[1], nothing, nothing,
+    )  # fmt: skip
+    model = chain_model(scene)
+    model = dataclasses.replace(model, impulses=tuple(b for b in model.impulses if b.at_s >= t_s[0]))
+    compiled = ENGINES[COMPILED]
+    run = Reference() if compiled.missing else cast("ReferenceEngine", compiled.load()())
+    run.times_s, run.prepared = t_s, run.prepare(model, start, rtol)
+    run.simulate()
+    seen = run.read()
+    if trajectory.impulse_N_s is not None and seen.impulse_N_s is None:  # no impulse is left: their sum stays zero
+        return seen.replace(impulse_N_s=np.zeros((len(t_s), scene.bars - 1, 2)))
+    return seen

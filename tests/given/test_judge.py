@@ -1,0 +1,263 @@
+"""Results in files: what people write, what of it is judged, and which mistakes are named."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+from click.testing import CliRunner
+
+from adapters.trajectory import to_frame
+from barchain import load_scene, simulate
+from barchain.cli.main import cli
+from barchain.given.judging import judge_files
+from barchain.given.table import TableError, read_columns
+from barchain.given.units import UnitError, factor
+from barchain.judge.written import Declared
+from barchain.metrics.quantities import differences
+from barchain.solutions.at_times import solution_at
+from barchain.solutions.reference import closely_sampled
+from barchain.solutions.shipped import shipped_solution
+from reports.tables.outcome import Outcome
+from scenarios.scene import Run
+
+SCENE = "paper/fig05"
+ROUGH = Declared(rtol=1e-8)
+
+
+def frame_of(scene, engine="reference", **setting):
+    found = simulate(scene, engine, **setting).to_frame()
+    return found.drop(columns=[name for name in found if name.startswith(("gap", "com_residual", "position"))])
+
+
+@pytest.fixture(scope="module")
+def table():
+    """A run at rtol = 1e-8, whose errors the paper's scene amplifies."""
+    return frame_of(SCENE, rtol=1e-8)
+
+
+@pytest.fixture
+def judged(tmp_path):
+    """Function that writes a table with the options of pandas, and judges the file."""
+
+    def made(frame, declared=ROUGH, scene=SCENE, mapping=None, finer=None, **how):
+        paths = []
+        for name, each in (("run.csv", frame), ("finer.csv", finer)):
+            if each is not None:
+                each.to_csv(tmp_path / name, index=False, **how)
+                paths.append(tmp_path / name)
+        return judge_files(scene, *paths, declared=declared, mapping=mapping, time_limit_s=60.0)
+
+    return made
+
+
+def in_other_units(table):
+    """Hours and degrees, with headers that say so."""
+    angles = {name: name.replace("_rad", " [deg]") for name in table if name.startswith("angle")}
+    found = table.assign(t_s=table.t_s / 3600.0, **{name: np.degrees(table[name]) for name in angles})
+    return found.rename(columns={"t_s": "time (h)"} | angles)
+
+
+def test_a_right_result_passes_and_one_with_reversed_reactions_does_not_and_says_so(table, judged):
+    assert judged(table).passed
+    wrong = judged(table.assign(**{name: -table[name] for name in table if name.startswith("reaction")}))
+    assert wrong.outcome is Outcome.INCONSISTENT
+    assert wrong.mistakes.startswith("Your reactions have the opposite sign")
+
+
+@pytest.mark.parametrize("how", [
+    {"sep": ";"}, {"sep": "\t"}, {"lineterminator": "\r\n"}, {"encoding": "utf-8-sig"}, {"encoding": "utf-16"},
+    {"float_format": "%.9e"}, {"sep": " "},
+], ids=str)  # fmt: skip
+def test_separators_marks_and_line_ends_are_read(table, judged, how):
+    assert judged(table, **how).passed
+
+
+def test_units_in_the_header_are_followed_and_a_wrong_one_is_a_named_mistake(table, judged):
+    assert judged(in_other_units(table)).passed
+    mistaken = in_other_units(table).rename(columns={f"angle_{j} [deg]": f"angle_{j} [rad]" for j in range(1, 6)})
+    assert "degrees" in judged(mistaken).mistakes
+    with pytest.raises(TableError, match=r"the unit km given, allowed: rad"):
+        judged(table.rename(columns={"angle_1_rad": "angle_1 [km]"}))
+
+
+def test_columns_of_any_name_or_none_are_read_with_a_mapping(table, judged):
+    few = table[["t_s", *(f"angle_{j}_rad" for j in range(1, 6))]]
+    named = few.rename(columns={"t_s": "Zeit"} | {f"angle_{j}_rad": f"phi{j}" for j in range(1, 6)})
+    by_name = {"t": "Zeit"} | {f"angle_{j} [rad]": f"phi{j}" for j in range(1, 6)}
+    assert judged(named, mapping=by_name).passed
+    by_number = {"t": "1"} | {f"angle_{j}": str(j + 1) for j in range(1, 6)}
+    assert judged(few, mapping=by_number, header=False).passed
+    with pytest.raises(TableError, match="has no header; name its columns"):
+        judged(few, header=False)
+    with pytest.raises(TableError, match=r"has no column phi6 \(did you mean phi"):
+        judged(named, mapping=by_name | {"angle_5": "phi6"})
+
+
+def test_a_decimal_comma_gets_one_clear_line(table, judged, tmp_path):
+    said = r"line 2: .* has a decimal comma; write numbers with a decimal point"
+    with pytest.raises(TableError, match=said):
+        judged(table, sep=";", decimal=",")
+    (tmp_path / "run.csv").write_text("t_s,angle_1_rad\n0,0,0,5\n")
+    with pytest.raises(TableError, match=said):
+        judge_files(SCENE, tmp_path / "run.csv", time_limit_s=60.0)
+
+
+def test_what_is_missing_is_not_judged_and_said(table, judged):
+    few = table[["t_s", "angle_3_rad", "reaction_1_x_N", "reaction_1_y_N"]]
+    found = judged(few)
+    assert found.passed
+    assert {quantity for quantity, *_ in found.sizes} == {"attitude", "reaction"}
+    assert any("not judged" in note and "rate_1" in note and "angle_3" not in note for note in found.notes)
+    assert not judged(few.assign(angle_3_rad=few.angle_3_rad + 0.01)).passed
+    extra = judged(table.assign(temperature=1.0))
+    assert extra.passed
+    assert any("temperature" in note for note in extra.notes)
+
+
+@pytest.mark.parametrize("digits", ["%.12g", "%.6g", "%.4f"])
+def test_digits_that_were_not_written_are_an_error_bar_and_hide_nothing_larger(judged, digits):
+    exact = to_frame(shipped_solution(closely_sampled(load_scene(SCENE))).trajectory)
+    assert judged(exact, Declared(), float_format=digits).passed
+    moved = exact.assign(angle_2_rad=exact.angle_2_rad + 2e-3)
+    assert judged(moved, Declared(), float_format=digits).outcome is Outcome.INCONSISTENT
+
+
+def test_a_file_without_a_declared_accuracy_is_judged_by_its_digits_and_told_what_it_is_worth(table, judged):
+    found = judged(table, Declared())
+    assert not found.passed
+    assert any("only the digits" in note for note in found.notes)
+    assert any("requests rtol=1e-08" in note for note in found.notes)
+    reversed_ = judged(table.assign(**{n: -table[n] for n in table if n.startswith("reaction")}), Declared())
+    assert "opposite sign" in reversed_.mistakes
+
+
+@pytest.mark.parametrize("times", ["whole seconds", "none at the start", "irregular"])
+def test_other_times_are_met_by_the_solution_there(judged, times):
+    scene = load_scene(SCENE)
+    t = {"whole seconds": np.arange(0.0, 6001.0, 100.0), "none at the start": np.arange(100.0, 6001.0, 100.0),
+         "irregular": np.cumsum(np.random.default_rng(1).uniform(1.0, 200.0, 60))}[times]  # fmt: skip
+    dense = dataclasses.replace(scene, run=Run(6000.0, 61))
+    frame = frame_of(dense, rtol=1e-8)
+    if times == "irregular":
+        seen = solution_at(shipped_solution(closely_sampled(scene)), np.append(0.0, t)).trajectory
+        frame = to_frame(dataclasses.replace(seen, gap_m=None)).iloc[1:]
+    else:
+        frame = frame[frame.t_s.isin(t)].astype({"t_s": int})
+    assert judged(frame).passed
+    wrong = judged(frame.assign(**{n: -frame[n] for n in frame if n.startswith("reaction")}))
+    assert "opposite sign" in wrong.mistakes
+
+
+def test_the_solution_at_other_times_is_the_one_at_its_own_samples_and_the_run_of_the_reference_between():
+    for name in SCENE, "conform/impulse_alone":
+        solution = shipped_solution(closely_sampled(load_scene(name)))
+        own = solution.trajectory.t_s
+        between = dataclasses.replace(solution.scene, run=Run(float(own[-1]), 3 * (len(own) - 1) + 1))
+        right = simulate(between, rtol=1e-13)
+        seen = solution_at(solution, right.t_s)
+        apart = differences(seen.trajectory, right)
+        allowed = 100.0 * 1e-13 * seen.amplification
+        for quantity in ("attitude", "rate", "reaction"):
+            scale = np.maximum(seen.response[quantity], load_scene(name).fastest_rate_rad_s)
+            assert np.all(apart[quantity] <= allowed * scale + 1e-12 * scale), quantity
+        assert differences(seen.trajectory.samples(slice(None, None, 3)), solution.trajectory)["attitude"].max() < 1e-12
+
+
+def test_a_finer_result_estimates_the_error_and_an_order_is_held_to_it(judged):
+    coarse, fine = (frame_of("basics/two_bars_free", "exudyn", steps_per_orbit=n) for n in (1000, 2000))
+
+    def outcome(order, finer=fine):
+        declared = Declared(order=order, noise={"reaction": 1e-8})
+        return judged(coarse, declared, "basics/two_bars_free", finer=finer)
+
+    assert outcome(None).passed
+    assert outcome(2.0).passed
+    assert any("do not shrink with the step" in reason for reason in outcome(4.0).reasons)
+    assert not outcome(None, finer=coarse).passed, "a result given twice estimates nothing"
+    assert not judged(coarse, Declared(), "basics/two_bars_free", finer=fine).passed, "Newton's tolerance is undeclared"
+    with pytest.raises(TableError, match="both need the same rows"):
+        outcome(2.0, finer=fine.iloc[::2])
+
+
+def test_numbers_of_a_publication_with_two_digits_are_judged_as_a_file(judged):
+    """The turns after one orbit as two independent integrations found them, and as somebody prints them."""
+    start = to_frame(shipped_solution(closely_sampled(load_scene(SCENE))).trajectory).filter(like="angle").iloc[0]
+    turned = [-0.77351466, -0.28699644, 0.11854976, 0.41158638, 0.59243057]
+    rows = [[0, *start.round(2)], [1, *np.round(start + 2.0 * math.pi + turned, 2)]]
+    printed = pd.DataFrame(rows, columns=["time [orbits]", *(f"angle_{j} [rad]" for j in range(1, 6))])
+    assert judged(printed, Declared()).passed
+    printed.loc[1, "angle_3 [rad]"] += 0.02
+    assert not judged(printed, Declared()).passed
+
+
+def test_a_curve_that_was_read_off_a_figure_is_compared_with_what_its_digits_tell(judged):
+    scene = load_scene(SCENE)
+    seen = to_frame(shipped_solution(closely_sampled(scene)).trajectory).iloc[:220:10]
+    orbits, degrees = (seen.t_s / scene.period_s).round(2), np.degrees(seen.angle_3_rad).round()
+    read = pd.DataFrame({"time [orbits]": orbits, "angle_3 [deg]": degrees.astype(int)})
+    assert judged(read, Declared()).passed
+    below = read.assign(**{"angle_3 [deg]": -read["angle_3 [deg]"]})
+    assert not judged(below, Declared()).passed
+
+
+def test_a_piece_of_a_scene_is_too_little(judged, table):
+    assert judged(table.iloc[:20]).outcome is Outcome.TOO_COARSE
+
+
+@pytest.mark.parametrize(("change", "said"), [
+    (lambda f: f.drop(columns="t_s"), "has no column t_s or time"),
+    (lambda f: f[["t_s"]], "has no channel beside the time"),
+    (lambda f: f.iloc[::-1], "do not rise"),
+    (lambda f: f.assign(angle_1_rad=f.angle_1_rad.where(f.index != 3)), "angle_1 has no finite number in row 4"),
+    (lambda f: f.assign(t_s=f.t_s + 1e6), "no row from t > 0"),
+    (lambda f: f.astype(object).assign(angle_1_rad="abc"), "'abc' in the column 'angle_1_rad' is no number"),
+])  # fmt: skip
+def test_a_table_that_can_not_be_judged_is_told_in_one_line(table, judged, change, said):
+    with pytest.raises(TableError, match=said):
+        judged(change(table))
+
+
+def test_half_a_unit_in_the_last_place_follows_what_a_column_shows(tmp_path):
+    def half(*texts):
+        (tmp_path / "t.csv").write_text("\n".join(["a;b", *(f"{text};1" for text in texts)]))
+        return list(read_columns(tmp_path / "t.csv")[0].half_unit)
+
+    assert half("0.25", "0.3", "1.5") == pytest.approx([0.005, 0.005, 0.05])
+    assert half("1.234e-3", "5.6e2") == pytest.approx([5e-7, 0.05])
+    assert half("12345.6", "0.00123456") == pytest.approx([0.05, 5e-9])
+    assert half("0", "7") == pytest.approx([0.5, 0.5])
+
+
+def test_units_of_the_same_quantity_convert_and_others_do_not():
+    for given, wanted, size in [
+        ("deg/s", "rad/s", math.pi / 180), ("km/h", "m/s", 1 / 3.6), ("N*m", "N m", 1.0), ("m s^-1", "m/s", 1.0),
+        ("orbits", "s", 5000.0), ("kNm", "N m", 1e3), ("rpm", "rad/s", math.pi / 30), ("°", "rad", math.pi / 180),
+    ]:  # fmt: skip
+        assert factor(given, wanted, 5000.0) == pytest.approx(size), given
+    with pytest.raises(UnitError, match=r"furlong"):
+        factor("furlong", "m", 1.0)
+
+
+def test_the_command_ends_with_the_verdict_and_writes_a_report(table, tmp_path):
+    table.to_csv(tmp_path / "my run.csv", index=False)
+    table.assign(angle_1_rad=0.0).to_csv(tmp_path / "wrong.csv", index=False)
+
+    def ended(*words):
+        return CliRunner().invoke(cli, ["judge", SCENE, *map(str, words)])
+
+    good = ended(tmp_path / "my run.csv", "--rtol", "1e-8", "--out", tmp_path / "out")
+    assert good.exit_code == 0, good.output
+    assert "my-run" in (tmp_path / "out" / "index.html").read_text()
+    assert ended(tmp_path / "wrong.csv", "--rtol", "1e-8").exit_code == 1
+    assert ended(tmp_path / "my run.csv", "--order", "4").exit_code == 2
+    assert ended(tmp_path / "my run.csv", "--noise", "rection=1").exit_code == 2
+    columns = tmp_path / "columns.toml"
+    columns.write_text('t = 1\n"angle_1 [rad]" = "angle_1_rad"\n')
+    assert (
+        ended(
+            tmp_path / "my run.csv", "--rtol", "1e-8", "--columns", columns, "--column", "rate_1=rate_1_rad_s"
+        ).exit_code
+        == 0
+    )
