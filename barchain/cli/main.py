@@ -23,6 +23,7 @@ from barchain.cli.compare import compare, crossval
 from barchain.cli.conform import conform
 from barchain.cli.doctor import doctor
 from barchain.cli.engines import engines, new_engine
+from barchain.cli.export import export
 from barchain.cli.judge import judge
 from barchain.cli.nightly.attribute import attribute_night, bisect_figure
 from barchain.cli.nightly.commands import history
@@ -46,7 +47,7 @@ SECTIONS = {
     "Run and compare": (scenes, engines, simulate, compare, crossval, judge, show, report, doctor),
     "Studies": (cost, scaling, roundoff, stability, effects, selftest, ensemble),
     "Nights": (nightly, history, attribute_night, bisect_figure, releases),
-    "Scenes and engines of your own": (validate, schema, certified_solutions, new_engine, conform),
+    "Scenes and engines of your own": (validate, schema, export, certified_solutions, new_engine, conform),
 }
 
 

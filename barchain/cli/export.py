@@ -1,0 +1,39 @@
+"""Command `export`: scenes as folders that need no barchain."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from barchain.cli.common.options import out_option, overwrite_option, required_scenes, time_limit_option
+from barchain.cli.common.terminal import say
+from barchain.runs.time_limits import TIME_LIMIT_S
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+@click.command(short_help="Write scenes as problems to solve elsewhere.")
+@required_scenes
+@out_option(None, required=True, help_text="Write a folder for each scene into this folder.")
+@click.option("--mjcf", is_flag=True, help="Write MuJoCo's model of the chain too, where MuJoCo carries the scene.")
+@time_limit_option(TIME_LIMIT_S)
+@overwrite_option
+def export(scenes: tuple[str, ...], out: Path, mjcf: bool, time_limit: float, overwrite: bool) -> None:
+    """Write each SCENE as a folder: the problem in words and equations, certified samples with error bars, settings.
+
+    A program that knows nothing of barchain can solve it, and `barchain judge` tells whether its table passes.
+    """
+    from barchain.given.case import write_case
+    from barchain.given.judging import solution_of
+    from reports.notebook.card import picture
+    from reports.notebook.scene import WIDTH_PX, drawing
+    from scenarios import load_scene
+
+    for name in scenes:
+        scene = load_scene(name)
+        folder = out / scene.name
+        drawn = str(picture(drawing(scene), WIDTH_PX))
+        files = write_case(solution_of(scene, time_limit), folder, drawn, mjcf=mjcf, overwrite=overwrite)
+        say(f"{folder}: {', '.join(files)}")
