@@ -8,7 +8,7 @@ import click
 
 from barchain.cli.common.options import out_option, overwrite_option, required_scenes, time_limit_option
 from barchain.cli.common.terminal import say
-from barchain.runs.time_limits import TIME_LIMIT_S
+from barchain.runs.job import TIME_LIMIT_S
 
 if TYPE_CHECKING:
     from pathlib import Path

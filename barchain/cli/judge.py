@@ -12,7 +12,7 @@ from barchain.cli.common.numbers import WORDS, NamedPath, RealNumber
 from barchain.cli.common.options import out_option, overwrite_option, scene_argument, time_limit_option
 from barchain.cli.common.terminal import say
 from barchain.record.environment import typed
-from barchain.runs.time_limits import TIME_LIMIT_S
+from barchain.runs.job import TIME_LIMIT_S
 
 if TYPE_CHECKING:
     from barchain.given.judging import FileResult

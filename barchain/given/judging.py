@@ -19,9 +19,9 @@ from barchain.given.verdict import judge_file, placed
 from barchain.judge.written import Declared
 from barchain.record.claim import claimed
 from barchain.record.study_store import StudyStore
+from barchain.runs.facts import keep_run
 from barchain.runs.job import Job, Role, RunResult
-from barchain.runs.kept_runs import keep_run
-from barchain.runs.pool import run_jobs
+from barchain.runs.tasks import run_jobs
 from barchain.solutions.judging import judging_jobs, judging_solution
 from barchain.solutions.reference import SolutionSource, closely_sampled
 from barchain.solutions.shipped import shipped_solution
