@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import json
 import os
@@ -31,6 +32,8 @@ FILE = "engines.toml"
 REQUEST, SAMPLES, RESULT = "{request}", "{samples}", "{result}"
 NOISE = ("attitude", "rate", "reaction", "torque", "com", "com_velocity", "gap", "impulse")
 DIGITS = 16
+MOST_FILES = 64
+"""Files of entries that are remembered"""
 OWN_CLOCK = "own_clock_s"
 """Key in a trajectory's `info` of the run time by the program's own clock, s"""
 
@@ -156,7 +159,7 @@ def found_entries() -> Iterator[tuple[Path, Entry]]:
 
 
 def read_entries(path: Path) -> list[Entry]:
-    """Entries of a file.
+    """Entries of a file; one that has not changed is read once.
 
     Raises
     ------
@@ -164,16 +167,27 @@ def read_entries(path: Path) -> list[Entry]:
         If it can't be read, an entry has a fault, or two have one name.
     """
     try:
+        state = path.stat()
+    except OSError as error:
+        raise EntryError(f"{path}: {error.strerror}") from None
+    return list(entries_in(path.resolve(), str(path), (state.st_ino, state.st_size, state.st_mtime_ns)))
+
+
+@functools.lru_cache(MOST_FILES)
+def entries_in(path: Path, name: str, state: tuple[int, ...]) -> tuple[Entry, ...]:
+    """Entries of a file in a state, which is told by its `name`; errors as of :func:`read_entries`."""
+    del state
+    try:
         found = EngineFile.model_validate(tables_of(read_text(path))).engine
     except (LimitError, UnreadableError) as error:
-        raise EntryError(f"{path}: {error}") from None
+        raise EntryError(f"{name}: {error}") from None
     except ValidationError as error:
-        raise EntryError("\n".join(f"{path}: {line}" for line in fault_lines(error, EngineFile))) from None
+        raise EntryError("\n".join(f"{name}: {line}" for line in fault_lines(error, EngineFile))) from None
     names = [entry.name for entry in found]
-    twice = next((name for name in names if names.count(name) > 1), None)
+    twice = next((each for each in names if names.count(each) > 1), None)
     if twice:
-        raise EntryError(f"{path}: two engines are called {twice}, allowed: each name once")
-    return found
+        raise EntryError(f"{name}: two engines are called {twice}, allowed: each name once")
+    return tuple(found)
 
 
 def packed(folder: Path, entry: Entry) -> str:

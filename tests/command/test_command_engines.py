@@ -13,6 +13,7 @@ from adapters.engine import Setting
 from adapters.registry import engines, find_engine
 from barchain.cli.engines import OFFERED
 from barchain.cli.main import cli
+from barchain.conform.run import conform
 from barchain.engine.new_program import LANGUAGES, write_program
 from barchain.nightly.figures import FigureKind
 from barchain.nightly.parts import capture, depends_on, installed_parts
@@ -121,6 +122,12 @@ def test_an_entry_with_a_fault_is_told_in_one_line(tmp_path, change, words):
     assert "\n" not in str(told.value)
 
 
+def test_a_file_of_programs_that_changes_is_read_anew(program):
+    program(RIGHT)
+    program(RIGHT, ENTRY + ENTRY.replace('"mine"', '"second"'))
+    assert {"mine", "second"} <= set(engines())
+
+
 def test_a_name_that_is_taken_is_rejected_and_told(program):
     program(RIGHT, ENTRY.replace('"mine"', '"pymunk"') + ENTRY)
     rejected = [r.rejected for name, r in engines().items() if name.startswith("pymunk (")]
@@ -169,12 +176,28 @@ def test_the_start_in_each_language_is_short_and_passes(tmp_path, monkeypatch, l
         pytest.skip(f"{tool} is not here")
     folder = tmp_path / "start"
     write_program("start", language, folder)
-    assert len((folder / of.source).read_text().splitlines()) < 165
+    assert len((folder / of.source).read_text().splitlines()) < 150
     if of.build:
         subprocess.run(of.build, shell=True, cwd=folder, check=True)
     monkeypatch.setenv(FILES, str(folder / "engines.toml"))
     found = barchain.compare(["basics/two_bars_free", "basics/kepler_elliptic"], ["start"], tmp_path / "out")
     assert found.passed, found.metrics[found.metrics.reason.notna()][["quantity", "reason"]]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_the_start_in_each_language_conforms(tmp_path, monkeypatch, language):
+    of = LANGUAGES[language]
+    tool = (of.build or of.runner).split()[0]
+    if shutil.which(tool) is None:
+        pytest.skip(f"{tool} is not here")
+    folder = tmp_path / "start"
+    write_program("start", language, folder)
+    if of.build:
+        subprocess.run(of.build, shell=True, cwd=folder, check=True)
+    monkeypatch.setenv(FILES, str(folder / "engines.toml"))
+    report = conform("start")
+    assert report.passed, [check.words for check in report.failures]
 
 
 def test_an_option_names_a_file_of_programs(program, tmp_path, monkeypatch):

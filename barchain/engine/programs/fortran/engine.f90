@@ -1,11 +1,11 @@
 ! A chain of rigid bars in orbit: reads a request of barchain, writes samples and a result.
-!
 ! Unknowns are the place and velocity of the centre of mass, and each bar's angle and rate, so joints stay closed. The
 ! reactions solve a linear system. Runge-Kutta of order 4, equal steps. Vectors are complex numbers.
 module chain
   implicit none
   integer, parameter :: real64 = kind(1d0)
   complex(real64), parameter :: i = (0d0, 1d0)
+  real(real64), parameter :: one(2, 2) = reshape([1d0, 0d0, 0d0, 1d0], [2, 2])
   integer :: bars
   logical :: gravity, gradient
   real(real64) :: mu
@@ -21,18 +21,16 @@ contains
   ! Derivative of the state (centre of mass, its velocity, angles, rates); sets the reactions.
   function derivative(y) result(slope)
     real(real64), intent(in) :: y(:)
-    real(real64) :: slope(size(y)), a(2, bars - 1, 2, bars - 1), b(2, bars - 1), r0, pull, n(2), both, moved
+    real(real64) :: slope(size(y)), a(2, bars - 1, 2, bars - 1), b(2, bars - 1), r0, pull, n(2), turned(2, 2)
     real(real64), dimension(bars) :: rate, half, q, e, torque
     complex(real64), dimension(bars) :: u, d, z, g
     complex(real64) :: com, acceleration, ends
-    integer :: bar, joint, other, row, column
+    integer :: bar, joint, other
     com = cmplx(y(1), y(2), real64)
     rate = y(5 + bars:)
     u = exp(i * y(5:4 + bars))
     half = length / 2
-    do bar = 1, bars ! from the first bar's left end on
-      d(bar) = half(bar) * u(bar) + sum(length(:bar - 1) * u(:bar - 1))
-    end do
+    d = [(half(bar) * u(bar) + sum(length(:bar - 1) * u(:bar - 1)), bar=1, bars)] ! from the first bar's left end on
     d = d - sum(mass * d) / sum(mass)
     r0 = abs(com)
     pull = merge(mu / r0**3, 0d0, gravity)
@@ -48,15 +46,10 @@ contains
       do bar = joint, joint + 1
         ends = ends - half(bar) * (i * torque(bar) / inertia(bar) - rate(bar)**2) * u(bar)
         n = [-aimag(u(bar)), real(u(bar))]
+        turned = half(bar)**2 / inertia(bar) * spread(n, 2, 2) * spread(n, 1, 2)
         other = merge(joint - 1, joint + 1, bar == joint) ! joint at the other end of the bar
-        do row = 1, 2
-          do column = 1, 2
-            both = half(bar)**2 / inertia(bar) * n(row) * n(column)
-            moved = merge(1 / mass(bar), 0d0, row == column)
-            a(row, joint, column, joint) = a(row, joint, column, joint) + both + moved
-            if (other >= 1 .and. other < bars) a(row, joint, column, other) = a(row, joint, column, other) + both - moved
-          end do
-        end do
+        a(:, joint, :, joint) = a(:, joint, :, joint) + turned + one / mass(bar)
+        if (other >= 1 .and. other < bars) a(:, joint, :, other) = a(:, joint, :, other) + turned - one / mass(bar)
       end do
       b(:, joint) = [real(ends), aimag(ends)]
     end do
@@ -116,9 +109,9 @@ program engine
   real(real64), allocatable :: y(:), t(:), slope(:)
   real(real64) :: h(1), begun, ended
   integer :: k, length_B, left, steps = 0
-  do k = 1, 3
-    call get_command_argument(k, file(k))
-  end do
+  call get_command_argument(1, file(1))
+  call get_command_argument(2, file(2))
+  call get_command_argument(3, file(3))
   open (1, file=trim(file(1)), access='stream', form='unformatted', status='old')
   inquire (1, size=length_B)
   allocate (character(length_B) :: request)
@@ -132,8 +125,7 @@ program engine
   y = [numbers('start', 'com_m'), numbers('start', 'com_velocity_m_s'), &
        numbers('start', 'angle_rad'), numbers('start', 'rate_rad_s')]
   bars = size(mass)
-  allocate (reaction(0:bars))
-  reaction = 0
+  allocate (reaction(0:bars), source=(0d0, 0d0))
   gravity = index(request, '"gravity": "none"') == 0
   gradient = index(request, '"gravity": "gradient"') > 0
 
@@ -144,12 +136,10 @@ program engine
   write (2, '(*(:, ",reaction_", i0, "_x_N,reaction_", i0, "_y_N"))') (k, k, k=1, bars - 1)
   call cpu_time(begun)
   do k = 1, size(t)
-    if (k > 1) then
-      do left = 1, nint((t(k) - t(k - 1)) / h(1))
-        y = step(y, h(1))
-        steps = steps + 1
-      end do
-    end if
+    do left = 1, nint((t(k) - t(max(k - 1, 1))) / h(1))
+      y = step(y, h(1))
+      steps = steps + 1
+    end do
     slope = derivative(y)
     write (2, '(es24.16e3, *(:, ",", es24.16e3))') t(k), y, reaction(1:bars - 1)
   end do
