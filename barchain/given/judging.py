@@ -3,29 +3,26 @@
 from __future__ import annotations
 
 import re
-import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from adapters.registry import RESERVED, Registration
-from barchain.crossval.plan import ComparisonPlan, SceneProgress
-from barchain.crossval.run import new_record
+from barchain.crossval.plan import SceneProgress
+from barchain.crossval.run import Comparison, ComparisonResult
 from barchain.crossval.suite import Suite
 from barchain.given.channels import read_channels
 from barchain.given.table import TableError
 from barchain.given.verdict import judge_file, placed
 from barchain.judge.written import Declared
-from barchain.record.claim import claimed
-from barchain.record.study_store import StudyStore
 from barchain.runs.facts import keep_run
 from barchain.runs.job import Job, Role, RunResult
 from barchain.runs.tasks import run_jobs
 from barchain.solutions.judging import judging_jobs, judging_solution
 from barchain.solutions.reference import SolutionSource, closely_sampled
 from barchain.solutions.shipped import shipped_solution
-from reports.tables.crossval import FILES
+from barchain.studies.study import ignore, run_and_render
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
 
@@ -34,7 +31,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from barchain.given.verdict import FileVerdict
+    from barchain.record.study_store import StudyStore
     from barchain.solutions.reference import ReferenceSolution
+    from barchain.studies.study import Reporter
     from scenarios import Scene
 
 NOTHING = Declared()
@@ -73,7 +72,7 @@ def judge_files(
     time_limit_s: float,
     overwrite: bool = False,
     command: str = "",
-    render: Callable[[Path], Path] | None = None,
+    render: Callable[[Path], Path | None] = ignore,
 ) -> FileResult:
     """Judge a file that another program wrote.
 
@@ -114,7 +113,10 @@ def judge_files(
         raise TableError(f"{finer} has other columns than {file}")
     name = file_name(file)
     found = judge_file(name, main, second[0] if second else None, declared)
-    page = None if out is None else kept(name, found, out, overwrite=overwrite, command=command, render=render)
+    page = None
+    if out is not None:
+        study = FileComparison([loaded], {}, name=name, found=found)
+        page = run_and_render(study, out, render, overwrite=overwrite, command=command)[1]
     rows = found.verdict.rows
     reasons = {row["quantity"]: row["reason"] for row in rows if row["reason"]}  # the last one of each counts
     return FileResult(
@@ -144,29 +146,33 @@ def solution_of(scene: Scene, time_limit_s: float) -> ReferenceSolution:
     return judging_solution(scene, SolutionSource.REFERENCE, runs)
 
 
-def kept(
-    name: str, found: FileVerdict, out: Path, *, overwrite: bool, command: str, render: Callable[[Path], Path] | None
-) -> Path | None:
-    """Write the tables of a comparison of one file with one solution, and its report."""
-    scene, begun = found.solution.scene, time.perf_counter()
-    plan = ComparisonPlan([scene], {})
-    facts: dict[str, Any] = {
-        "external": True, "version": "", "missing": None, "title": f"the file {name}",
-        "coordinates": str(found.engine.coordinates), "parameter": str(found.setting.parameter),
-        "default": found.setting.value, "order": found.engine.order,
-    }  # fmt: skip
-    with claimed(FILES, out, resume=False, overwrite=overwrite):
-        record = new_record(plan, command)
-        record["engines"][name] = facts
-        store = StudyStore(FILES, out, record)
-        suite = Suite(plan, store, lambda *_: None)
+@dataclass(frozen=True)
+class FileComparison(Comparison):
+    """Comparison of one file with one solution."""
+
+    name: str = ""
+    found: FileVerdict | None = None
+
+    def record(self) -> dict[str, Any]:
+        """The file's facts in place of an engine's."""
+        assert self.found is not None
+        engine, setting = self.found.engine, self.found.setting
+        facts = {
+            "external": True, "version": "", "missing": None, "title": f"the file {self.name}",
+            "coordinates": str(engine.coordinates), "parameter": str(setting.parameter), "default": setting.value,
+            "order": engine.order,
+        }  # fmt: skip
+        return super().record() | {"engines": {self.name: facts}}
+
+    def run(self, store: StudyStore, reporter: Reporter) -> ComparisonResult:
+        """Write what was judged."""
+        assert self.found is not None
+        found, suite = self.found, Suite(self, store, reporter)
+        scene = found.solution.scene
         suite.establish(SceneProgress(scene, source=found.solution.source), found.solution)
         for role, run in ((Role.MAIN, found.main), (Role.FINER, found.finer)):
             if run is not None:
-                job = Job(scene, name, Registration("file"), found.setting, role)
+                job = Job(scene, self.name, Registration("file"), found.setting, role)
                 keep_run(store, job, RunResult(Outcome.PASS, trajectory=run))
-        suite.settle(scene.name, name, found.verdict)
-        store.end(time.perf_counter() - begun, complete=True)
-        page = None if render is None else render(out)
-        store.finish()
-    return page
+        suite.settle(scene.name, self.name, found.verdict)
+        return ComparisonResult(suite.metrics(), {(scene.name, self.name): found.verdict.outcome})
