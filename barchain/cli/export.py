@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 @click.option("--mjcf", is_flag=True, help="Write MuJoCo's model of the chain too, where MuJoCo carries the scene.")
 @time_limit_option(TIME_LIMIT_S)
 @overwrite_option
-def export(scenes: tuple[str, ...], out: Path, mjcf: bool, time_limit: float, overwrite: bool) -> None:
+def export(scenes: tuple[str, ...], out: Path, mjcf: bool, time_limit_s: float, overwrite: bool) -> None:
     """Write each SCENE as a folder: the problem in words and equations, certified samples with error bars, settings.
 
     A program that knows nothing of barchain can solve it, and `barchain judge` tells whether its table passes.
@@ -35,5 +35,5 @@ def export(scenes: tuple[str, ...], out: Path, mjcf: bool, time_limit: float, ov
         scene = load_scene(name)
         folder = out / scene.name
         drawn = str(picture(drawing(scene), WIDTH_PX))
-        files = write_case(solution_of(scene, time_limit), folder, drawn, mjcf=mjcf, overwrite=overwrite)
+        files = write_case(solution_of(scene, time_limit_s), folder, drawn, mjcf=mjcf, overwrite=overwrite)
         say(f"{folder}: {', '.join(files)}")

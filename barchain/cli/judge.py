@@ -44,7 +44,7 @@ FILE = NamedPath(path_type=Path, dir_okay=False)
 @overwrite_option
 def judge(
     scene: str, file: Path, finer: Path | None, order: float | None, rtol: float | None, absolute: bool,
-    noise: tuple[str, ...], mapping_file: Path | None, given: tuple[str, ...], out: Path | None, time_limit: float,
+    noise: tuple[str, ...], mapping_file: Path | None, given: tuple[str, ...], out: Path | None, time_limit_s: float,
     overwrite: bool,
 ) -> None:  # fmt: skip
     """Judge FILE, a table of a run of SCENE: columns as `simulate --out` writes them, in CSV or alike.
@@ -63,7 +63,7 @@ def judge(
     )
     allowances = dict(allowance(text) for text in noise)
     result = judge_files(
-        scene, file, finer, Declared(order, rtol, absolute, allowances), mapping, out=out, time_limit_s=time_limit,
+        scene, file, finer, Declared(order, rtol, absolute, allowances), mapping, out=out, time_limit_s=time_limit_s,
         overwrite=overwrite, command=typed(), render=page,
     )  # fmt: skip
     show(file, result)

@@ -320,6 +320,8 @@ def use_programs(_ctx: click.Context, _param: click.Parameter, files: tuple[Path
     from adapters.command.entries import FILES, read_entries
 
     for file in files:
+        if not file.is_file():
+            raise click.UsageError(f"--engines {file}: no such file; --engine NAME takes an engine by its name")
         read_entries(file)
     earlier = os.environ.get(FILES)
     os.environ[FILES] = os.pathsep.join([*(str(file.resolve()) for file in files), *([earlier] if earlier else [])])
@@ -327,7 +329,7 @@ def use_programs(_ctx: click.Context, _param: click.Parameter, files: tuple[Path
 
 programs_option = click.option(
     "--engines", "program_files", metavar="FILE", multiple=True, expose_value=False, is_eager=True,
-    callback=use_programs, type=NamedPath(path_type=Path, exists=True, dir_okay=False),
+    callback=use_programs, type=NamedPath(path_type=Path, dir_okay=False),
     help="Read engines that are programs from this file too; engines.toml here is read always.",
 )  # fmt: skip
 
