@@ -113,7 +113,7 @@ def claim_results(
 def places_of(files: StudyFiles, out: Path, parts: Collection[str] | None) -> list[Path]:
     """Files and folders that a study replaces: the record first, so that no record is left without its rows."""
     answers = out / ANSWERS / files.study
-    if parts is not None and files.has_record(out):
+    if parts is not None and not set(files.parts) <= set(parts) and files.has_record(out):
         before = set(files.read_record(out).get("parts") or ())
         if before - set(parts):  # rows of other parts stay, beside those that are made anew
             return [answers] if before & set(parts) else []

@@ -148,7 +148,7 @@ class Table:
         rows = rows.reindex(columns=list(dict.fromkeys((*rows.columns, *names))))
         for name, kept in zip(self.index, names, strict=True):
             if name not in self.sizes:
-                rows[kept] = rows[kept].fillna("").astype(str)
+                rows[kept] = rows[kept].astype(object).where(rows[kept].notna(), "").astype(str)
         if self.only:
             rows = rows[rows["quantity"].isin(self.only)]
         main = rows[rows["metric"] == self.metric] if self.metric else rows

@@ -40,7 +40,7 @@ QUICK = "basics/libration"
         (f"compare {QUICK} --out x --resume --overwrite", ["--resume and --overwrite exclude each other"]),
         (f"compare {QUICK} --out x --time-limit 0", ["--time-limit", "0"]),
         ("crossval --tag papr", ["--tag papr", "did you mean paper?"]),
-        ("report nowhere", ["metrics.csv"]),
+        ("report nowhere", ["nowhere: no such folder"]),
         ("cost paper/fig5", ["did you mean paper/fig05?"]),
         ("cost --engine exudin", ["did you mean exudyn?"]),
         ("cost --repeats 0", ["repeats"]),

@@ -1,7 +1,5 @@
 """The command line: what it writes, and how it fails."""
 
-import json
-
 import pandas as pd
 import pytest
 
@@ -12,6 +10,7 @@ from barchain.cli.main import run
 from barchain.crossval.run import ComparisonResult
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
+from tests.support.results import read_record
 
 QUICK = "basics/libration"
 
@@ -72,11 +71,11 @@ def test_a_users_own_scene_is_compared_and_its_report_rendered_again_from_tables
     assert {p.name for p in out.iterdir()} >= {
         "index.html",
         "summary.md",
-        "metrics.csv",
-        "record.json",
-        "trajectories",
+        "rows",
+        "record",
+        "series",
     }
-    record = json.loads((out / "record.json").read_text())
+    record = read_record(out)
     assert record["finished"]
     assert {r["role"] for r in record["runs"]} - {"close-start"} == {
         "solution",

@@ -9,20 +9,21 @@ from barchain.nightly.releases import ReleasesPlan
 from barchain.record.claim import ResultsInPlaceError, claim, claim_results
 from reports.tables import cost, crossval
 from tests.support.kernel import skip_without_kernel
+from tests.support.results import record_file, write_record
 
 QUICK = "basics/libration"
 HELD = {
-    f"compare {QUICK} --engine reference --out OUT": "record.json",
-    "crossval --out OUT": "metrics.csv",
-    f"cost {QUICK} --out OUT": "cost/points.csv",
-    "scaling --bars 2 --out OUT": "scaling/points.csv",
-    "roundoff --part times --out OUT": "roundoff/times.csv",
-    "stability hard/whip --engine reference --out OUT": "stability/outcomes.csv",
-    f"effects {QUICK} --engine reference --out OUT": "effects/effects.csv",
-    f"selftest {QUICK} --fault scale-rate --out OUT": "selftest/selftest.csv",
-    "selftest --random 1 --out OUT": "campaign/campaign.csv",
-    f"ensemble {QUICK} --vary angle_deg=normal(0,1) --runs 2 --out OUT": "ensemble/runs.csv",
-    "releases scipy --out OUT": "releases/releases.csv",
+    f"compare {QUICK} --engine reference --out OUT": "record/comparison.json",
+    "crossval --out OUT": "rows/comparison.parquet",
+    f"cost {QUICK} --out OUT": "rows/cost.parquet",
+    "scaling --bars 2 --out OUT": "rows/scaling.parquet",
+    "roundoff --part times --out OUT": "rows/roundoff.parquet",
+    "stability hard/whip --engine reference --out OUT": "series/stability/long.parquet",
+    f"effects {QUICK} --engine reference --out OUT": "record/effects.json",
+    f"selftest {QUICK} --fault scale-rate --out OUT": "answers/selftest/x",
+    "selftest --random 1 --out OUT": "rows/campaign.parquet",
+    f"ensemble {QUICK} --vary angle_deg=normal(0,1) --runs 2 --out OUT": "series/ensemble/runs.parquet",
+    "releases scipy --out OUT": "rows/releases.parquet",
     f"simulate {QUICK} --out OUT/run.csv": "run.csv",
     f"certified {QUICK} --out OUT": f"{QUICK}.csv",
 }
@@ -56,8 +57,9 @@ def test_every_command_that_writes_results_can_replace_them():
 
 
 def test_overwrite_deletes_what_a_comparison_wrote_and_nothing_else(tmp_path):
-    written = ("record.json", "metrics.csv", "index.html", "trajectories/paper/x.parquet", "differences/y.parquet")
-    others = ("cost/points.csv", "note")
+    written = ("record/comparison.json", "rows/comparison.parquet", "index.html", "series/comparison/y/x.parquet",
+               "answers/comparison/z")  # fmt: skip
+    others = ("record/cost.json", "rows/cost.parquet", "series/cost/times.parquet", "note")
     for path in (tmp_path / name for name in written + others):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text("")
@@ -66,16 +68,15 @@ def test_overwrite_deletes_what_a_comparison_wrote_and_nothing_else(tmp_path):
 
 
 def test_resume_leaves_everything_in_place(tmp_path):
-    (tmp_path / "record.json").write_text("{}")
+    write_record(tmp_path, {})
     claim_results(crossval.FILES, tmp_path, resume=True)
-    assert (tmp_path / "record.json").read_text() == "{}"
+    assert record_file(tmp_path).exists()
 
 
 def test_a_study_joins_a_comparison_without_being_asked_twice(tmp_path):
-    (tmp_path / "record.json").write_text("{}")
-    (tmp_path / "cost").mkdir()  # empty
+    write_record(tmp_path, {})
     claim_results(cost.FILES, tmp_path)
-    assert (tmp_path / "record.json").is_file()
+    assert record_file(tmp_path).exists()
 
 
 def test_resume_and_overwrite_exclude_each_other_even_in_an_empty_folder(tmp_path):

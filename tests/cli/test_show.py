@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from typing import TYPE_CHECKING
 
 import pandas as pd
@@ -12,6 +11,7 @@ import barchain
 from barchain.cli.main import run
 from barchain.cli.results import differing, show_differences
 from reports.tables.rows import IDENTITY, spread
+from tests.support.results import rows_file
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -27,19 +27,11 @@ def compared(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_comparison_ends_with_its_rows(compared: Path) -> None:
-    stored, found = pd.read_parquet(compared / "rows/comparison.parquet"), barchain.rows(compared)
+    stored, found = pd.read_parquet(rows_file(compared)), barchain.rows(compared)
     pd.testing.assert_frame_equal(stored, found, check_dtype=False)
     assert not found.duplicated(list(IDENTITY)).any()
     verdicts = found[found.metric == "verdict"]
     assert dict(zip(verdicts.engine, verdicts.outcome, strict=True)) == {"reference": "pass", "rebound": "pass"}
-
-
-def test_rows_of_an_interrupted_study_are_made_of_its_tables(compared: Path, tmp_path: Path) -> None:
-    half = shutil.copytree(compared, tmp_path / "half")
-    shutil.rmtree(half / "rows")
-    record = half / "record.json"
-    record.write_text(record.read_text().replace('"complete": true', '"complete": false'))
-    pd.testing.assert_frame_equal(barchain.rows(half), barchain.rows(compared))
 
 
 def test_only_the_rows_asked_for_are_shown(compared: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from types import SimpleNamespace
 
 import click
-import pandas as pd
 import pytest
 
 from adapters.registry import ENGINES, Registration
@@ -20,6 +18,8 @@ from barchain.studies.selftest.trial import SceneRuns
 from barchain.studies.stability.expected import recorded
 from barchain.studies.study import StudyEnd
 from reports.tables.reading import DamagedResultsError
+from reports.tables.schema import KEY, SCHEMA_VERSION
+from tests.support.results import read_record, read_table, write_record
 
 LONG = "x" * 250  # more than a file system takes, with an ending
 QUICK = "basics/libration"
@@ -107,7 +107,7 @@ def test_a_command_whose_own_engine_does_not_load_ends_in_one_line(command, brok
 def test_an_engine_that_does_not_load_costs_the_stability_study_its_own_rows(broken, capsys):
     assert run(["-q", "stability", QUICK, "--engine=broken", "--engine=rebound", "--out=x"]) == ExitCode.FINDINGS
     assert "broken: " + BROKEN in capsys.readouterr().err
-    rows = pd.read_csv(broken / "x" / "stability" / "outcomes.csv").set_index("engine")
+    rows = read_table(broken / "x", "stability", "outcomes").set_index("engine")
     assert rows.loc["broken", "stability"] == "failed"
     assert rows.loc["rebound", "stability"] != "failed"
 
@@ -120,7 +120,7 @@ def test_a_scene_is_shown_beside_an_adapter_that_does_not_load(broken, capsys):
 def test_a_scaling_study_of_an_engine_that_does_not_load_exits_with_1(broken, capsys):
     assert run(["-q", "scaling", "--engine", "broken", "--bars", "2", "--out", "x"]) == ExitCode.FINDINGS
     assert f"barchain: broken: failed: {BROKEN}\n" in capsys.readouterr().err
-    assert json.loads((broken / "x" / "scaling" / "record.json").read_text())["finished"]
+    assert read_record(broken / "x", "scaling")["finished"]
 
 
 def test_a_selftest_that_can_not_go_on_is_a_failed_run(monkeypatch, capsys, tmp_path):
@@ -139,9 +139,7 @@ def test_a_selftest_that_can_not_go_on_is_a_failed_run(monkeypatch, capsys, tmp_
 def old_comparison(tmp_path, monkeypatch):
     """Folder with a comparison of another schema version; a run in it is a defect."""
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "x").mkdir()
-    (tmp_path / "x" / "metrics.csv").write_text("scene\n")
-    (tmp_path / "x" / "record.json").write_text('{"schema_version": 1}')
+    write_record(tmp_path / "x", {KEY: SCHEMA_VERSION + 1})
 
 
 @pytest.mark.parametrize("command", [
@@ -151,16 +149,14 @@ def old_comparison(tmp_path, monkeypatch):
 def test_a_study_beside_results_that_can_not_be_rendered_ends_before_its_first_run(command, old_comparison, capsys):
     assert run([*command.split(), "--out", "x"]) == ExitCode.BAD_INPUT
     error = capsys.readouterr().err
-    assert "x/record.json: schema version 1" in error
+    assert f"x/record/comparison.json: schema version {SCHEMA_VERSION + 1}" in error
     assert error.count("\n") == 1
 
 
 def test_a_comparison_beside_a_study_of_another_schema_ends_before_its_first_run(tmp_path, capsys):
-    (tmp_path / "cost").mkdir()
-    (tmp_path / "cost" / "points.csv").write_text("scene\n")
-    (tmp_path / "cost" / "record.json").write_text('{"schema_version": 1}')
+    write_record(tmp_path, {KEY: SCHEMA_VERSION + 1}, "cost")
     assert run(["compare", QUICK, "--engine", "reference", "--out", str(tmp_path)]) == ExitCode.BAD_INPUT
-    assert "cost/record.json: schema version 1" in capsys.readouterr().err
+    assert f"record/cost.json: schema version {SCHEMA_VERSION + 1}" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("command", [

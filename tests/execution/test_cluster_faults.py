@@ -7,6 +7,7 @@ import threading
 import time
 from typing import TYPE_CHECKING
 
+import pandas as pd
 import pytest
 
 pytest.importorskip("distributed")
@@ -16,11 +17,10 @@ import psutil
 
 from barchain.cli.main import run as barchain
 from barchain.runs.cluster.connection import ANSWER_S
-from reports.tables.ensemble import FILES
-from reports.tables.files import ANSWERS
 from tests.support import local_cluster
 from tests.support.kernel import needs_kernel
 from tests.support.local_cluster import LocalCluster, kill, listener
+from tests.support.results import answers_folder, read_table
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -68,7 +68,7 @@ def connections() -> list[object]:
 
 
 def stored_parts(out: Path) -> int:
-    return len(list((out / "ensemble" / ANSWERS).glob("*")))
+    return len(list(answers_folder(out, "ensemble").glob("*")))
 
 
 def interrupting(monkeypatch: pytest.MonkeyPatch, act: Callable[[], None], after: int = 500) -> None:
@@ -142,7 +142,8 @@ def test_a_lost_scheduler_keeps_the_parts_that_were_done_and_resume_goes_on(tmp_
     assert stored_parts(out) == 0
     assert barchain(["-q", *ENSEMBLE, *more, "--out", str(tmp_path / "whole")]) == 0
     for table in ("runs", "quantiles"):
-        assert FILES.path(out, table).read_bytes() == FILES.path(tmp_path / "whole", table).read_bytes()
+        first, second = (read_table(folder, "ensemble", table) for folder in (out, tmp_path / "whole"))
+        pd.testing.assert_frame_equal(first, second, check_exact=True)
 
 
 @pytest.mark.exhaustive
@@ -187,6 +188,8 @@ def test_parts_of_another_plan_are_not_taken(tmp_path, monkeypatch):
     interrupting(monkeypatch, lambda: None)
     assert barchain(["-q", *ENSEMBLE, "--runs", "1000", "--seed", "2", "--resume", *out]) == 0
     assert barchain(["-q", *ENSEMBLE, "--runs", "1000", "--seed", "2", "--out", str(tmp_path / "whole")]) == 0
-    first, second = (FILES.read(tmp_path / name, "quantiles")["value"].to_numpy() for name in ("out", "whole"))
+    first, second = (
+        read_table(tmp_path / name, "ensemble", "quantiles")["value"].to_numpy() for name in ("out", "whole")
+    )
     np.testing.assert_array_equal(first, second)
     assert stored_parts(tmp_path / "out") == 0

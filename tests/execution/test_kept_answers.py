@@ -17,6 +17,7 @@ from barchain.runs.run import shared_call, shared_result
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
 from tests.execution import calls
+from tests.support.results import answers_folder
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -45,7 +46,7 @@ def answer(folder: Path, call: Call) -> Answer:
 
 
 def files(folder: Path) -> list[Path]:
-    return sorted((folder / "answers").iterdir())
+    return sorted(folder.iterdir())
 
 
 def test_a_call_whose_answer_is_kept_is_not_made_again(tmp_path: Path) -> None:
@@ -94,7 +95,8 @@ EFFECTS = "effects basics/two_bars_free --engine reference --repeats 1 --minutes
 @pytest.mark.parametrize(
     ("command", "study"),
     [
-        pytest.param("compare paper/fig13 --engine pymunk --engine reference --workers 2", "", marks=pytest.mark.slow),
+        pytest.param("compare paper/fig13 --engine pymunk --engine reference --workers 2", "comparison",
+                     marks=pytest.mark.slow),
         pytest.param("selftest basics/kepler_circular --fault scale-rate", "selftest", marks=pytest.mark.slow),
         pytest.param("selftest --random 1 --host none --engine reference --shrink-seconds 0", "campaign",
                      marks=pytest.mark.slow),
@@ -107,7 +109,7 @@ def test_another_process_asks_for_nothing_that_is_there(command: str, study: str
     """Keys of calls do not depend on the process that makes them, nor on its seed of hashes."""
     out = tmp_path / "out"
     run_command(command, out, seed="1")
-    first = times_of(out / study / "answers")
+    first = times_of(answers_folder(out, study))
     run_command(f"{command} --resume", out, seed="2")
     assert first
-    assert times_of(out / study / "answers") == first
+    assert times_of(answers_folder(out, study)) == first

@@ -6,6 +6,7 @@ import os
 import signal
 from typing import TYPE_CHECKING
 
+import pandas as pd
 import pytest
 
 pytest.importorskip("distributed")
@@ -18,6 +19,7 @@ from barchain.runs.executors import DaskCluster, LocalProcesses
 from barchain.studies.study import Reporter
 from reports.tables.outcome import Outcome
 from tests.support.local_cluster import LocalCluster, kill
+from tests.support.results import read_table, series_folder
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -41,24 +43,27 @@ def cluster(tmp_path: Path) -> Iterator[LocalCluster]:
 
 def compared(
     out: Path, scenes: tuple[str, ...], executor: Executor, act: Callable[[], None] = lambda: None, **options: bool
-) -> bytes:
-    """Table of a comparison; `act` is called after the first verdict."""
+) -> pd.DataFrame:
+    """Metrics of a comparison; `act` is called after the first verdict."""
     acts = iter([act])
 
     def act_once(_scene: str, _engine: str, _outcome: str) -> None:
         next(acts, lambda: None)()
 
     run_comparison(scenes, ENGINES, out, executor=executor, reporter=Reporter(act_once), **options)
-    return (out / "metrics.csv").read_bytes()
+    return read_table(out)
+
+
+def same(first: pd.DataFrame, second: pd.DataFrame) -> None:
+    pd.testing.assert_frame_equal(first, second, check_exact=True)
 
 
 def test_a_comparison_on_a_cluster_gives_the_tables_of_this_machine(tmp_path: Path, cluster: LocalCluster) -> None:
     cluster.worker()
     there = compared(tmp_path / "there", QUICK, DaskCluster(cluster.address, PATIENT_S))
     here = compared(tmp_path / "here", QUICK, LocalProcesses())
-    assert there == here
-    stored = {path.relative_to(tmp_path / "here") for path in (tmp_path / "here").rglob("*.parquet")}
-    stored = {path for path in stored if path.parts[0] != "rows"}  # rows hold seconds too
+    same(there, here)
+    stored = {path.relative_to(tmp_path / "here") for path in series_folder(tmp_path / "here").rglob("*.parquet")}
     assert stored
     for path in stored:
         assert (tmp_path / "there" / path).read_bytes() == (tmp_path / "here" / path).read_bytes(), path
@@ -76,7 +81,7 @@ def test_a_comparison_whose_worker_is_killed_half_way_gives_the_same_bits(
         lambda: os.killpg(victim.pid, signal.SIGKILL),
     )
     assert victim.wait() == -signal.SIGKILL
-    assert there == compared(tmp_path / "here", SEVERAL, LocalProcesses())
+    same(there, compared(tmp_path / "here", SEVERAL, LocalProcesses()))
 
 
 @pytest.mark.exhaustive
@@ -85,23 +90,23 @@ def test_a_comparison_whose_scheduler_is_lost_goes_on_from_its_rows(tmp_path: Pa
     out = tmp_path / "out"
     with pytest.raises(ClusterLostError, match="the scheduler was lost"):
         compared(out, SEVERAL, DaskCluster(cluster.address, PATIENT_S), lambda: kill(cluster.scheduler))
-    assert (out / "metrics.csv").read_text(encoding="utf-8").count("\n") > 1
-    assert any((out / "trajectories").rglob("*.parquet"))
+    assert len(read_table(out)) > 0
+    assert any((series_folder(out) / "trajectories").rglob("*.parquet"))
     resumed = compared(out, SEVERAL, LocalProcesses(), resume=True)
-    assert resumed == compared(tmp_path / "whole", SEVERAL, LocalProcesses())
+    same(resumed, compared(tmp_path / "whole", SEVERAL, LocalProcesses()))
 
 
 @pytest.mark.exhaustive
 @pytest.mark.parametrize(
-    ("line", "tables"),
+    ("line", "study", "tables"),
     [
-        ("stability hard/vertical_fall --engine rebound", ["stability/outcomes.csv"]),
-        ("selftest basics/kepler_circular --fault scale-rate --fault sign-reaction", ["selftest/selftest.csv"]),
-        ("roundoff --part evaluation", ["roundoff/evaluation.csv", "roundoff/longitudes.csv"]),
+        ("stability hard/vertical_fall --engine rebound", "stability", ["outcomes"]),
+        ("selftest basics/kepler_circular --fault scale-rate --fault sign-reaction", "selftest", ["fates", "readings"]),
+        ("roundoff --part evaluation", "roundoff", ["evaluation", "longitudes"]),
     ],
 )
 def test_a_study_on_a_cluster_gives_the_tables_of_this_machine(
-    line: str, tables: list[str], tmp_path: Path, cluster: LocalCluster
+    line: str, study: str, tables: list[str], tmp_path: Path, cluster: LocalCluster
 ) -> None:
     cluster.worker()
     cluster.worker()
@@ -113,7 +118,7 @@ def test_a_study_on_a_cluster_gives_the_tables_of_this_machine(
     ]
     assert codes[0] == codes[1]
     for table in tables:
-        assert (tmp_path / "there" / table).read_bytes() == (tmp_path / "here" / table).read_bytes(), table
+        same(*(read_table(tmp_path / place, study, table) for place in ("there", "here")))
 
 
 @pytest.mark.exhaustive

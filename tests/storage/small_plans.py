@@ -3,32 +3,48 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from tests.support.results import read_table
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pandas as pd
 
 
 @dataclass(frozen=True)
 class SmallPlan:
-    """A small plan, and the columns of its table that do not depend on the machine's speed."""
+    """A small plan, and the columns of its main table that do not depend on the machine's speed."""
 
-    command: str
+    study: str
     table: str
+    command: str
     columns: tuple[str, ...] = ()
     """Empty: all"""
 
+    def read(self, out: Path) -> pd.DataFrame:
+        """These columns of the table in a result folder."""
+        found = read_table(out, self.study, self.table)
+        return found[list(self.columns)] if self.columns else found
 
-SMALL = {
-    "comparison": SmallPlan("compare basics/kepler_circular --engine reference --engine rebound --workers 1",
-                         "metrics.csv"),
-    "stability": SmallPlan("stability hard/vertical_fall --engine rebound --workers 1", "stability/outcomes.csv"),
-    "cost": SmallPlan("cost basics/kepler_circular --engine rebound --orbits 0.2 --repeats 1 --minutes 0.01",
-                   "cost/points.csv", ("scene", "engine", "setting")),
-    "scaling": SmallPlan("scaling --engine reference --bars 2 --bars 3 --repeats 1 --minutes 0.2", "scaling/points.csv",
-                      ("engine", "bars", "outcome")),
-    "roundoff": SmallPlan("roundoff --part times", "roundoff/times.csv", ("code", "arithmetic", "bars")),
-    "effects": SmallPlan("effects basics/two_bars_free --engine reference --repeats 1 --minutes 0.01",
-                      "effects/effects.csv", ("effect", "kind", "on", "attitude_rad", "com_m", "reaction_N")),
-    "selftest": SmallPlan("selftest basics/kepler_circular --fault scale-rate --workers 1", "selftest/selftest.csv"),
-    "campaign": SmallPlan("selftest --random 1 --host none --engine reference --shrink-seconds 0 --workers 1",
-                       "campaign/campaign.csv", ("scene", "engine", "class", "outcome")),
-    "ensemble": SmallPlan("ensemble basics/two_bars_free --vary angle_deg=normal(0,1) --runs 3 --samples 3 "
-                          "--orbits 0.1", "ensemble/quantiles.csv"),
-}  # fmt: skip
+
+PLANS = (
+    SmallPlan("comparison", "metrics",
+              "compare basics/kepler_circular --engine reference --engine rebound --workers 1"),
+    SmallPlan("stability", "outcomes", "stability hard/vertical_fall --engine rebound --workers 1"),
+    SmallPlan("cost", "points", "cost basics/kepler_circular --engine rebound --orbits 0.2 --repeats 1 --minutes 0.01",
+              ("scene", "engine", "setting")),
+    SmallPlan("scaling", "points", "scaling --engine reference --bars 2 --bars 3 --repeats 1 --minutes 0.2",
+              ("engine", "bars", "outcome")),
+    SmallPlan("roundoff", "times", "roundoff --part times", ("code", "arithmetic", "bars")),
+    SmallPlan("effects", "effects", "effects basics/two_bars_free --engine reference --repeats 1 --minutes 0.01",
+              ("effect", "kind", "on", "attitude_rad", "com_m", "reaction_N")),
+    SmallPlan("selftest", "fates", "selftest basics/kepler_circular --fault scale-rate --workers 1"),
+    SmallPlan("campaign", "campaign",
+              "selftest --random 1 --host none --engine reference --shrink-seconds 0 --workers 1",
+              ("scene", "engine", "class", "outcome")),
+    SmallPlan("ensemble", "quantiles",
+              "ensemble basics/two_bars_free --vary angle_deg=normal(0,1) --runs 3 --samples 3 --orbits 0.1"),
+)  # fmt: skip
+SMALL = {plan.study: plan for plan in PLANS}

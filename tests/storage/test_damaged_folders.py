@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import json
+import math
 import os
 import shutil
 from pathlib import Path
@@ -18,11 +18,16 @@ from reports.tables.faults.selftest import FILES
 from reports.tables.reading import TABLES, digest
 from reports.tables.schema import KEY
 from tests.support.report_fixture import build
+from tests.support.results import change_record, change_rows, read_record, write_record
 from tests.support.slow import one_in
 
-ROW = {"fault": "scale-rate", "scene": "s", "fate": "killed", "why": "", "quantity": "rate", "check": "bound",
-       "ratio": 3.0, "killed": True, "reason": "too large"}  # fmt: skip
-SAMPLES = "differences/basics/radial_equilibrium/reference.parquet"
+FAULT = {"fault": "scale-rate", "scene": "s"}
+TABLES_OF_SELFTEST: dict[str, dict[str, object]] = {
+    "fates": FAULT | {"fate": "killed"},
+    "readings": FAULT | {"quantity": "rate", "check": "bound", "ratio": 3.0, "killed": "killed", "reason": "too large"},
+}
+RECORD, ROWS = "record/comparison.json", "rows/comparison.parquet"
+SAMPLES = "series/comparison/differences/basics/radial_equilibrium/reference.parquet"
 CONTENTS = {
     "empty": b"", "text": b"earlier results", "junk": bytes(range(256)) * 8, "zeros": bytes(4096),
     "latin": "é,ü\n1,2\n".encode("latin-1"), "utf-16": "a,b\n1,2\n".encode("utf-16"), "mark": b"\xef\xbb\xbf{}",
@@ -30,12 +35,12 @@ CONTENTS = {
     "parquet": b"PAR1" + bytes(60) + b"PAR1", "header": b"scene,engine\n",
     "long": b"9" * 10_000, "quote": b'scene,"engine\n',
 }  # fmt: skip
-PLACES = ("record.json", "metrics.csv", SAMPLES, "selftest/selftest.csv", "selftest/record.json")
+PLACES = (RECORD, ROWS, SAMPLES, "rows/selftest.parquet", "record/selftest.json")
 ENTRIES = {
     "runs": ({}, [1], "x", [{"scene": 1}], [{"outcome": "great"}]), "finished": ("yes", 1, []),
     "seconds": ("1", [], {}),
     "scenes": ([], "x", {"a": 1}), "engines": ([], 3, {"a": "b"}), "tolerances": ({}, [1]), "limitations": ([1], "x"),
-    "misprints": ("x", [None]), "tables": ([], {"a": 1}, {"metrics.csv": ["0"]}), KEY: (None, True, "2", 99, 2.0),
+    "misprints": ("x", [None]), "tables": ([], {"a": 1}, {ROWS: ["0"]}), KEY: (None, True, "3", 99, 3.0),
     "environment": ([], {"a": []}), "packages": ([], {"a": 1}),
 }  # fmt: skip
 
@@ -44,13 +49,14 @@ ENTRIES = {
 def sound(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder with a comparison and a self-test."""
     folder = build(tmp_path_factory.mktemp("sound"), ["basics/radial_equilibrium"], faults=False, samples=11)
-    record = json.loads((folder / "record.json").read_text())
-    tables = [p for p in folder.rglob("*") if p.suffix in {".parquet", ".csv"}]
-    record[TABLES] = {p.relative_to(folder).as_posix(): [digest(p.read_bytes())] for p in tables}
-    (folder / "record.json").write_text(json.dumps(record))
+    tables = folder.rglob("*.parquet")
+    change_record(folder, **{TABLES: {p.relative_to(folder).as_posix(): [digest(p.read_bytes())] for p in tables}})
     fault = {"words": "w", "stands_for": "s", "group": "g", "natural": 1.0, "none": 0.0, "unit": "1", "invisible": ""}
     entries = {"host": "reference", "scenes": {"s": {}}, "faults": {"scale-rate": fault}, "finished": True}
-    StudyStore(FILES, folder, provenance("barchain selftest") | entries).write("selftest", [ROW])
+    store = StudyStore(FILES, folder, provenance("barchain selftest") | entries)
+    for table, row in TABLES_OF_SELFTEST.items():
+        store.write(table, [row])
+    store.end(1.0, complete=True)
     return folder
 
 
@@ -101,7 +107,7 @@ def test_a_truncated_file_is_named(
     check_one_line_naming(place, folder, capsys)
 
 
-@pytest.mark.parametrize("place", ["record.json", "metrics.csv", SAMPLES])
+@pytest.mark.parametrize("place", [RECORD, ROWS, SAMPLES])
 @pytest.mark.parametrize("kind", ["folder", "pipe"])
 @pytest.mark.slow
 def test_a_folder_or_a_pipe_in_place_of_a_file_is_named(
@@ -119,34 +125,38 @@ def test_an_entry_of_a_wrong_type_is_named(
     key: str, value: object, sound: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = copied(sound, tmp_path)
-    record = json.loads((folder / "record.json").read_text()) | {key: value}
-    (folder / "record.json").write_text(json.dumps(record))
-    check_one_line_naming("metrics.csv" if value == {"metrics.csv": ["0"]} else "record.json", folder, capsys)
+    change_record(folder, **{key: value})
+    check_one_line_naming(ROWS if value == {ROWS: ["0"]} else RECORD, folder, capsys)
 
 
-@pytest.mark.parametrize("word", ["much", "nan?", "True", "", "inf", "1e999"])
+def without_digests(folder: Path) -> None:
+    """Change the record into one that takes its tables at their word."""
+    write_record(folder, {key: value for key, value in read_record(folder).items() if key != TABLES})
+
+
+@pytest.mark.parametrize("number", [math.nan, math.inf])
 def test_no_report_says_passed_of_a_value_that_is_no_number(
-    word: str, sound: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    number: float, sound: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = copied(sound, tmp_path)
-    record = json.loads((folder / "record.json").read_text())
-    del record[TABLES]  # a record from before there were digests
-    (folder / "record.json").write_text(json.dumps(record))
-    lines = (folder / "metrics.csv").read_text().splitlines()
-    at = next(i for i, line in enumerate(lines) if ",pass," in line)
-    cells = lines[at].split(",")
-    cells[5] = word
-    (folder / "metrics.csv").write_text("\n".join([*lines[:at], ",".join(cells), *lines[at + 1 :]]))
-    check_one_line_naming("metrics.csv", folder, capsys)
+    without_digests(folder)
+    change_rows(folder, lambda rows: rows.assign(value=rows["value"].mask(rows["outcome"] == "pass", number)))
+    assert "passed without a number" in check_one_line_naming(ROWS, folder, capsys)
 
 
-def test_a_report_does_not_mix_a_record_with_the_table_of_another_run(
+def test_rows_without_a_column_are_named(sound: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = copied(sound, tmp_path)
+    without_digests(folder)
+    change_rows(folder, lambda rows: rows.drop(columns="outcome"))
+    assert "lacks outcome" in check_one_line_naming(ROWS, folder, capsys)
+
+
+def test_a_report_does_not_mix_a_record_with_the_rows_of_another_run(
     sound: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = copied(sound, tmp_path)
-    table = folder / "metrics.csv"
-    table.write_text("\n".join(table.read_text().splitlines()[:-1]) + "\n")
-    assert "of another run" in check_one_line_naming("metrics.csv", folder, capsys)
+    change_rows(folder, lambda rows: rows.iloc[:-1])
+    assert "of another run" in check_one_line_naming(ROWS, folder, capsys)
 
 
 @pytest.mark.slow

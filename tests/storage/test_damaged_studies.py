@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import pandas as pd
 import pytest
 
 from barchain.cli.main import run
 from reports.tables.reading import TABLES
 from tests.storage.small_plans import SMALL
 from tests.support.kernel import skip_without_kernel
+from tests.support.results import read_record, record_file, write_record
 from tests.support.slow import one_in
 
 if TYPE_CHECKING:
@@ -64,8 +63,7 @@ def copied(name: str, sound: dict[str, Path], folder: Path) -> Path:
 
 def stored(name: str, out: Path) -> list[Path]:
     """Record of a study and its tables."""
-    record = (out / SMALL[name].table).with_name("record.json")
-    return [record, *(record.parent / table for table in json.loads(record.read_text())[TABLES])]
+    return [record_file(out, name), *(out / table for table in read_record(out, name)[TABLES])]
 
 
 def check_named(path: Path, command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
@@ -121,34 +119,16 @@ def test_a_command_that_goes_on_names_the_damaged_file(
     check_named(path, ["-q", *SMALL[name].command.split(), "--out", str(out), "--resume"], capsys)
 
 
-@pytest.mark.parametrize("name", RENDERED)
-def test_words_for_numbers_are_named_without_a_digest(
-    name: str, sound: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    out = copied(name, sound, tmp_path)
-    path, table = stored(name, out)[0], out / SMALL[name].table
-    record = json.loads(path.read_text())
-    del record[TABLES]
-    path.write_text(json.dumps(record))
-    frame = pd.read_csv(table)
-    numbers = [c for c in frame.select_dtypes("number") if frame[c].notna().any()] or ["exponent"]
-    frame = frame.astype({numbers[0]: object})
-    frame.loc[0, numbers[0]] = "much"
-    frame.to_csv(table, index=False)
-    check_named(table, ["report", str(out)], capsys)
-
-
 @pytest.mark.parametrize(("name", "value"), ENTRIES)
 def test_an_entry_of_any_type_is_read_or_named(
     name: str, value: object, sound: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = copied(name, sound, tmp_path)
-    path = stored(name, out)[0]
-    record = json.loads(path.read_text())
+    record = read_record(out, name)
     for key in record:
-        path.write_text(json.dumps(record | {key: value}))
+        write_record(out, record | {key: value}, name)
         capsys.readouterr()
         code, error = run(["report", str(out)]), capsys.readouterr().err
         assert code in {0, 2}, (key, error)
         assert error.count("\n") == (code == 2), (key, error)
-        assert code == 0 or str(path.parent) in error, (key, error)
+        assert code == 0 or str(out) in error, (key, error)

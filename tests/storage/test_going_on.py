@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -13,9 +12,19 @@ from barchain.crossval.run import run_comparison
 from barchain.record.claim import ResultsInPlaceError, claim_results
 from barchain.record.study_store import StudyStore
 from barchain.runs.pool import LocalSession
-from reports.tables import crossval, roundoff, stability
+from reports.tables import cost, crossval, roundoff, stability
 from reports.tables.reading import DamagedResultsError
 from reports.tables.schema import KEY, SCHEMA_VERSION, SchemaVersionError
+from tests.support.results import (
+    FILES,
+    change_record,
+    read_record,
+    read_table,
+    record_file,
+    series_folder,
+    write_record,
+    write_results,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Hashable
@@ -23,18 +32,12 @@ if TYPE_CHECKING:
 
     from barchain.runs.call import Call
     from barchain.runs.cases import Case
-    from reports.tables.files import StudyFiles
 
 SCENE = "basics/kepler_circular"
 
 
 def record(**entries: Any) -> dict[str, Any]:
     return {KEY: SCHEMA_VERSION} | entries
-
-
-def stored(files: StudyFiles, out: Path) -> dict[str, Any]:
-    found: dict[str, Any] = json.loads(files.record_path(out).read_text())
-    return found
 
 
 def test_a_comparison_goes_on_with_other_engines_and_makes_only_what_is_missing(
@@ -55,23 +58,30 @@ def test_a_comparison_goes_on_with_other_engines_and_makes_only_what_is_missing(
     for names, missing in ((["rebound"], {"rebound"}), (["reference", "rebound"], {"reference"}), (["rebound"], set())):
         assert pairs(names) == {(SCENE, name) for name in names}
         assert set(made) == missing
-        assert {p.stem for p in (tmp_path / "differences" / SCENE).glob("re*.parquet")} == set(names)
+        assert {p.stem for p in (series_folder(tmp_path) / "differences" / SCENE).glob("re*.parquet")} == set(names)
         made.clear()
 
 
-def part(tmp_path: Path, name: str, table: str, **entries: Any) -> StudyStore:
+ROWS = {
+    "times": {"code": "reference", "arithmetic": "float64", "bars": 2.0, "ratio": 1.0},
+    "engines": {"engine": "reference", "frame": "inertial", "ratio": 0.1, "quantity": "com", "median": 1e-9},
+}
+"""Row of each part's table of the same name"""
+
+
+def part(tmp_path: Path, name: str, **entries: Any) -> StudyStore:
     store = StudyStore(roundoff.FILES, tmp_path, record(parts={name: {}}, command=name, failed=[], **entries))
     store.write_record()
-    store.write(table, ())
+    store.write(name, [ROWS[name]])
     return store
 
 
 def test_parts_of_a_round_off_study_keep_their_tables_and_provenance(tmp_path: Path) -> None:
-    first = part(tmp_path, "times", "times", full=True)
+    first = part(tmp_path, "times", full=True)
     first.record["failed"] = [{"table": "times", "task": "t", "reason": "r"}]
     first.end(1.0, complete=True)
-    part(tmp_path, "engines", "engines", full=False).end(2.0, complete=False)
-    found = stored(roundoff.FILES, tmp_path)
+    part(tmp_path, "engines", full=False).end(2.0, complete=False)
+    found = read_record(tmp_path, "roundoff")
     times, engines = found["parts"]["times"], found["parts"]["engines"]
     assert (times["command"], times["full"], times["complete"], len(times["failed"])) == ("times", True, True, 1)
     assert (engines["command"], engines["full"], engines["complete"], engines["failed"]) == (
@@ -80,19 +90,19 @@ def test_parts_of_a_round_off_study_keep_their_tables_and_provenance(tmp_path: P
         False,
         [],
     )
-    assert set(found["tables"]) == {"times.csv", "engines.csv"}
+    assert len(read_table(tmp_path, "roundoff", "times")) == len(read_table(tmp_path, "roundoff", "engines")) == 1
 
 
 @pytest.mark.parametrize("overwrite", [False, True])
 def test_a_part_does_not_join_a_record_of_another_version(overwrite: bool, tmp_path: Path) -> None:
-    part(tmp_path, "times", "times").end(1.0, complete=True)
-    path = roundoff.FILES.record_path(tmp_path)
-    path.write_text(json.dumps(stored(roundoff.FILES, tmp_path) | {KEY: SCHEMA_VERSION - 1}))
+    part(tmp_path, "times").end(1.0, complete=True)
+    path = record_file(tmp_path, "roundoff")
+    change_record(tmp_path, "roundoff", **{KEY: SCHEMA_VERSION - 1})
     before = path.read_bytes()
     with pytest.raises(SchemaVersionError):
         claim_results(roundoff.FILES, tmp_path, ["engines"], overwrite=overwrite)
     with pytest.raises(SchemaVersionError):
-        part(tmp_path, "engines", "engines")
+        part(tmp_path, "engines")
     assert path.read_bytes() == before
     claim_results(roundoff.FILES, tmp_path, roundoff.PARTS, overwrite=True)  # nothing is to be kept
     assert not path.exists()
@@ -100,45 +110,50 @@ def test_a_part_does_not_join_a_record_of_another_version(overwrite: bool, tmp_p
 
 def test_parts_are_replaced_one_by_one(tmp_path: Path) -> None:
     for name in ("times", "engines"):
-        part(tmp_path, name, name).end(1.0, complete=True)
-    with pytest.raises(ResultsInPlaceError, match="results of these parts; --resume goes on from there, --overwrite"):
+        part(tmp_path, name).end(1.0, complete=True)
+    with pytest.raises(
+        ResultsInPlaceError, match="results of these parts of roundoff; --resume goes on from there, --overwrite"
+    ):
         claim_results(roundoff.FILES, tmp_path, ["times"])
     claim_results(roundoff.FILES, tmp_path, ["evaluation"])
     claim_results(roundoff.FILES, tmp_path, ["times"], overwrite=True)
-    assert not (tmp_path / "roundoff" / "times.csv").exists()
-    assert (tmp_path / "roundoff" / "engines.csv").exists()
+    part(tmp_path, "times").end(1.0, complete=True)
+    assert len(read_table(tmp_path, "roundoff", "times")) == len(read_table(tmp_path, "roundoff", "engines")) == 1
 
 
-def test_results_of_another_kind_are_neither_read_nor_replaced(tmp_path: Path) -> None:
-    StudyStore(stability.FILES, tmp_path, record(runs=[])).write_record()
-    inside = tmp_path / "stability"
-    for options in ({}, {"resume": True}, {"overwrite": True}):
-        with pytest.raises(ResultsInPlaceError, match="belongs to results of another kind, 'stability'"):
-            claim_results(crossval.FILES, inside, **options)
+def test_a_record_of_another_study_is_not_read(tmp_path: Path) -> None:
+    write_record(tmp_path, {"study": "stability"}, "cost")
     with pytest.raises(DamagedResultsError, match="record of another study, stability"):
-        crossval.FILES.read_record(inside)
-    assert (inside / "record.json").exists()
+        cost.FILES.read_record(tmp_path)
+
+
+def test_results_of_other_studies_are_not_replaced(tmp_path: Path) -> None:
+    for name in ("cost", "stability"):
+        write_results(tmp_path, FILES[name], {}, {})
+    claim_results(cost.FILES, tmp_path, overwrite=True)
+    assert not cost.FILES.has_record(tmp_path)
+    assert stability.FILES.rows(tmp_path).empty
 
 
 def test_from_python_nothing_is_overwritten_unasked(tmp_path: Path) -> None:
     barchain.compare([SCENE], ["rebound"], tmp_path)
-    with pytest.raises(ResultsInPlaceError, match="holds a comparison"):
+    with pytest.raises(ResultsInPlaceError, match="holds results of comparison"):
         barchain.compare([SCENE], ["rebound"], tmp_path)
     assert barchain.compare([SCENE], ["rebound"], tmp_path, resume=True).passed
     assert barchain.compare([SCENE], ["reference"], tmp_path, overwrite=True).passed
-    assert set(stored(crossval.FILES, tmp_path)["engines"]) == {"reference"}
+    assert set(read_record(tmp_path)["engines"]) == {"reference"}
     assert run(["compare", SCENE, "--engine", "rebound", "--out", str(tmp_path)]) == 2
 
 
 @pytest.mark.slow
 def test_the_record_says_finished_only_after_the_report(tmp_path: Path) -> None:
     def fails(folder: Path) -> Path:
-        assert stored(crossval.FILES, folder)["complete"]
+        assert read_record(folder)["complete"]
         raise OSError(28, "No space left on device", "index.html")
 
     with pytest.raises(OSError, match="No space left"):
         run_comparison([SCENE], ["rebound"], tmp_path, render=fails)
-    found = stored(crossval.FILES, tmp_path)
+    found = read_record(tmp_path)
     assert found["complete"]
     assert not found["finished"]
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import random
 import signal
@@ -16,6 +15,7 @@ import pandas as pd
 import pytest
 
 from tests.storage.small_plans import SMALL, SmallPlan
+from tests.support.results import answers_folder, read_record, record_file
 
 GONE_S = 10.0
 """Time after a kill in which every process and every temporary file must be gone"""
@@ -71,19 +71,16 @@ def left_over(temporary: Path) -> list[str]:
 
 
 def table(small: SmallPlan, out: Path) -> pd.DataFrame:
-    found = pd.read_csv(out / small.table)
-    wanted = found[list(small.columns)] if small.columns else found
+    wanted = small.read(out)
     assert not wanted.duplicated().any()
     return wanted.sort_values(list(wanted.columns), ignore_index=True)
 
 
 def runs_kept(small: SmallPlan, out: Path) -> set[str]:
     """Names of the kept answers; the record, if there is one, is whole."""
-    path = (out / small.table).with_name("record.json")
-    answers = {file.name for file in path.parent.glob("answers/*") if file.suffix != ".part"}
-    if path.is_file():
-        json.loads(path.read_text())
-    return answers
+    if record_file(out, small.study).is_file():
+        read_record(out, small.study)
+    return {file.name for file in answers_folder(out, small.study).glob("*") if file.suffix != ".part"}
 
 
 @dataclass(frozen=True)
@@ -125,7 +122,7 @@ def check_kill_and_going_on(name: str, number: int, known: dict[str, Uninterrupt
     pd.testing.assert_frame_equal(table(small, out), expected.table)
     if name != "ensemble":  # whose answers may take gigabytes, and go at its end
         assert kept <= runs_kept(small, out)
-    assert json.loads((out / small.table).with_name("record.json").read_text())["finished"]
+    assert read_record(out, small.study)["finished"]
     assert not list(out.rglob("*.part"))
 
 

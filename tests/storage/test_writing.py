@@ -12,18 +12,23 @@ import click
 import pytest
 
 from barchain.cli.main import cli, main, run
+from barchain.record import study_store
 from barchain.record.claim import FolderInUseError, locked
 from barchain.record.study_store import StudyStore
 from barchain.runs.call import Answer, Call
 from barchain.runs.kept_answers import AnswerStore
 from reports.tables.files import StudyFiles
 from reports.tables.schema import KEY, SCHEMA_VERSION
+from reports.tables.table import Table
 from reports.tables.writing import write_atomically
+from tests.support.results import rows_file
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
     from pathlib import Path
 
-FILES = StudyFiles("squares", {"squares": ("number", "square")})
+SQUARES = Table(("number",), "square", {"value": "square"}, sizes=("number",))
+FILES = StudyFiles("squares", {"squares": SQUARES})
 HOLDER = "import sys, time; from pathlib import Path; from barchain.record.claim import locked\n\
 with locked(Path(sys.argv[1])): print('held', flush=True); time.sleep(60)"
 
@@ -91,33 +96,53 @@ def test_a_full_disk_leaves_the_earlier_file_and_no_partial_one(tmp_path: Path) 
     assert [p.name for p in tmp_path.iterdir()] == ["x.csv"]
 
 
-def test_a_table_in_place_is_known_to_the_record_at_every_instant(
+def squares(numbers: Iterable[int]) -> list[dict[str, int]]:
+    return [{"number": number, "square": number**2} for number in numbers]
+
+
+def stored(out: Path) -> list[float]:
+    """Numbers whose squares the rows in place have; those rows are the ones that the record describes."""
+    found: list[float] = FILES.contents(out).squares.number.tolist()
+    return found
+
+
+def test_rows_in_place_are_known_to_the_record_at_every_instant(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(study_store, "REST", 0.0)
     store = StudyStore(FILES, tmp_path, record())
-    store.write("squares", [{"number": 1, "square": 1}])
+    store.write("squares", squares([1]))
 
     def killed(*_: object) -> None:
         raise KeyboardInterrupt
 
     announce = StudyStore.announce
-    with monkeypatch.context() as patch:  # between the record and the table
+    with monkeypatch.context() as patch:  # between the record and the rows
         patch.setattr(StudyStore, "announce", lambda *a: (announce(*a), killed()))
         with pytest.raises(KeyboardInterrupt):
-            store.write("squares", [{"number": 2, "square": 4}])
-        assert store.read("squares").number.tolist() == [1]
-    for number in (3, 4):
-        store.append("squares", [{"number": number, "square": number**2}])
-    assert store.read("squares").number.tolist() == [3, 4]
+            store.write("squares", squares([2]))
+        assert stored(tmp_path) == [1]
+    store.append("squares", squares([3]))
+    assert stored(tmp_path) == [2, 3]
 
 
-def test_a_study_that_goes_on_leaves_no_table_of_the_earlier_one(tmp_path: Path) -> None:
-    """All tables follow from the answers in the folder, and are made anew."""
+def test_rows_are_written_now_and_then_and_at_the_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(study_store, "REST", 1e9)
+    store = StudyStore(FILES, tmp_path, record())
+    for number in (1, 2, 3):
+        store.append("squares", squares([number]))
+    assert stored(tmp_path) == [1]
+    store.end(1.0, complete=True)
+    assert stored(tmp_path) == [1, 2, 3]
+
+
+def test_a_study_that_goes_on_leaves_no_rows_of_the_earlier_one(tmp_path: Path) -> None:
+    """All rows follow from the answers in the folder, and are made anew."""
     first = StudyStore(FILES, tmp_path, record())
-    first.write("squares", [{"number": 1, "square": 1}])
-    answers = AnswerStore(first.folder)
+    first.write("squares", squares([1]))
     call = Call(print, ("asked",), 1.0)
-    answers.keep(call, Answer(b"an answer"))
+    AnswerStore(first.answers).keep(call, Answer(b"an answer"))
     again = StudyStore(FILES, tmp_path, record(), resume=True)
-    assert not again.has("squares")
-    assert AnswerStore(again.folder).find(call) == Answer(b"an answer")
+    assert again.read("squares").empty
+    assert not rows_file(tmp_path, "squares").exists()
+    assert AnswerStore(again.answers).find(call) == Answer(b"an answer")
