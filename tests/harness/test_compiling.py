@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import time
 from typing import TYPE_CHECKING
 
@@ -21,6 +20,7 @@ from reports.render import render
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
 from tests.support.kernel import skip_without_kernel
+from tests.support.results import read_record
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -84,7 +84,7 @@ def test_the_record_says_which_form_made_a_reference_solution(tmp_path: Path, mo
         for module in ("barchain.solutions.judging", "barchain.crossval.suite"):
             monkeypatch.setattr(f"{module}.judging_engine", lambda _, form=form: form)
         compare([scene], ["reference"], tmp_path, overwrite=True)
-        record = json.loads((tmp_path / "record.json").read_text())
+        record = read_record(tmp_path)
         assert record["scenes"][scene.name]["solution_engine"] == form
         assert {r["engine"] for r in record["runs"] if r["role"] == "solution"} == {form}
         assert (

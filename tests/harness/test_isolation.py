@@ -1,7 +1,6 @@
 """A run that goes wrong costs one row with a readable reason, never the comparison."""
 
 import dataclasses
-import json
 
 import pandas as pd
 import pytest
@@ -24,6 +23,7 @@ from reports.tables.crossval import FILES, read_results
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
 from tests.support.faulty_engines import UNSOLVABLE
+from tests.support.results import read_record, read_table
 from tests.support.stability_engines import CanNot
 
 SCENE = "basics/two_bars_free"
@@ -210,7 +210,7 @@ def test_an_engine_that_can_do_none_of_several_scenes_is_a_failure_though_nobody
 
 def test_results_so_far_are_kept_and_resumed(tmp_path, monkeypatch):
     first = run_comparison([SCENE], out=tmp_path, registered=registered(["Unmodified", "GivesUp"]))
-    record = json.loads((tmp_path / "record.json").read_text())
+    record = read_record(tmp_path)
     assert record["finished"]
     made, start = [], LocalSession.start
     monkeypatch.setattr(LocalSession, "start", lambda *given: made.append(given[2]) or start(*given))
@@ -227,9 +227,9 @@ def test_a_comparison_cut_off_leaves_the_tables_it_had(tmp_path):
 
     with pytest.raises(KeyboardInterrupt):
         run_comparison([SCENE], out=tmp_path, registered=registered(["Unmodified"]), reporter=Reporter(stop))
-    record = json.loads((tmp_path / "record.json").read_text())
+    record = read_record(tmp_path)
     assert not record["finished"]
-    assert set(pd.read_csv(tmp_path / "metrics.csv").engine) == {"Unmodified"}
+    assert set(read_table(tmp_path).engine) == {"Unmodified"}
 
 
 def test_a_scene_that_no_external_engine_passes_is_a_failure():

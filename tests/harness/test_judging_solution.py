@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -49,6 +48,7 @@ from barchain.studies.study import Reporter
 from reports.tables.crossval import FILES
 from reports.tables.outcome import Outcome
 from scenarios import change_scene, load_scene, make_scene, scene_names
+from tests.support.results import read_record, series_folder
 from tests.support.scene_lists import TAME
 from tests.support.slow import one_in
 
@@ -167,11 +167,11 @@ def test_a_comparison_on_a_core_scene_runs_no_solution_and_says_what_judged(tmp_
     engine = {"Unmodified": Registration("tests.support.faulty_engines:Unmodified")}
     result = run_comparison([QUICK], out=tmp_path, registered=engine)
     assert result.passed
-    record = json.loads((tmp_path / "record.json").read_text())
+    record = read_record(tmp_path)
     assert {run["role"] for run in record["runs"]} == {Role.MAIN, Role.FINER}
     assert record["scenes"][QUICK]["solution_source"] == "certified solution that comes with barchain"
     assert "real128" in record["scenes"][QUICK]["solution_setting"]
-    assert (tmp_path / "trajectories" / QUICK / "solution.parquet").is_file()
+    assert (series_folder(tmp_path) / "trajectories" / QUICK / "solution.parquet").is_file()
 
 
 def test_the_reference_judges_where_heyoka_fails(tmp_path: Path) -> None:

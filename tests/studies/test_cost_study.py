@@ -23,10 +23,11 @@ from barchain.studies.cost.plan import load_jobs, name_of, shortened, sweeps, to
 from barchain.studies.cost.study import CostRun, columns_of, cost_study, load_row, load_rows
 from barchain.studies.study import Reporter, run_study
 from reports.render import render_study
-from reports.tables.cost import FILES, INDEPENDENT, POINT_COLUMNS, read_cost
+from reports.tables.cost import FILES, INDEPENDENT, TABLES, read_cost
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
 from tests.support.certified_stand_in import certified_stand_in
+from tests.support.results import read_table
 
 SCENE = "paper/fig09"
 LIMIT_S = 2.0
@@ -56,7 +57,7 @@ def measured(solution, engine, values):
             }
             | row
         )
-    return pd.DataFrame(rows).reindex(columns=list(POINT_COLUMNS))
+    return TABLES["points"].framed(rows)
 
 
 @pytest.mark.slow
@@ -161,7 +162,7 @@ def test_an_engine_that_fails_costs_its_own_points_only(study):
 
 def test_every_good_point_is_timed_as_often_as_the_others_and_build_and_read_out_apart(good):
     points = read_cost(good).points
-    times = pd.read_csv(good / "cost" / "times.csv")
+    times = read_table(good, "cost", "times")
     assert len(points) == 3
     assert (points.turns == 2).all()
     assert times.groupby("setting").size().to_dict() == dict.fromkeys(points.setting, 2)

@@ -39,7 +39,7 @@ from barchain.studies.effects.timing import (
     timed_span_s,
 )
 from barchain.studies.study import Reporter, run_study
-from reports.tables.effects import COLUMNS, EffectKind, read_effects
+from reports.tables.effects import TABLE, EffectKind, read_effects
 from scenarios import Gravity, Scene, load_scene
 from tests.support.scene_lists import TAME
 from tests.support.slow import one_in
@@ -415,7 +415,7 @@ def budget(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Any]]:
 
 def test_every_effect_has_a_row_with_all_that_was_asked_for(budget: Any) -> None:
     tables = read_effects(budget[0])
-    assert list(tables.effects.columns) == list(COLUMNS)
+    assert list(tables.effects.columns) == list(TABLE.columns)
     rows = tables.effects.set_index("effect")
     assert list(rows.index) == [s.effect for s in switches(load_scene(DRAG))]
     assert (rows.reason == "").all()

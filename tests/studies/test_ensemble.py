@@ -20,6 +20,7 @@ from barchain.studies.ensemble.variation import VariationError, parse
 from scenarios import load_scene
 from tests.support.kernel import needs_kernel
 from tests.support.page_policy import check_policy
+from tests.support.results import read_table
 
 pytestmark = needs_kernel
 RTOL = 1e-8
@@ -146,7 +147,7 @@ def test_the_command_writes_tables_and_a_page(tmp_path, capsys):
     page = (out / "ensemble.html").read_text(encoding="utf-8")
     assert page.count("<svg") == 9
     assert "angle_deg=normal(0, 1)" in page
-    assert len((out / "ensemble" / "quantiles.csv").read_text().splitlines()) == 1 + 5 * 5 * 9
+    assert len(read_table(out, "ensemble", "quantiles")) == 5 * 5 * 9
     assert barchain(["ensemble", "paper/fig05", "--vary", "angle=normal(0, 1)", *arguments]) == 2
     assert barchain(["ensemble", "paper/fig99", "--vary", "angle_deg=normal(0, 1)", *arguments]) == 2
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 import signal
@@ -21,13 +20,12 @@ from barchain.studies.ensemble import chunks as chunks_module
 from barchain.studies.ensemble import statistics, study
 from barchain.studies.ensemble.chunks import LEAST_RUNS, MOST_CHUNKS, chunks, run_chunk
 from barchain.studies.ensemble.population import populations
-from barchain.studies.ensemble.statistics import run_columns, run_table, run_text
 from barchain.studies.ensemble.study import EnsembleStudy, ensemble, ensemble_study
 from barchain.studies.ensemble.variation import VariationError
 from barchain.studies.study import Reporter, run_study
 from reports.tables.ensemble import FILES
-from reports.tables.files import ANSWERS
 from tests.support.kernel import needs_kernel
+from tests.support.results import answers_folder, read_record
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -44,13 +42,8 @@ def planned(runs: int = RUNS, **options: Any) -> EnsembleStudy:
     return ensemble_study("paper/fig05", VARY, runs, **chosen)
 
 
-def recorded(out: Path) -> dict[str, Any]:
-    found: dict[str, Any] = json.loads(FILES.record_path(out).read_text())
-    return found
-
-
 def table_bytes(out: Path) -> dict[str, bytes]:
-    return {table: FILES.path(out, table).read_bytes() for table in FILES.tables}
+    return {table: (out / FILES.series_name(table)).read_bytes() for table in FILES.series}
 
 
 def counting() -> tuple[Reporter, list[int]]:
@@ -95,13 +88,6 @@ def test_draws_do_not_depend_on_the_number_of_copies_drawn_at_a_time() -> None:
         np.testing.assert_array_equal(np.concatenate([getattr(c.part, name) for c in parts]), getattr(whole, name))
 
 
-def test_rows_are_the_text_that_pandas_writes() -> None:
-    chunk = next(chunks(planned(30)))
-    rows = run_columns(chunk, run_chunk(chunk)[1], planned(30).variations)
-    rows["reason"] = ["", "=1", "a, b", 'say "x"', *rows["reason"][4:]]
-    assert run_table([rows, rows]).to_csv(index=False).encode() == b"".join(run_text([rows, rows]))
-
-
 KILLED = """
 import os, signal, sys
 from contextlib import contextmanager
@@ -129,7 +115,7 @@ def test_a_killed_ensemble_goes_on_to_the_same_tables_and_makes_only_what_is_mis
     command = [sys.executable, "-c", KILLED, str(tmp_path / "cut")]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     assert subprocess.run(command, env=environment, check=False).returncode == -signal.SIGKILL
-    kept = len(list((tmp_path / "cut" / "ensemble" / ANSWERS).glob("*")))
+    kept = len(list(answers_folder(tmp_path / "cut", "ensemble").glob("*")))
     made: list[int] = []
 
     def noted(chunk):  # type: ignore[no-untyped-def]
@@ -142,9 +128,9 @@ def test_a_killed_ensemble_goes_on_to_the_same_tables_and_makes_only_what_is_mis
     assert len(made) == RUNS / LEAST_RUNS - kept
     run_study(planned(), tmp_path / "whole")
     assert table_bytes(tmp_path / "cut") == table_bytes(tmp_path / "whole")
-    assert not (tmp_path / "cut" / "ensemble" / ANSWERS).exists()
+    assert not answers_folder(tmp_path / "cut", "ensemble").exists()
     for entry in ("outcomes", "evaluations"):
-        assert recorded(tmp_path / "cut")[entry] == recorded(tmp_path / "whole")[entry]
+        assert read_record(tmp_path / "cut", "ensemble")[entry] == read_record(tmp_path / "whole", "ensemble")[entry]
 
 
 def interrupted_after(runs: int, out: Path, chosen: EnsembleStudy) -> None:
@@ -167,7 +153,7 @@ def test_an_interrupted_ensemble_asks_again_for_what_is_missing_or_damaged(
 ) -> None:
     interrupted_after(500, tmp_path / "cut", planned(1000))
     if damage is not None:
-        next((tmp_path / "cut" / "ensemble" / ANSWERS).iterdir()).write_bytes(damage)
+        next(answers_folder(tmp_path / "cut", "ensemble").iterdir()).write_bytes(damage)
     reporter, told = counting()
     run_study(planned(1000), tmp_path / "cut", reporter=reporter, resume=True)
     assert sum(told) == 1000

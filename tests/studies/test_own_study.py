@@ -6,6 +6,7 @@ import barchain
 from barchain.record.claim import ResultsInPlaceError
 from barchain.runs.executors import LocalProcesses
 from reports.tables.rows import RowError
+from tests.support.results import answers_folder
 
 SCENE = barchain.change_scene(barchain.load_scene("basics/two_bars_free"), {"run": {"duration_s": 50.0, "samples": 3}})
 HERE = LocalProcesses(1)
@@ -39,12 +40,12 @@ def test_a_study_that_goes_on_makes_what_is_missing_alone(tmp_path, monkeypatch)
         barchain.measure("turning", {"one": interrupted()}, tmp_path, executor=HERE)
     with pytest.raises(ResultsInPlaceError):
         barchain.measure("turning", {"one": turned("reference", rtol=1e-8)}, tmp_path, executor=HERE)
-    kept = sorted((tmp_path / "turning" / "answers").iterdir())
+    kept = sorted(answers_folder(tmp_path, "turning").iterdir())
     assert len(kept) == 1
     cases = {"one": turned("reference", rtol=1e-8), "two": turned("reference", rtol=1e-10)}
     rows = barchain.measure("turning", cases, tmp_path, executor=HERE, resume=True)
     assert len(rows) == 2
-    assert len(list((tmp_path / "turning" / "answers").iterdir())) == 2
+    assert len(list(answers_folder(tmp_path, "turning").iterdir())) == 2
 
 
 def test_an_engine_that_fails_costs_its_own_row(tmp_path):

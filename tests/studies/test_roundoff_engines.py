@@ -23,7 +23,7 @@ from barchain.studies.roundoff.states import EvaluationCase, StateKind, exact_ca
 from barchain.studies.roundoff.third_parties import THIRD_PARTIES, present
 from barchain.studies.roundoff.trajectories import ScaledScene, solution_of
 from reference_impl.precision.arithmetic import EXACT, FLOAT64, exact_numbers
-from reports.tables.roundoff import FILES, roundoff_rows
+from reports.tables.roundoff import FILES
 from scenarios import load_scene
 
 RATIOS = (1e-3, 1e-5, 1e-7)
@@ -155,7 +155,7 @@ def test_what_is_missing_or_refused_says_so(solution, monkeypatch):
 
 
 def curve(engine, frame, ratio, error, quantity="reaction"):
-    """Rows of engines.csv along an accuracy sweep."""
+    """Rows of the engines along an accuracy sweep."""
     head = {"engine": engine, "frame": frame, "ratio": ratio, "quantity": quantity, "known": True}
     steps = 1000.0 * 2.0 ** np.arange(8)
     return [head | {"steps_per_orbit": n, "rtol": np.nan, "median": error(n)} for n in steps]
@@ -188,7 +188,7 @@ def test_rows_tell_the_law_of_truncation_from_that_of_round_off(tmp_path):
     """Both are against steps, at one size."""
     store = StudyStore(FILES, tmp_path, provenance("barchain roundoff") | {"parts": {"engines": {}}})
     store.write("engine_laws", engine_laws(pd.DataFrame(curve("pymunk", "inertial", 1e-7, noisy(1e-15)))))
-    found = roundoff_rows(tmp_path).frame()
+    found = FILES.rows(tmp_path)
     fitted = found[found.metric == "engine_laws.exponent"]
     assert {"steps", "steps, truncation"} <= {tags.partition("against=")[2].partition(";")[0] for tags in fitted.tags}
 

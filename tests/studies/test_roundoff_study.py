@@ -1,6 +1,5 @@
 """The round-off study: laws that theory gives, longitudes that do not matter, and a study that keeps what it has."""
 
-import json
 import subprocess
 import sys
 
@@ -23,8 +22,9 @@ from barchain.studies.roundoff.trajectories import (
     solution_of,
 )
 from barchain.studies.study import Reporter, run_study
-from reports.tables.roundoff import COLUMNS, read_roundoff
+from reports.tables.roundoff import TABLES, read_roundoff
 from scenarios import load_scene
+from tests.support.results import read_record
 
 MEMBERS = 12
 
@@ -159,7 +159,7 @@ def test_errors_of_rounding_grow_with_time_as_a_random_walk_moves_things():
 
 
 def row(ratio, median, **more):
-    """One row of evaluation.csv."""
+    """One row of the evaluation."""
     head = {"state": "generic", "bars": 5, "ratio": ratio, "formulation": "absolute", "arithmetic": "float64"}
     return head | {"source": "both", "yardstick": "reaction", "median": median} | more
 
@@ -187,7 +187,7 @@ def test_a_formulation_that_loses_everything_has_no_law_but_a_remark():
 
 
 def trajectory(ratio, steps, median, known=True):
-    """One row of trajectories.csv."""
+    """One row of the trajectories."""
     head = {"ratio": ratio, "quantity": "attitude", "coordinates": "absolute", "arithmetic": "float64", "method": "rk4"}
     return head | {"steps_per_orbit": steps, "rtol": np.nan, "median": median, "known": known}
 
@@ -238,7 +238,7 @@ def test_a_study_writes_its_tables_and_a_task_that_fails_costs_its_own_rows(tmp_
     assert set(tables.laws.formulation) == {"relative", "absolute"}
     assert tables.record["finished"]
     assert tables.record["failed"] == [{"table": "evaluation", "task": "wrong", "reason": "KeyError: 'nonsense'"}]
-    assert tables.growth.columns.tolist() == list(COLUMNS["growth"])
+    assert tables.growth.columns.tolist() == list(TABLES["growth"].columns)
 
 
 def test_an_interrupted_study_keeps_what_it_has(tmp_path):
@@ -247,7 +247,7 @@ def test_an_interrupted_study_keeps_what_it_has(tmp_path):
 
     with pytest.raises(KeyboardInterrupt):
         run_study(small(), tmp_path, reporter=Reporter(interrupt))
-    record = json.loads((tmp_path / "roundoff" / "record.json").read_text())
+    record = read_record(tmp_path, "roundoff")
     assert not record["finished"]
     assert len(read_roundoff(tmp_path).evaluation) > 0
 

@@ -34,12 +34,14 @@ from barchain.studies.study import Reporter, run_study
 from reports.chapters.scaling import memory_text
 from reports.render import render, render_study
 from reports.tables.outcome import Outcome
-from reports.tables.scaling import FILES, POINT_COLUMNS
+from reports.tables.rows import NOT_RUN
+from reports.tables.scaling import FILES, POINTS
 from scenarios import load_scene
 from tests.studies.scaling_tables import MEGABYTE, SCENE, synthetic, write
 from tests.support.faulty_engines import Faulty
 from tests.support.page_policy import check_policy
 from tests.support.report_fixture import build
+from tests.support.results import read_table
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -208,7 +210,7 @@ def test_the_chapter_joins_the_report_of_a_comparison(tmp_path: Path) -> None:
 
 
 def test_a_folder_without_a_study_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(FileNotFoundError, match=r"scaling/points\.csv"):
+    with pytest.raises(FileNotFoundError, match="no results of scaling"):
         render_study("scaling", tmp_path)
 
 
@@ -287,8 +289,8 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[tuple[st
 @pytest.mark.slow
 def test_an_engine_that_fails_costs_its_own_rows_only(study: Any) -> None:
     folder, told = study
-    points = FILES.read(folder, "points")
-    assert list(points.columns) == list(POINT_COLUMNS)
+    points = read_table(folder, "scaling", "points")
+    assert list(points.columns) == list(POINTS.columns)
     found = {e: list(zip(own.bars, own.outcome, strict=True)) for e, own in points.groupby("engine")}
     assert found == {
         "reference": [(2, "pass"), (5, "pass"), (10, "pass")],
@@ -307,8 +309,8 @@ def test_an_engine_that_fails_costs_its_own_rows_only(study: Any) -> None:
 
 def test_a_good_point_has_all_that_was_asked_for(tmp_path: Path) -> None:
     run_study(scaling_study(["reference"], (2, 5), repeats=1), tmp_path)
-    own = FILES.read(tmp_path, "points")
-    assert list(own.columns) == list(POINT_COLUMNS)
+    own = read_table(tmp_path, "scaling", "points")
+    assert list(own.columns) == list(POINTS.columns)
     assert own.outcome.tolist() == ["pass", "pass"]
     assert (own.share == 1.0).all()
     assert set(own.per) == {"right-hand side"}
@@ -323,9 +325,9 @@ def test_a_good_point_has_all_that_was_asked_for(tmp_path: Path) -> None:
 
 def test_a_study_without_time_runs_nothing_and_says_why(tmp_path: Path) -> None:
     run_study(scaling_study(["reference", "exudyn"], (2, 5), minutes=0.0), tmp_path)
-    points = FILES.read(tmp_path, "points")
-    assert points.outcome.tolist() == ["nothing_compared"] * 2
-    assert set(points.reason) == {"not run: the study's 0 minutes were over"}
+    points = read_table(tmp_path, "scaling", "points")
+    assert points.outcome.tolist() == [NOT_RUN] * 2
+    assert set(points.reason) == {"the study's 0 minutes were over"}
     assert "No engine has three points" in render_study("scaling", tmp_path).page.read_text()
 
 
@@ -338,19 +340,19 @@ def test_a_study_that_was_cut_off_measures_only_what_is_missing(tmp_path: Path) 
 
     with pytest.raises(KeyboardInterrupt):
         run_study(plan, tmp_path, reporter=Reporter(cut))
-    first = FILES.read(tmp_path, "points")
+    first = read_table(tmp_path, "scaling", "points")
     assert first.bars.tolist() == [2]
     run_study(plan, tmp_path, resume=True)
-    points = FILES.read(tmp_path, "points")
+    points = read_table(tmp_path, "scaling", "points")
     assert points.outcome.tolist() == ["pass", "pass"]
     pd.testing.assert_frame_equal(points[:1], first)
     run_study(plan, tmp_path, resume=True)
-    pd.testing.assert_frame_equal(FILES.read(tmp_path, "points"), points)
+    pd.testing.assert_frame_equal(read_table(tmp_path, "scaling", "points"), points)
 
 
 def test_an_engine_says_how_many_bars_are_too_many_for_it(tmp_path: Path) -> None:
     run_study(scaling_study(["pymunk"], (100, 200)), tmp_path)
-    points = FILES.read(tmp_path, "points")
+    points = read_table(tmp_path, "scaling", "points")
     assert points.bars.tolist() == [100]
     assert points.outcome.tolist() == ["unsupported"]
     assert "sweeps" in points.reason[0]

@@ -30,10 +30,9 @@ from reference_impl.model import relative
 from reports.chapters.selftest import CHECKS as SIGNS
 from reports.chapters.selftest import view_selftest
 from reports.render import render_study
-from reports.tables.faults.selftest import CAUGHT, COLUMNS, FILES, MISSED, FaultOutcome, read_selftest
-from reports.tables.measured import spread_rows
+from reports.tables.faults.selftest import CAUGHT, FILES, MISSED, TABLES, FaultOutcome, read_selftest
 from reports.tables.outcome import Outcome
-from reports.tables.rows import Rows
+from reports.tables.rows import Rows, spread
 from scenarios import load_scene
 from tests.support.here import result_of
 from tests.support.page_policy import check_policy
@@ -297,16 +296,17 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.slow
 def test_the_command_writes_its_tables(folder: Path) -> None:
     tables = read_selftest(folder)
-    assert list(tables.selftest.columns) == list(COLUMNS)
+    for name, table in TABLES.items():
+        assert list(tables.tables[name].columns) == list(table.columns)
     assert tables.record["finished"]
     assert tables.record["passed"]
-    fates = tables.selftest.groupby("fault").fate.first().to_dict()
+    fates = tables.fates.groupby("fault").fate.first().to_dict()
     assert fates[UNMODIFIED] == "clean"
     assert fates["mass"] == "not applicable"
     assert {fates[n] for n in ("nan-com", "gravity-torque-sign", "scale-rate")} == {"killed"}
-    sizes = spread_rows(FILES, folder)
+    sizes = spread(FILES.rows(folder))
     assert set(sizes.fault[sizes.metric == CAUGHT]) == {"scale-rate"}
-    rate = tables.selftest.query("fault == 'scale-rate' and killed")
+    rate = tables.readings.query("fault == 'scale-rate' and killed == 'killed'")
     assert set(rate.quantity) == {"rate", "angular_momentum_about_com"}
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -31,10 +30,11 @@ from barchain.studies.study import run_study
 from reports.chapters.stability import view_stability
 from reports.render import render_study
 from reports.tables.outcome import Outcome
-from reports.tables.stability import EVIDENCE, OUTCOMES, Stability, read_stability
+from reports.tables.stability import TABLES, Stability, read_stability
 from scenarios import load_scene
 from tests.support import faulty_engines
 from tests.support.page_policy import check_policy
+from tests.support.results import read_record
 from tests.support.stability_engines import FREE, CanNot, CanNotFollow, registration, scene
 
 if TYPE_CHECKING:
@@ -142,7 +142,7 @@ def test_engines_that_can_not_are_left_out_and_no_engine_is_run_without_hope(tmp
     assert (late.stability, late.slow) == (Stability.FAILED, True)
     assert late.reason.startswith("not run: the coarse setting already took longer than 1 s")
     assert result.passed
-    runs = json.loads((tmp_path / "stability" / "record.json").read_text())["runs"]
+    runs = read_record(tmp_path, "stability")["runs"]
     assert [r["role"] for r in runs if r["engine"] == "hangs"] == ["coarse", "main", "finer"]
 
 
@@ -164,8 +164,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.slow
 def test_ours_are_stable_in_short_hard_scenes(folder: Path) -> None:
     tables = read_stability(folder)
-    assert list(tables.outcomes.columns) == list(OUTCOMES)
-    assert list(tables.evidence.columns) == list(EVIDENCE)
+    assert list(tables.outcomes.columns) == list(TABLES["outcomes"].columns)
+    assert list(tables.evidence.columns) == list(TABLES["evidence"].columns)
     own = tables.outcomes[tables.outcomes.engine.isin(list(ours()))]
     assert len(own) == 2 * len(list(ours()))
     assert set(own.stability) == {"stable"}

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-import pandas as pd
 import pytest
 
 from barchain.record.study_store import StudyStore
@@ -15,7 +13,9 @@ from barchain.runs.cases import Task, run_tasks
 from barchain.studies.study import Reporter, StudyEnd, run_study
 from reports.tables.files import StudyFiles
 from reports.tables.schema import KEY, SCHEMA_VERSION
+from reports.tables.table import Table
 from tests.support.here import HERE
+from tests.support.results import read_record
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -24,9 +24,7 @@ if TYPE_CHECKING:
 
 FILES = StudyFiles(
     "squares",
-    {"squares": ("number", "square", "word"), "roots": ("root",)},
-    ("word",),
-    frozenset({"roots"}),
+    {"squares": Table(("number",), "square", {"value": "square", "text": "word"}, sizes=("number",))},
 )
 
 
@@ -62,22 +60,17 @@ def square(number: int) -> bytes:
 SQUARED: list[int] = []
 
 
-def record_of(folder: Path) -> dict[str, Any]:
-    found: dict[str, Any] = json.loads((folder / "squares" / "record.json").read_text(encoding="utf-8"))
-    return found
-
-
 def test_a_study_leaves_its_tables_and_a_finished_record(tmp_path: Path) -> None:
     told: list[tuple[str, str, str]] = []
     assert run_study(
         SquaresStudy((3, 1)), tmp_path, command="typed", reporter=Reporter(lambda *a: told.append(a))
     ).passed
-    table = FILES.read(tmp_path, "squares")
+    table = FILES.contents(tmp_path).squares
     assert table.columns.tolist() == ["number", "square", "word"]
     assert table.square.tolist() == [9, 1]
     assert table.word.tolist() == ["", ""]  # an empty cell of text is no NaN
     assert [subject for subject, *_ in told] == ["3", "1"]
-    record = record_of(tmp_path)
+    record = read_record(tmp_path, "squares")
     assert record["finished"]
     assert record["command"] == "typed"
     assert record["seconds"] > 0.0
@@ -93,15 +86,15 @@ def test_an_interrupted_study_leaves_its_rows_and_goes_on_from_them(tmp_path: Pa
 
     with pytest.raises(KeyboardInterrupt):
         run_study(SquaresStudy((1, 2, 3)), tmp_path, reporter=Reporter(cut))
-    assert not record_of(tmp_path)["finished"]
-    assert FILES.read(tmp_path, "squares").number.tolist() == [1, 2]
+    assert not read_record(tmp_path, "squares")["finished"]
+    assert FILES.contents(tmp_path).squares.number.tolist() == [1, 2]
     SQUARED.clear()
     noted: list[str] = []
     run_study(SquaresStudy((1, 2, 3)), tmp_path, resume=True, reporter=Reporter(note=noted.append))
     assert SQUARED == [3]
     assert noted == ["kept 2 of 3 runs"]
-    assert FILES.read(tmp_path, "squares").square.tolist() == [1, 4, 9]
-    assert record_of(tmp_path)["finished"]
+    assert FILES.contents(tmp_path).squares.square.tolist() == [1, 4, 9]
+    assert read_record(tmp_path, "squares")["finished"]
 
 
 def test_the_earlier_record_is_read_before_it_is_written_anew(tmp_path: Path) -> None:
@@ -111,14 +104,3 @@ def test_the_earlier_record_is_read_before_it_is_written_anew(tmp_path: Path) ->
     second.write_record()
     assert second.earlier["runs"] == [1, 2]
     assert StudyStore(FILES, tmp_path, {}).earlier == {}
-
-
-def test_a_missing_table_is_empty_only_if_it_is_optional(tmp_path: Path) -> None:
-    store = StudyStore(FILES, tmp_path)
-    assert store.read("roots").columns.tolist() == ["root"]
-    with pytest.raises(FileNotFoundError):
-        store.read("squares")
-    store.write("squares", ())
-    assert store.has("squares")
-    store.append("squares", [{"number": 2, "square": 4}])
-    pd.testing.assert_series_equal(store.read("squares").number, pd.Series([2], name="number"))

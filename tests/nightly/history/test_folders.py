@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import json
+import shutil
 from typing import TYPE_CHECKING
 
 import pytest
@@ -17,6 +17,7 @@ from reports.tables.reading import DamagedResultsError
 from tests.nightly.history.histories import as_series, summaries
 from tests.nightly.history.synthetic import FIRST
 from tests.storage.small_plans import SMALL
+from tests.support.results import change_record, change_rows, read_record, series_folder
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -69,7 +70,7 @@ def test_a_comparison_gives_errors_with_their_rounding_verdicts_counts_and_bits(
 
 
 def test_the_record_gives_environment_versions_and_scenes(compared: Path) -> None:
-    night, record = read_night(compared), json.loads((compared / "record.json").read_text())
+    night, record = read_night(compared), read_record(compared)
     assert night.environment.cpu == record["environment"]["cpu"]
     assert night.environment.libc == record["machine"]["libc"]
     assert night.environment.cpu_flags
@@ -80,15 +81,11 @@ def test_the_record_gives_environment_versions_and_scenes(compared: Path) -> Non
 
 def test_the_same_folder_is_the_same_night_and_an_interrupted_one_is_incomplete(compared: Path, tmp_path: Path) -> None:
     assert read_night(compared) == read_night(compared)
-    record = json.loads((compared / "record.json").read_text())
     copied = tmp_path / "copied"
     copied.symlink_to(compared)
     assert read_night(copied).identity == read_night(compared).identity
-    half = tmp_path / "half"
-    half.mkdir()
-    for name in ("metrics.csv", "trajectories"):
-        (half / name).symlink_to(compared / name)
-    (half / "record.json").write_text(json.dumps(record | {"complete": False}))
+    half = shutil.copytree(compared, tmp_path / "half")
+    change_record(half, complete=False)
     assert not read_night(half).complete
 
 
@@ -108,7 +105,7 @@ def test_the_digest_of_a_trajectory_does_not_depend_on_its_file(compared: Path) 
 
     from reports.tables.rows import frame_digest
 
-    path = compared / "trajectories/basics/two_bars_free/rebound.parquet"
+    path = series_folder(compared) / "trajectories/basics/two_bars_free/rebound.parquet"
     frame = pd.read_parquet(path)
     assert frame_digest(frame) == named(read_night(compared), "trajectory", "rebound").word
     assert frame_digest(frame[frame.columns[::-1]]) == frame_digest(frame)
@@ -117,12 +114,10 @@ def test_the_digest_of_a_trajectory_does_not_depend_on_its_file(compared: Path) 
     assert frame_digest(last_bit) != frame_digest(frame)
 
 
-def test_a_damaged_table_is_no_night(compared: Path, tmp_path: Path) -> None:
-    folder = tmp_path / "damaged"
-    folder.mkdir()
-    (folder / "record.json").write_bytes((compared / "record.json").read_bytes())
-    (folder / "metrics.csv").write_text((compared / "metrics.csv").read_text().replace("pass", "fail"))
-    with pytest.raises(DamagedResultsError, match=r"metrics.csv"):
+def test_changed_rows_are_no_night(compared: Path, tmp_path: Path) -> None:
+    folder = shutil.copytree(compared, tmp_path / "damaged")
+    change_rows(folder, lambda rows: rows.replace("pass", "fail"))
+    with pytest.raises(DamagedResultsError, match=r"comparison\.parquet"):
         read_night(folder)
 
 

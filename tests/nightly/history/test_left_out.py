@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 from typing import TYPE_CHECKING, Any
 
-import pandas as pd
 import pytest
 
 from barchain.cli.main import run
@@ -14,14 +12,18 @@ from barchain.nightly.changes import PATIENCE, Direction, level_changes
 from barchain.nightly.figures import Figure, FigureKind
 from barchain.nightly.judging import judge_night
 from barchain.nightly.results import figures_of
-from reports.tables.cost import BUSY, FILES, FOLLOWED, cost_rows
+from reports.tables.cost import BUSY, FILES, FOLLOWED
 from reports.tables.reading import TABLES
 from reports.tables.rows import NOT_RUN
 from tests.nightly.history.histories import as_series, history_of
 from tests.nightly.history.synthetic import NAMES, count, identity, verdict
+from tests.support.results import write_results
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
+
+    import pandas as pd
 
 NO_TIME = f"{NOT_RUN}: past the time limit, 2 s: about 2.1 s expected"
 
@@ -75,9 +77,14 @@ def study(measured: Path, tmp_path: Path) -> Path:
     return shutil.copytree(measured, tmp_path / "out")
 
 
-def change_record(folder: Path, **entries: Any) -> None:
-    path = FILES.record_path(folder)
-    path.write_text(json.dumps(json.loads(path.read_text("utf-8")) | entries), "utf-8")
+def change(
+    folder: Path, points: Callable[[pd.DataFrame], pd.DataFrame] = lambda points: points, **entries: Any
+) -> None:
+    """Change the points and the record of a study, as if they had been measured so."""
+    found = FILES.contents(folder)
+    tables = {name: found.tables[name] for name in FILES.tables}
+    record = {name: value for name, value in found.record.items() if name != TABLES}
+    write_results(folder, FILES, tables | {"points": points(tables["points"])}, record | entries)
 
 
 def named(folder: Path) -> dict[str, Figure]:
@@ -85,13 +92,13 @@ def named(folder: Path) -> dict[str, Figure]:
 
 
 def cost_figures(folder: Path) -> tuple[Figure, ...]:
-    return figures_of(cost_rows(folder).frame(), FOLLOWED)
+    return figures_of(FILES.rows(folder), FOLLOWED)
 
 
 @pytest.mark.parametrize(("others", "judged"), [(0.0, True), (BUSY, True), (BUSY + 0.1, False), (None, True)])
 def test_ratios_of_a_busy_machine_are_missing_with_the_reason(others: float | None, judged: bool, study: Path) -> None:
     assert FILES.sound_record(study)["other_processors"] >= 0.0
-    change_record(study, other_processors=others)
+    change(study, other_processors=others)
     ratios = [figure for figure in cost_figures(study) if figure.identity.kind is FigureKind.RATIO]
     assert ratios
     assert all(figure.missing is not judged for figure in ratios)
@@ -99,12 +106,13 @@ def test_ratios_of_a_busy_machine_are_missing_with_the_reason(others: float | No
 
 
 def test_a_point_without_time_has_no_verdict_and_its_engine_no_word_on_finer_errors(study: Path) -> None:
-    before, path = named(study), FILES.path(study, "points")
-    points = pd.read_csv(path, keep_default_na=False)
-    last = points.index[(points["engine"] == "pymunk") & (points["outcome"] == "pass")][-1]
-    points.loc[last, ["outcome", "reason"]] = ["nothing_compared", NO_TIME]
-    points.to_csv(path, index=False)
-    change_record(study, **{TABLES: None})
+    def without_time(points: pd.DataFrame) -> pd.DataFrame:
+        last = points.index[(points["engine"] == "pymunk") & (points["outcome"] == "pass")][-1]
+        points.loc[last, ["outcome", "reason"]] = ["nothing_compared", NO_TIME]
+        return points
+
+    before = named(study)
+    change(study, without_time)
     after = named(study)
     missing = {name for name, figure in after.items() if figure.not_run and not before[name].not_run}
     assert any(name.endswith("cost.outcome") for name in missing)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING, Any
 
-import pandas as pd
 import pytest
 
 from barchain.nightly.alarm import alarm_test
@@ -13,10 +11,10 @@ from barchain.nightly.jobs import NightJob
 from barchain.nightly.night import result_of
 from barchain.runs.processes import Finished
 from barchain.studies.selftest import matrix
-from reports.tables.faults.selftest import COLUMNS, FILES
+from reports.tables.faults.selftest import FILES
 from reports.tables.nights.facts import AlarmTest, PartState
-from reports.tables.schema import SCHEMA_VERSION
 from tests.nightly.history.synthetic import night
+from tests.support.results import write_results
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -27,14 +25,9 @@ JOB = NightJob("alarm", "alarm", "selftest", 1.0, ("selftest",), (), 4)
 
 def selftest(folder: Path, *cells: tuple[str, str, str], complete: bool) -> Path:
     """Folder of a self-test with some cells: fault, scene and fate."""
-    blank = dict.fromkeys(COLUMNS, "") | {"killed": False, "ratio": 1.0}
-    rows = [blank | {"fault": fault, "scene": scene, "fate": fate} for fault, scene, fate in cells]
-    path = FILES.path(folder, "selftest")
-    path.parent.mkdir(parents=True)
-    pd.DataFrame(rows, columns=list(COLUMNS)).to_csv(path, index=False)
-    record = {"schema_version": SCHEMA_VERSION, "complete": complete, "scenes": {name: {} for name in SCENES}}
-    FILES.record_path(folder).write_text(json.dumps(record), "utf-8")
-    return folder
+    rows = [{"fault": fault, "scene": scene, "fate": fate} for fault, scene, fate in cells]
+    record = {"complete": complete, "scenes": {name: {} for name in SCENES}}
+    return write_results(folder, FILES, {"fates": rows}, record)
 
 
 def everywhere(fault: str, fate: str) -> list[tuple[str, str, str]]:

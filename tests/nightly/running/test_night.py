@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import os
 import random
 import shutil
@@ -25,6 +24,7 @@ from barchain.nightly.plan import load_plan
 from barchain.nightly.state import read_state, write_state
 from barchain.runs.processes import Finished, run_barchain
 from reports.tables.nights.facts import PartState, read_nightly
+from tests.support.results import read_record, record_file
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -134,7 +134,7 @@ def test_a_night_that_is_killed_goes_on_with_what_it_has(
     ended = one_night(plan, tmp_path)
     assert ended.folder == folder
     assert ended.run.complete
-    assert json.loads((folder / "core" / "record.json").read_text("utf-8"))["complete"]
+    assert read_record(folder / "core")["complete"]
     with open_store(str(tmp_path / "history")) as store:
         assert [night.complete for night in store.nights()] == [True]
 
@@ -233,7 +233,7 @@ def test_what_did_not_fit_goes_first_on_the_next_night(
     monkeypatch.undo()
     second = one_night(plan, tmp_path)
     assert second.run.complete
-    assert sorted(p.name for p in second.folder.iterdir() if (p / "record.json").exists()) == ["core", "core-left"]
+    assert sorted(p.name for p in second.folder.iterdir() if record_file(p).exists()) == ["core", "core-left"]
 
 
 def test_a_job_without_time_is_left_and_named(plan: NightPlan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
