@@ -122,7 +122,7 @@ def test_changed_rows_are_no_night(compared: Path, tmp_path: Path) -> None:
 
 
 def test_a_folder_without_results_is_one_line(tmp_path: Path) -> None:
-    with pytest.raises(HistoryError, match="no results there; a night is made from those of: comparison, cost"):
+    with pytest.raises(HistoryError, match="no results there; give a folder with results of: comparison, cost"):
         read_night(tmp_path)
     with pytest.raises(HistoryError, match="no such folder"):
         read_night(tmp_path / "none")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, ClassVar
 
 import pytest
 
@@ -17,6 +17,7 @@ from tests.nightly.history.synthetic import night
 from tests.support.results import write_results
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
     from pathlib import Path
 
 SCENES = ("basics/a", "basics/b")
@@ -74,16 +75,17 @@ def test_a_night_that_misses_many_faults_names_some_and_counts_the_others(count:
 
 
 def test_an_interrupted_self_test_keeps_the_cells_that_it_has() -> None:
-    written: list[dict[str, Any]] = []
+    written: dict[str, list[dict[str, str]]] = {}
 
     class Cell:
-        def rows(self) -> list[dict[str, Any]]:
-            return [{"fault": "cut"}]
+        row: ClassVar = {"fault": "cut"}
+
+        def reading_rows(self) -> list[dict[str, str]]:
+            return [{"check": "bound"}]
 
     class Store:
-        def write(self, table: str, rows: Any) -> None:
-            assert table == "selftest"
-            written.extend(rows)
+        def write(self, table: str, rows: Iterable[dict[str, str]]) -> None:
+            written[table] = list(rows)
 
     def interrupted() -> None:
         with matrix.kept_if_interrupted(Store(), {0: Cell()}):
@@ -91,4 +93,4 @@ def test_an_interrupted_self_test_keeps_the_cells_that_it_has() -> None:
 
     with pytest.raises(KeyboardInterrupt):
         interrupted()
-    assert written == [{"fault": "cut"}]
+    assert written == {"fates": [{"fault": "cut"}], "readings": [{"check": "bound"}]}

@@ -48,7 +48,7 @@ def test_rates_have_the_intervals_of_the_textbook() -> None:
         expected = [(centre + s * half) / (1 + z**2 / n) for s in (-1.0, 1.0)]
         assert Rate("missed", "all", "all", n, k).interval == pytest.approx(expected, abs=1e-12)
     assert Rate("missed", "all", "all", 0, 0).interval == (0.0, 1.0)
-    assert list(Rate("missed", "all", "all", 2, 1).row()) == XX
+    assert set(Rate("missed", "all", "all", 2, 1).row()) == set(TABLES["rates_of_parts"].columns) - {"why"}
 
 
 def test_rates_count_what_could_have_happened() -> None:
