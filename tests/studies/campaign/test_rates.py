@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from barchain.studies.selftest.rating import Rate, passed, rates, sizes
-from reports.tables.faults.campaign import CellClass
+from reports.tables.faults.campaign import TABLES, CellClass
 from reports.tables.outcome import Outcome
 from tests.studies.campaign.drawn import cells, with_fault
 
