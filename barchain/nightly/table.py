@@ -275,7 +275,7 @@ class Building:
 
         rows = pq.ParquetFile(io.BytesIO(content), page_checksum_verification=True).read()
         cached = json.loads(rows.schema.metadata[CACHE_FORMAT])
-        series = self.series_of(rows["series"].to_pylist())
+        series = numbered(rows["series"], self.keys)
         first, last = (np.from_dlpack(rows[name].combine_chunks()) for name in ("first", "last"))
         begins, ends = series * len(cached) + first, series * len(cached) + last + 1
         lengths = np.diff(np.stack([begins, ends], axis=1).ravel(), prepend=0, append=len(self.keys) * len(cached))
@@ -300,7 +300,8 @@ class Building:
         import pyarrow.parquet as pq  # noqa: PLC0415
 
         rows = pq.ParquetFile(io.BytesIO(content), read_dictionary=list(WORDS)).read()
-        series = self.series_of(pc.binary_join_element_wise(*(rows[name] for name in IDENTITY), BETWEEN).to_pylist())
+        keys = pc.binary_join_element_wise(*(rows[name] for name in IDENTITY), BETWEEN)
+        series = numbered(keys.dictionary_encode(), self.keys)
         columns, more = self.columns(rows), len(self.keys) - len(self.cells)
         if more:
             self.cells = np.pad(self.cells, ((0, more), (0, 0)), constant_values=-1)
@@ -319,10 +320,6 @@ class Building:
         self.count += int(np.count_nonzero(~same))
         self.known.add(night.name)
 
-    def series_of(self, keys: Sequence[str]) -> Codes:
-        """Numbers of series by their keys."""
-        return np.array([self.keys.setdefault(key, len(self.keys)) for key in keys], np.int32)
-
     def columns(self, rows: pa.Table) -> dict[str, NDArray[Any]]:
         """Columns of results; texts as their numbers.
 
@@ -333,11 +330,7 @@ class Building:
             name: rows[name].to_numpy() if rows[name].null_count else np.from_dlpack(rows[name].combine_chunks())
             for name in NUMBERS
         }
-        for name in WORDS:
-            own = rows[name].combine_chunks()
-            number = [self.texts.setdefault(text, len(self.texts)) for text in own.dictionary.to_pylist()]
-            found[name] = np.array(number, np.int32)[np.from_dlpack(own.indices)]
-        return found
+        return found | {name: numbered(rows[name], self.texts) for name in WORDS}
 
     def table(self) -> FigureTable:
         """Table of what was added; series that no night has any more are left out."""
@@ -345,6 +338,14 @@ class Building:
         identities = tuple(identity_of(key.split(BETWEEN)) for key, own in zip(self.keys, there, strict=True) if own)
         results = {name: np.concatenate([np.zeros(0, TYPES[name]), *own]) for name, own in self.results.items()}
         return FigureTable(self.nights, identities, self.cells[there], results, tuple(self.texts))
+
+
+def numbered(column: pa.ChunkedArray, known: dict[str, int]) -> Codes:
+    """Numbers of the texts of a column; new texts get the next numbers."""
+    own = column.combine_chunks()
+    numbers = [known.setdefault(text, len(known)) for text in own.dictionary.to_pylist()]
+    found: Codes = np.array(numbers, np.int32)[np.from_dlpack(own.indices)]
+    return found
 
 
 def cache_content(table: FigureTable) -> bytes:
