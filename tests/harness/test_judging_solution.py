@@ -35,11 +35,14 @@ from barchain.solutions.judging import (
     why_not_certified,
 )
 from barchain.solutions.reference import (
+    ROUNDED,
+    UNIT_ROUNDOFF,
     SolutionSource,
     amplification_of,
     closely_sampled,
     densely_sampled,
     establish,
+    joint_condition,
     with_perturbed_start,
 )
 from barchain.solutions.shipped import read_solution, rounded_up, shipped_files, shipped_path, shipped_solution
@@ -226,8 +229,14 @@ def test_extended_precision_meets_the_certified_solution_within_both_error_bars(
         if quantity in made.error:
             allowed = made.error[quantity] + certified.error[quantity][: len(inside)]
             assert np.all(apart[: len(inside)][inside] <= allowed[inside]), quantity
-    if made.amplification[inside][-1] < 100.0:
-        assert made.error["attitude"][inside][-1] < 2e-13  # radians: a thousand roundings of double precision
+    grown = made.amplification[inside][-1]
+    if grown < 100.0:
+        most_rad, scene = 2e-13, certified.scene  # a thousand roundings of double precision
+        if scene.effects.impulse:  # solved in double precision, as well as the joints are conditioned
+            assert made.trajectory.angle_rad is not None
+            size = float(np.abs(made.trajectory.angle_rad).max())
+            most_rad = max(most_rad, 1.1 * ROUNDED * UNIT_ROUNDOFF * joint_condition(scene) * (grown + size))
+        assert made.error["attitude"][inside][-1] < most_rad
 
 
 UNEQUAL = {"bars": 3, "mass_kg": [1000.0, 1.0, 1000.0], "length_m": 10.0, "angle_deg": [10.0, 40.0, 80.0]}
