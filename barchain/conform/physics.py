@@ -11,7 +11,7 @@ from adapters.common.equal_steps import finer_setting
 from adapters.engine import Coordinates, EngineError
 from barchain.conform.checks import FAILED, NOT_RUN, PASSED, UNSUPPORTED, WARNING, Check, CheckState
 from barchain.conform.errors import judged_class
-from barchain.conform.noise import needed_noise, noise_fault
+from barchain.conform.noise import agrees_but_forces, needed_noise, noise_fault
 from barchain.conform.runs import TIME_LIMITS, results
 from barchain.conform.scenes import STAGES, TOGETHER, candidates, left_out, rejection, setting_of, solved
 from barchain.judge.compare import judge
@@ -155,7 +155,8 @@ def scene_check(engine: Examined, name: str, runs: dict[Role, RunResult]) -> Che
     state, said = state_without_failure(verdict, scene, loaded.coordinates)
     run = evidence.main.trajectory
     if state is UNSUPPORTED and run is not None:  # every declared effect must be judged
-        return Check(short(name), FAILED, said, f"{PAGE}#declarations", scene=name)
+        alright = agrees_but_forces(loaded, setting, evidence, solution)
+        return Check(short(name), WARNING if alright else FAILED, said, f"{PAGE}#declarations", scene=name)
     if state in (PASSED, WARNING):
         state, said = needed_noise(verdict, loaded, setting, evidence, solution) or (state, said)
         if state is FAILED:

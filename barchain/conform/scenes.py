@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 
 from adapters.engine import AccuracyParameter
 from barchain.judge.error_model import ErrorModel
-from barchain.judge.scales import declared_noise, scales, too_noisy
 from barchain.runs.job import RunResult
 from barchain.solutions.judging import solution_jobs, solution_of
 from barchain.solutions.reference import closely_sampled
@@ -182,8 +181,7 @@ def setting_of(engine: type[Engine], scene: Scene) -> Setting:
 
     The default, or the first of the next finer settings at which two right runs agree in most of the scene. Beyond
     the predictability limit only restarts, the track and invariants are judged, and a weak force that is missing may
-    pass. Where no setting up to :data:`MOST_FINER` agrees so long, the finest of these. A finer setting at which the
-    engine declares too much noise is not taken.
+    pass. Where no setting up to :data:`MOST_FINER` agrees so long, the finest of these.
 
     Parameters
     ----------
@@ -192,10 +190,7 @@ def setting_of(engine: type[Engine], scene: Scene) -> Setting:
     scene : Scene
         Of conformance.
     """
-    default, *finer = from_default_on(engine)
-    if lasts(engine, default, scene):
-        return default
-    tried = [default, *(setting for setting in finer if not noisy(engine, setting, scene))]
+    tried = list(from_default_on(engine))
     return next((setting for setting in tried if lasts(engine, setting, scene)), tried[-1])
 
 
@@ -213,10 +208,3 @@ def lasts(engine: type[Engine], setting: Setting, scene: Scene) -> bool:
     solution = solved(scene)
     errors = ErrorModel(engine, setting, solution, solution.trajectory)
     return bool(errors.limit_s >= LASTING * errors.t_s[-1])
-
-
-def noisy(engine: type[Engine], setting: Setting, scene: Scene) -> bool:
-    """Whether an engine declares more noise at a setting than is believed."""
-    solution = solved(scene)
-    said = declared_noise(engine, setting, solution, solution.trajectory.t_s)
-    return too_noisy(said, scales(solution)) is not None
