@@ -116,7 +116,7 @@ def judge_files(
     page = None
     if out is not None:
         study = FileComparison([loaded], {}, name=name, found=found)
-        page = run_and_render(study, out, render, overwrite=overwrite, command=command)[1]
+        page = run_and_render(study, out, render, resume=None, overwrite=overwrite, command=command)[1]
     rows = found.verdict.rows
     reasons = {row["quantity"]: row["reason"] for row in rows if row["reason"]}  # the last one of each counts
     return FileResult(

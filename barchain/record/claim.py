@@ -63,13 +63,13 @@ def locked(folder: Path) -> Iterator[None]:
 
 @contextlib.contextmanager
 def claimed(
-    files: StudyFiles, out: Path, parts: Collection[str] | None = None, *, resume: bool, overwrite: bool
+    files: StudyFiles, out: Path, parts: Collection[str] | None = None, *, resume: bool | None, overwrite: bool
 ) -> Iterator[None]:
     """Hold the lock of the result folder `out`, in which a study, or a comparison, may write.
 
     Arguments and errors are those of :func:`claim_results` and :func:`locked`.
     """
-    need_one_mode(resume=resume, overwrite=overwrite)
+    need_one_mode(resume=bool(resume), overwrite=overwrite)
     with locked(out):
         claim_results(files, out, parts, resume=resume, overwrite=overwrite)
         yield
@@ -80,7 +80,7 @@ def claim_results(
     out: Path,
     parts: Collection[str] | None = None,
     *,
-    resume: bool = False,
+    resume: bool | None = False,
     overwrite: bool = False,
 ) -> None:
     """Make sure that a study, or a comparison, may write into the result folder `out`, as :func:`claim`.
@@ -92,7 +92,9 @@ def claim_results(
         A folder whose lock is held: no other process is writing into it.
     parts : collection of str, optional
         Parts of the study that are run; tables of the others stay.
-    resume, overwrite : bool
+    resume : bool, optional
+        None of a command that can't go on from what is there.
+    overwrite : bool
 
     Raises
     ------

@@ -112,7 +112,7 @@ def run_and_render(
     *,
     command: str = "",
     reporter: Reporter | None = None,
-    resume: bool = False,
+    resume: bool | None = False,
     overwrite: bool = False,
 ) -> tuple[ResultT_co, RenderedT]:
     """Run a study, and write its tables and record into ``out/<name>``.
@@ -129,8 +129,8 @@ def run_and_render(
         Command line, for the record.
     reporter : Reporter, optional
         Callbacks for progress; none by default.
-    resume : bool
-        Take the answers that an earlier study left in `out`, and make what is missing.
+    resume : bool, optional
+        Take the answers that an earlier study left in `out`, and make what is missing; None of a study that can't.
     overwrite : bool
         Delete the study's earlier results in `out` first.
 
@@ -152,7 +152,7 @@ def run_and_render(
     start, complete, told = time.perf_counter(), False, reporter or Reporter()
     with claimed(study.files, out, getattr(study, PARTS, None), resume=resume, overwrite=overwrite):
         own = study.record()
-        store = StudyStore(study.files, out, provenance(command, own.pop("packages", None)) | own, resume=resume)
+        store = StudyStore(study.files, out, provenance(command, own.pop("packages", None)) | own, resume=bool(resume))
         placed: Any = study
         if hasattr(study, "executor"):
             placed = dataclasses.replace(placed, executor=KeptAnswers(store.answers, placed.executor))

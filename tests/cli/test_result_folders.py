@@ -7,6 +7,7 @@ import pytest
 from barchain.cli.main import cli, run
 from barchain.nightly.releases import ReleasesPlan
 from barchain.record.claim import ResultsInPlaceError, claim, claim_results
+from barchain.solutions.certified_table import CERTIFIED_SOLUTIONS
 from reports.tables import cost, crossval
 from tests.support.kernel import skip_without_kernel
 from tests.support.results import record_file, write_record
@@ -24,11 +25,13 @@ HELD = {
     "selftest --random 1 --out OUT": "rows/campaign.parquet",
     f"ensemble {QUICK} --vary angle_deg=normal(0,1) --runs 2 --out OUT": "series/ensemble/runs.parquet",
     "releases scipy --out OUT": "rows/releases.parquet",
+    f"judge {QUICK} {CERTIFIED_SOLUTIONS / QUICK}.csv --out OUT": "record/comparison.json",
     f"simulate {QUICK} --out OUT/run.csv": "run.csv",
+    f"export {QUICK} --out OUT": f"{QUICK}/README.md",
     f"certified {QUICK} --out OUT": f"{QUICK}.csv",
 }
 NO_RELEASES = ReleasesPlan("scipy", "scipy", (), (QUICK,))
-WRITES_ONE_FILE = {"simulate", "certified"}
+CAN_NOT_GO_ON = {"simulate", "certified", "judge", "export"}
 
 
 @pytest.mark.parametrize(("command", "held"), HELD.items(), ids=lambda text: text.partition(" ")[0])
@@ -45,7 +48,7 @@ def test_results_that_are_there_are_kept_and_the_command_exits_with_2(command, h
     error = capsys.readouterr().err
     assert error.count("\n") == 1, error
     assert "--overwrite replaces" in error
-    assert ("--resume goes on" in error) is (command.split()[0] not in WRITES_ONE_FILE)
+    assert ("--resume goes on" in error) is (command.split()[0] not in CAN_NOT_GO_ON)
     assert kept.read_text() == "earlier results"
 
 
