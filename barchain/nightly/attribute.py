@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from barchain.nightly.bisection import AttributionVerdict, find_causes
 from barchain.nightly.cells import (
+    NO_SCENES,
     REPEATS,
     CellError,
     CellPlace,
@@ -18,6 +19,7 @@ from barchain.nightly.cells import (
     command_of,
     middle,
     pins_of,
+    scene_of,
     shows,
     swaps_of,
 )
@@ -33,7 +35,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from barchain.nightly.bisection import Causes
-    from barchain.nightly.cells import Swap
+    from barchain.nightly.cells import OwnScenes, Swap
     from barchain.nightly.changes import Change, JudgedNight
     from barchain.nightly.figures import Figure, NightSummary
     from barchain.nightly.history import NightStore
@@ -42,36 +44,35 @@ if TYPE_CHECKING:
 ORDER = (FigureKind.ERROR, FigureKind.VERDICT, FigureKind.COUNT, FigureKind.VALUE, FigureKind.BITS, FigureKind.RATIO)
 
 
-def worth_attributing(judged: JudgedNight, most: int) -> list[Change]:
+def worth_attributing(judged: JudgedNight, most: int, scenes: OwnScenes = NO_SCENES) -> list[Change]:
     """Changes of a night with suspects that can be exchanged: one for each engine and set of suspects.
 
-    Errors stand for verdicts and counts, and the largest factor for its scenes. Bits and times have a change of their
-    own: another part may have made it.
+    Scenes of files are measured if `scenes` has their files. Errors stand for verdicts and counts, and the largest
+    factor for its scenes. Bits and times have a change of their own: another part may have made it.
     """
     nights = {night.name: night for night in (*judged.compared_with, judged.night)}
     found: dict[tuple[str, str, tuple[str, ...]], Change] = {}
     for change in sorted(judged.tonight, key=rank):
-        swaps, _ = swaps_of(suspicion(change, nights).suspects)
-        if swaps and measurable(change) and not change.irreproducible:
+        swaps, _ = swaps_of(suspicion(change, nights).suspects, scenes)
+        unmeasured = why_not_measured(change, swaps, nights[change.since], scenes)
+        if swaps and not unmeasured and not change.irreproducible:
             own = str(change.identity.kind) if change.identity.kind in OWN else ""
             found.setdefault((change.identity.engine, own, tuple(swap.name for swap in swaps)), change)
     return list(found.values())[:most]
 
 
-def reasons_against(judged: JudgedNight) -> list[str]:
+def reasons_against(judged: JudgedNight, scenes: OwnScenes = NO_SCENES) -> list[str]:
     """Why the changes of a night can't be attributed: a line for each reason, without repetitions."""
     nights = {night.name: night for night in (*judged.compared_with, judged.night)}
     found: list[str] = []
     for change in judged.tonight:
-        try:
-            command_of(change.identity)
-        except CellError as error:
-            found.append(str(error).partition(": ")[2])
-            continue
-        if change.irreproducible:
+        swaps, fixed = swaps_of(suspicion(change, nights).suspects, scenes)
+        if unmeasured := why_not_measured(change, swaps, nights[change.since], scenes):
+            found.append(unmeasured)
+        elif change.irreproducible:
             found.append("a run is not reproducible: equal parts gave other bits")
         else:
-            found += swaps_of(suspicion(change, nights).suspects)[1] or ["no part is known to differ"]
+            found += fixed or ["no part is known to differ"]
     return list(dict.fromkeys(found))
 
 
@@ -82,13 +83,13 @@ def rank(change: Change) -> tuple[bool, int, float]:
     return change.direction is not Direction.WORSE, place, -abs((change.factor or 1.0) - 1.0)
 
 
-def measurable(change: Change) -> bool:
-    """Whether a command measures the figure by itself."""
+def why_not_measured(change: Change, swaps: list[Swap], since: NightSummary, scenes: OwnScenes) -> str:
+    """Why no command measures a figure by itself; empty if one does."""
     try:
-        command_of(change.identity)
-    except CellError:
-        return False
-    return True
+        command_of(change.identity, scene_of(change.identity, frozenset(), swaps, since, scenes))
+    except CellError as error:
+        return str(error).partition(": ")[2]
+    return ""
 
 
 @dataclass(frozen=True)
@@ -113,6 +114,7 @@ def attribute(
     changes: Iterable[Change],
     note: Callable[[str], None] = ignore,
     told: Callable[[Attributed], None] = ignore_attributed,
+    scenes: OwnScenes = NO_SCENES,
 ) -> list[Attributed]:
     """Attribute changes by real runs, and keep each result in the history as soon as it is there.
 
@@ -126,6 +128,8 @@ def attribute(
         Called with a sentence on each cell.
     told : callable
         Called with each attribution when it is there.
+    scenes : dict
+        Files of scenes of one's own.
 
     Raises
     ------
@@ -138,7 +142,9 @@ def attribute(
         for change in changes:
             with tempfile.TemporaryDirectory(dir=temporary_root(), ignore_cleanup_errors=True) as scratch:
                 try:
-                    one = attribute_change(change, nights[change.last], nights[change.since], Path(scratch), note)
+                    one = attribute_change(
+                        change, nights[change.last], nights[change.since], Path(scratch), note, scenes
+                    )
                 except HistoryError as error:
                     faults.append(str(error))
                     continue
@@ -151,19 +157,20 @@ def attribute(
 
 
 def attribute_change(
-    change: Change, last: NightSummary, since: NightSummary, scratch: Path, note: Callable[[str], None]
-) -> Attributed:
+    change: Change, last: NightSummary, since: NightSummary, scratch: Path, note: Callable[[str], None],
+    scenes: OwnScenes = NO_SCENES,
+) -> Attributed:  # fmt: skip
     """Attribute one change between two nights."""
     identity = change.identity
-    command_of(identity)  # a figure that can't be measured by itself is told before anything is made
-    suspects = suspicion(change, {last.name: last, since.name: since}).suspects
-    swaps, fixed = swaps_of(suspects)
+    swaps, fixed = swaps_of(suspicion(change, {last.name: last, since.name: since}).suspects, scenes)
+    if unmeasured := why_not_measured(change, swaps, since, scenes):  # told before anything is made
+        raise HistoryError(f"{identity.name}: {unmeasured}")
     if not swaps:
         said = "; ".join(fixed) or "all parts that the figure depends on are the same"
         raise HistoryError(f"{identity.name}: no suspect can be exchanged: {said}")
     depends = tuple(sorted({*change.was.depends, *change.now.depends}))
     factorial = Factorial(
-        change, swaps, NightTrees(scratch / "trees", last, since, depends), since, depends, scratch, note
+        change, swaps, NightTrees(scratch / "trees", last, since, depends), since, depends, scratch, note, scenes
     )
     causes = find_causes([swap.name for swap in swaps], factorial.shows)
     made = datetime.datetime.now(datetime.UTC)
@@ -178,11 +185,11 @@ class Factorial:
 
     def __init__(
         self, change: Change, swaps: list[Swap], trees: NightTrees, since: NightSummary, depends: tuple[str, ...],
-        scratch: Path, note: Callable[[str], None],
+        scratch: Path, note: Callable[[str], None], scenes: OwnScenes,
     ) -> None:  # fmt: skip
         """Take the suspects; nothing is measured yet."""
         self.change, self.swaps, self.trees, self.since, self.depends = change, swaps, trees, since, depends
-        self.note = note
+        self.note, self.scenes = note, scenes
         self.runner = CellRunner(change.identity, scratch / "cells")
         self.repeats = REPEATS if change.identity.kind in STEPPED else 1
         self.results: dict[frozenset[str], Figure] = {}
@@ -209,8 +216,8 @@ class Factorial:
     def measured(self, cell: frozenset[str], repeat: int) -> Figure:
         """Figure of a cell."""
         pins = tuple(pins_of(cell, self.swaps, self.since, self.depends))
-        place = CellPlace(pins, self.trees.tree(cell, self.swaps))
-        return self.runner.figure(place, self.change.identity, repeat)
+        scene = scene_of(self.change.identity, cell, self.swaps, self.since, self.scenes)
+        return self.runner.figure(CellPlace(pins, self.trees.tree(cell, self.swaps), scene), repeat)
 
     @property
     def told(self) -> tuple[tuple[str, str], ...]:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, TypeVar
 from packaging.version import Version
 
 from barchain.nightly.cells import (
+    NO_SCENES,
     REPEATS,
     CellPlace,
     CellRunner,
@@ -19,6 +20,7 @@ from barchain.nightly.cells import (
     command_of,
     middle,
     pins_of,
+    scene_of,
     shows,
     swaps_of,
 )
@@ -26,6 +28,7 @@ from barchain.nightly.changes import result_words
 from barchain.nightly.environments import commit_tree
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import STEPPED
+from barchain.nightly.origins import AT, requirement_of, state_words, states_between
 from barchain.nightly.parts import capture
 from barchain.nightly.releases import releases_of
 from barchain.nightly.suspects import differing
@@ -37,7 +40,7 @@ from scenarios.nearest import nearest
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from barchain.nightly.cells import Swap
+    from barchain.nightly.cells import OwnScenes, Swap
     from barchain.nightly.figures import Figure, NightSummary
     from barchain.nightly.history import NightStore
 
@@ -212,8 +215,9 @@ class FoundStep:
 
 
 def bisect_nights(
-    store: NightStore, figure: str, good: str, bad: str, part: str | None = None, note: Callable[[str], None] = ignore
-) -> FoundStep:
+    store: NightStore, figure: str, good: str, bad: str, part: str | None = None, note: Callable[[str], None] = ignore,
+    scenes: OwnScenes = NO_SCENES,
+) -> FoundStep:  # fmt: skip
     """Bisect a figure between two nights.
 
     Parameters
@@ -227,6 +231,8 @@ def bisect_nights(
         Part whose states are walked; by default the only one that differs.
     note : callable
         Called with a sentence on each state.
+    scenes : dict
+        Files of scenes of one's own.
 
     Raises
     ------
@@ -235,13 +241,14 @@ def bisect_nights(
     """
     was, now = figure_of(store, good, figure), figure_of(store, bad, figure)
     last, since = store.summary(good), store.summary(bad)
-    command_of(was.identity)
     depends = tuple(sorted({*was.depends, *now.depends}))
-    swaps, fixed = swaps_of(differing(last, since, depends))
-    swap = the_one(swaps, fixed, part)
+    swaps, fixed = swaps_of(differing(last, since, depends), scenes)
+    swap = the_one([one for one in swaps if not one.scenes], fixed, part)
+    scene = scene_of(was.identity, frozenset(), swaps, since, scenes)
+    command_of(was.identity, scene)
     with one_thread_each(), tempfile.TemporaryDirectory(dir=temporary_root(), ignore_cleanup_errors=True) as scratch:
-        states = releases_between(swap) if swap.distribution else commits_between(last, since, swap)
-        walk = Walk(was, now, swap, swaps, states, last, since, depends, Path(scratch), note)
+        states = releases_between(swap, Path(scratch)) if swap.distribution else commits_between(last, since, swap)
+        walk = Walk(was, now, swap, swaps, states, last, since, depends, Path(scratch), note, scene)
         try:
             found = bisect(len(states), walk.is_bad)
         except EndsError as error:
@@ -251,9 +258,10 @@ def bisect_nights(
 
 def told(figure: str, swap: Swap, states: list[str], found: Bisected) -> FoundStep:
     """Result with the names of the states."""
-    skipped = tuple(states[k] for k in found.skipped)
+    words = [state_words(state) for state in states]
+    skipped = tuple(words[k] for k in found.skipped)
     return FoundStep(
-        figure, swap.name, states[found.last_good], states[found.first_bad], skipped, found.tried, len(states)
+        figure, swap.name, words[found.last_good], words[found.first_bad], skipped, found.tried, len(states)
     )
 
 
@@ -281,11 +289,25 @@ def the_one(swaps: list[Swap], fixed: list[str], part: str | None) -> Swap:
     return swaps[0]
 
 
-def releases_between(swap: Swap) -> list[str]:
-    """Releases from the old version to the new one; both are among them."""
+def releases_between(swap: Swap, scratch: Path) -> list[str]:
+    """Releases from the old version to the new one, or commits of a distribution of a repository; both are among them.
+
+    Raises
+    ------
+    HistoryError
+        If the states have no order, or the repository can't be had.
+    """
     before, after = swap.suspect.before, swap.suspect.after
     assert before is not None
     assert after is not None
+    if AT in before.version + after.version:
+        try:
+            states = states_between(before.version, after.version, scratch)
+        except GitError as error:
+            raise HistoryError(f"{swap.name}: {error}") from None
+        if states is None:
+            raise HistoryError(f"{swap.name}: its states on both nights are no commits of one repository")
+        return states
     ends = sorted((Version(before.version), Version(after.version)))
     known = [r.version for r in releases_of(swap.distribution) if ends[0] < r.version < ends[1]]
     found = [str(v) for v in (ends[0], *known, ends[1])]
@@ -321,6 +343,8 @@ class Walk:
     depends: tuple[str, ...]
     scratch: Path
     note: Callable[[str], None]
+    scene: str
+    """Name, or file of one's own"""
 
     def __post_init__(self) -> None:
         """Take what all states share."""
@@ -332,7 +356,8 @@ class Walk:
         """Whether a state has the new value; None if it does not run. The first state gives the old value."""
         found = self.measured(k)
         self.note(
-            f"{self.swap.name} {self.states[k]}: {result_words(found)}{f' ({found.reason})' if found.missing else ''}"
+            f"{self.swap.name} {state_words(self.states[k])}: {result_words(found)}"
+            f"{f' ({found.reason})' if found.missing else ''}"
         )
         if found.missing and not self.now.missing:
             return None
@@ -352,14 +377,18 @@ class Walk:
         """Figure at a state."""
         place = self.place(k)
         repeats = REPEATS if self.was.identity.kind in STEPPED else 1
-        return middle([self.runner.figure(place, self.was.identity, repeat) for repeat in range(repeats)])
+        return middle([self.runner.figure(place, repeat) for repeat in range(repeats)])
 
     def place(self, k: int) -> CellPlace:
         """Environment and sources of a state."""
         old: frozenset[str] = frozenset()
         pins = pins_of(old, self.swaps, self.since, self.depends)
         if self.swap.distribution:
-            pins = [p for p in pins if not p.startswith(f"{self.swap.distribution}==")]
-            return CellPlace((*pins, f"{self.swap.distribution}=={self.states[k]}"), self.trees.tree(old, self.swaps))
+            pins = [
+                p for p in pins if not p.startswith((f"{self.swap.distribution}==", f"{self.swap.distribution}{AT}"))
+            ]
+            pins.append(requirement_of(self.swap.distribution, self.states[k]))
+            return CellPlace(tuple(pins), self.trees.tree(old, self.swaps), self.scene)
         target = self.scratch / "commits" / self.states[k]
-        return CellPlace(tuple(pins), target if target.is_dir() else commit_tree(self.states[k], target))
+        tree = target if target.is_dir() else commit_tree(self.states[k], target)
+        return CellPlace(tuple(pins), tree, self.scene)

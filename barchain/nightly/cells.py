@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from adapters.registry import find_engine
@@ -11,13 +12,13 @@ from barchain.nightly.changes import OTHER_STUDIES, RULES, Direction, compared
 from barchain.nightly.environments import commit_tree, installed_tree, pinned_environment, replace_packages, run_in
 from barchain.nightly.faults import HistoryError, PinnedEnvironmentError
 from barchain.nightly.figures import Figure, FigureIdentity, FigureKind
-from barchain.nightly.parts import SOURCES, installed_parts
+from barchain.nightly.origins import can_be_installed, requirement_of
+from barchain.nightly.parts import SOURCES, installed_parts, scene_part
 from barchain.nightly.results import read_figures_of
-from scenarios import scene_names
+from scenarios import load_scene, scene_names
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
-    from pathlib import Path
 
     from barchain.nightly.figures import NightPart, NightSummary
     from barchain.nightly.suspects import Suspect
@@ -36,6 +37,8 @@ class Swap:
     """Of a version; empty of barchain's own sources"""
     packages: tuple[str, ...] = ()
     """Of barchain's own sources"""
+    scenes: tuple[str, ...] = ()
+    """Files of a scene of one's own, before and after"""
 
     @property
     def name(self) -> str:
@@ -43,15 +46,20 @@ class Swap:
         return self.suspect.name
 
 
-def swap_of(suspect: Suspect) -> Swap | str:
-    """Exchange of a suspect, or why it can't be exchanged."""
+def swap_of(suspect: Suspect, scenes: OwnScenes) -> Swap | str:
+    """Exchange of a suspect, or why it can't be exchanged; `scenes` are one's own."""
     name, before, after = suspect.name, suspect.before, suspect.after
     if before is None or after is None:
         return f"{name}: was not there on one of the nights"
     if name.startswith(DISTRIBUTIONS):
-        if not before.version or not after.version or before.version == after.version:
+        if not can_be_installed(before.version) or not can_be_installed(after.version):
+            return f"{name}: its sources of a night are in no commit, so that they can't be installed again"
+        if before.version == after.version:
             return f"{name}: has the same version on both nights; other files of one version can't be installed again"
         return Swap(suspect, distribution=name.partition(":")[2])
+    if name.startswith(SCENE) and name.removeprefix(SCENE) not in scene_names():
+        files = tuple(scenes.get(part.digest, "") for part in (before, after))
+        return Swap(suspect, scenes=files) if all(files) else f"{name}: give both of its files with --scene"
     packages = packages_of(name)
     return Swap(suspect, packages=packages) if packages else f"{name}: can't be exchanged here"
 
@@ -68,12 +76,28 @@ def packages_of(name: str) -> tuple[str, ...]:
     return ("barchain.solutions",) if kind == "solution" else ()
 
 
-def swaps_of(suspects: Iterable[Suspect]) -> tuple[list[Swap], list[str]]:
-    """Exchanges of suspects, and the reasons why others can't be exchanged."""
+OwnScenes = dict[str, str]
+"""Files of scenes of one's own by the digests of the scenes"""
+NO_SCENES: OwnScenes = {}
+
+
+def own_scenes(files: Iterable[str]) -> OwnScenes:
+    """Scenes of some files.
+
+    Raises
+    ------
+    SceneError
+        If a file is none of a scene.
+    """
+    return {load_scene(Path(file)).digest: str(Path(file).resolve()) for file in files}
+
+
+def swaps_of(suspects: Iterable[Suspect], scenes: OwnScenes = NO_SCENES) -> tuple[list[Swap], list[str]]:
+    """Exchanges of suspects, and the reasons why others can't be exchanged; `scenes` are one's own."""
     found: list[Swap] = []
     reasons = []
     for suspect in suspects:
-        one = swap_of(suspect)
+        one = swap_of(suspect, scenes)
         if isinstance(one, str):
             reasons.append(one)
         else:
@@ -86,14 +110,38 @@ def pins_of(cell: frozenset[str], swaps: Sequence[Swap], since: NightSummary, de
     versions = {}
     for name in depends:
         part = since.part_named.get(name)
-        if part is not None and name.startswith(DISTRIBUTIONS) and part.version:
+        if part is not None and name.startswith(DISTRIBUTIONS) and can_be_installed(part.version):
             versions[name.partition(":")[2]] = part.version
     for swap in swaps:
         if swap.distribution:
             state = swap.suspect.after if swap.name in cell else swap.suspect.before
             assert state is not None
             versions[swap.distribution] = state.version
-    return [f"{name}=={version}" for name, version in sorted(versions.items())]
+    return [requirement_of(name, version) for name, version in sorted(versions.items())]
+
+
+def scene_of(
+    identity: FigureIdentity, cell: frozenset[str], swaps: Sequence[Swap], since: NightSummary, scenes: OwnScenes
+) -> str:
+    """Scene of a cell: its name, or the file of one's own scene in the state of the cell.
+
+    Raises
+    ------
+    CellError
+        If no file is the scene of the night.
+    """
+    if identity.scene in scene_names():
+        return identity.scene
+    name = scene_part(identity.scene)
+    swapped = next((swap for swap in swaps if swap.name == name), None)
+    if swapped is not None:
+        return swapped.scenes[name in cell]
+    part = since.part_named.get(name)
+    if part is None or part.digest not in scenes:
+        raise CellError(
+            f"{identity.name}: belongs to a scene of a file; give the file as it was on the night with --scene"
+        )
+    return scenes[part.digest]
 
 
 class NightTrees:
@@ -143,7 +191,12 @@ class NightTrees:
 def same_sources(night: NightSummary, depends: Iterable[str]) -> bool:
     """Whether barchain's sources behind some parts are those of this installation."""
     here = {part.name: part for part in installed_here(night)}
-    own = [name for name in depends if name in SOURCES or name.startswith((ADAPTER, SCENE, SOLUTION))]
+    shipped = scene_names()
+    own = [
+        name for name in depends
+        if name in SOURCES or name.startswith(ADAPTER)
+        or (name.startswith((SCENE, SOLUTION)) and name.partition(":")[2] in shipped)
+    ]  # fmt: skip
     return all(name in here and alike(here[name], night.part_named.get(name)) for name in own)
 
 
@@ -183,6 +236,8 @@ class CellPlace:
 
     pins: tuple[str, ...]
     tree: Path
+    scene: str
+    """Name, or file of one's own"""
 
 
 @dataclass
@@ -192,17 +247,16 @@ class CellRunner:
     identity: FigureIdentity
     folder: Path
     limit_s: float = LIMIT_S
-    measured: dict[tuple[tuple[str, ...], str, int], Mapping[FigureIdentity, Figure]] = field(default_factory=dict)
-    reasons: dict[tuple[tuple[str, ...], str], str] = field(default_factory=dict)
+    measured: dict[tuple[CellPlace, int], Mapping[FigureIdentity, Figure]] = field(default_factory=dict)
+    reasons: dict[CellPlace, str] = field(default_factory=dict)
     """Why a cell gave no figures"""
 
-    def figure(self, place: CellPlace, identity: FigureIdentity, repeat: int = 0) -> Figure:
+    def figure(self, place: CellPlace, repeat: int = 0) -> Figure:
         """Figure of a cell; missing, with the reason, if the cell does not run."""
-        key = (place.pins, str(place.tree), repeat)
-        if key not in self.measured:
-            self.measured[key] = self.measure(place, len(self.measured))
-        reason = self.reasons.get(key[:2], "the run gave no such figure")
-        return self.measured[key].get(identity, Figure(identity, reason=reason))
+        if (place, repeat) not in self.measured:
+            self.measured[place, repeat] = self.measure(place, len(self.measured))
+        reason = self.reasons.get(place, "the run gave no such figure")
+        return self.measured[place, repeat].get(self.identity, Figure(self.identity, reason=reason))
 
     def measure(self, place: CellPlace, number: int) -> Mapping[FigureIdentity, Figure]:
         """All figures of a run in a cell."""
@@ -211,14 +265,14 @@ class CellRunner:
         try:
             environment = pinned_environment(place.pins, also=needed_by(self.identity))
         except PinnedEnvironmentError as error:
-            self.reasons[place.pins, str(place.tree)] = str(error)
+            self.reasons[place] = str(error)
             return {}
-        line = ("-m", "barchain", "-q", *command_of(self.identity), "--out", str(scratch / "out"))
+        line = ("-m", "barchain", "-q", *command_of(self.identity, place.scene), "--out", str(scratch / "out"))
         done = run_in(environment, place.tree, line, limit_s=self.limit_s, folder=scratch)
         try:
             return {figure.identity: figure for figure in read_figures_of(scratch / "out")}
         except (HistoryError, FileNotFoundError, ValueError):
-            self.reasons[place.pins, str(place.tree)] = done.reason or f"ended with exit code {done.code}"
+            self.reasons[place] = done.reason or f"ended with exit code {done.code}"
             return {}
 
 
@@ -229,8 +283,8 @@ def needed_by(identity: FigureIdentity) -> tuple[str, ...]:
     return tuple(sorted(names - {""}))
 
 
-def command_of(identity: FigureIdentity) -> tuple[str, ...]:
-    """Command that measures a figure and little else.
+def command_of(identity: FigureIdentity, scene: str = "") -> tuple[str, ...]:
+    """Command that measures a figure and little else; `scene` is the file of one's own scene.
 
     Raises
     ------
@@ -245,16 +299,13 @@ def command_of(identity: FigureIdentity) -> tuple[str, ...]:
         raise CellError(f"{identity.name}: belongs to no scene and engine, so that it can't be measured by itself")
     if study in OTHER_STUDIES - STUDIES.keys():
         raise CellError(f"{identity.name}: figures of {study} are not measured by themselves")
-    if identity.scene not in scene_names():
-        raise CellError(
-            f"{identity.name}: belongs to a scene of a file, and only scenes that come with barchain are run again"
-        )
+    scene = scene or identity.scene
     if study in STUDIES:
         anchor = ("--engine", identity.anchor) if identity.anchor else ()
-        line = (STUDIES[study], identity.scene, "--engine", identity.engine, *anchor)
+        line = (STUDIES[study], scene, "--engine", identity.engine, *anchor)
         return (*line, "--repeats", "5", "--minutes", f"{MINUTES}") if study == "cost" else line
     setting = ("--set", identity.setting) if "=" in identity.setting else ()
-    return ("compare", identity.scene, "--engine", identity.engine, *setting)
+    return ("compare", scene, "--engine", identity.engine, *setting)
 
 
 def shows(identity: FigureIdentity, base: Figure, found: Figure, factor: float | None) -> bool:

@@ -24,6 +24,8 @@ from platformdirs import user_cache_path
 from adapters.registry import PACKAGES
 from barchain.nightly.faults import PinnedEnvironmentError
 from barchain.nightly.figures import content_digest
+from barchain.nightly.origins import AT, installed_state, requirement_of, wheel_folders
+from barchain.record.sources import direct_url
 from barchain.runs.environment import one_thread_each
 from barchain.runs.processes import GitError, git, run
 
@@ -139,16 +141,20 @@ def needed() -> Iterator[str]:
 
 def as_installed(name: str) -> str:
     """Requirement of the installed version; of any version without one."""
+    place = direct_url(name)
+    if "dir_info" in place:
+        return f"{canonicalize_name(name)}{AT}{place['url']}"
     try:
-        return f"{canonicalize_name(name)}=={metadata.version(name)}"
+        return requirement_of(canonicalize_name(name), installed_state(name) if place else metadata.version(name))
     except metadata.PackageNotFoundError:
         return str(canonicalize_name(name))
 
 
 def constraints(pins: Sequence[str]) -> list[str]:
-    """Versions of this installation, of all distributions but those pinned, barchain, and local builds."""
+    """Versions of this installation, of all distributions but those pinned, barchain, local and private ones."""
     pinned = {name_of(pin) for pin in pins} | {"barchain"}
-    found = {str(canonicalize_name(d.metadata["Name"])): d.version for d in metadata.distributions()}
+    names = {str(canonicalize_name(d.metadata["Name"])): d.version for d in metadata.distributions()}
+    found = {name: version for name, version in names.items() if not direct_url(name)}
     return [
         f"{name}=={version}" for name, version in sorted(found.items()) if name not in pinned and "+" not in version
     ]
@@ -169,7 +175,7 @@ def make(folder: Path, wanted: Sequence[str], others: Sequence[str]) -> None:
         failed = ""
         for limits in (others, ()):
             new = Path(scratch) / f"{'held' if limits else 'free'}"
-            names = {name_of(one) for one in wanted if "==" in one} if limits else set()
+            names = {name_of(one) for one in wanted if "==" in one or AT in one} if limits else set()
             asked = wanted if limits else loosened(wanted)
             failed = install(new, asked, [one for one in limits if name_of(one) not in names])
             if not failed:
@@ -182,26 +188,27 @@ def make(folder: Path, wanted: Sequence[str], others: Sequence[str]) -> None:
 def loosened(wanted: Sequence[str]) -> list[str]:
     """Requirements without the versions of this installation; the pins, which come last, stay."""
     installed = {as_installed(name_of(one)) for one in wanted}
-    return [name_of(one) if one in installed else one for one in wanted]
+    return [name_of(one) if one in installed and AT not in one else one for one in wanted]
 
 
 def install(folder: Path, wanted: Sequence[str], limits: Sequence[str]) -> str:
     """Make an environment in a folder; the reason of a failure, or an empty text."""
     held = folder.parent / "constraints.txt"
     held.write_text("\n".join(limits), "utf-8")
+    more = ["--constraint", str(held), *(word for each in wheel_folders() for word in ("--find-links", str(each)))]
     base = str(getattr(sys, "_base_executable", sys.executable))
     python = str(PinnedEnvironment(folder, ()).python)
     if find_spec("uv") is not None:
         uv = [sys.executable, "-m", "uv", "--quiet", "--no-progress"]
         steps = [
             [*uv, "venv", "--python", base, str(folder)],
-            [*uv, "pip", "install", "--python", python, "--constraint", str(held), *wanted],
+            [*uv, "pip", "install", "--python", python, *more, *wanted],
         ]
     else:
         pip = [python, "-m", "pip", "--disable-pip-version-check", "--quiet", "install"]
         steps = [
             [base, "-m", "venv", str(folder)],
-            [*pip, "--only-binary", ":all:", "--constraint", str(held), *wanted],
+            [*pip, "--only-binary", ":all:", *more, *wanted],
         ]
     for step in steps:
         done = run(step, limit_s=INSTALL_S)

@@ -20,6 +20,7 @@ from barchain.nightly.figures import (
     NightPart,
     content_digest,
 )
+from barchain.nightly.origins import installed_state
 from barchain.record.environment import environment, machine, package_version
 from barchain.record.sources import DIGITS, contents_digest, digest_of, installed_commit, required_by
 from barchain.runs.processes import GitError, git
@@ -160,7 +161,7 @@ def scene_parts(scene: str) -> tuple[NightPart, ...]:
 @cache
 def distribution_part(part: str, name: str) -> NightPart:
     """Installed distribution as a part."""
-    return NightPart(part, package_version(name), contents_digest(name))
+    return NightPart(part, installed_state(name), contents_digest(name))
 
 
 def depends_on(scene: str, engine: str, kind: FigureKind, anchor: str = "") -> tuple[str, ...]:

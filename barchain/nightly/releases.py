@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 
 from packaging.specifiers import InvalidSpecifier, SpecifierSet
 from packaging.tags import sys_tags
-from packaging.utils import InvalidWheelFilename, parse_wheel_filename
+from packaging.utils import InvalidWheelFilename, canonicalize_name, parse_wheel_filename
 from packaging.version import InvalidVersion, Version
-from pypi_simple import PyPISimple
+from pypi_simple import DistributionPackage, Link, PyPISimple
 
 from adapters.registry import engines, find_engine
 from barchain.nightly.faults import PinnedEnvironmentError
+from barchain.nightly.origins import wheel_folders
 from barchain.runs.asking import engine_class
 from barchain.runs.processes import run
 from scenarios import load_scene
@@ -22,8 +23,6 @@ from scenarios.nearest import nearest
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
-
-    from pypi_simple import DistributionPackage
 
     from adapters.registry import Registration
 
@@ -59,11 +58,19 @@ def releases_of(distribution: str, since: str | None = None) -> tuple[Release, .
     """
     first = version_of(since) if since else None
     found: dict[Version, Release] = {}
-    for package in packages(distribution):
+    beside = wheels_of(distribution)
+    for package in (*beside, *packages(distribution, needed=not beside)):
         release = release_of(package)
         if release is not None and (first is None or release.version >= first):
             found.setdefault(release.version, release)
     return tuple(found[version] for version in sorted(found))
+
+
+def wheels_of(distribution: str) -> list[DistributionPackage]:
+    """Wheels of a distribution in the folders that pip looks into beside the index."""
+    files = [path for folder in wheel_folders() for path in sorted(folder.glob("*.whl"))]
+    found = [DistributionPackage.from_link(Link(path.name, path.as_uri(), {})) for path in files]
+    return [one for one in found if canonicalize_name(one.project or "") == canonicalize_name(distribution)]
 
 
 def version_of(text: str) -> Version:
@@ -93,13 +100,15 @@ def known_tags() -> frozenset[object]:
     return frozenset(sys_tags())
 
 
-def packages(distribution: str) -> Iterable[DistributionPackage]:
-    """Files of a distribution in the index."""
+def packages(distribution: str, *, needed: bool = True) -> Iterable[DistributionPackage]:
+    """Files of a distribution in the index; none where it gives none, and they are not needed."""
     place = configured_index()
     try:
         with PyPISimple(endpoint=place) if place else PyPISimple() as index:
             return index.get_project_page(distribution, timeout=INDEX_S).packages
     except Exception as error:  # of several libraries below
+        if not needed:
+            return ()
         name = type(error).__name__
         raise PinnedEnvironmentError(f"{distribution}: the package index gave no list of releases ({name})") from None
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from barchain.nightly.figures import REQUIREMENTS
+from barchain.nightly.origins import state_words as shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -70,4 +71,4 @@ def state_words(part: NightPart | None, other: NightPart | None) -> str:
         own, others = part.version.split(", "), other.version.split(", ")
         return ", ".join(each for each in own if each not in others) or part.digest[:8]
     alike = other is not None and part.version == other.version
-    return part.digest[:8] if alike or not part.version else part.version
+    return part.digest[:8] if alike or not part.version else shown(part.version)

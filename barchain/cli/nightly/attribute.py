@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from barchain.nightly.attribute import Attributed
 
 MOST_CHANGES = 10
+scene_option = click.option("--scene", "scenes", metavar="FILE", multiple=True, type=WORDS,
+                            help="Measure figures of this scene of a file, as it was on a night. May be "
+                                 "repeated.")  # fmt: skip
 
 
 @click.command("attribute", short_help="Find whose change it was, by runs with old and new parts.")
@@ -23,12 +26,14 @@ MOST_CHANGES = 10
               help="Attribute this change: an id of `barchain history changes`, or the name of a figure. May be "
                    "repeated; default: the changes of NIGHT with suspects, one for each engine and set of suspects, "
                    "bits and times apart.")  # fmt: skip
+@scene_option
 @history_option
-def attribute_night(night: str, names: tuple[str, ...], url: str | None) -> None:
+def attribute_night(night: str, names: tuple[str, ...], scenes: tuple[str, ...], url: str | None) -> None:
     """Find out whose change it was: runs with old and new states of each suspect, in fresh environments.
 
-    Versions of engines and libraries come from the package index, barchain's own sources from its repository. The
-    results are kept in the history. Exits with 1 if a change is not reproduced.
+    Versions of engines and libraries come from the package index, from folders of wheels, or from the repository from
+    which they were installed; barchain's own sources come from its repository. The results are kept in the history.
+    Exits with 1 if a change is not reproduced.
     """
     from barchain.nightly.faults import need_extra  # noqa: PLC0415
 
@@ -38,17 +43,19 @@ def attribute_night(night: str, names: tuple[str, ...], url: str | None) -> None
         reasons_against,
         worth_attributing,
     )
+    from barchain.nightly.cells import own_scenes  # noqa: PLC0415
     from barchain.nightly.judging import change_named, judge  # noqa: PLC0415
 
+    own = own_scenes(scenes)
     with opened(url) as store:
         judged = judge(store, night)
-        chosen = [change_named(judged, name) for name in names] or worth_attributing(judged, MOST_CHANGES)
+        chosen = [change_named(judged, name) for name in names] or worth_attributing(judged, MOST_CHANGES, own)
         if not chosen:
             say(f"{judged.night.name}: no change with a suspect that can be exchanged")
-            for reason in reasons_against(judged):
+            for reason in reasons_against(judged, own):
                 say(f"  {reason}")
             return
-        found = attribute(store, judged, chosen, note=lambda text: say(f"  {text}", err=True), told=show)
+        found = attribute(store, judged, chosen, note=lambda text: say(f"  {text}", err=True), told=show, scenes=own)
     if any(one.attribution.verdict == "not reproduced" for one in found):
         raise findings()
 
@@ -67,8 +74,9 @@ def show(one: Attributed) -> None:
 @click.option("--good", metavar="NIGHT", required=True, type=WORDS, help="Take the old value of this night.")
 @click.option("--bad", metavar="NIGHT", required=True, type=WORDS, help="Take the new value of this night.")
 @click.option("--part", metavar="PART", type=WORDS, help="Walk the states of this part; default: the one that differs.")
+@scene_option
 @history_option
-def bisect_figure(figure: str, good: str, bad: str, part: str | None, url: str | None) -> None:
+def bisect_figure(figure: str, good: str, bad: str, part: str | None, scenes: tuple[str, ...], url: str | None) -> None:
     """Find the release, or the commit, between two nights since which FIGURE has its new value.
 
     Both ends are confirmed first; releases and commits that do not run are skipped and named.
@@ -77,7 +85,9 @@ def bisect_figure(figure: str, good: str, bad: str, part: str | None, url: str |
 
     need_extra("packaging", "pypi_simple")
     from barchain.nightly.bisection import bisect_nights  # noqa: PLC0415
+    from barchain.nightly.cells import own_scenes  # noqa: PLC0415
 
+    own = own_scenes(scenes)
     with opened(url) as store:
-        found = bisect_nights(store, figure, good, bad, part, note=lambda text: say(f"  {text}", err=True))
+        found = bisect_nights(store, figure, good, bad, part, lambda text: say(f"  {text}", err=True), own)
     say(found.words)

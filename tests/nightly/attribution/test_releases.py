@@ -32,7 +32,7 @@ def file(name: str, **more: Any) -> SimpleNamespace:
 @pytest.fixture
 def files(monkeypatch: pytest.MonkeyPatch) -> list[SimpleNamespace]:
     found: list[SimpleNamespace] = []
-    monkeypatch.setattr(index, "packages", lambda _: found)
+    monkeypatch.setattr(index, "packages", lambda *_, **__: found)
     return found
 
 
