@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from barchain.api import rows as rows
     from barchain.api import scenes as scenes
     from barchain.api import simulate as simulate
+    from barchain.arguments import ArgumentError as ArgumentError
     from barchain.crossval.run import ComparisonResult as ComparisonResult
-    from barchain.runs.arguments import ArgumentError as ArgumentError
     from barchain.studies.own import asked_run as asked_run
     from barchain.studies.own import measure as measure
     from reports.tables.schema import SchemaVersionError as SchemaVersionError
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     __version__: str
 
 MODULES = {
-    "ArgumentError": "barchain.runs.arguments",
+    "ArgumentError": "barchain.arguments",
     "Engine": "adapters.engine",
     "EngineError": "adapters.engine",
     "Setting": "adapters.engine",

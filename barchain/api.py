@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 from adapters.engine import EngineError, SettingError
 from adapters.registry import engines as registered_engines
 from adapters.registry import find_engine
-from barchain.record.claim import locked_if_there
-from barchain.runs.arguments import (
+from barchain.arguments import (
     ArgumentError,
     check_callable,
     check_count,
@@ -21,6 +20,7 @@ from barchain.runs.arguments import (
     engine_list,
     scene_list,
 )
+from barchain.record.claim import locked_if_there
 from barchain.runs.asking import engine_class
 from barchain.runs.choices import choose_setting, chosen_engines
 from barchain.runs.executors import WORKERS_S, LocalProcesses, chosen_executor

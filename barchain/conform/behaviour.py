@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from barchain.conform import examination
 from barchain.conform.checks import FAILED, PASSED, WARNING, Check, CheckState
 from barchain.conform.conventions import INTEGRATING
 from barchain.conform.physics import reason_against, unsupported_check
 from barchain.conform.runs import START_S, TIME_LIMITS
 from barchain.conform.scenes import PARTICLE, REPEATED
+from barchain.runs import questions
 from barchain.runs.asking import ask
 
 if TYPE_CHECKING:
@@ -48,7 +50,7 @@ def behaviour(engine: Examined) -> Iterator[Check]:
     scene, setting = engine.scene(name), engine.load().sweep.setting()
     asked = (engine.registration, scene, setting)
     engine.note(f"behaviour: {TIMES} runs of {name} in one process")
-    first = ask("behaviour", *asked, TIMES, limit_s=START_S + TIMES * engine.run_s)
+    first = ask(examination.behaviour, *asked, TIMES, limit_s=START_S + TIMES * engine.run_s)
     if first.problem:
         yield no_result("several runs", first, name)
         return
@@ -57,7 +59,7 @@ def behaviour(engine: Examined) -> Iterator[Check]:
     said = f"a later run writes into or shares {reused} of an earlier one; return copies" if reused else ""
     yield told("arrays of its own", said, FAILED)
     start = time.monotonic()
-    again = ask("behaviour", *asked, 1, limit_s=START_S + engine.run_s)
+    again = ask(examination.behaviour, *asked, 1, limit_s=START_S + engine.run_s)
     if again.problem:
         yield no_result("a run in another process", again, name)
         return
@@ -112,7 +114,7 @@ def end_check(engine: Examined, scene: Scene, setting: Setting, limit_s: float) 
     run = dataclasses.replace(scene.run, duration_s=LONG_ORBITS * scene.step_period_s, samples=2)
     asked = (engine.registration, frozenset[str](), dataclasses.replace(scene, run=run), setting)
     start = time.monotonic()
-    reply = ask("run", *asked, limit_s=limit_s)
+    reply = ask(questions.run, *asked, limit_s=limit_s)
     late_s = time.monotonic() - start - limit_s
     if reply.kind != "timed_out":
         state = WARNING if reply.problem else PASSED

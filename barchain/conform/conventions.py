@@ -9,6 +9,7 @@ import numpy as np
 from adapters.command.entries import deciding_files, unpacked
 from adapters.engine import AccuracyParameter, EngineError
 from adapters.registry import engines
+from barchain.conform import examination
 from barchain.conform.checks import FAILED, PASSED, WARNING, Check
 from barchain.conform.physics import ask_about_scenes, main_run, reason_against
 from barchain.conform.runs import TIME_LIMITS, alone, ended_early
@@ -60,7 +61,7 @@ keep nine digits of a bar's angle"""
 def loading(engine: Examined) -> Iterator[Check]:
     """Checks of the entry point, the import, the class and its declarations."""
     yield name_check(engine)
-    reply = ask("examined_class", engine.registration)
+    reply = ask(examination.examined_class, engine.registration)
     if reply.problem:
         yield Check("import", FAILED, reply.problem)
         return

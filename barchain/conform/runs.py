@@ -8,6 +8,7 @@ import time
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
+from barchain.conform import examination
 from barchain.runs.asking import OutsideEngine, Reply, ask, failed_reply
 from barchain.runs.declarations import DeclarationError
 from barchain.runs.run import one_run, result_of
@@ -53,7 +54,7 @@ def results(
     asked = [(job.scene, job.setting, t) for job, t in zip(jobs, t_s, strict=True)]
     together_s = max(limit_s, TOGETHER_SHARE * engine.run_s * len(jobs))
     allowed_s = START_S + min(together_s, budget_s)
-    reply = ask("several_runs", engine.registration, asked, budget_s, limit_s=allowed_s)
+    reply = ask(examination.several_runs, engine.registration, asked, budget_s, limit_s=allowed_s)
     if not reply.problem and budget_s < math.inf:
         jobs = jobs[: len(reply.header.get("runs", ()))]
     if reply.problem or len(reply.header.get("runs", ())) != len(jobs):  # to see which run ends the process

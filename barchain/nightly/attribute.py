@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import datetime
-import tempfile
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from barchain.nightly.bisection import AttributionVerdict, find_causes
@@ -28,11 +26,12 @@ from barchain.nightly.facts import OWN, suspicion
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import STEPPED, FigureKind
 from barchain.nightly.told import Attribution, keep_attribution
-from barchain.runs.environment import one_thread_each, temporary_root
+from barchain.runs.environment import scratch_folder
 from barchain.studies.study import ignore
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
+    from pathlib import Path
 
     from barchain.nightly.bisection import Causes
     from barchain.nightly.cells import OwnScenes, Swap
@@ -138,19 +137,16 @@ def attribute(
     """
     nights = {night.name: night for night in (*judged.compared_with, judged.night)}
     found, faults = [], []
-    with one_thread_each():
-        for change in changes:
-            with tempfile.TemporaryDirectory(dir=temporary_root(), ignore_cleanup_errors=True) as scratch:
-                try:
-                    one = attribute_change(
-                        change, nights[change.last], nights[change.since], Path(scratch), note, scenes
-                    )
-                except HistoryError as error:
-                    faults.append(str(error))
-                    continue
-            keep_attribution(store, one.attribution)
-            told(one)
-            found.append(one)
+    for change in changes:
+        with scratch_folder() as scratch:
+            try:
+                one = attribute_change(change, nights[change.last], nights[change.since], scratch, note, scenes)
+            except HistoryError as error:
+                faults.append(str(error))
+                continue
+        keep_attribution(store, one.attribution)
+        told(one)
+        found.append(one)
     if faults:
         raise HistoryError("\n".join(faults))
     return found

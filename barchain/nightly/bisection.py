@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import tempfile
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -32,7 +31,7 @@ from barchain.nightly.origins import AT, requirement_of, state_words, states_bet
 from barchain.nightly.parts import capture
 from barchain.nightly.releases import releases_of
 from barchain.nightly.suspects import differing
-from barchain.runs.environment import one_thread_each, temporary_root
+from barchain.runs.environment import scratch_folder
 from barchain.runs.processes import GitError, git
 from barchain.studies.study import ignore
 from scenarios.nearest import nearest
@@ -246,9 +245,9 @@ def bisect_nights(
     swap = the_one([one for one in swaps if not one.scenes], fixed, part)
     scene = scene_of(was.identity, frozenset(), swaps, since, scenes)
     command_of(was.identity, scene)
-    with one_thread_each(), tempfile.TemporaryDirectory(dir=temporary_root(), ignore_cleanup_errors=True) as scratch:
-        states = releases_between(swap, Path(scratch)) if swap.distribution else commits_between(last, since, swap)
-        walk = Walk(was, now, swap, swaps, states, last, since, depends, Path(scratch), note, scene)
+    with scratch_folder() as scratch:
+        states = releases_between(swap, scratch) if swap.distribution else commits_between(last, since, swap)
+        walk = Walk(was, now, swap, swaps, states, last, since, depends, scratch, note, scene)
         try:
             found = bisect(len(states), walk.is_bad)
         except EndsError as error:

@@ -26,7 +26,7 @@ from barchain.nightly.faults import PinnedEnvironmentError
 from barchain.nightly.figures import content_digest
 from barchain.nightly.origins import AT, installed_state, requirement_of, wheel_folders
 from barchain.record.sources import direct_url
-from barchain.runs.environment import one_thread_each
+from barchain.runs.environment import marked, scratch_folder
 from barchain.runs.processes import GitError, git, run
 
 if TYPE_CHECKING:
@@ -79,8 +79,8 @@ def run_in(
     folder : Path
         Working folder.
     """
-    with one_thread_each():
-        variables = {k: v for k, v in os.environ.items() if k not in REMOVED} | {"PYTHONPATH": str(tree)}
+    with scratch_folder() as scratch:
+        variables = {k: v for k, v in marked(scratch).items() if k not in REMOVED} | {"PYTHONPATH": str(tree)}
         return run([environment.python, *arguments], limit_s=limit_s, folder=folder, variables=variables)
 
 

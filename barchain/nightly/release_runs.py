@@ -5,9 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
-import tempfile
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from packaging.version import Version
@@ -18,7 +16,7 @@ from barchain.nightly.figures import FigureKind
 from barchain.nightly.releases import Release, ReleasesPlan
 from barchain.nightly.results import read_figures_of
 from barchain.runs.call import Answer, Call
-from barchain.runs.environment import temporary_root
+from barchain.runs.environment import scratch_folder
 from barchain.runs.facts import scene_words
 from barchain.runs.kept_answers import AnswerStore
 from barchain.runs.message import message_bytes, read_message
@@ -28,6 +26,7 @@ from scenarios import load_scene
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
+    from pathlib import Path
 
     from barchain.nightly.environments import PinnedEnvironment
     from barchain.nightly.figures import Figure
@@ -276,12 +275,12 @@ class ReleasesStudy:
         """Measure the releases one after the other; an interrupted study has left the answers of those it measured."""
         plan, states = self.plan, dict[str, str]()
         answers = AnswerStore(store.answers)
-        with tempfile.TemporaryDirectory(dir=temporary_root(), ignore_cleanup_errors=True) as scratch:
-            tree = installed_tree(Path(scratch) / "tree")
+        with scratch_folder() as scratch:
+            tree = installed_tree(scratch / "tree")
             for k, release in enumerate(plan.releases):
                 version = str(release.version)
                 given = replace(plan, releases=()), version, release.date, release.wheel_B
-                call = Call(measured_tables, given, math.inf, aside=(tree, Path(scratch) / f"{k}"))
+                call = Call(measured_tables, given, math.inf, aside=(tree, scratch / f"{k}"))
                 answer = answers.answer(call, lambda made: Answer(made.function(*made.given, *made.aside)))
                 tables, _ = read_message(answer.content)
                 for table, rows in tables.items():

@@ -14,6 +14,7 @@ import hashlib
 import os
 import sys
 from abc import ABCMeta
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
@@ -22,7 +23,7 @@ import numpy as np
 
 from adapters.engine import Engine, EngineError
 from adapters.registry import ENGINES, Registration
-from barchain.runs import examination, questions
+from barchain.runs import questions
 from barchain.runs.call import QUESTION_S, Answer, Call, CallEnd, pickled
 from barchain.runs.child import FORKS
 from barchain.runs.declarations import DECLARED, DeclarationError
@@ -41,6 +42,8 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
 
+Question = Callable[..., tuple[dict[str, Any], Mapping[str, "Array"]]]
+"""Function that answers in the process of an engine, by a header and arrays"""
 OWN_VARIABLES = {*THREADS, FOLDER, QUESTION}
 """Variables that the processes of a worker have from it"""
 NOISE = tuple(QUANTITY_UNITS)
@@ -61,13 +64,13 @@ class Reply:
     """Whether the engine rejected the scene before its first step"""
 
 
-def ask(question: str, *given: Any, limit_s: float = QUESTION_S) -> Reply:
+def ask(question: Question, *given: Any, limit_s: float = QUESTION_S) -> Reply:
     """Ask an engine in a process of its own.
 
     Parameters
     ----------
-    question : str
-        Name of a function in :mod:`barchain.runs.questions` or :mod:`barchain.runs.examination`.
+    question : callable
+        Function of a module, e.g. of :mod:`barchain.runs.questions`.
     *given : Any
         Its arguments.
     limit_s : float
@@ -86,19 +89,19 @@ def ask(question: str, *given: Any, limit_s: float = QUESTION_S) -> Reply:
         return reply_of(slot.run(pickled(call)))
 
 
-def question_call(question: str, *given: Any, limit_s: float, version: str) -> Call:
+def question_call(question: Question, *given: Any, limit_s: float, version: str) -> Call:
     """Call that asks; `version` is what the engine's package must have where it is answered."""
     return Call(answered_there, (version, question, given), limit_s, pool="", confined=True)
 
 
-def answered_here(paths: list[str], variables: dict[str, str], question: str, given: tuple[Any, ...]) -> bytes:
+def answered_here(paths: list[str], variables: dict[str, str], question: Question, given: tuple[Any, ...]) -> bytes:
     """Answer with the module paths and the environment that the asking process has now; its worker may be older."""
     sys.path[:] = paths
     os.environ.update(variables)
     return answered(question, given)
 
 
-def answered_there(version: str, question: str, given: tuple[Any, ...]) -> bytes:
+def answered_there(version: str, question: Question, given: tuple[Any, ...]) -> bytes:
     """Answer, perhaps on another machine.
 
     Raises
@@ -110,11 +113,10 @@ def answered_there(version: str, question: str, given: tuple[Any, ...]) -> bytes
     return answered(question, given)
 
 
-def answered(question: str, given: tuple[Any, ...]) -> bytes:
+def answered(question: Question, given: tuple[Any, ...]) -> bytes:
     """Answer to a question as a message, in the process of the engine."""
-    module = questions if hasattr(questions, question) else examination
     try:
-        header, arrays = getattr(module, question)(*given)
+        header, arrays = question(*given)
         need_finite(header)
         return message_bytes(header, arrays)
     except BaseException as error:  # also SystemExit, KeyboardInterrupt and GeneratorExit: all are the engine's
@@ -179,7 +181,7 @@ class OutsideEngine(Engine, metaclass=OutsideEngineClass):
         """Ask about several scenes at once; a process a question would take seconds for a suite."""
         left = [s for s in scenes if s.digest not in cls.answers]
         if "unsupported" in cls.asks and left:
-            header = cls.answer("unsupported", left).header
+            header = cls.answer(questions.unsupported, left).header
             for scene, reason in zip(left, header["reasons"], strict=True):
                 cls.answers[scene.digest] = None if reason is None else str(reason)[:TEXT_LENGTH]
 
@@ -188,7 +190,7 @@ class OutsideEngine(Engine, metaclass=OutsideEngineClass):
         """Reason why this engine does not support a motion, by its own answer."""
         if "unsupported_motion" not in cls.asks:
             return None
-        reason = cls.answer("unsupported_motion", scene, motion).header["reasons"][0]
+        reason = cls.answer(questions.unsupported_motion, scene, motion).header["reasons"][0]
         return None if reason is None else str(reason)[:TEXT_LENGTH]
 
     @classmethod
@@ -198,7 +200,7 @@ class OutsideEngine(Engine, metaclass=OutsideEngineClass):
             return {}
         key = noise_key(scene, setting, t_s)
         if key not in cls.noises:
-            cls.remember_noise(scene, setting, t_s, cls.answer("noise", scene, setting, t_s).arrays)
+            cls.remember_noise(scene, setting, t_s, cls.answer(questions.noise, scene, setting, t_s).arrays)
         return dict(cls.noises[key])
 
     @classmethod
@@ -215,11 +217,11 @@ class OutsideEngine(Engine, metaclass=OutsideEngineClass):
         cls.noises[noise_key(scene, setting, t_s)] = found
 
     @classmethod
-    def answer(cls, question: str, *given: Any) -> Reply:
+    def answer(cls, question: Question, *given: Any) -> Reply:
         """Answer to a question; an error with the reason if there is none."""
         reply = ask(question, cls.registration, *given, limit_s=QUESTION_S)
         if reply.problem:
-            raise EngineError(f"{question}: {reply.problem}")
+            raise EngineError(f"{question.__name__}: {reply.problem}")
         return reply
 
     def build(self, scene: Scene, setting: Setting) -> None:
@@ -288,7 +290,7 @@ def engine_fault(error: Exception) -> str:
 @cache
 def asked_class(registration: Registration) -> type[OutsideEngine] | str:
     """Class of an engine, or why there is none; asked once, as an import that hangs costs its whole limit."""
-    reply = ask("declarations", registration, limit_s=QUESTION_S)
+    reply = ask(questions.declarations, registration, limit_s=QUESTION_S)
     if reply.problem:
         return reply.problem
     try:

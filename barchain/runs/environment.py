@@ -4,12 +4,11 @@ A process that starts others needs standard streams, a current folder and a numb
 replaced by the null device: pipes would take their numbers. What else is missing is told before anything starts.
 
 Threads of several workers would wait for each other, and a library whose order of summation depends on the number of
-threads would change the last bits. Libraries read the number when they are loaded. The environment must therefore hold
-it when a process starts, also when a process replaces another during a run.
+threads would change the last bits. Libraries read the number when they are loaded: a process has it in its environment
+from its start.
 
-All temporary folders of workers lie in one folder. A watchman, a process without any of barchain, removes that folder
-when the comparing process ends. If it was killed, the watchman also kills the processes that it has started: they carry
-the folder's name in their environment.
+A watchman, a process without any of barchain, removes a temporary folder when the process that needs it ends. If it was
+killed, the watchman also kills the processes that it has started: they carry the folder's name in their environment.
 """
 
 from __future__ import annotations
@@ -21,7 +20,6 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import threading
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -44,12 +42,6 @@ ONE_THREAD = dict.fromkeys(THREADS, "1")
 
 FOLDER = "BARCHAIN_TEMPORARY"
 """Variable that holds the temporary folder of a comparing process, and marks the processes that belong to it"""
-
-
-def in_worker() -> bool:
-    """Whether this process is a worker, whose own workers use its temporary folder."""
-    folder = os.environ.get(FOLDER)
-    return bool(folder) and Path(str(folder)).is_dir()
 
 
 STANDARD = range(3)
@@ -220,60 +212,30 @@ class Watchman:
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
-class WorkerEnvironment:
-    """Count of active contexts, the environment before the first of them, and their temporary folder."""
-
-    def __init__(self) -> None:
-        self.lock, self.users = threading.Lock(), 0
-        self.before: dict[str, str | None] = {}
-        self.watchman: Watchman | None = None
-
-    def enter(self) -> None:
-        """Set the environment if this context is the first."""
-        with self.lock:
-            if not self.users:
-                fill_standard_streams()
-                need_current_folder()
-                need_open_files()
-                self.before = {name: os.environ.get(name) for name in (*THREADS, FOLDER)}
-                os.environ.update(ONE_THREAD)
-                if not in_worker():
-                    self.watchman = Watchman()
-                    os.environ[FOLDER] = self.watchman.folder
-            self.users += 1
-
-    def leave(self) -> None:
-        """Restore the environment if this context is the last."""
-        with self.lock:
-            self.users -= 1
-            if self.users:
-                return
-            for name, value in self.before.items():
-                if value is None:
-                    os.environ.pop(name, None)
-                else:
-                    os.environ[name] = value
-            if self.watchman is not None:
-                self.watchman.dismiss()
-                self.watchman = None
-
-
-ENVIRONMENT = WorkerEnvironment()
+def temporary_root() -> str | None:
+    """Folder of the worker in which this process runs, for its temporary folders; None, the system's, elsewhere."""
+    folder = os.environ.get(FOLDER)
+    return folder if folder and Path(folder).is_dir() else None
 
 
 @contextlib.contextmanager
-def one_thread_each() -> Iterator[None]:
-    """Start processes with one thread each inside this context; contexts may overlap and end in any order."""
-    ENVIRONMENT.enter()
+def scratch_folder() -> Iterator[Path]:
+    """Temporary folder that is removed at the end, also where this process is killed."""
+    root = temporary_root()
+    if root is not None:
+        with tempfile.TemporaryDirectory(dir=root, ignore_cleanup_errors=True) as inside:
+            yield Path(inside)
+        return
+    watchman = Watchman()
     try:
-        yield
+        yield Path(watchman.folder)
     finally:
-        ENVIRONMENT.leave()
+        watchman.dismiss()
 
 
-def temporary_root() -> str | None:
-    """Folder for temporary folders of runs; None, the system's, outside :func:`one_thread_each`."""
-    return os.environ.get(FOLDER)
+def marked(folder: Path) -> dict[str, str]:
+    """Environment of a process that shall end with this one: one thread, and the mark of a temporary folder."""
+    return os.environ | ONE_THREAD | {FOLDER: temporary_root() or str(folder)}
 
 
 @contextlib.contextmanager
@@ -282,5 +244,5 @@ def kept_or_temporary(out: Path | None) -> Iterator[Path]:
     if out is not None:
         yield out
         return
-    with one_thread_each(), tempfile.TemporaryDirectory(dir=temporary_root(), ignore_cleanup_errors=True) as scratch:
-        yield Path(scratch)
+    with scratch_folder() as scratch:
+        yield scratch

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import psutil
 
-from barchain.runs.environment import NoProcessError, one_thread_each, start
+from barchain.runs.environment import NoProcessError, marked, scratch_folder, start
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -153,8 +153,11 @@ def run_barchain(
     watchman ends the command and all of its processes.
     """
     grace_s = GRACE_S if grace_s is None else grace_s
-    with one_thread_each():
-        return run([*PROGRAM, *arguments], limit_s=limit_s, log=log, grace_s=grace_s, tick=tick, good=STUDY_ENDS)
+    with scratch_folder() as folder:
+        return run(
+            [*PROGRAM, *arguments], limit_s=limit_s, variables=marked(folder), log=log, grace_s=grace_s, tick=tick,
+            good=STUDY_ENDS,
+        )  # fmt: skip
 
 
 class GitError(RuntimeError):

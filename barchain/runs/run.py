@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from adapters.engine import EngineError
 from adapters.trajectory import Trajectory
+from barchain.runs import questions
 from barchain.runs.asking import Reply, ask, engine_class, failed_reply, question_call, reply_of
 from barchain.runs.call import Answer, Call, CallEnd
 from barchain.runs.environment import temporary_root
@@ -28,6 +29,7 @@ from reports.tables.outcome import Outcome
 if TYPE_CHECKING:
     from adapters.engine import Engine
     from adapters.trajectory import Array
+    from barchain.runs.asking import Question
     from barchain.runs.job import Job, TimeLimit
 
 OUTCOMES = {"missing": Outcome.MISSING, "timed_out": Outcome.TIMED_OUT}
@@ -141,13 +143,13 @@ def ran(content: bytes) -> bool:
     return "failed" not in header and header.get("ran") is not False
 
 
-def outside_call(question: str, job: Job, limit_s: float, *more: Any, repetition: int = 0) -> Call:
+def outside_call(question: Question, job: Job, limit_s: float, *more: Any, repetition: int = 0) -> Call:
     """Run of an engine of another package, in a process of its own behind the boundary.
 
     Parameters
     ----------
-    question : str
-        ``run``, ``turn`` or ``first_run``, see :mod:`barchain.runs.questions`.
+    question : callable
+        ``run``, ``turn`` or ``first_run`` of :mod:`barchain.runs.questions`.
     job : Job
     limit_s : float
         Wall time of the process, s.
@@ -172,7 +174,7 @@ def outside_result(job: Job, answer: Answer) -> RunResult:
 
 def one_run(job: Job, time_s: float) -> RunResult:
     """Result of one run of an engine of another package; never an exception for what the engine does."""
-    return result_of(job, ask("run", *asked(job), limit_s=time_s))
+    return result_of(job, ask(questions.run, *asked(job), limit_s=time_s))
 
 
 def result_of(job: Job, reply: Reply) -> RunResult:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from adapters.engine import AccuracyParameter
 from adapters.registry import ENGINES
+from barchain.runs import questions
 from barchain.runs.call import Call, CallFailedError
 from barchain.runs.cases import Task, alone, run_cases
 from barchain.runs.executors import ALL_CORES
@@ -114,7 +115,7 @@ def run_task(
     """
     chosen = pool_group(job) if group is None else group
     if chosen is PoolGroup.THIRD_PARTY:
-        call, result_of = outside_call("run", job, limit.time_s), outside_result
+        call, result_of = outside_call(questions.run, job, limit.time_s), outside_result
     else:
         own, pool = chosen is PoolGroup.SOLUTION, f"{chosen.name.lower()} runs"
         call, result_of = shared_call(job, limit, pool, RUNS_PER_WORKER, own_work=own), shared_result

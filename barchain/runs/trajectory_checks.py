@@ -19,23 +19,23 @@ TIME_SLACK = 1e-9  # of the run: round-off of an engine's clock in the sample in
 LOOSE_JOINT = 0.1  # of the shorter bar: ends farther apart are not joined by any standard
 
 
-def fault(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[Outcome, str] | None:
+Fault = tuple[Outcome, str]
+"""Outcome and reason"""
+
+
+def fault(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> Fault | None:
     """Outcome and reason of the first fault of a trajectory, or None if it can be compared."""
-    for check in (
-        missing_channel,
-        wrong_shape,
-        no_samples,
-        not_finite,
-        cut_short,
-        off_the_clock,
-        places_contradict,
-        joints_ignored,
-        undeclared_channel,
-    ):
-        found = check(scene, engine, trajectory)
-        if found:
-            return found
-    return None
+    return (
+        missing_channel(scene, engine, trajectory)
+        or shape_fault(scene, trajectory)
+        or no_samples(trajectory)
+        or not_finite(trajectory)
+        or cut_short(scene, trajectory)
+        or off_the_clock(scene, trajectory)
+        or places_contradict(scene, engine, trajectory)
+        or joints_ignored(scene, trajectory)
+        or undeclared_channel(engine, trajectory)
+    )
 
 
 def arrays(trajectory: Trajectory) -> dict[str, Array]:
@@ -43,7 +43,7 @@ def arrays(trajectory: Trajectory) -> dict[str, Array]:
     return {name: value for name, value in vars(trajectory).items() if isinstance(value, np.ndarray)}
 
 
-def missing_channel(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[Outcome, str] | None:
+def missing_channel(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> Fault | None:
     """Find quantities that the engine declares and does not return."""
     effects = scene.effects
     called = {Observable.TORQUE: effects.prescribed_rotation, Observable.IMPULSE: effects.impulse}
@@ -52,20 +52,13 @@ def missing_channel(scene: Scene, engine: type[Engine], trajectory: Trajectory) 
     return (Outcome.INCOMPLETE, f"declares but does not return: {', '.join(lacking)}") if lacking else None
 
 
-def undeclared_channel(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[Outcome, str] | None:
+def undeclared_channel(engine: type[Engine], trajectory: Trajectory) -> Fault | None:
     """Find quantities that the engine returns without declaring them: a verdict covers declared quantities only."""
-    del scene
     more = sorted(trajectory.observables - engine.observables - {Observable.TORQUE, Observable.IMPULSE})
     return (Outcome.MALFORMED, f"returns but does not declare: {', '.join(more)}") if more else None
 
 
-def wrong_shape(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[Outcome, str] | None:
-    """Find arrays without one row per sample or with a wrong number of columns."""
-    del engine
-    return shape_fault(scene, trajectory)
-
-
-def shape_fault(scene: Scene, trajectory: Trajectory) -> tuple[Outcome, str] | None:
+def shape_fault(scene: Scene, trajectory: Trajectory) -> Fault | None:
     """Find values that can't be stored: no arrays of float64, without one row per sample, or with wrong columns."""
     if not isinstance(trajectory.t_s, np.ndarray) or trajectory.t_s.ndim != 1:
         return Outcome.INCOMPLETE, f"t_s is a {type(trajectory.t_s).__name__}, expected an array of shape (n,)"
@@ -96,17 +89,15 @@ def shape_fault(scene: Scene, trajectory: Trajectory) -> tuple[Outcome, str] | N
     return None
 
 
-def no_samples(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[Outcome, str] | None:
+def no_samples(trajectory: Trajectory) -> Fault | None:
     """Find results without the first sample."""
-    del scene, engine
     if len(trajectory.t_s):
         return None
     return Outcome.INCOMPLETE, "returned no samples; the first, at t = 0, is always there"
 
 
-def not_finite(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[Outcome, str] | None:
+def not_finite(trajectory: Trajectory) -> Fault | None:
     """Find NaN and infinity."""
-    del scene, engine
     for name, value in arrays(trajectory).items():
         bad = ~np.isfinite(value.reshape(len(value), -1)).all(axis=1)
         if bad.any():
@@ -118,9 +109,8 @@ def not_finite(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tu
     return None
 
 
-def cut_short(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[Outcome, str] | None:
+def cut_short(scene: Scene, trajectory: Trajectory) -> Fault | None:
     """Find runs that stop before the last sample without a reason."""
-    del engine
     if len(trajectory.t_s) == scene.run.samples or trajectory.ended:
         return None
     last = trajectory.t_s[-1]
@@ -131,24 +121,22 @@ def cut_short(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tup
     )
 
 
-def off_the_clock(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[Outcome, str] | None:
+def off_the_clock(scene: Scene, trajectory: Trajectory) -> Fault | None:
     """Find samples at other instants than the scene's."""
-    del engine
     late = np.abs(trajectory.t_s - scene.times_s[: len(trajectory.t_s)]).max(initial=0.0)
     if late <= TIME_SLACK * scene.run.duration_s:
         return None
     return Outcome.INCOMPLETE, f"samples are up to {late:.3g} s away from the instants asked for"
 
 
-def places_contradict(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[Outcome, str] | None:
+def places_contradict(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> Fault | None:
     """Find reported gaps and residuals that contradict the places of the bars."""
     found = disagreement(scene, engine, trajectory)
     return (Outcome.INCOMPLETE, found) if found else None
 
 
-def joints_ignored(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> tuple[Outcome, str] | None:
+def joints_ignored(scene: Scene, trajectory: Trajectory) -> Fault | None:
     """Find open joints: by the places of the bars if the engine returns them, else by reported gaps."""
-    del engine
     computed = gaps(scene, trajectory)
     gap = trajectory.gap_m if computed is None else computed
     if gap is None or scene.bars == 1:

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import os
+import sys
 from typing import TYPE_CHECKING
 
 import pytest
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES, Registration
-from barchain.runs import pool
 from barchain.runs.cases import run_tasks
-from barchain.runs.environment import THREADS, one_thread_each
+from barchain.runs.environment import FOLDER, THREADS, marked, scratch_folder
 from barchain.runs.executors import ONE_BY_ONE, LocalProcesses
 from barchain.runs.job import Job, Role
+from barchain.runs.processes import run
 from barchain.runs.tasks import PoolGroup, pool_group, run_jobs
 from barchain.runs.timing.bench import TimingBench
 from reports.tables.outcome import Outcome
@@ -65,12 +66,9 @@ def test_runs_that_are_timed_compute_in_one_thread() -> None:
     assert result.outcome is Outcome.PASS, result.reason
 
 
-def test_contexts_that_overlap_leave_the_environment_as_it_was() -> None:
-    first, second = one_thread_each(), one_thread_each()
-    first.__enter__()
-    second.__enter__()
-    first.__exit__(None, None, None)
-    assert all(os.environ[name] == "1" for name in THREADS)
-    second.__exit__(None, None, None)
-    assert os.environ["OMP_NUM_THREADS"] == "3"
-    assert "OPENBLAS_NUM_THREADS" not in os.environ
+def test_a_command_computes_in_one_thread_and_carries_the_mark_of_its_folder() -> None:
+    code = f"import os; print(*(os.environ.get(name) for name in {(*THREADS, FOLDER)!r}))"
+    with scratch_folder() as folder:
+        done = run([sys.executable, "-c", code], limit_s=30.0, variables=marked(folder))
+    assert done.output.split() == [*("1",) * len(THREADS), str(folder)]
+    assert not folder.exists()

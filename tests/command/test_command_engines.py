@@ -17,6 +17,7 @@ from barchain.conform.run import conform
 from barchain.engine.new_program import LANGUAGES, write_program
 from barchain.nightly.figures import FigureKind
 from barchain.nightly.parts import capture, depends_on, installed_parts
+from barchain.runs import questions
 from barchain.runs.job import Job, Role
 from barchain.runs.kept_answers import answer_key
 from barchain.runs.run import one_run, outside_call
@@ -219,7 +220,7 @@ def test_a_file_of_programs_with_a_fault_is_bad_input(tmp_path):
 
 def test_a_changed_program_makes_its_runs_anew_and_is_a_part_of_nights(program):
     registration = program(RIGHT)
-    call = outside_call("run", Job(SCENE, "mine", registration, Setting("rtol", 1e-10), Role.MAIN), 60.0)
+    call = outside_call(questions.run, Job(SCENE, "mine", registration, Setting("rtol", 1e-10), Role.MAIN), 60.0)
     key, (part,) = answer_key(call), [p for p in parts_here() if p.name.startswith("program:")]
     assert part.name == "program:mine (program.py)"
     assert part.name in depends_on("basics/two_bars_free", "mine", FigureKind.ERROR)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 import pytest
 
 from adapters.registry import engines
 from barchain.cli.main import run
-from barchain.conform import Extent, assert_conforms, conform, target
+from barchain.conform import Extent, assert_conforms, conform, examination, target
 from barchain.conform.accuracy import accuracy
 from barchain.conform.behaviour import TIMES, behaviour
 from barchain.conform.checks import Check, CheckState, ConformanceReport, Group
@@ -22,6 +22,7 @@ from barchain.runs.asking import Reply, ask
 from tests.support.kernel import needs_kernel
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
 
@@ -169,9 +170,9 @@ def test_a_setting_that_hangs_costs_no_other_setting(monkeypatch: pytest.MonkeyP
 def test_runs_without_a_result_are_told_as_that_and_not_as_runs_that_differ(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[float] = []
 
-    def answer(question: str, *asked: object, limit_s: float, **others: object) -> Reply:
+    def answer(question: Callable[..., Any], *asked: object, limit_s: float, **others: object) -> Reply:
         seen.append(limit_s)
-        if question == "behaviour" and asked[-1] == 1:
+        if question is examination.behaviour and asked[-1] == 1:
             return Reply(problem="no result within 90 s, ended in build", kind="timed_out")
         return ask(question, *asked, limit_s=limit_s, **others)  # type: ignore[arg-type]
 

@@ -13,6 +13,7 @@ import os
 from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
+from barchain.runs import questions
 from barchain.runs.call import QUESTION_S, Call
 from barchain.runs.cases import Task
 from barchain.runs.job import Job, RunResult, TimeLimit, failure
@@ -130,7 +131,9 @@ class TimingBench:
         The limit holds for each `simulate`; the process has more time, for imports and compiling.
         """
         if pool_group(job) is PoolGroup.THIRD_PARTY:
-            call = outside_call("turn", job, time_limit_s + QUESTION_S, LEAST_S, MOST_RUNS, repetition=repetition)
+            call = outside_call(
+                questions.turn, job, time_limit_s + QUESTION_S, LEAST_S, MOST_RUNS, repetition=repetition
+            )
             return self.task(call, partial(outside_result, job))
         limit = TimeLimit(time_limit_s)
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from barchain.runs import questions
 from barchain.runs.asking import reply_of
 from barchain.runs.call import QUESTION_S, Call, CallEnd
 from barchain.runs.job import Job, RunResult
@@ -105,16 +106,16 @@ def own_point(task: ScalingTask, limit_s: float) -> Row:
 def outside_point(bench: TimingBench, task: ScalingTask, limit_s: float) -> Case[Row]:
     """Measure an engine of another package as :func:`own_point` does, each run in a process of its own."""
     job, run_s = task.job, QUESTION_S + (BUILDS + 1.0) * limit_s
-    (reply,) = yield [bench.task(outside_call("first_run", job, run_s, task.warm.scene), reply_of)]
+    (reply,) = yield [bench.task(outside_call(questions.first_run, job, run_s, task.warm.scene), reply_of)]
     first, memory_B = result_of(job, reply), plain_number(reply.header.get("memory_B"))
     if first.outcome is not Outcome.PASS:
         return row_of(first)
     if is_long(first):
         numbers = range(1, 1 + more_runs(first, limit_s))
-        calls = [outside_call("run", job, run_s, repetition=k) for k in numbers]
+        calls = [outside_call(questions.run, job, run_s, repetition=k) for k in numbers]
     else:
         asked = job, run_s + limit_s, LEAST_S, MOST_RUNS
-        calls = [outside_call("turn", *asked, repetition=k) for k in range(task.repeats)]
+        calls = [outside_call(questions.turn, *asked, repetition=k) for k in range(task.repeats)]
     seconds = []
     for call in calls:
         (result,) = yield [bench.task(call, partial(outside_result, job))]
