@@ -21,11 +21,12 @@ import numpy as np
 import psutil
 
 from adapters.engine import Engine
-from barchain.runs.declarations import DECLARED, DeclarationError, declared
-from barchain.runs.message import plain_text
+from barchain.runs.message import DeclarationError, plain_text
 from barchain.runs.phases import failed
 from barchain.runs.questions import (
+    DECLARED,
     Answer,
+    declared,
     finished,
     loaded,
     noise,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from barchain.conform import examination
 from barchain.runs.asking import OutsideEngine, Reply, ask, failed_reply
-from barchain.runs.declarations import DeclarationError
+from barchain.runs.message import DeclarationError
 from barchain.runs.run import one_run, result_of
 from reports.tables.outcome import Outcome
 

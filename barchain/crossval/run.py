@@ -14,10 +14,10 @@ from barchain.crossval.external_coverage import external_coverage
 from barchain.crossval.plan import ComparisonPlan
 from barchain.crossval.suite import Suite
 from barchain.judge.tolerances import TOLERANCES
-from barchain.runs.choices import choose_setting, chosen_engines, unique_names
+from barchain.record.scene_description import scene_facts
+from barchain.runs.choices import choose_setting, chosen_engines, engine_facts, unique_names
 from barchain.runs.environment import kept_or_temporary
 from barchain.runs.executors import ALL_CORES
-from barchain.runs.facts import engine_facts, scene_facts
 from barchain.runs.job import TIME_LIMIT_S
 from barchain.runs.timing.estimate import TOLD_S, estimated_run_s, need_runnable, work_words
 from barchain.studies.study import ignore, run_and_render

@@ -15,9 +15,9 @@ from barchain.nightly.faults import HistoryError, PinnedEnvironmentError
 from barchain.nightly.figures import FigureKind
 from barchain.nightly.releases import Release, ReleasesPlan
 from barchain.nightly.results import read_figures_of
+from barchain.record.scene_description import scene_words
 from barchain.runs.call import Answer, Call
 from barchain.runs.environment import scratch_folder
-from barchain.runs.facts import scene_words
 from barchain.runs.kept_answers import AnswerStore
 from barchain.runs.message import message_bytes, read_message
 from reports.tables.nights.releases import FILES, ReleaseState

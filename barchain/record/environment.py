@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from adapters.registry import Registration
+
 PACKAGES = (
     "numpy", "scipy", "pandas", "pyarrow", "exudyn", "rebound", "pymunk", "heyoka", "mujoco", "pin",
     "scikit-sundae",
@@ -131,3 +133,8 @@ def provenance(command: str, extra: dict[str, str] | None = None) -> dict[str, A
         "machine": machine(),
         "packages": packages() | (extra or {}),
     }
+
+
+def external_versions(engines: Mapping[str, Registration]) -> dict[str, str]:
+    """Versions of the distributions that the engines require."""
+    return {name: r.version for r in engines.values() if (name := r.requires or r.distribution)}

@@ -1,4 +1,4 @@
-"""Effects and invariants of a scene in words and numbers, for a record."""
+"""Entry of a scene in a record: its values, its effects and invariants in words."""
 
 from __future__ import annotations
 
@@ -107,4 +107,54 @@ def gradient_defect(scene: Scene, solution: Trajectory, limit_s: float) -> dict[
             "angular_momentum": float(angular_momentum_drift(scene, solution, relative=False)[inside].max()),
             "size_squared": math.pow(size, 2),
         }
+    }
+
+
+def scene_facts(scene: Scene) -> dict[str, Any]:
+    """Entry of a scene in record.json; lengths in m, times in s."""
+    return {
+        "title": scene.title,
+        "source": scene.source,
+        "description": scene.description,
+        "tags": list(scene.tags),
+        "digest": scene.digest,
+        "bars": scene.bars,
+        "length_m": list(scene.chain.length_m),
+        "mass_kg": list(scene.chain.mass_kg),
+        "angle_deg": [math.degrees(angle) for angle in scene.chain.angle_rad],
+        "angle_from": scene.chain.angle_from,
+        "rate_factor": list(scene.chain.rate_factor),
+        "period_s": scene.period_s,
+        "duration_s": scene.run.duration_s,
+        "samples": scene.run.samples,
+        "gravity": str(scene.effects.gravity),
+        "effects": effect_words(scene),
+        "conserved": invariant_words(scene),
+        "radius0_m": scene.radius0_m,
+        "speed_factor": scene.orbit.speed_factor,
+        "body_radius_m": scene.central_body.radius_m,
+        "mean_motion_rad_s": scene.mean_motion_rad_s,
+        "prescribed": [
+            {
+                "bar": p.bar,
+                "amplitude_deg": math.degrees(p.amplitude_rad),
+                "start_s": p.start_s,
+                "duration_s": p.duration_s,
+                "frame": str(p.frame),
+                "actuator": str(p.actuator),
+            }
+            for p in scene.effects.prescribed_rotation
+        ],
+    }
+
+
+def scene_words(scene: Scene) -> dict[str, Any]:
+    """Entry of a scene in a study's record."""
+    return {
+        "title": scene.title,
+        "source": scene.source,
+        "orbits": scene.run.duration_s / scene.period_s,
+        "duration_s": scene.run.duration_s,
+        "samples": scene.run.samples,
+        "bars": scene.bars,
     }

@@ -26,11 +26,19 @@ from adapters.registry import ENGINES, Registration
 from barchain.runs import questions
 from barchain.runs.call import QUESTION_S, Answer, Call, CallEnd, pickled
 from barchain.runs.child import FORKS
-from barchain.runs.declarations import DECLARED, DeclarationError
 from barchain.runs.environment import FOLDER, THREADS
-from barchain.runs.message import TEXT_LENGTH, MessageError, message_bytes, need_finite, plain_text, read_message
+from barchain.runs.message import (
+    TEXT_LENGTH,
+    DeclarationError,
+    MessageError,
+    message_bytes,
+    need_finite,
+    plain_text,
+    read_message,
+)
 from barchain.runs.phases import QUESTION, failed
 from barchain.runs.pool import SLOTS, module_paths
+from barchain.runs.questions import DECLARED
 from barchain.runs.versions import need_same_version, version_of
 from reports.tables.crossval import QUANTITY_UNITS
 from scenarios import nearest

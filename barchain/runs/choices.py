@@ -1,4 +1,4 @@
-"""Engines, their settings and scenes, as users give them."""
+"""Engines, their settings and scenes, as users choose them and as a record has them."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import dataclasses
 import re
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from adapters.engine import AccuracyParameter, Setting, SettingError, check_number
 from adapters.registry import ENGINES, RESERVED, TARGET, Registration, UnknownEngineError, engines, find_engine
-from barchain.runs.asking import engine_class
+from barchain.runs.asking import engine_class, engine_fault
 from scenarios import nearest
 
 if TYPE_CHECKING:
@@ -123,3 +123,23 @@ def unique_names(scenes: list[Scene]) -> list[Scene]:
             name = f"{scene.name}-{count}"
         kept[name] = dataclasses.replace(scene, name=name)
     return list(kept.values())
+
+
+def engine_facts(registration: Registration) -> dict[str, Any]:
+    """Entry of an engine in record.json."""
+    facts: dict[str, Any] = {
+        "external": registration.external,
+        "version": registration.version,
+        "missing": registration.missing,
+    }
+    try:
+        loaded = engine_class(registration)
+    except Exception as error:
+        return facts | {"missing": facts["missing"] or engine_fault(error)}
+    return facts | {
+        "title": loaded.title,
+        "coordinates": str(loaded.coordinates),
+        "parameter": str(loaded.sweep.parameter),
+        "default": loaded.sweep.default,
+        "order": loaded.order,
+    }

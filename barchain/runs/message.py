@@ -27,6 +27,10 @@ class MessageError(ValueError):
     """An answer that is not in the wire format; the message names the part and its type."""
 
 
+class DeclarationError(TypeError):
+    """A declaration of an engine that is missing, of a wrong type or out of range; the message names it."""
+
+
 def message_bytes(header: dict[str, Any], arrays: Mapping[str, NDArray[Any]]) -> bytes:
     """Bytes of a message; numbers of the header may be NaN or infinite."""
     text = np.frombuffer(json.dumps(header, default=plain_scalar).encode("ascii"), np.uint8)

@@ -56,63 +56,13 @@ def module_paths() -> list[str]:
     return [path or os.getcwd() for path in sys.path]  # noqa: PTH109
 
 
-class Worker:
-    """A worker process."""
-
-    def __init__(self, idle_s: float | None = None) -> None:
-        """Start it, with the modules that this process can import; it ends by itself after `idle_s` without a call."""
-        variables = os.environ | ONE_THREAD | {"PYTHONPATH": os.pathsep.join(module_paths())}
-        line = [*COMMAND, *([] if idle_s is None else [str(idle_s)])]
-        self.process = start(line, given=subprocess.PIPE, output=subprocess.PIPE, variables=variables)
-        assert self.process.stdin is not None
-        assert self.process.stdout is not None
-        self.requests, self.replies = self.process.stdin, self.process.stdout
-
-    def ask(self, request: bytes, limit_s: float) -> bytes:
-        """Content of the reply to a request; a worker that takes longer than `limit_s` is killed.
-
-        Raises
-        ------
-        WrongWorkerError
-            If its code differs from the sender's.
-        WorkerLostError
-            If it dies.
-        """
-        timer = threading.Timer(limit_s, self.process.kill)
-        timer.start()
-        try:
-            write_frame(self.requests, request)
-            found = read_frame(self.replies)
-            kind, content = parted(found) if found is not None else (b"", b"")
-        except (OSError, ValueError) as error:
-            raise WorkerLostError(plain_text(error)) from None
-        finally:
-            timer.cancel()
-        if found is None:
-            raise WorkerLostError("the worker died")
-        if kind == OTHER:
-            raise WrongWorkerError(content.decode())
-        return content
-
-    def close(self) -> None:
-        """End it, and with it all that it has started, also while a call is at work."""
-        with contextlib.suppress(OSError):
-            self.requests.close()
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            self.process.wait(END_S)
-        self.process.kill()
-        self.process.wait()
-        with contextlib.suppress(OSError):
-            self.replies.close()
-
-
 class Slot:
     """A worker that answers calls, and is replaced by another where a call has killed it."""
 
     def __init__(self, idle_s: float | None = None) -> None:
-        """Start none yet; `idle_s` as for :class:`Worker`."""
+        """Start none yet; a worker ends by itself after `idle_s` without a call."""
         self.idle_s, self.closed = idle_s, False
-        self.worker: Worker | None = None
+        self.process: subprocess.Popen[bytes] | None = None
         self.lock = threading.Lock()
 
     def run(self, call: bytes, versions: bytes = b"") -> Answer:
@@ -125,14 +75,43 @@ class Slot:
         """
         begun, wall_s = time.monotonic(), known_of(call).wall_s
         try:
-            return unpacked(self.started().ask(joined([versions, call]), wall_s + START_S))
+            return unpacked(self.ask(joined([versions, call]), wall_s + START_S))
         except (WorkerLostError, MessageError) as error:
             self.close_worker()
             reason = f"its process died with the process that started it ({plain_text(error)})"
             return Answer(end=CallEnd.DIED, reason=reason, seconds=time.monotonic() - begun)
 
-    def started(self) -> Worker:
-        """The worker.
+    def ask(self, request: bytes, limit_s: float) -> bytes:
+        """Content of the reply to a request; a worker that takes longer than `limit_s` is killed.
+
+        Raises
+        ------
+        WrongWorkerError
+            If its code differs from the sender's.
+        WorkerLostError
+            If it dies.
+        """
+        process = self.started()
+        assert process.stdin is not None
+        assert process.stdout is not None
+        timer = threading.Timer(limit_s, process.kill)
+        timer.start()
+        try:
+            write_frame(process.stdin, request)
+            found = read_frame(process.stdout)
+            kind, content = parted(found) if found is not None else (b"", b"")
+        except (OSError, ValueError) as error:
+            raise WorkerLostError(plain_text(error)) from None
+        finally:
+            timer.cancel()
+        if found is None:
+            raise WorkerLostError("the worker died")
+        if kind == OTHER:
+            raise WrongWorkerError(content.decode())
+        return content
+
+    def started(self) -> subprocess.Popen[bytes]:
+        """The worker, with the modules that this process can import.
 
         Raises
         ------
@@ -142,16 +121,28 @@ class Slot:
         with self.lock:
             if self.closed:
                 raise WorkerLostError("no call is wanted any more")
-            if self.worker is None or self.worker.process.poll() is not None:
+            if self.process is None or self.process.poll() is not None:
                 self.close_worker()
-                self.worker = Worker(self.idle_s)
-            return self.worker
+                variables = os.environ | ONE_THREAD | {"PYTHONPATH": os.pathsep.join(module_paths())}
+                line = [*COMMAND, *([] if self.idle_s is None else [str(self.idle_s)])]
+                self.process = start(line, given=subprocess.PIPE, output=subprocess.PIPE, variables=variables)
+            return self.process
 
     def close_worker(self) -> None:
-        """End the worker."""
-        worker, self.worker = self.worker, None
-        if worker is not None:
-            worker.close()
+        """End the worker, and with it all that it has started, also while a call is at work."""
+        process, self.process = self.process, None
+        if process is None:
+            return
+        assert process.stdin is not None
+        assert process.stdout is not None
+        with contextlib.suppress(OSError):
+            process.stdin.close()
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(END_S)
+        process.kill()
+        process.wait()
+        with contextlib.suppress(OSError):
+            process.stdout.close()
 
     def close(self) -> None:
         """End the worker, and start none again."""
@@ -164,16 +155,18 @@ class Slots:
     """Slots for calls from any thread: as many as are at work at once."""
 
     def __init__(self, idle_s: float | None = None) -> None:
-        """Start none yet; `idle_s` as for :class:`Worker`."""
+        """Start none yet; `idle_s` as for :class:`Slot`."""
         self.idle_s, self.lock = idle_s, threading.Lock()
         self.idle: list[Slot] = []
         self.busy: set[Slot] = set()
+        self.closed = False
 
     @contextlib.contextmanager
     def slot(self) -> Iterator[Slot]:
         """An idle slot, or a new one; after an exception, also an interruption, it is closed."""
         with self.lock:
             found = self.idle.pop() if self.idle else Slot(self.idle_s)
+            found.closed = self.closed
             self.busy.add(found)
         try:
             yield found
@@ -194,9 +187,9 @@ class Slots:
             slot.close()
 
     def close(self) -> None:
-        """End all workers, and with them the calls at work."""
+        """End all workers, and with them the calls at work; those that come later are answered as dead."""
         with self.lock:
-            busy = list(self.busy)
+            self.closed, busy = True, list(self.busy)
         for slot in busy:
             slot.close()
         self.close_idle()

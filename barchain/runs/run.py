@@ -29,6 +29,7 @@ from reports.tables.outcome import Outcome
 if TYPE_CHECKING:
     from adapters.engine import Engine
     from adapters.trajectory import Array
+    from barchain.record.study_store import StudyStore
     from barchain.runs.asking import Question
     from barchain.runs.job import Job, TimeLimit
 
@@ -220,3 +221,34 @@ def durations(given: object) -> dict[str, float]:
     """Wall times by phase from an answer, s."""
     found = given if isinstance(given, dict) else {}
     return {plain_text(k, 20): float(plain_number(v) or 0.0) for k, v in found.items()}
+
+
+def keep_run(store: StudyStore, job: Job, result: RunResult) -> None:
+    """Write a run's samples as the series ``trajectories/<scene>/<engine>``, and note the run in the record."""
+    from reports.tables.reading import digest  # noqa: PLC0415  # processes of runs need no tables
+    from reports.tables.rows import frame_digest  # noqa: PLC0415
+    from reports.tables.writing import parquet  # noqa: PLC0415
+
+    trajectory = result.trajectory
+    frame = None if trajectory is None else trajectory.of_run(job.scene).to_frame()
+    content = None if frame is None else parquet(frame)
+    name = f"trajectories/{job.scene.name}/{job.file_stem}"
+    file = None if content is None else store.files.series_name(name)
+    store.record["runs"].append({
+        "scene": job.scene.name,
+        "engine": job.engine,
+        "setting": str(job.setting),
+        "role": str(job.role),
+        "outcome": str(result.outcome),
+        "reason": result.reason,
+        "seconds": result.seconds,
+        "info": {} if trajectory is None else trajectory.info,
+        "file": file,
+        "digest": None if content is None else digest(content),
+        "rejected": result.rejected,
+        "bits": "" if frame is None else frame_digest(frame),
+    })  # fmt: skip
+    if file is None or content is None:
+        store.write_record()
+    else:
+        store.write_file(file, content)

@@ -23,7 +23,7 @@ from typing import BinaryIO
 
 import psutil
 
-from barchain.runs import asking  # noqa: F401  # what every forked process has loaded already
+from barchain.runs import run  # noqa: F401  # what every forked process has loaded already
 from barchain.runs.call import (
     FILE_B,
     LENGTH,
@@ -45,6 +45,7 @@ from barchain.runs.environment import FOLDER, Watchman
 from barchain.runs.message import MessageError, plain_text
 from barchain.runs.phases import late_words
 from barchain.runs.pool import OTHER
+from barchain.runs.processes import descendants, last_line, tail_of
 from barchain.runs.versions import code_versions, difference
 
 DONE = b"done"
@@ -101,10 +102,8 @@ class Child:
         if not path.is_file():
             return ""
         with path.open("rb") as file:
-            file.seek(max(0, path.stat().st_size - 4096))
-            tail = file.read().decode("utf-8", "replace")
-        said = [line for line in tail.splitlines() if line.strip()]
-        return f"; last output: {plain_text(said[-1], 200)}" if said else ""
+            said = last_line(tail_of(file))
+        return f"; last output: {plain_text(said, 200)}" if said else ""
 
 
 class Children:
@@ -156,7 +155,7 @@ class Children:
         while True:
             own = psutil.Process()
             found = [p for p in own.children() if p.pid not in kept]
-            found += [q for p in found for q in with_descendants(p)]
+            found += [q for p in found for q in descendants(p.pid)]
             for process in found:
                 with contextlib.suppress(psutil.Error):
                     process.kill()
@@ -210,19 +209,12 @@ class Children:
             self.end_strays()
 
 
-def with_descendants(process: psutil.Process) -> list[psutil.Process]:
-    """Descendants of a process."""
-    with contextlib.suppress(psutil.Error):
-        return list(process.children(recursive=True))
-    return []
-
-
 def memory_B(pid: int) -> int:
     """Resident memory of a process and its descendants, B."""
     total = 0
     with contextlib.suppress(psutil.Error):
         own = psutil.Process(pid)
-        for process in (own, *with_descendants(own)):
+        for process in (own, *descendants(pid)):
             with contextlib.suppress(psutil.Error):
                 total += process.memory_info().rss
     return total

@@ -54,7 +54,7 @@ def test_a_worker_computes_in_one_thread(group: PoolGroup, monkeypatch: pytest.M
 @pytest.mark.slow
 def test_a_worker_that_replaces_another_computes_in_one_thread_too(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(ENGINES, "faulty", FAULTY)
-    monkeypatch.setattr(pool, "RUNS_PER_WORKER", 1)
+    monkeypatch.setattr(tasks, "RUNS_PER_WORKER", 1)
     results = [
         r for _, r in run_jobs([job(), job(rtol=1e-7), job(rtol=1e-8)], time_limit_s=60.0, executor=LocalProcesses(1))
     ]

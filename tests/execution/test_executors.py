@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from barchain.runs.call import Call, CallEnd
+from barchain.runs.call import Call, CallEnd, pickled
 from barchain.runs.cluster.connection import ClusterLostError
 from barchain.runs.executors import DaskCluster, LocalProcesses
+from barchain.runs.pool import Slots
 from tests.execution import calls
 from tests.support.local_cluster import LocalCluster, kill
 
@@ -94,6 +95,14 @@ def test_a_process_that_is_killed_between_two_calls_is_replaced() -> None:
         session.submit(1, Call(calls.process, (), PATIENT_S))
         ((_, second),) = session.answers()
     assert second.content not in {b"", first.content}
+
+
+def test_a_call_that_comes_after_the_end_of_its_place_starts_no_worker() -> None:
+    slots = Slots()
+    slots.close()
+    with slots.slot() as slot:
+        found = slot.run(pickled(Call(calls.echo, (b"late",), PATIENT_S)))
+    assert (found.end, slot.process) == (CallEnd.DIED, None)
 
 
 def test_an_answer_that_is_no_bytes_never_reaches_the_sender_of_the_call(cluster: LocalCluster) -> None:

@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from barchain.runs.measuring import Stopwatch, queue_time_s, timed
+from barchain.runs.phases import Stopwatch, queue_time_s, timed
 
 WORK = "while True: pass"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from barchain.runs.facts import scene_facts
+from barchain.record.scene_description import scene_facts
 from reports.chapters.crossval.scene import facts
 from reports.text.record import SceneRecord
 from scenarios import load_scene

@@ -15,7 +15,7 @@ from adapters.common.initial_state import initial_state
 from adapters.registry import ENGINES, Registration
 from barchain.record.study_store import StudyStore
 from barchain.runs.job import Job, Role
-from barchain.runs.measuring import Peak, mark
+from barchain.runs.phases import Peak, mark
 from barchain.runs.timing.divided_chain import divided
 from barchain.runs.timing.evaluation import DIRECT, calibrated, evaluation_times, loop_of
 from barchain.studies.defaults import FAST

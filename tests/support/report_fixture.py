@@ -11,7 +11,7 @@ import pandas as pd
 
 from adapters.engine import Setting
 from adapters.reference.numpy_engines import Reference
-from barchain.runs.facts import scene_facts
+from barchain.record.scene_description import scene_facts
 from reports.tables.crossval import FILES, METRIC_COLUMNS, QUANTITY_UNITS
 from scenarios import Scene, load_scene
 from tests.support.results import series_folder, write_results

@@ -12,7 +12,7 @@ import json
 from typing import TYPE_CHECKING
 
 from barchain.runs.call import WrongWorkerError, joined, packed
-from barchain.runs.pool import START_S, Slots, Worker
+from barchain.runs.pool import START_S, Slot, Slots
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -59,11 +59,11 @@ async def worker_versions() -> dict[str, str]:
 def fresh_versions() -> dict[str, str]:
     """Versions that decide results, in a fresh process."""
     SLOTS.close_idle()
-    worker = Worker()
+    slot = Slot()
     try:
-        found: dict[str, str] = json.loads(worker.ask(joined([b""]), START_S))
+        found: dict[str, str] = json.loads(slot.ask(joined([b""]), START_S))
     finally:
-        worker.close()
+        slot.close()
     return found
 
 

@@ -1,6 +1,6 @@
 """Timing of `simulate` alone: one process for each engine, one thread, one core, one process at work at a time.
 
-A run's time leaves out the wait for a processor (:mod:`barchain.runs.measuring`). What else disturbs a run only
+A run's time leaves out the wait for a processor (:mod:`barchain.runs.phases`). What else disturbs a run only
 adds to its time. The time of a turn is therefore the least of its runs, and the time of a point the median over turns
 that lie apart. An engine's process lives through the whole study: imports and compiled code stay warm. A crash or a
 timed-out run costs its own point; the next process runs untimed once before it is timed.

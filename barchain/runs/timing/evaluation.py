@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.common.initial_state import chain_model, initial_state
-from barchain.runs.measuring import Stopwatch
+from barchain.runs.phases import Stopwatch
 from reference_impl.integrate.simulate import Simulation
 from reference_impl.kernel import layout
 from reference_impl.kernel.library import Evaluation

@@ -17,10 +17,11 @@ import numpy as np
 from adapters.common.equal_steps import step_s
 from adapters.engine import AccuracyParameter
 from adapters.registry import engines
+from barchain.record.environment import external_versions
+from barchain.record.scene_description import scene_words
 from barchain.runs.cases import run_cases
-from barchain.runs.choices import chosen_engines, unique_names
+from barchain.runs.choices import chosen_engines, engine_facts, unique_names
 from barchain.runs.executors import ONE_BY_ONE
-from barchain.runs.facts import engine_facts, external_versions, scene_words
 from barchain.runs.timing.bench import LONG_S, TimingBench
 from barchain.runs.timing.estimate import need_runnable
 from barchain.runs.timing.left_out import counted, failures, said

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
+from barchain.record.scene_description import scene_words
 from barchain.runs.asking import engine_class
 from barchain.runs.cases import run_cases
 from barchain.runs.executors import ALL_CORES, KeptAnswers
-from barchain.runs.facts import scene_words
 from barchain.runs.job import Job, Role
 from barchain.runs.tasks import limit_of, run_task
 from barchain.runs.timing.estimate import need_runnable

@@ -13,8 +13,8 @@ from barchain.runs import questions
 from barchain.runs.asking import reply_of
 from barchain.runs.call import QUESTION_S, Call, CallEnd
 from barchain.runs.job import Job, RunResult
-from barchain.runs.measuring import Peak
 from barchain.runs.message import message_bytes, plain_number, read_message
+from barchain.runs.phases import Peak
 from barchain.runs.run import failed_run, outside_call, outside_result, ran, result_of, run_job
 from barchain.runs.tasks import PoolGroup, pool_group
 from barchain.runs.timing.bench import LEAST_S, LONG_S, MOST_RUNS, STARTUP_S, pin, turn, warmed

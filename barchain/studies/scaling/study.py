@@ -14,13 +14,14 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from adapters.registry import engines
 from adapters.trajectory import Observable
+from barchain.record.environment import external_versions
+from barchain.record.scene_description import scene_words
 from barchain.runs.asking import engine_class
 from barchain.runs.cases import run_cases
-from barchain.runs.choices import chosen_engines
+from barchain.runs.choices import chosen_engines, engine_facts
 from barchain.runs.executors import ONE_BY_ONE
-from barchain.runs.facts import engine_facts, external_versions, scene_words
 from barchain.runs.job import Job, Role
-from barchain.runs.measuring import installed
+from barchain.runs.phases import installed
 from barchain.runs.timing.bench import TimingBench
 from barchain.runs.timing.divided_chain import SCENE, divided
 from barchain.runs.timing.evaluation import DIRECT

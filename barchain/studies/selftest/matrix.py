@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from adapters.engine import EngineError
 from adapters.registry import find_own_engine
 from barchain.faults.catalogue import CONTROLS, FIXED_SCENES, find
+from barchain.record.scene_description import scene_words
 from barchain.runs.asking import engine_class
 from barchain.runs.cases import run_cases
 from barchain.runs.executors import ALL_CORES
-from barchain.runs.facts import scene_words
 from barchain.runs.job import Role
 from barchain.solutions.judging import NUMPY
 from barchain.studies.selftest.fates import FaultCell, tried

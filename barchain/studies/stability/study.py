@@ -9,12 +9,13 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from adapters.engine import EngineError
+from barchain.record.scene_description import scene_words
 from barchain.runs.asking import engine_class
 from barchain.runs.cases import Case, Known, Shared, Task, run_cases
-from barchain.runs.choices import unique_names
+from barchain.runs.choices import engine_facts, unique_names
 from barchain.runs.executors import ALL_CORES
-from barchain.runs.facts import engine_facts, keep_run, scene_words
 from barchain.runs.job import JUDGING_ROLES, Job, Role, RunResult, TimeLimit, failure
+from barchain.runs.run import keep_run
 from barchain.runs.tasks import run_task
 from barchain.runs.timing.estimate import need_runnable
 from barchain.runs.timing.left_out import cannot
