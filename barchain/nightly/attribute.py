@@ -4,34 +4,21 @@ from __future__ import annotations
 
 import datetime
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from barchain.nightly.bisection import AttributionVerdict, find_causes
-from barchain.nightly.cells import (
-    NO_SCENES,
-    REPEATS,
-    CellError,
-    CellPlace,
-    CellRunner,
-    NightTrees,
-    command_of,
-    middle,
-    pins_of,
-    scene_of,
-    shows,
-    swaps_of,
-)
+from barchain.nightly.cells import NO_SCENES, CellError, Cells, middle, shows, swaps_of
 from barchain.nightly.changes import Direction, result_words
 from barchain.nightly.facts import OWN, suspicion
 from barchain.nightly.faults import HistoryError
-from barchain.nightly.figures import STEPPED, FigureKind
+from barchain.nightly.figures import FigureKind
 from barchain.nightly.told import Attribution, keep_attribution
 from barchain.runs.environment import scratch_folder
 from barchain.studies.study import ignore
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
-    from pathlib import Path
+    from collections.abc import Callable, Iterable, Mapping
 
     from barchain.nightly.bisection import Causes
     from barchain.nightly.cells import OwnScenes, Swap
@@ -53,7 +40,7 @@ def worth_attributing(judged: JudgedNight, most: int, scenes: OwnScenes = NO_SCE
     found: dict[tuple[str, str, tuple[str, ...]], Change] = {}
     for change in sorted(judged.tonight, key=rank):
         swaps, _ = swaps_of(suspicion(change, nights).suspects, scenes)
-        unmeasured = why_not_measured(change, swaps, nights[change.since], scenes)
+        unmeasured = why_not_measured(change, swaps, nights, scenes)
         if swaps and not unmeasured and not change.irreproducible:
             own = str(change.identity.kind) if change.identity.kind in OWN else ""
             found.setdefault((change.identity.engine, own, tuple(swap.name for swap in swaps)), change)
@@ -66,7 +53,7 @@ def reasons_against(judged: JudgedNight, scenes: OwnScenes = NO_SCENES) -> list[
     found: list[str] = []
     for change in judged.tonight:
         swaps, fixed = swaps_of(suspicion(change, nights).suspects, scenes)
-        if unmeasured := why_not_measured(change, swaps, nights[change.since], scenes):
+        if unmeasured := why_not_measured(change, swaps, nights, scenes):
             found.append(unmeasured)
         elif change.irreproducible:
             found.append("a run is not reproducible: equal parts gave other bits")
@@ -82,10 +69,10 @@ def rank(change: Change) -> tuple[bool, int, float]:
     return change.direction is not Direction.WORSE, place, -abs((change.factor or 1.0) - 1.0)
 
 
-def why_not_measured(change: Change, swaps: list[Swap], since: NightSummary, scenes: OwnScenes) -> str:
+def why_not_measured(change: Change, swaps: list[Swap], nights: Mapping[str, NightSummary], scenes: OwnScenes) -> str:
     """Why no command measures a figure by itself; empty if one does."""
     try:
-        command_of(change.identity, scene_of(change.identity, frozenset(), swaps, since, scenes))
+        Cells(change.was, change.now, nights[change.last], nights[change.since], swaps, scenes, Path())
     except CellError as error:
         return str(error).partition(": ")[2]
     return ""
@@ -159,15 +146,11 @@ def attribute_change(
     """Attribute one change between two nights."""
     identity = change.identity
     swaps, fixed = swaps_of(suspicion(change, {last.name: last, since.name: since}).suspects, scenes)
-    if unmeasured := why_not_measured(change, swaps, since, scenes):  # told before anything is made
-        raise HistoryError(f"{identity.name}: {unmeasured}")
+    cells = Cells(change.was, change.now, last, since, swaps, scenes, scratch)
     if not swaps:
         said = "; ".join(fixed) or "all parts that the figure depends on are the same"
         raise HistoryError(f"{identity.name}: no suspect can be exchanged: {said}")
-    depends = tuple(sorted({*change.was.depends, *change.now.depends}))
-    factorial = Factorial(
-        change, swaps, NightTrees(scratch / "trees", last, since, depends), since, depends, scratch, note, scenes
-    )
+    factorial = Factorial(change, cells, note)
     causes = find_causes([swap.name for swap in swaps], factorial.shows)
     made = datetime.datetime.now(datetime.UTC)
     attribution = Attribution(
@@ -179,23 +162,17 @@ def attribute_change(
 class Factorial:
     """Cells of one change, measured when they are asked for."""
 
-    def __init__(
-        self, change: Change, swaps: list[Swap], trees: NightTrees, since: NightSummary, depends: tuple[str, ...],
-        scratch: Path, note: Callable[[str], None], scenes: OwnScenes,
-    ) -> None:  # fmt: skip
-        """Take the suspects; nothing is measured yet."""
-        self.change, self.swaps, self.trees, self.since, self.depends = change, swaps, trees, since, depends
-        self.note, self.scenes = note, scenes
-        self.runner = CellRunner(change.identity, scratch / "cells")
-        self.repeats = REPEATS if change.identity.kind in STEPPED else 1
+    def __init__(self, change: Change, cells: Cells, note: Callable[[str], None]) -> None:
+        """Take the cells; nothing is measured yet."""
+        self.change, self.cells, self.note = change, cells, note
         self.results: dict[frozenset[str], Figure] = {}
 
     def shows(self, cell: frozenset[str]) -> bool:
         """Whether a cell shows the change; ratios are measured in turns with the cell of the old states."""
         base, found = [], []
-        for repeat in range(self.repeats):
-            base.append(self.measured(frozenset(), repeat))
-            found.append(self.measured(cell, repeat))
+        for repeat in range(self.cells.repeats):
+            base.append(self.cells.figure(repeat=repeat))
+            found.append(self.cells.figure(cell, repeat))
         self.results[frozenset()], self.results[cell] = middle(base), middle(found)
         old = self.results[frozenset()]
         if not as_on_the_night(old, self.change.was):
@@ -204,16 +181,10 @@ class Factorial:
                 f"the night had {result_words(self.change.was)}"
             )
         self.note(f"{cell_words(cell)}: {result_words(self.results[cell])}")
-        if len(cell) == len(self.swaps) and not as_on_the_night(self.results[cell], self.change.now):
+        if len(cell) == len(self.cells.swaps) and not as_on_the_night(self.results[cell], self.change.now):
             self.note(f"the night had {result_words(self.change.now)}")
             return False
         return shows(self.change.identity, old, self.results[cell], self.change.factor)
-
-    def measured(self, cell: frozenset[str], repeat: int) -> Figure:
-        """Figure of a cell."""
-        pins = tuple(pins_of(cell, self.swaps, self.since, self.depends))
-        scene = scene_of(self.change.identity, cell, self.swaps, self.since, self.scenes)
-        return self.runner.figure(CellPlace(pins, self.trees.tree(cell, self.swaps), scene), repeat)
 
     @property
     def told(self) -> tuple[tuple[str, str], ...]:

@@ -10,24 +10,11 @@ from typing import TYPE_CHECKING, TypeVar
 
 from packaging.version import Version
 
-from barchain.nightly.cells import (
-    NO_SCENES,
-    REPEATS,
-    CellPlace,
-    CellRunner,
-    NightTrees,
-    command_of,
-    middle,
-    pins_of,
-    scene_of,
-    shows,
-    swaps_of,
-)
+from barchain.nightly.cells import NO_SCENES, Cells, depends_of, shows, swaps_of
 from barchain.nightly.changes import result_words
-from barchain.nightly.environments import commit_tree
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import STEPPED
-from barchain.nightly.origins import AT, requirement_of, state_words, states_between
+from barchain.nightly.origins import AT, state_words, states_between
 from barchain.nightly.parts import capture
 from barchain.nightly.releases import releases_of
 from barchain.nightly.suspects import differing
@@ -240,14 +227,12 @@ def bisect_nights(
     """
     was, now = figure_of(store, good, figure), figure_of(store, bad, figure)
     last, since = store.summary(good), store.summary(bad)
-    depends = tuple(sorted({*was.depends, *now.depends}))
-    swaps, fixed = swaps_of(differing(last, since, depends), scenes)
+    swaps, fixed = swaps_of(differing(last, since, depends_of(was, now)), scenes)
     swap = the_one([one for one in swaps if not one.scenes], fixed, part)
-    scene = scene_of(was.identity, frozenset(), swaps, since, scenes)
-    command_of(was.identity, scene)
     with scratch_folder() as scratch:
+        cells = Cells(was, now, last, since, swaps, scenes, scratch)
         states = releases_between(swap, scratch) if swap.distribution else commits_between(last, since, swap)
-        walk = Walk(was, now, swap, swaps, states, last, since, depends, scratch, note, scene)
+        walk = Walk(was, now, swap, states, cells, note)
         try:
             found = bisect(len(states), walk.is_bad)
         except EndsError as error:
@@ -296,21 +281,19 @@ def releases_between(swap: Swap, scratch: Path) -> list[str]:
     HistoryError
         If the states have no order, or the repository can't be had.
     """
-    before, after = swap.suspect.before, swap.suspect.after
-    assert before is not None
-    assert after is not None
-    if AT in before.version + after.version:
+    before, after = swap.states
+    if AT in before + after:
         try:
-            states = states_between(before.version, after.version, scratch)
+            states = states_between(before, after, scratch)
         except GitError as error:
             raise HistoryError(f"{swap.name}: {error}") from None
         if states is None:
             raise HistoryError(f"{swap.name}: its states on both nights are no commits of one repository")
         return states
-    ends = sorted((Version(before.version), Version(after.version)))
-    known = [r.version for r in releases_of(swap.distribution) if ends[0] < r.version < ends[1]]
-    found = [str(v) for v in (ends[0], *known, ends[1])]
-    return found if Version(before.version) < Version(after.version) else found[::-1]
+    first, last = sorted((Version(before), Version(after)))
+    known = [r.version for r in releases_of(swap.distribution) if first < r.version < last]
+    found = [str(v) for v in (first, *known, last)]
+    return found if Version(before) == first else found[::-1]
 
 
 def commits_between(last: NightSummary, since: NightSummary, swap: Swap) -> list[str]:
@@ -335,29 +318,16 @@ class Walk:
     was: Figure
     now: Figure
     swap: Swap
-    swaps: list[Swap]
     states: list[str]
-    last: NightSummary
-    since: NightSummary
-    depends: tuple[str, ...]
-    scratch: Path
+    cells: Cells
     note: Callable[[str], None]
-    scene: str
-    """Name, or file of one's own"""
-
-    def __post_init__(self) -> None:
-        """Take what all states share."""
-        self.runner = CellRunner(self.was.identity, self.scratch / "cells")
-        self.trees = NightTrees(self.scratch / "trees", self.last, self.since, self.depends)
-        self.base: Figure | None = None
+    base: Figure | None = None
 
     def is_bad(self, k: int) -> bool | None:
         """Whether a state has the new value; None if it does not run. The first state gives the old value."""
-        found = self.measured(k)
-        self.note(
-            f"{self.swap.name} {state_words(self.states[k])}: {result_words(found)}"
-            f"{f' ({found.reason})' if found.missing else ''}"
-        )
+        found = self.cells.middle((self.swap, self.states[k]))
+        why = f" ({found.reason})" if found.missing else ""
+        self.note(f"{self.swap.name} {state_words(self.states[k])}: {result_words(found)}{why}")
         if found.missing and not self.now.missing:
             return None
         factor = self.now.value / self.was.value if self.now.value and self.was.value else None
@@ -369,25 +339,5 @@ class Walk:
     @property
     def comparable(self) -> bool:
         """Whether the good night's figure should be found again here: on its machine class, and not a time."""
-        here = capture().machine_class == self.last.environment.machine_class
+        here = capture().machine_class == self.cells.last.environment.machine_class
         return here and self.was.identity.kind not in STEPPED
-
-    def measured(self, k: int) -> Figure:
-        """Figure at a state."""
-        place = self.place(k)
-        repeats = REPEATS if self.was.identity.kind in STEPPED else 1
-        return middle([self.runner.figure(place, repeat) for repeat in range(repeats)])
-
-    def place(self, k: int) -> CellPlace:
-        """Environment and sources of a state."""
-        old: frozenset[str] = frozenset()
-        pins = pins_of(old, self.swaps, self.since, self.depends)
-        if self.swap.distribution:
-            pins = [
-                p for p in pins if not p.startswith((f"{self.swap.distribution}==", f"{self.swap.distribution}{AT}"))
-            ]
-            pins.append(requirement_of(self.swap.distribution, self.states[k]))
-            return CellPlace(tuple(pins), self.trees.tree(old, self.swaps), self.scene)
-        target = self.scratch / "commits" / self.states[k]
-        tree = target if target.is_dir() else commit_tree(self.states[k], target)
-        return CellPlace(tuple(pins), tree, self.scene)

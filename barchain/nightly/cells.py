@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from adapters.registry import find_engine
 from barchain.nightly.changes import OTHER_STUDIES, RULES, Direction, compared
 from barchain.nightly.environments import commit_tree, installed_tree, pinned_environment, replace_packages, run_in
 from barchain.nightly.faults import HistoryError, PinnedEnvironmentError
-from barchain.nightly.figures import Figure, FigureIdentity, FigureKind
+from barchain.nightly.figures import STEPPED, Figure, FigureIdentity, FigureKind
 from barchain.nightly.origins import can_be_installed, requirement_of
 from barchain.nightly.parts import SOURCES, installed_parts, scene_part
 from barchain.nightly.results import read_figures_of
@@ -44,6 +44,13 @@ class Swap:
     def name(self) -> str:
         """Name of the part."""
         return self.suspect.name
+
+    @property
+    def states(self) -> tuple[str, str]:
+        """Versions of a distribution, before and after."""
+        assert self.suspect.before is not None
+        assert self.suspect.after is not None
+        return self.suspect.before.version, self.suspect.after.version
 
 
 def swap_of(suspect: Suspect, scenes: OwnScenes) -> Swap | str:
@@ -105,87 +112,171 @@ def swaps_of(suspects: Iterable[Suspect], scenes: OwnScenes = NO_SCENES) -> tupl
     return found, reasons
 
 
-def pins_of(cell: frozenset[str], swaps: Sequence[Swap], since: NightSummary, depends: Iterable[str]) -> list[str]:
-    """Versions of a cell: old ones of suspects outside of it, new ones of all other distributions of the figure."""
-    versions = {}
-    for name in depends:
-        part = since.part_named.get(name)
-        if part is not None and name.startswith(DISTRIBUTIONS) and can_be_installed(part.version):
-            versions[name.partition(":")[2]] = part.version
-    for swap in swaps:
-        if swap.distribution:
-            state = swap.suspect.after if swap.name in cell else swap.suspect.before
-            assert state is not None
-            versions[swap.distribution] = state.version
-    return [requirement_of(name, version) for name, version in sorted(versions.items())]
+LIMIT_S = 300.0
+REPEATS = 3
+"""Measurements of a ratio in each cell; cells are measured in turns"""
+HALF = 0.5
+"""A ratio shows a change if it moved by more than this part of the change, as a logarithm"""
+MINUTES = 0.2
+FINER = "finer"
+"""End of the quantities of runs at the finer setting"""
+STUDIES = {"cost": "cost", "stability": "stability"}
 
 
-def scene_of(
-    identity: FigureIdentity, cell: frozenset[str], swaps: Sequence[Swap], since: NightSummary, scenes: OwnScenes
-) -> str:
-    """Scene of a cell: its name, or the file of one's own scene in the state of the cell.
+class CellError(HistoryError):
+    """Raised for a figure that can't be measured by itself; the message is one line."""
 
-    Raises
-    ------
-    CellError
-        If no file is the scene of the night.
+
+class Cells:
+    """Figures of one scene and engine in cells: some suspects in their old state, the rest as later.
+
+    A cell is given by the names of the suspects that have their new state. Its runs are made once, in an environment
+    with the versions of the cell and with a tree of its sources.
     """
-    if identity.scene in scene_names():
-        return identity.scene
-    name = scene_part(identity.scene)
-    swapped = next((swap for swap in swaps if swap.name == name), None)
-    if swapped is not None:
-        return swapped.scenes[name in cell]
-    part = since.part_named.get(name)
-    if part is None or part.digest not in scenes:
-        raise CellError(
-            f"{identity.name}: belongs to a scene of a file; give the file as it was on the night with --scene"
-        )
-    return scenes[part.digest]
 
+    def __init__(
+        self, was: Figure, now: Figure, last: NightSummary, since: NightSummary, swaps: Sequence[Swap],
+        scenes: OwnScenes, scratch: Path,
+    ) -> None:  # fmt: skip
+        """Take the figure of both nights and the suspects that can be exchanged; nothing is made yet.
 
-class NightTrees:
-    """Sources of two nights, and mixtures of both; each is made once."""
+        Raises
+        ------
+        CellError
+            If no command measures the figure by itself.
+        """
+        self.identity, self.last, self.since, self.swaps, self.scenes = was.identity, last, since, swaps, scenes
+        self.depends = depends_of(was, now)
+        self.scratch, self.trees = scratch, dict[str, Path]()
+        self.repeats = REPEATS if self.identity.kind in STEPPED else 1
+        self.measured: dict[tuple[Any, ...], Mapping[FigureIdentity, Figure] | str] = {}
+        command_of(self.identity, self.scene())
 
-    def __init__(self, folder: Path, last: NightSummary, since: NightSummary, depends: Iterable[str]) -> None:
-        """Take an empty folder; trees are made when they are asked for."""
-        self.folder, self.last, self.since, self.depends = folder, last, since, tuple(depends)
-        self.made: dict[str, Path] = {}
+    def figure(
+        self, new: frozenset[str] = frozenset(), repeat: int = 0, walked: tuple[Swap, str] | None = None
+    ) -> Figure:
+        """Figure of a cell; missing, with the reason, if the cell does not run.
 
-    def tree(self, cell: frozenset[str], swaps: Sequence[Swap]) -> Path:
-        """Sources of a cell.
+        Parameters
+        ----------
+        new : frozenset of str
+            Suspects with their new state.
+        repeat : int
+            Number of the measurement.
+        walked : tuple, optional
+            A suspect and the state that it has instead: that of a distribution, or a commit of barchain.
 
         Raises
         ------
         PinnedEnvironmentError
             If the sources of a night can't be made again.
         """
-        old = [swap for swap in swaps if swap.packages and swap.name not in cell]
-        if not old:
+        pins, scene = tuple(self.pins(new, walked)), self.scene(new)
+        commit = walked[1] if walked is not None and not walked[0].distribution else ""
+        key = pins, commit or self.tree_name(new), scene, repeat
+        if key not in self.measured:
+            self.measured[key] = self.measure(pins, self.of_commit(commit) if commit else self.tree(new), scene)
+        found = self.measured[key]
+        if isinstance(found, str):
+            return Figure(self.identity, reason=found)
+        return found.get(self.identity, Figure(self.identity, reason="the run gave no such figure"))
+
+    def middle(self, walked: tuple[Swap, str]) -> Figure:
+        """Figure at a state of a suspect, of several measurements the one with the median value."""
+        return middle([self.figure(repeat=repeat, walked=walked) for repeat in range(self.repeats)])
+
+    def measure(self, pins: tuple[str, ...], tree: Path, scene: str) -> Mapping[FigureIdentity, Figure] | str:
+        """All figures of a run in a cell, or why there are none."""
+        folder = self.scratch / f"cell-{len(self.measured)}"
+        folder.mkdir(parents=True)
+        try:
+            environment = pinned_environment(pins, also=needed_by(self.identity))
+        except PinnedEnvironmentError as error:
+            return str(error)
+        line = ("-m", "barchain", "-q", *command_of(self.identity, scene), "--out", str(folder / "out"))
+        done = run_in(environment, tree, line, limit_s=LIMIT_S, folder=folder)
+        try:
+            return {figure.identity: figure for figure in read_figures_of(folder / "out")}
+        except (HistoryError, FileNotFoundError, ValueError):
+            return done.reason or f"ended with exit code {done.code}"
+
+    def pins(self, new: frozenset[str], walked: tuple[Swap, str] | None) -> list[str]:
+        """Versions of a cell: old ones of suspects outside of it, new ones of all other distributions of the figure."""
+        states = {}
+        for name in self.depends:
+            part = self.since.part_named.get(name)
+            if part is not None and name.startswith(DISTRIBUTIONS) and can_be_installed(part.version):
+                states[name.partition(":")[2]] = part.version
+        for swap in self.swaps:
+            if swap.distribution:
+                states[swap.distribution] = swap.states[swap.name in new]
+        if walked is not None and walked[0].distribution:
+            states[walked[0].distribution] = walked[1]
+        return [requirement_of(name, state) for name, state in sorted(states.items())]
+
+    def scene(self, new: frozenset[str] = frozenset()) -> str:
+        """Scene of a cell: its name, or the file of one's own scene in the state of the cell.
+
+        Raises
+        ------
+        CellError
+            If no file is the scene of the night.
+        """
+        name = self.identity.scene
+        if name in scene_names():
+            return name
+        swapped = next((swap for swap in self.swaps if swap.name == scene_part(name)), None)
+        if swapped is not None:
+            return swapped.scenes[swapped.name in new]
+        part = self.since.part_named.get(scene_part(name))
+        if part is None or part.digest not in self.scenes:
+            said = "belongs to a scene of a file; give the file as it was on the night with --scene"
+            raise CellError(f"{self.identity.name}: {said}")
+        return self.scenes[part.digest]
+
+    def tree_name(self, new: frozenset[str]) -> str:
+        """Name of a mixture of sources: the suspects that have their old state; empty of the later night's."""
+        return "+".join(sorted(swap.name for swap in self.swaps if swap.packages and swap.name not in new))
+
+    def tree(self, new: frozenset[str]) -> Path:
+        """Sources of a cell: those of the later night, and in them old ones of suspects outside of the cell."""
+        name = self.tree_name(new)
+        if not name:
             return self.whole(self.since)
-        key = "+".join(sorted(swap.name for swap in old))
-        if key not in self.made:
-            tree = self.copy(self.since, f"mixed-{len(self.made)}")
-            for swap in old:
-                replace_packages(tree, self.whole(self.last), swap.packages)
-            self.made[key] = tree
-        return self.made[key]
+        if name not in self.trees:
+            tree = self.copy(self.since)
+            for swap in self.swaps:
+                if swap.packages and swap.name not in new:
+                    replace_packages(tree, self.whole(self.last), swap.packages)
+            self.trees[name] = tree
+        return self.trees[name]
 
     def whole(self, night: NightSummary) -> Path:
         """Sources of a night."""
-        if night.name not in self.made:
-            self.made[night.name] = self.copy(night, f"night-{len(self.made)}")
-        return self.made[night.name]
+        if night.name not in self.trees:
+            self.trees[night.name] = self.copy(night)
+        return self.trees[night.name]
 
-    def copy(self, night: NightSummary, name: str) -> Path:
+    def of_commit(self, commit: str) -> Path:
+        """Sources of a commit."""
+        if commit not in self.trees:
+            self.trees[commit] = commit_tree(commit, self.scratch / f"commit-{commit}")
+        return self.trees[commit]
+
+    def copy(self, night: NightSummary) -> Path:
         """New tree of a night's sources: those of this installation if they are the same, else those of its commit."""
+        target = self.scratch / f"tree-{len(list(self.scratch.glob('tree-*')))}"
         if same_sources(night, self.depends):
-            return installed_tree(self.folder / name)
+            return installed_tree(target)
         if not night.commit:
-            raise PinnedEnvironmentError(
-                f"{night.name}: its sources are not those of this installation, and it knows no commit"
-            )
-        return commit_tree(night.commit, self.folder / name)
+            said = "its sources are not those of this installation, and it knows no commit"
+            raise PinnedEnvironmentError(f"{night.name}: {said}")
+        return commit_tree(night.commit, target)
+
+
+def depends_of(was: Figure, now: Figure) -> tuple[str, ...]:
+    """Parts that a figure depends on, on either night."""
+    return tuple(sorted({*was.depends, *now.depends}))
 
 
 def same_sources(night: NightSummary, depends: Iterable[str]) -> bool:
@@ -213,67 +304,6 @@ def installed_here(night: NightSummary) -> tuple[NightPart, ...]:
     names = set(night.part_named)
     shipped = [name for name in scene_names() if f"{SCENE}{name}" in names]
     return installed_parts(engines(), shipped, night.environment)
-
-
-LIMIT_S = 300.0
-REPEATS = 3
-"""Measurements of a ratio in each cell; cells are measured in turns"""
-HALF = 0.5
-"""A ratio shows a change if it moved by more than this part of the change, as a logarithm"""
-MINUTES = 0.2
-FINER = "finer"
-"""End of the quantities of runs at the finer setting"""
-STUDIES = {"cost": "cost", "stability": "stability"}
-
-
-class CellError(HistoryError):
-    """Raised for a figure that can't be measured by itself; the message is one line."""
-
-
-@dataclass(frozen=True)
-class CellPlace:
-    """Environment and sources of a cell."""
-
-    pins: tuple[str, ...]
-    tree: Path
-    scene: str
-    """Name, or file of one's own"""
-
-
-@dataclass
-class CellRunner:
-    """Measures the figures of one scene and engine in cells; each cell and repeat is measured once."""
-
-    identity: FigureIdentity
-    folder: Path
-    limit_s: float = LIMIT_S
-    measured: dict[tuple[CellPlace, int], Mapping[FigureIdentity, Figure]] = field(default_factory=dict)
-    reasons: dict[CellPlace, str] = field(default_factory=dict)
-    """Why a cell gave no figures"""
-
-    def figure(self, place: CellPlace, repeat: int = 0) -> Figure:
-        """Figure of a cell; missing, with the reason, if the cell does not run."""
-        if (place, repeat) not in self.measured:
-            self.measured[place, repeat] = self.measure(place, len(self.measured))
-        reason = self.reasons.get(place, "the run gave no such figure")
-        return self.measured[place, repeat].get(self.identity, Figure(self.identity, reason=reason))
-
-    def measure(self, place: CellPlace, number: int) -> Mapping[FigureIdentity, Figure]:
-        """All figures of a run in a cell."""
-        scratch = self.folder / f"cell-{number}"
-        scratch.mkdir(parents=True)
-        try:
-            environment = pinned_environment(place.pins, also=needed_by(self.identity))
-        except PinnedEnvironmentError as error:
-            self.reasons[place] = str(error)
-            return {}
-        line = ("-m", "barchain", "-q", *command_of(self.identity, place.scene), "--out", str(scratch / "out"))
-        done = run_in(environment, place.tree, line, limit_s=self.limit_s, folder=scratch)
-        try:
-            return {figure.identity: figure for figure in read_figures_of(scratch / "out")}
-        except (HistoryError, FileNotFoundError, ValueError):
-            self.reasons[place] = done.reason or f"ended with exit code {done.code}"
-            return {}
 
 
 def needed_by(identity: FigureIdentity) -> tuple[str, ...]:
