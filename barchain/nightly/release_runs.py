@@ -156,25 +156,10 @@ def compare(
     plan: ReleasesPlan, environment: PinnedEnvironment, tree: Path, scratch: Path, found: MeasuredRelease
 ) -> str:
     """Add errors and trajectories; returns why nothing ran, or an empty text."""
-    out = scratch / "comparison"
-    line = (
-        "-m",
-        "barchain",
-        "-q",
-        "compare",
-        *plan.scenes,
-        "--engine",
-        plan.engine,
-        "--workers",
-        "1",
-        "--out",
-        str(out),
-    )
-    done = run_in(environment, tree, line, limit_s=plan.limit_s, folder=scratch)
-    try:
-        figures = read_figures_of(out)
-    except (HistoryError, FileNotFoundError, ValueError):
-        return done.reason or f"ended with exit code {done.code}"
+    line = ("compare", *plan.scenes, "--engine", plan.engine, "--workers", "1")
+    figures = measured_figures(line, plan, environment, tree, scratch / "comparison")
+    if isinstance(figures, str):
+        return figures
     own = [figure for figure in figures if figure.identity.engine == plan.engine]
     place = {"engine": plan.engine, "version": found.release["version"]}
     verdicts = {f.identity.scene: f for f in own if f.identity.quantity == "verdict"}
@@ -182,6 +167,18 @@ def compare(
     found.runs += [place | row for row in run_rows(own)]
     broken = [f for f in verdicts.values() if f.word in RUN_FAULTS]
     return broken[0].reason if broken and len(broken) == len(verdicts) else "" if verdicts else "no scene was judged"
+
+
+def measured_figures(
+    line: tuple[str, ...], plan: ReleasesPlan, environment: PinnedEnvironment, tree: Path, out: Path
+) -> tuple[Figure, ...] | str:
+    """Figures of a command of barchain with a release, or why there are none."""
+    arguments = ("-m", "barchain", "-q", *line, "--out", str(out))
+    done = run_in(environment, tree, arguments, limit_s=plan.limit_s, folder=out.parent)
+    try:
+        return read_figures_of(out)
+    except (HistoryError, FileNotFoundError, ValueError):
+        return done.reason or f"ended with exit code {done.code}"
 
 
 def error_rows(figures: Iterable[Figure], verdicts: dict[str, Figure]) -> Iterable[dict[str, Any]]:
@@ -214,16 +211,13 @@ def run_rows(figures: Iterable[Figure]) -> Iterable[dict[str, Any]]:
 
 def time(plan: ReleasesPlan, environment: PinnedEnvironment, tree: Path, scratch: Path, found: MeasuredRelease) -> str:
     """Add times at equal error, relative to the anchor that is timed in turns; why there are none, or an empty text."""
-    out = scratch / "cost"
     line = (
-        "-m", "barchain", "-q", "cost", plan.timed, "--engine", plan.engine, "--engine", plan.anchor, "--repeats", "5",
-        "--minutes", f"{plan.minutes_each:.3f}", "--time-limit", "1", "--out", str(out),
+        "cost", plan.timed, "--engine", plan.engine, "--engine", plan.anchor, "--repeats", "5", "--minutes",
+        f"{plan.minutes_each:.3f}", "--time-limit", "1",
     )  # fmt: skip
-    done = run_in(environment, tree, line, limit_s=plan.limit_s, folder=scratch)
-    try:
-        figures = read_figures_of(out)
-    except (HistoryError, FileNotFoundError, ValueError):
-        return done.reason or f"ended with exit code {done.code}"
+    figures = measured_figures(line, plan, environment, tree, scratch / "cost")
+    if isinstance(figures, str):
+        return figures
     ratios = [f for f in figures if f.identity.kind is FigureKind.RATIO and f.identity.engine == plan.engine]
     for figure in (f for f in ratios if f.identity.quantity.endswith(RATIO)):
         i = figure.identity
