@@ -23,10 +23,10 @@ from barchain.arguments import (
 from barchain.record.claim import locked_if_there
 from barchain.runs.asking import engine_class
 from barchain.runs.choices import choose_setting, chosen_engines
+from barchain.runs.estimate import need_runnable
 from barchain.runs.executors import WORKERS_S, LocalProcesses, chosen_executor
 from barchain.runs.job import TIME_LIMIT_S, Job, Role
 from barchain.runs.tasks import run_jobs
-from barchain.runs.timing.estimate import need_runnable
 from reports.tables.outcome import Outcome
 from scenarios import Scene, check_scene, load_scene, scene_names
 

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from barchain.runs.timing.evaluation import evaluation_times, loop_of
+from barchain.studies.timing.evaluation import evaluation_times, loop_of
 from scenarios import Gravity, load_scene
 
 if TYPE_CHECKING:

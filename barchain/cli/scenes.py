@@ -187,7 +187,7 @@ def valid(file: str) -> bool:
     """Print whether a file holds a scene, and if not, its faults to standard error."""
     from adapters.registry import engines
     from barchain.crossval.external_coverage import instants_advice
-    from barchain.runs.timing.estimate import TOLD_S, estimated_run_s, need_runnable, work_words
+    from barchain.runs.estimate import TOLD_S, estimated_run_s, need_runnable, work_words
     from scenarios import SceneError, load_scene
 
     try:

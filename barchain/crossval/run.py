@@ -17,9 +17,9 @@ from barchain.judge.tolerances import TOLERANCES
 from barchain.record.scene_description import scene_facts
 from barchain.runs.choices import choose_setting, chosen_engines, engine_facts, unique_names
 from barchain.runs.environment import kept_or_temporary
+from barchain.runs.estimate import TOLD_S, estimated_run_s, need_runnable, work_words
 from barchain.runs.executors import ALL_CORES
 from barchain.runs.job import TIME_LIMIT_S
-from barchain.runs.timing.estimate import TOLD_S, estimated_run_s, need_runnable, work_words
 from barchain.studies.study import ignore, run_and_render
 from reference_impl.kernel.build import why_missing
 from reference_impl.paper.misprint_effects import misprint_effects

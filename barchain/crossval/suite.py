@@ -23,10 +23,10 @@ from barchain.runs.asking import OutsideEngine, engine_class
 from barchain.runs.call import CallLateError
 from barchain.runs.cases import Case, Known, Shared, Task, run_cases
 from barchain.runs.job import JUDGING_ROLES, Job, Role, RunResult
+from barchain.runs.left_out import cannot
 from barchain.runs.message import plain_text
 from barchain.runs.run import keep_run
 from barchain.runs.tasks import limit_of, run_task
-from barchain.runs.timing.left_out import cannot
 from barchain.solutions.judging import (
     CERTIFIER,
     WORDS,

@@ -16,8 +16,8 @@ from barchain.given.channels import read_channels
 from barchain.given.table import TableError
 from barchain.given.verdict import judge_file, placed
 from barchain.judge.written import Declared
-from barchain.runs.run import keep_run
 from barchain.runs.job import Job, Role, RunResult
+from barchain.runs.run import keep_run
 from barchain.runs.tasks import run_jobs
 from barchain.solutions.judging import judging_jobs, judging_solution
 from barchain.solutions.reference import SolutionSource, closely_sampled

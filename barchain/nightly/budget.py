@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import psutil
 
-from barchain.runs.timing.bench import LONG_S
 from barchain.studies.cost.study import FEWEST_LONG_TURNS, FEWEST_TURNS
+from barchain.studies.timing.bench import LONG_S
 from reports.tables import cost, crossval, stability
 from reports.tables.nights.facts import INTERRUPTED, PartState, scene_name
 from reports.tables.outcome import Outcome

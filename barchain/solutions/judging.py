@@ -20,8 +20,8 @@ from adapters.reference import CLOSE_START_RAD as WIDE_CLOSE_START_RAD
 from adapters.registry import COMPILED, ENGINES, WIDE
 from barchain.metrics.model_difference import track_response
 from barchain.metrics.quantities import TRACK, differences, largest, own_rate
+from barchain.runs.estimate import estimated_run_s
 from barchain.runs.job import CERTIFIED_ROLES, SOLUTION_ROLES, Job, Role, RunResult
-from barchain.runs.timing.estimate import estimated_run_s
 from barchain.solutions.certified_table import moved
 from barchain.solutions.reference import (
     FINE_RTOL,

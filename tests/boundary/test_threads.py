@@ -16,7 +16,7 @@ from barchain.runs.executors import ONE_BY_ONE, LocalProcesses
 from barchain.runs.job import Job, Role
 from barchain.runs.processes import run
 from barchain.runs.tasks import PoolGroup, pool_group, run_jobs
-from barchain.runs.timing.bench import TimingBench
+from barchain.studies.timing.bench import TimingBench
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
 from tests.support.slow import one_in

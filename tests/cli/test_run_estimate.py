@@ -9,7 +9,7 @@ import pytest
 from barchain import api
 from barchain.cli.main import run
 from barchain.runs.asking import engine_class
-from barchain.runs.timing.estimate import LONGEST_S, TooLongError, estimated_run_s, need_runnable
+from barchain.runs.estimate import LONGEST_S, TooLongError, estimated_run_s, need_runnable
 from scenarios import load_scene, make_scene, scene_names
 
 TABLES = {

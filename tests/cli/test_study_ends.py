@@ -11,7 +11,7 @@ from adapters.registry import ENGINES, Registration
 from barchain.cli.common.exit_codes import ExitCode
 from barchain.cli.common.result_folder import end_study
 from barchain.cli.main import run
-from barchain.runs.timing.left_out import failures
+from barchain.runs.left_out import failures
 from barchain.studies.ensemble.statistics import RunTally
 from barchain.studies.ensemble.study import EnsembleSummary
 from barchain.studies.selftest.trial import SceneRuns

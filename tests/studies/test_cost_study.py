@@ -15,13 +15,13 @@ from barchain.runs.cases import Known, run_cases
 from barchain.runs.executors import ALL_CORES
 from barchain.runs.job import RunResult
 from barchain.runs.pool import OneByOneSession
-from barchain.runs.timing.orders import fit_order
 from barchain.solutions.certified import certified
 from barchain.studies.cost.errors import errors_at_equal_steps, errors_of, under_floor
 from barchain.studies.cost.findings import orders_table
 from barchain.studies.cost.plan import load_jobs, name_of, shortened, sweeps, too_fine, too_long
 from barchain.studies.cost.study import CostRun, columns_of, cost_study, load_row, load_rows
 from barchain.studies.study import Reporter, run_study
+from barchain.studies.timing.orders import fit_order
 from reports.render import render_study
 from reports.tables.cost import FILES, INDEPENDENT, TABLES, read_cost
 from reports.tables.outcome import Outcome

@@ -16,8 +16,6 @@ from adapters.registry import ENGINES, Registration
 from barchain.record.study_store import StudyStore
 from barchain.runs.job import Job, Role
 from barchain.runs.phases import Peak, mark
-from barchain.runs.timing.divided_chain import divided
-from barchain.runs.timing.evaluation import DIRECT, calibrated, evaluation_times, loop_of
 from barchain.studies.defaults import FAST
 from barchain.studies.scaling.fit import (
     LEAST_MEMORY_B,
@@ -31,6 +29,8 @@ from barchain.studies.scaling.fit import (
 from barchain.studies.scaling.point import ScalingTask, own_point
 from barchain.studies.scaling.study import ScalingRun, ScalingStudy, scaling_study
 from barchain.studies.study import Reporter, run_study
+from barchain.studies.timing.divided_chain import divided
+from barchain.studies.timing.evaluation import DIRECT, calibrated, evaluation_times, loop_of
 from reports.chapters.scaling import memory_text
 from reports.render import render, render_study
 from reports.tables.outcome import Outcome

@@ -11,8 +11,10 @@ import pandas as pd
 
 from adapters.engine import AccuracyParameter
 from barchain.runs.asking import engine_class
-from barchain.runs.timing.orders import SCATTERED, STRAIGHT, OrderFit, fit_order, price_of_a_digit
-from barchain.runs.timing.statistics import (
+from barchain.studies.cost.errors import TELLS
+from barchain.studies.cost.plan import LONGER, SHORTENED
+from barchain.studies.timing.orders import SCATTERED, STRAIGHT, OrderFit, fit_order, price_of_a_digit
+from barchain.studies.timing.statistics import (
     CurvePosition,
     Interval,
     WorkPrecisionCurve,
@@ -23,8 +25,6 @@ from barchain.runs.timing.statistics import (
     on_front,
     parts,
 )
-from barchain.studies.cost.errors import TELLS
-from barchain.studies.cost.plan import LONGER, SHORTENED
 from reports.tables.cost import BASELINE, OWN_EQUATIONS
 from reports.tables.outcome import Outcome
 from reports.tables.rows import NOT_RUN

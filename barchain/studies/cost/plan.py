@@ -11,7 +11,7 @@ from adapters.common.equal_steps import step_s
 from adapters.engine import AccuracyParameter
 from barchain.runs.asking import engine_class
 from barchain.runs.job import Job, Role
-from barchain.runs.timing.left_out import LeftOut, cannot
+from barchain.runs.left_out import LeftOut, cannot
 from barchain.studies.cost.errors import UNITS
 from reports.tables.cost import INDEPENDENT, OWN_EQUATIONS
 from reports.tables.outcome import Outcome

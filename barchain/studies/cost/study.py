@@ -21,12 +21,9 @@ from barchain.record.environment import external_versions
 from barchain.record.scene_description import scene_words
 from barchain.runs.cases import run_cases
 from barchain.runs.choices import chosen_engines, engine_facts, unique_names
+from barchain.runs.estimate import need_runnable
 from barchain.runs.executors import ONE_BY_ONE
-from barchain.runs.timing.bench import LONG_S, TimingBench
-from barchain.runs.timing.estimate import need_runnable
-from barchain.runs.timing.left_out import counted, failures, said
-from barchain.runs.timing.load import OtherLoad
-from barchain.runs.timing.statistics import interval, median_time
+from barchain.runs.left_out import counted, failures, said
 from barchain.studies.cost.errors import ORDER, errors_at_equal_steps, errors_of, under_floor
 from barchain.studies.cost.findings import equal_steps_row, front_of, orders_table, price_table, reach_table
 from barchain.studies.cost.plan import (
@@ -42,6 +39,9 @@ from barchain.studies.cost.plan import (
 )
 from barchain.studies.defaults import COST
 from barchain.studies.study import StudyEnd
+from barchain.studies.timing.bench import LONG_S, TimingBench
+from barchain.studies.timing.load import OtherLoad
+from barchain.studies.timing.statistics import interval, median_time
 from reports.tables.cost import FILES
 from reports.tables.outcome import Outcome
 from reports.tables.rows import NOT_RUN

@@ -15,10 +15,10 @@ from adapters.registry import ENGINES
 from barchain.record.scene_description import scene_words
 from barchain.runs.asking import engine_class
 from barchain.runs.cases import run_cases
+from barchain.runs.estimate import need_runnable
 from barchain.runs.executors import ALL_CORES, KeptAnswers
 from barchain.runs.job import Job, Role
 from barchain.runs.tasks import limit_of, run_task
-from barchain.runs.timing.estimate import need_runnable
 from barchain.studies.defaults import EFFECTS, FAST, MATTERS, RTOL, SLOW
 from barchain.studies.effects.atmosphere import heights_of
 from barchain.studies.effects.sizes import LOOSER, RunPair, change, scales, sizes_over

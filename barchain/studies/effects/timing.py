@@ -18,9 +18,9 @@ import numpy as np
 
 from barchain.runs.call import Call
 from barchain.runs.message import message_bytes, read_message
-from barchain.runs.timing.bench import TimingBench, pin
-from barchain.runs.timing.evaluation import DIRECT, evaluation_times, loop_of
-from barchain.runs.timing.statistics import Interval, median_time
+from barchain.studies.timing.bench import TimingBench, pin
+from barchain.studies.timing.evaluation import DIRECT, evaluation_times, loop_of
+from barchain.studies.timing.statistics import Interval, median_time
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:

@@ -15,8 +15,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from barchain.record.scene_description import scene_facts
+from barchain.runs.estimate import need_runnable
 from barchain.runs.executors import ALL_CORES, DaskCluster, KeptAnswers
-from barchain.runs.timing.estimate import need_runnable
 from barchain.studies.ensemble.chunks import LEAST_RUNS, SAMPLES, columns, run_chunks
 from barchain.studies.ensemble.population import Ensemble, check_effects, populations
 from barchain.studies.ensemble.statistics import RunTally, quantile_table, run_rows, run_table

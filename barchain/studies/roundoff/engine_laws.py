@@ -25,9 +25,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from barchain.runs.timing.orders import FEWEST, LEAST_SLOPE, SCATTERED, STRAIGHT, straight_run
 from barchain.studies.roundoff.engines import INERTIAL
 from barchain.studies.roundoff.laws import grouped, line
+from barchain.studies.timing.orders import FEWEST, LEAST_SLOPE, SCATTERED, STRAIGHT, straight_run
 from reports.tables.roundoff import TABLES
 
 if TYPE_CHECKING:

@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.stats import kruskal
 
-from barchain.runs.timing.divided_chain import SCENE, divided
-from barchain.runs.timing.evaluation import evaluation_times, numpy_loop
-from barchain.runs.timing.statistics import interval
 from barchain.studies.roundoff.formulations import FORMULATIONS, PRODUCTION
 from barchain.studies.roundoff.states import EvaluationCase, StateKind, exact_case, longitude_rad
 from barchain.studies.roundoff.third_parties import THIRD_PARTIES
+from barchain.studies.timing.divided_chain import SCENE, divided
+from barchain.studies.timing.evaluation import evaluation_times, numpy_loop
+from barchain.studies.timing.statistics import interval
 from reference_impl.precision.arithmetic import ARITHMETICS, EXACT, Values, exact_numbers
 from reference_impl.precision.formulations import absolute, relative
 from scenarios import load_scene

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.runs.timing.orders import FEWEST, slope
 from barchain.studies.roundoff.evaluation import BOTH, FORMULA, INPUT, REACTION
 from barchain.studies.roundoff.formulations import LONGEST_STEP
 from barchain.studies.roundoff.states import StateKind
 from barchain.studies.roundoff.third_parties import FALLS, THIRD_PARTIES
 from barchain.studies.roundoff.trajectories import GROWS_FROM
+from barchain.studies.timing.orders import FEWEST, slope
 from reference_impl.precision.arithmetic import ARITHMETICS
 from reports.tables.roundoff import RUN, TABLES
 

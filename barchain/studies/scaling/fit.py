@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from barchain.runs.timing.orders import FEWEST, slope
-from barchain.runs.timing.statistics import Interval
 from barchain.studies.defaults import FAST
+from barchain.studies.timing.orders import FEWEST, slope
+from barchain.studies.timing.statistics import Interval
 from reports.tables.scaling import FITTED
 
 if TYPE_CHECKING:

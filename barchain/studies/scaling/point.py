@@ -17,16 +17,16 @@ from barchain.runs.message import message_bytes, plain_number, read_message
 from barchain.runs.phases import Peak
 from barchain.runs.run import failed_run, outside_call, outside_result, ran, result_of, run_job
 from barchain.runs.tasks import PoolGroup, pool_group
-from barchain.runs.timing.bench import LEAST_S, LONG_S, MOST_RUNS, STARTUP_S, pin, turn, warmed
-from barchain.runs.timing.evaluation import DIRECT, evaluation_times, loop_of
-from barchain.runs.timing.statistics import median_time
+from barchain.studies.timing.bench import LEAST_S, LONG_S, MOST_RUNS, STARTUP_S, pin, turn, warmed
+from barchain.studies.timing.evaluation import DIRECT, evaluation_times, loop_of
+from barchain.studies.timing.statistics import median_time
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
     from barchain.runs.call import Answer
     from barchain.runs.cases import Case
-    from barchain.runs.timing.bench import TimingBench
+    from barchain.studies.timing.bench import TimingBench
 
 BUILDS = 3.0  # a model may take this many times as long to build, or compile, as to run
 LONG_TURNS = 3  # of runs over LONG_S, the first one counted

@@ -21,16 +21,16 @@ from barchain.runs.cases import run_cases
 from barchain.runs.choices import chosen_engines, engine_facts
 from barchain.runs.executors import ONE_BY_ONE
 from barchain.runs.job import Job, Role
+from barchain.runs.left_out import cannot, counted, failures, said
 from barchain.runs.phases import installed
-from barchain.runs.timing.bench import TimingBench
-from barchain.runs.timing.divided_chain import SCENE, divided
-from barchain.runs.timing.evaluation import DIRECT
-from barchain.runs.timing.left_out import cannot, counted, failures, said
-from barchain.runs.timing.load import OtherLoad
 from barchain.studies.defaults import BARS, SCALING
 from barchain.studies.scaling.fit import SHARES, add_fits, affordable, fits_table, predicted, targets
 from barchain.studies.scaling.point import BUILDS, ScalingTask, measured_point
 from barchain.studies.study import StudyEnd
+from barchain.studies.timing.bench import TimingBench
+from barchain.studies.timing.divided_chain import SCENE, divided
+from barchain.studies.timing.evaluation import DIRECT
+from barchain.studies.timing.load import OtherLoad
 from reports.tables.outcome import Outcome
 from reports.tables.rows import NOT_RUN
 from reports.tables.scaling import FILES

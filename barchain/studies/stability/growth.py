@@ -9,8 +9,8 @@ import numpy as np
 
 from barchain.judge.scales import NORM_SLACK
 from barchain.metrics.quantities import differences
-from barchain.runs.timing.orders import slope
 from barchain.solutions.reference import PERTURBATION_RAD
+from barchain.studies.timing.orders import slope
 from reports.tables.crossval import PARTED_RAD
 
 if TYPE_CHECKING:

@@ -13,12 +13,12 @@ from barchain.record.scene_description import scene_words
 from barchain.runs.asking import engine_class
 from barchain.runs.cases import Case, Known, Shared, Task, run_cases
 from barchain.runs.choices import engine_facts, unique_names
+from barchain.runs.estimate import need_runnable
 from barchain.runs.executors import ALL_CORES
 from barchain.runs.job import JUDGING_ROLES, Job, Role, RunResult, TimeLimit, failure
+from barchain.runs.left_out import cannot
 from barchain.runs.run import keep_run
 from barchain.runs.tasks import run_task
-from barchain.runs.timing.estimate import need_runnable
-from barchain.runs.timing.left_out import cannot
 from barchain.solutions.judging import SolutionFailedError, judging_engine, solution_jobs, solution_of
 from barchain.solutions.reference import SOLUTION_RTOL, ReferenceSolution
 from barchain.studies.defaults import STABILITY_LIMIT_S

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.stats import linregress
 from scipy.stats import t as student
 
-from barchain.runs.timing.statistics import CONFIDENCE, Interval
+from barchain.studies.timing.statistics import CONFIDENCE, Interval
 
 if TYPE_CHECKING:
     from collections.abc import Callable
