@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
+import statistics
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -36,27 +36,16 @@ if TYPE_CHECKING:
     from reports.tables.files import StudyFiles
 
 
-PROBE = """
-import importlib, json, subprocess, sys, time
+IMPORT = "import time; t = time.perf_counter(); import {module}; print(time.perf_counter() - t)"
+IMPORTS = 5
+"""Imports that are timed, the first one among them; the median is taken"""
+SIZE = """
+import sys
 from importlib import metadata
-name, module = sys.argv[1:]
-times = []
-for _ in range(5):
-    code = "import time; t = time.perf_counter(); import " + module + "; print(time.perf_counter() - t)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    if done.returncode:
-        print(json.dumps({"fault": (done.stderr.strip().splitlines() or ["can't be imported"])[-1]}))
-        raise SystemExit
-    times.append(float(done.stdout.split()[-1]))
-size = 0
-for file in metadata.distribution(name).files or ():
-    path = file.locate()
-    if path.is_file():
-        size += path.stat().st_size
-times.sort()
-print(json.dumps({"import_s": times[2], "import_low": times[0], "import_high": times[-1], "installed_B": size}))
+files = [file.locate() for file in metadata.distribution(sys.argv[1]).files or ()]
+print(sum(path.stat().st_size for path in files if path.is_file()))
 """
-"""Program that measures size and import time; the first import is among the times, and the median is taken"""
+"""Program that prints the size of a distribution, B"""
 ERROR_METRIC = ".max"
 RATIO = "time_ratio"
 RUN_FAULTS = {str(o) for o in (Outcome.FAILED, Outcome.TIMED_OUT, Outcome.MISSING)}
@@ -143,13 +132,21 @@ def described(plan: ReleasesPlan, environment: PinnedEnvironment, tree: Path, sc
 
 def probe(plan: ReleasesPlan, environment: PinnedEnvironment, tree: Path, scratch: Path) -> dict[str, Any]:
     """Size and import time, or the entry ``fault``."""
-    line = ("-c", PROBE, plan.distribution, plan.module)
-    done = run_in(environment, tree, line, limit_s=plan.limit_s, folder=scratch)
-    try:
-        found: dict[str, Any] = json.loads(done.output.splitlines()[-1])
-    except (ValueError, IndexError):
-        return {"fault": done.reason or "its import gave no answer"}
-    return found
+    import_s = []
+    for _ in range(IMPORTS):
+        line = ("-c", IMPORT.format(module=plan.module))
+        done = run_in(environment, tree, line, limit_s=plan.limit_s, folder=scratch)
+        if done.reason:
+            return {"fault": done.reason}
+        import_s.append(float(done.output.split()[-1]))
+    low_s, *_, high_s = sorted(import_s)
+    size = run_in(environment, tree, ("-c", SIZE, plan.distribution), limit_s=plan.limit_s, folder=scratch)
+    if size.reason:
+        return {"fault": size.reason}
+    return {
+        "import_s": statistics.median(import_s), "import_low": low_s, "import_high": high_s,
+        "installed_B": int(size.output),
+    }  # fmt: skip
 
 
 def compare(
