@@ -15,11 +15,12 @@ from barchain.conform.noise import agrees_but_forces, needed_noise, noise_fault
 from barchain.conform.runs import TIME_LIMITS, results
 from barchain.conform.scenes import STAGES, TOGETHER, candidates, left_out, rejection, setting_of, solved
 from barchain.judge.compare import judge
+from barchain.judge.diagnosis.agreement import agreed, in_common
 from barchain.judge.diagnosis.channels import sizes_of
 from barchain.judge.diagnosis.fit import QUANTITY_OF
-from barchain.judge.diagnosis.search import ONE_ENGINE
+from barchain.judge.diagnosis.own_motion import OwnMotion
 from barchain.judge.diagnosis.verdicts import diagnosis_of_verdict
-from barchain.judge.diagnosis.words import QUANTITY_WORDS, SINGLE_PRECISION, looks_single, relative_difference
+from barchain.judge.diagnosis.words import QUANTITY_WORDS, looks_single, relative_difference, single_words
 from barchain.judge.evidence import Evidence, follow_up_jobs, gathered
 from barchain.metrics.quantities import differences
 from barchain.runs.asking import OutsideEngine
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from adapters.engine import Engine, Setting
     from adapters.trajectory import Trajectory
     from barchain.conform.target import Examined
+    from barchain.judge.diagnosis.diagnose import Diagnosis
     from barchain.judge.verdict import Verdict
     from barchain.runs.job import Job, RunResult
     from scenarios import Scene
@@ -70,26 +72,52 @@ def physics(engine: Examined, stages: Mapping[str, tuple[str, ...]] = STAGES) ->
 
 
 def stage_checks(engine: Examined, names: Sequence[str], runs: Mapping[str, dict[Role, RunResult]]) -> Iterator[Check]:
-    """Checks of the scenes of a stage, whose runs were made in one process."""
+    """Checks of the scenes of a stage, whose runs were made in one process; from the first failure on, at the end."""
     reasons = {name: reason_against(engine, name) for name in names}
     able = [name for name in names if reasons[name] is None]
-    failed, dependent = False, False
+    found: dict[str, Diagnosis] = {}
+    held: list[Check] = []
+    dependent = False
     for name in names:
         reason = reasons[name]
         if reason is not None:
             state, words = reason
-            yield Check(short(name), state, words, scene=name)
-            continue
-        if dependent:
-            yield Check(short(name), NOT_RUN, "the result depends on the runs before it")
-            continue
-        check = scene_check(engine, name, runs[name])
-        if check.state is FAILED and not failed and name != able[0]:
-            alone = partial(main_run, engine, name, judged_class(engine))
-            found = dependent_check(check, runs[name][Role.MAIN], alone)
-            check, dependent = found or check, found is not None
-        failed = failed or check.state is FAILED
-        yield check
+            check = Check(short(name), state, words, scene=name)
+        elif dependent:
+            check = Check(short(name), NOT_RUN, "the result depends on the runs before it")
+        else:
+            check = scene_check(engine, name, runs[name], found)
+            if check.state is FAILED and not held and name != able[0]:
+                alone = partial(main_run, engine, name, judged_class(engine))
+                other = dependent_check(check, runs[name][Role.MAIN], alone)
+                check, dependent = other or check, other is not None
+        if held or check.state is FAILED:
+            held.append(check)
+        else:
+            yield check
+    yield from in_agreement(engine, held, found, runs)
+
+
+def in_agreement(
+    engine: Examined, checks: list[Check], found: dict[str, Diagnosis], runs: Mapping[str, dict[Role, RunResult]]
+) -> Iterator[Check]:
+    """Checks of a stage with diagnoses that no other scene of the stage contradicts."""
+    motions = {name: d.own for name, d in found.items() if d.own is not None}
+    right = [
+        name for name in runs if name not in found and not any(c.scene == name and c.state is FAILED for c in checks)
+    ]
+    for name in right if found else ():
+        run = runs[name][Role.MAIN].trajectory
+        if run is not None:
+            motions[name] = OwnMotion(solved(engine.scene(name)).scene, run, None)
+    agreeing = agreed(found, motions)
+    common = in_common([engine.scene(name) for name in found], map(engine.scene, right))
+    for check in checks:
+        diagnosis = agreeing.get(check.scene)
+        if diagnosis is None or check.state is not FAILED or check.words == DEPENDENT:
+            yield check
+        else:
+            yield diagnosed(engine, check.scene, diagnosis, "" if diagnosis.explanations else common)
 
 
 def reason_against(engine: Examined, name: str) -> tuple[CheckState, str] | None:
@@ -135,6 +163,16 @@ def main_and_finer(engine: Examined, names: list[str]) -> dict[str, dict[Role, R
     return by_role(engine, jobs)
 
 
+def dense_runs(engine: Examined, name: str, scene: Scene, twice: Scene) -> tuple[Trajectory | None, Trajectory | None]:
+    """Runs of a scene with dense samples, and with twice as many at the next finer setting."""
+    loaded = judged_class(engine)
+    setting = setting_of(loaded, engine.scene(name))
+    finer = finer_setting(scene, loaded.sweep, setting)
+    jobs = [engine.job(scene, setting, Role.MAIN), engine.job(twice, finer, Role.FINER)]
+    main, second = results(engine, jobs, [job.scene.times_s for job in jobs], engine.run_s)
+    return main.trajectory, second.trajectory
+
+
 def by_role(engine: Examined, jobs: list[Job]) -> dict[str, dict[Role, RunResult]]:
     """Results of runs, by scene and role."""
     found: dict[str, dict[Role, RunResult]] = {}
@@ -144,8 +182,10 @@ def by_role(engine: Examined, jobs: list[Job]) -> dict[str, dict[Role, RunResult
     return found
 
 
-def scene_check(engine: Examined, name: str, runs: dict[Role, RunResult]) -> Check:
-    """Check of one scene, with a diagnosis where the engine is wrong."""
+def scene_check(
+    engine: Examined, name: str, runs: dict[Role, RunResult], diagnoses: dict[str, Diagnosis] | None = None
+) -> Check:
+    """Check of one scene, with a diagnosis where the engine is wrong, which is added to those of other scenes."""
     loaded, scene = judged_class(engine), engine.scene(name)
     setting, solution = setting_of(loaded, scene), solved(scene)
     noise = noise_fault(loaded, setting, solution)
@@ -166,17 +206,26 @@ def scene_check(engine: Examined, name: str, runs: dict[Role, RunResult]) -> Che
         return Check(short(name), state, f"{said}{where}", scene=name)
     found = None
     if run is not None and verdict.series is not None:
-        found = diagnosis_of_verdict(verdict, run, solution, ONE_ENGINE)
+        found = diagnosis_of_verdict(verdict, run, solution, partial(dense_runs, engine, name))
     if found is None or found.inside_tolerances or verdict.outcome is Outcome.MALFORMED:
         late = any(run.outcome is Outcome.TIMED_OUT for run in runs.values())
         page = TIME_LIMITS if late else PAGE
         said = f"{said}{where}"
         return Check(short(name), FAILED, said, page, scene=name)
-    unforced = name in STAGES["without forces"] and not found.explanations
-    hint = f" {SINGLE_PRECISION}" if unforced and looks_single(relative_difference(found.wrong)) else ""
+    if diagnoses is not None:
+        diagnoses[name] = found
+    return diagnosed(engine, name, found)
+
+
+def diagnosed(engine: Examined, name: str, found: Diagnosis, common: str = "") -> Check:
+    """Failed check of a scene, with its diagnosis and words on what such scenes have in common."""
+    relative = relative_difference(found.wrong)
+    hint = f" {single_words(relative)}" if looks_single(relative) and not found.explanations else ""
     sizes = "; ".join(f"{QUANTITY_WORDS[w.quantity]} {w.words}" for w in found.wrong)
     page = found.explanations[0].mistakes[0].anchor if found.explanations else PAGE
-    said = f"{found}{hint} Off: {sizes}{where}"
+    loaded = judged_class(engine)
+    where = f"{left_out(loaded, name)}{at_setting(loaded, setting_of(loaded, engine.scene(name)))}"
+    said = f"{found}{hint}{common} Off: {sizes}{where}"
     return Check(short(name), FAILED, said, page, bool(found.explanations), name)
 
 

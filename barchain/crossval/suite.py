@@ -13,6 +13,7 @@ from adapters.common.equal_steps import finer_setting
 from adapters.engine import EngineError
 from barchain.crossval.plan import ANY_INDEPENDENT, SceneProgress, required_verdicts
 from barchain.judge.compare import judge
+from barchain.judge.diagnosis.own_motion import MadeRuns, densely
 from barchain.judge.diagnosis.verdicts import diagnosed_verdict, needs_diagnosis
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.evidence import follow_up_jobs, gathered
@@ -192,7 +193,11 @@ class Suite:
         main = made[0].trajectory
         if main is None or not needs_diagnosis(verdict):
             return verdict
-        (diagnosed,) = yield [VERDICTS.task(diagnosed_verdict, verdict, main, known)]
+        registration, dense = self.comparison.engines[engine], densely(scene)
+        again = [Job(d, engine, registration, s, role) for d, (role, s) in zip(dense, wanted.items(), strict=True)]
+        own = yield [run_task(job, limit_of(job, self.comparison.time_limit_s)) for job in again]
+        runs = MadeRuns(*(run.trajectory for run in own))
+        (diagnosed,) = yield [VERDICTS.task(diagnosed_verdict, verdict, main, known, runs)]
         return diagnosed if isinstance(diagnosed, Verdict) else verdict  # which stands without its diagnosis
 
     def verdict(

@@ -12,7 +12,6 @@ from adapters.trajectory import Trajectory
 from barchain.given.channels import FIELDS as PARTS
 from barchain.given.table import TableError
 from barchain.judge.compare import verdict_on
-from barchain.judge.diagnosis.search import BRIEF, ONE_ENGINE
 from barchain.judge.diagnosis.verdicts import diagnosis_of_verdict, needs_diagnosis
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.evidence import Evidence
@@ -30,7 +29,6 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
     from barchain.given.channels import Channels
     from barchain.judge.diagnosis.diagnose import Diagnosis
-    from barchain.judge.diagnosis.search import Effort
     from barchain.judge.verdict import Verdict
     from barchain.judge.written import Declared
     from barchain.solutions.reference import ReferenceSolution
@@ -212,8 +210,7 @@ def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declar
             mistakes, said = on_the_ladder(name, main, declared)
             notes.append(said)
     elif main.enough and needs_diagnosis(found):
-        mistakes = diagnosis(found, main, BRIEF)
-        mistakes = mistakes if mistakes.explanations else diagnosis(found, main, ONE_ENGINE)
+        mistakes = diagnosis(found, main)
     if mistakes is not None:
         found = explained(found, mistakes)
     if (share := spanned(main)) < LEAST_SHARE and found.outcome is Outcome.PASS:
@@ -234,7 +231,7 @@ def on_the_ladder(name: str, main: Samples, declared: Declared) -> tuple[Diagnos
         found, *_ = one_verdict(name, main, None, dataclasses.replace(declared, rtol=rtol), {}, restarts=False)
         if found.outcome.ok:
             return None, f"it agrees as a method does that requests rtol={rtol:g} in each step"
-        if main.enough and needs_diagnosis(found) and (mistakes := diagnosis(found, main, BRIEF)).explanations:
+        if main.enough and needs_diagnosis(found) and (mistakes := diagnosis(found, main)).explanations:
             return mistakes, f"but for that it agrees as a method does that requests rtol={rtol:g} in each step"
     return None, f"it does not agree at rtol={LADDER[-1]:g} either, and no known mistake explains it"
 
@@ -255,7 +252,7 @@ def one_verdict(
     return dataclasses.replace(verdict_on(name, run), further_runs=()), engine, setting
 
 
-def diagnosis(verdict: Verdict, main: Samples, effort: Effort) -> Diagnosis:
+def diagnosis(verdict: Verdict, main: Samples) -> Diagnosis:
     """Mistakes that explain what is wrong; parts that are not in the file explain nothing."""
     assert verdict.series is not None
     partial = main.judged - main.whole
@@ -265,7 +262,7 @@ def diagnosis(verdict: Verdict, main: Samples, effort: Effort) -> Diagnosis:
     if main.starts_late:
         series.loc[0, series.columns != "t_s"] = np.nan
     seen = dataclasses.replace(verdict, series=series)
-    return diagnosis_of_verdict(seen, main.trajectory.replace(**left), main.solution, effort)
+    return diagnosis_of_verdict(seen, main.trajectory.replace(**left), main.solution)
 
 
 def explained(verdict: Verdict, found: Diagnosis) -> Verdict:

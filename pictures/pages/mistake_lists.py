@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from barchain.judge.diagnosis.altered_scenes.catalogue import SCENES
 from barchain.judge.diagnosis.readings.catalogue import READINGS, TIMINGS
+from barchain.judge.diagnosis.start import STARTS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -20,7 +20,7 @@ TITLES = {"masses-lengths-and-inertia": "Masses, lengths and inertia"}
 def known_mistakes() -> str:
     """All known mistakes, a list for each section of the conventions."""
     sections: dict[str, list[Mistake]] = {}
-    for mistake in (*READINGS, *TIMINGS, *SCENES):
+    for mistake in (*READINGS, *TIMINGS, *STARTS):
         sections.setdefault(mistake.section, []).append(mistake)
     count = sum(map(len, sections.values()))
     return "\n\n".join([f"These are {count} mistakes.", *(listed(name, of) for name, of in sections.items())])

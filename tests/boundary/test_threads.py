@@ -10,6 +10,7 @@ import pytest
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES, Registration
+from barchain.runs import tasks
 from barchain.runs.cases import run_tasks
 from barchain.runs.environment import FOLDER, THREADS, marked, scratch_folder
 from barchain.runs.executors import ONE_BY_ONE, LocalProcesses

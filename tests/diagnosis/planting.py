@@ -9,15 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.common.equal_steps import finer_setting
-from adapters.common.initial_state import chain_model, initial_state
 from adapters.engine import AccuracyParameter, Setting
-from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES
 from barchain.judge.compare import judge
-from barchain.judge.diagnosis.altered_scenes.runs import completed
 from barchain.judge.diagnosis.channels import channels_of
-from barchain.judge.diagnosis.mistake import ReadingMistake, SceneMistake, TimingMistake
+from barchain.judge.diagnosis.diagnose import diagnose
+from barchain.judge.diagnosis.mistake import ReadingMistake, TimingMistake
 from barchain.judge.diagnosis.readings.timing import delayed
+from barchain.judge.diagnosis.verdicts import verdict_tolerance
 from barchain.judge.evidence import Evidence
 from barchain.runs.job import RunResult
 from barchain.solutions.judging import solution_engine
@@ -26,8 +25,11 @@ from reports.tables.outcome import Outcome
 from scenarios import load_scene
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from adapters.engine import Engine
     from adapters.trajectory import Trajectory
+    from barchain.judge.diagnosis.diagnose import Diagnosis
     from barchain.judge.diagnosis.mistake import Mistake
     from barchain.judge.verdict import Verdict
     from barchain.solutions.reference import ReferenceSolution
@@ -68,19 +70,27 @@ def solution(scene: Scene) -> ReferenceSolution:
 
 
 def planted(scene: Scene, mistake: Mistake, rtol: float, motion: Trajectory | None = None) -> Trajectory | None:
-    """Result with a mistake, of a right or a given motion; None if the mistake changes nothing in the scene."""
+    """Result with a mistake of reading, of a right or a given motion; None if it changes nothing in the scene."""
     if isinstance(mistake, ReadingMistake):
         right = motion or run(scene, rtol)
         read = mistake.read(scene, right)
         return None if read is right else with_known_samples(read, right)
-    if isinstance(mistake, TimingMistake):
-        return late(scene, mistake, rtol)
-    assert isinstance(mistake, SceneMistake)
-    if mistake.model is not None:
-        return with_model(scene, mistake, rtol)
-    assert mistake.scene is not None
-    altered = mistake.scene(scene)
-    return None if altered == scene else completed(run(altered, rtol), altered, scene)
+    assert isinstance(mistake, TimingMistake)
+    return late(scene, mistake, rtol)
+
+
+def dense_runs(change: Callable[[Scene], Scene]) -> Callable[[Scene, Scene], tuple[Trajectory, Trajectory]]:
+    """Runs of an engine that takes another scene for the given one."""
+    return lambda scene, twice: (run(change(scene), RTOL), run(change(twice), 0.1 * RTOL))
+
+
+def diagnosis_of_scene(scene: Scene, change: Callable[[Scene], Scene]) -> Diagnosis:
+    """Diagnosis of an engine that takes another scene for the given one."""
+    solved, (main, finer) = solution(scene), dense_runs(change)(scene, scene)
+    impulse = scene.effects.impulse
+    main, finer = (t.replace(impulse_N_s=np.zeros_like(t.reaction_N)) if impulse and t.impulse_N_s is None else t
+                   for t in (main, finer))  # fmt: skip
+    return diagnose(scene, main, solved, verdict_tolerance(verdict_on(main, finer, solved)), dense_runs(change))
 
 
 def late(scene: Scene, mistake: TimingMistake, rtol: float) -> Trajectory:
@@ -96,19 +106,6 @@ def with_known_samples(read: Trajectory, right: Trajectory) -> Trajectory:
     """Altered reading with right values at the samples of which it says nothing."""
     known = {name: (values, getattr(right, name)) for name, values in channels_of(read).items()}
     return read.replace(**{name: np.where(np.isnan(a), b, a) for name, (a, b) in known.items()})
-
-
-def with_model(scene: Scene, mistake: SceneMistake, rtol: float) -> Trajectory | None:
-    """Result of altered equations, by the NumPy reference."""
-    assert mistake.model is not None
-    model = chain_model(scene)
-    if mistake.model(model) is model:
-        return None
-    engine = Reference()
-    engine.build(scene, Setting(AccuracyParameter.RTOL, rtol))
-    engine.prepared = engine.prepare(mistake.model(model), initial_state(scene), rtol)
-    engine.simulate()
-    return engine.read()
 
 
 def verdict_on(

@@ -3,31 +3,39 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
+from adapters.common.equal_steps import finer_setting
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES, Registration
 from barchain.crossval.run import run_comparison
-from barchain.judge.diagnosis.altered_scenes.catalogue import SCENES
 from barchain.judge.diagnosis.diagnose import diagnose
+from barchain.judge.diagnosis.mistake import ReadingMistake
+from barchain.judge.diagnosis.motion.alternatives import alternatives
 from barchain.judge.diagnosis.readings.catalogue import READINGS
+from barchain.judge.diagnosis.start import STARTS
 from barchain.judge.diagnosis.verdicts import diagnosed_verdict, needs_diagnosis, verdict_tolerance
 from barchain.judge.diagnosis.words import WrongQuantity, inconsistent_line
 from barchain.judge.verdict import verdict_bytes, verdict_from
 from reports.tables.outcome import Outcome
-from tests.diagnosis.planting import RTOL, planted, run, runs_of, solution, unequal_chain, verdict_on
+from tests.diagnosis.planting import RTOL, planted, run, solution, unequal_chain, verdict_on
+
+if TYPE_CHECKING:
+    from adapters.trajectory import Trajectory
+    from scenarios import Scene
 
 SCENE = unequal_chain()
-BY_NAME = {m.name: m for m in (*READINGS, *SCENES)}
+BY_NAME = {m.name: m for m in (*READINGS, *STARTS)}
 COARSE = {
     "exudyn-tree": Setting(AccuracyParameter.STEPS_PER_ORBIT, 200.0),
     "pymunk": Setting(AccuracyParameter.STEPS_PER_ORBIT, 4000.0),
 }
 PLANTED = (
     "reaction-sign", "angles-in-degrees", "reactions-in-axes-of-bar-after", "masses-in-reversed-order",
-    "inertia-about-end", "gradient-missing", "initial-rates-missing-orbital",
+    "inertia-about-end", "gravity-point", "initial-rates-missing-orbital",
 )  # fmt: skip
 
 
@@ -63,14 +71,20 @@ def test_a_diagnosed_verdict_survives_its_message() -> None:
 @pytest.mark.parametrize("name", PLANTED)
 @pytest.mark.parametrize("engine", COARSE)
 def test_a_mistake_in_an_engine_with_independent_physics_is_named(engine: str, name: str) -> None:
-    mistake, solved, setting = BY_NAME[name], solution(SCENE), COARSE[engine]
-    if mistake in SCENES:
-        main, finer = runs_of(engine, mistake.scene(SCENE), setting)
-    else:
-        main, finer = (mistake.read(SCENE, r) for r in runs_of(engine, SCENE, setting))
-    verdict = verdict_on(main, finer, solved, engine, setting=setting)
-    found = diagnose(SCENE, main, solved, verdict_tolerance(verdict))
-    assert found.names == {(name,)}, str(found)
+    solved, setting, loaded = solution(SCENE), COARSE[engine], ENGINES[engine].load()
+
+    def made(scene: Scene, at: Setting) -> Trajectory:
+        mistake = BY_NAME.get(name)
+        if isinstance(mistake, ReadingMistake):
+            return mistake.read(scene, loaded().run(scene, at))
+        altered = mistake.change(scene) if mistake else next(a.scene for a in alternatives(scene) if a.name == name)
+        return loaded().run(altered, at)
+
+    finer = finer_setting(SCENE, loaded.sweep, setting)
+    main, second = made(SCENE, setting), made(SCENE, finer)
+    verdict = verdict_on(main, second, solved, engine, setting=setting)
+    found = diagnose(SCENE, main, solved, verdict_tolerance(verdict), lambda a, b: (made(a, setting), made(b, finer)))
+    assert (name,) in found.names, str(found)
 
 
 def test_a_comparison_stores_the_diagnosis() -> None:

@@ -2,25 +2,38 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import dataclasses
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from adapters.engine import AccuracyParameter, EngineError, Setting
+from adapters.registry import ENGINES
 from barchain.judge.diagnosis.channels import sizes_of
 from barchain.judge.diagnosis.explanation import Explanation, indistinguishable
 from barchain.judge.diagnosis.fit import QUANTITY_OF, given_result
-from barchain.judge.diagnosis.search import FULL, MistakeSearch
+from barchain.judge.diagnosis.own_motion import OwnMotion, repaired, with_right_reactions
+from barchain.judge.diagnosis.search import ReadingSearch
 from barchain.judge.diagnosis.words import WrongQuantity, diagnosis_words
 from barchain.metrics.quantities import differences
+from barchain.solutions.judging import solution_engine
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from adapters.trajectory import Trajectory
     from barchain.judge.diagnosis.fit import GivenResult, Tolerance
-    from barchain.judge.diagnosis.search import Effort
+    from barchain.judge.diagnosis.own_motion import OwnRuns
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 
+HALVES = Setting(AccuracyParameter.RTOL, 1e-13)
+"""Accuracy of the right motion between its samples"""
+NEARLY = 1e-6
+"""Relative difference from a motion that is made consistent from the engine's own"""
+REACTION_FACTORS = ("reactions-times-a-factor",)
+"""Fitted readings that other masses in the equations of the reactions make, too"""
 FEW_SAMPLES = 3
 """Samples up to which one wrong sample is nothing special"""
 
@@ -37,6 +50,10 @@ class Diagnosis:
     """Best of the other mistakes that were tried"""
     parts: tuple[Explanation, ...] = ()
     """Mistakes that each explain some quantities alone, where nothing explains all"""
+    nearest: str = ""
+    """Where the residual of the motion sits and what comes nearest, in sentences; empty without a residual"""
+    own: OwnMotion | None = field(default=None, repr=False, compare=False)
+    """The engine's own motion, for a comparison with other scenes"""
 
     @property
     def inside_tolerances(self) -> bool:
@@ -50,7 +67,7 @@ class Diagnosis:
 
     def __str__(self) -> str:
         """The diagnosis in one sentence, or a sentence for each explanation."""
-        return diagnosis_words(self.wrong, self.explanations, self.next_best, self.parts)
+        return diagnosis_words(self.wrong, self.explanations, self.next_best, self.parts, self.nearest)
 
 
 def diagnose(
@@ -58,12 +75,13 @@ def diagnose(
     trajectory: Trajectory,
     judging: ReferenceSolution,
     tolerance: Tolerance,
-    effort: Effort = FULL,
+    runs: OwnRuns | None = None,
 ) -> Diagnosis:
     """Find the mistakes that explain a wrong result.
 
-    Each known mistake is applied to the right motion. A mistake explains the result if the altered motion agrees with
-    the result within the tolerances in every quantity, and far better than the right motion does.
+    A mistake of reading alters the right motion, and explains the result if the altered motion agrees with it within
+    the tolerances in every quantity, far better than the right motion does. Other mistakes are found in the engine's
+    own motion: its start, and what its momenta gain between samples that the right equations at its own states lack.
 
     Parameters
     ----------
@@ -76,8 +94,9 @@ def diagnose(
     tolerance : mapping of str to ndarray, shape (n,)
         Explained error of each quantity (``com`` m, ``com_velocity`` m/s, ``attitude`` rad, ``rate`` rad/s,
         ``reaction`` N, ``torque`` N m, ``impulse`` N s); infinite where a quantity is not compared.
-    effort : Effort
-        Extent of the search; everything by default.
+    runs : callable, optional
+        Runs of the engine in two given scenes, which are the same with more samples and with twice as many: at the
+        judged and at the next finer setting. Each may be None. Without it, the samples of the result have to do.
 
     Returns
     -------
@@ -95,26 +114,70 @@ def diagnose(
     wrong = wrong_quantities(result)
     if not wrong or not result.finite:
         return Diagnosis(wrong)
-    return searched(MistakeSearch(result, judging, effort), wrong)
+    search = ReadingSearch(result, lambda: half_way(judging))
+    own = OwnMotion(judging.scene, result.given, runs)
+    return dataclasses.replace(searched(search, own, wrong), own=own)
 
 
-def searched(search: MistakeSearch, wrong: tuple[WrongQuantity, ...]) -> Diagnosis:
-    """Diagnosis by a search: mistakes alone, then pairs, then fitted numbers, then several at once."""
-    without = search.unaltered.own_error
-    explaining = [e for e in search.alone if e.explains(without)]
-    others = [e for e in search.alone if not e.explains(without)]
-    if not explaining:
-        explaining = search.pairs or search.fitted or search.amounts
+def half_way(judging: ReferenceSolution) -> Trajectory | None:
+    """The right motion at its samples and half way between them; None if the reference fails."""
+    run = judging.scene.run
+    dense = dataclasses.replace(judging.scene, run=dataclasses.replace(run, samples=2 * run.samples - 1))
+    try:
+        return ENGINES[solution_engine()].load()().run(dense, HALVES)
+    except EngineError:
+        return None
+
+
+def searched(search: ReadingSearch, own: OwnMotion, wrong: tuple[WrongQuantity, ...]) -> Diagnosis:
+    """Diagnosis by a search: readings and starts, then the equations of motion, then both together."""
+    others = [e for e in search.alone if not e.explains(search.unaltered.own_error)]
+    explaining = causes(search, own)
     equal = indistinguishable(explaining)
     if equal:
-        return Diagnosis(wrong, equal, next((e for e in [*explaining[len(equal) :], *others]), None))
+        return Diagnosis(wrong, equal, next((e for e in others if e not in equal), None))
     parts, outside = search.in_parts, search.unaltered.outside
     if parts and outside == frozenset().union(*(t.altered for t in parts)):
-        return Diagnosis(
-            wrong, (Explanation(tuple(t.mistake for t in parts), search.merged_parts()),), next(iter(others), None)
-        )
+        every = Explanation(tuple(t.mistake for t in parts), search.merged_parts())
+        return Diagnosis(wrong, (every,), next(iter(others), None))
     alone = tuple(Explanation((t.mistake,), t.fit.of(t.altered)) for t in parts)
-    return Diagnosis(wrong, (), next(iter(others), None), alone)
+    return Diagnosis(wrong, (), next(iter(others), None), alone, own.nearest)
+
+
+def causes(search: ReadingSearch, own: OwnMotion) -> list[Explanation]:
+    """Explanations of the simplest kind that there is: readings, fitted readings, both kinds, the motion."""
+    if search.explaining:
+        return [*search.explaining, *own.starts]
+    if search.fitted:
+        of_reactions = all(e.names[0] in REACTION_FACTORS for e in search.fitted)
+        return [*(own.explaining if of_reactions else ()), *search.fitted]
+    return list(combined(search, own)) or own.starts or own.explaining
+
+
+def combined(search: ReadingSearch, own: OwnMotion) -> Iterator[Explanation]:
+    """A wrong start or wrong equations together with a mistake of reading.
+
+    The readings are those of the engine's own motion, made consistent: with reactions that belong to its states, or
+    with rates by its angles.
+    """
+    for found, scene in own.moves_as:
+        right = with_right_reactions(scene, own.given)
+        yield from (Explanation((*found.mistakes, *r.mistakes), r.fit) for r in readings_of(search, right))
+    if own.moves_as or own.explaining or own.starts:
+        return
+    for motion in repaired(own.given):
+        inner = OwnMotion(own.given_scene, motion, None)
+        causes = inner.explaining or inner.starts
+        for reading in readings_of(search, motion) if causes else ():
+            yield Explanation((*causes[0].mistakes, *reading.mistakes), reading.fit)
+
+
+def readings_of(search: ReadingSearch, right: Trajectory) -> list[Explanation]:
+    """Readings of another right motion that explain the result."""
+    result = search.result
+    size = {q: np.full(result.n, NEARLY * scale) for q, scale in result.scale.items() if q in result.tolerance}
+    again = dataclasses.replace(result, right=right, tolerance=size, right_tolerance=None)
+    return ReadingSearch(again).explaining[:1]
 
 
 def wrong_quantities(result: GivenResult) -> tuple[WrongQuantity, ...]:

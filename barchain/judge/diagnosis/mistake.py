@@ -1,4 +1,4 @@
-"""Mistakes that engines make: in what is read out of the right motion, or in the scene that is simulated."""
+"""Mistakes that engines make: in what is read out of the right motion, in its start, or in its equations."""
 
 from __future__ import annotations
 
@@ -9,12 +9,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from adapters.trajectory import Trajectory
-    from reference_impl.model.chain import ChainModel
     from scenarios import Scene
 
     ReadingChange = Callable[[Scene, Trajectory], Trajectory]
-    SceneChange = Callable[[Scene], Scene]
-    ModelChange = Callable[[ChainModel], ChainModel]
 
 PAGE = "docs/explanation/engine_conventions.md"
 
@@ -54,13 +51,3 @@ class TimingMistake(Mistake):
     """Delay of the reading: sample k holds the state of sample k minus this number; -1, -1/2, 1/2 or 1"""
     fields: tuple[str, ...]
     """Arrays of `Trajectory` that are delayed"""
-
-
-@dataclass(frozen=True)
-class SceneMistake(Mistake):
-    """Altered scene, simulated by the reference."""
-
-    scene: SceneChange | None = None
-    """Scene that is simulated instead; None if the scene is right"""
-    model: ModelChange | None = None
-    """Equations that are simulated instead, in the NumPy reference alone; None if the equations are right"""

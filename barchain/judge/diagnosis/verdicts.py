@@ -9,7 +9,6 @@ import numpy as np
 
 from barchain.judge.diagnosis.diagnose import Diagnosis, diagnose
 from barchain.judge.diagnosis.fit import QUANTITY_OF
-from barchain.judge.diagnosis.search import BRIEF
 from barchain.judge.diagnosis.words import inconsistent_reason
 from barchain.metrics.quantities import TRACK
 from reports.tables.outcome import Outcome
@@ -17,7 +16,7 @@ from reports.tables.outcome import Outcome
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
     from barchain.judge.diagnosis.fit import Tolerance
-    from barchain.judge.diagnosis.search import Effort
+    from barchain.judge.diagnosis.own_motion import OwnRuns
     from barchain.judge.verdict import Row, Verdict
     from barchain.solutions.reference import ReferenceSolution
 
@@ -38,7 +37,7 @@ def is_inconsistent(row: Row) -> bool:
 
 
 def diagnosed_verdict(
-    verdict: Verdict, trajectory: Trajectory, solution: ReferenceSolution, effort: Effort = BRIEF
+    verdict: Verdict, trajectory: Trajectory, solution: ReferenceSolution, runs: OwnRuns | None = None
 ) -> Verdict:
     """Verdict whose inconsistent rows tell the size of the difference, and the first one the explanation.
 
@@ -49,23 +48,23 @@ def diagnosed_verdict(
         Main run of the engine.
     solution : ReferenceSolution
         Judging solution.
-    effort : Effort
-        Extent of the search.
+    runs : callable, optional
+        Dense runs of the engine, as of :func:`barchain.judge.diagnosis.diagnose.diagnose`.
     """
     if verdict.series is None or not needs_diagnosis(verdict):
         return verdict
-    found = diagnosis_of_verdict(verdict, trajectory, solution, effort)
+    found = diagnosis_of_verdict(verdict, trajectory, solution, runs)
     return dataclasses.replace(verdict, rows=diagnosed_rows(verdict.rows, found))
 
 
 def diagnosis_of_verdict(
-    verdict: Verdict, trajectory: Trajectory, solution: ReferenceSolution, effort: Effort = BRIEF
+    verdict: Verdict, trajectory: Trajectory, solution: ReferenceSolution, runs: OwnRuns | None = None
 ) -> Diagnosis:
     """Diagnosis of a result that a verdict rejects; one inside its bounds is looked at by its explained error alone."""
-    found = diagnose(solution.scene, trajectory, solution, verdict_tolerance(verdict), effort)
+    found = diagnose(solution.scene, trajectory, solution, verdict_tolerance(verdict), runs)
     if not found.inside_tolerances:
         return found
-    return diagnose(solution.scene, trajectory, solution, verdict_tolerance(verdict, bounds=False), effort)
+    return diagnose(solution.scene, trajectory, solution, verdict_tolerance(verdict, bounds=False), runs)
 
 
 def verdict_tolerance(verdict: Verdict, *, bounds: bool = True) -> Tolerance:

@@ -59,13 +59,14 @@ def diagnosis_words(
     explanations: tuple[Explanation, ...],
     next_best: Explanation | None,
     parts: tuple[Explanation, ...],
+    motion: str = "",
 ) -> str:
     """Sentences of a diagnosis."""
     if not wrong:
         return "The result is inside the tolerances."
     if explanations:
         return f"{addressed(explained_words(explanations, next_best))}."
-    left = "" if next_best is None else nearest_words(wrong, next_best)
+    left = motion or ("" if next_best is None else nearest_words(wrong, next_best))
     return f"No known mistake explains the result.{left}{''.join(f' {part_words(p)}.' for p in parts)}"
 
 
@@ -77,6 +78,11 @@ def relative_difference(wrong: tuple[WrongQuantity, ...]) -> float:
 def looks_single(relative: float) -> bool:
     """Whether a relative difference is one that single precision inside an engine leaves."""
     return SINGLE[0] <= relative <= SINGLE[1]
+
+
+def single_words(relative: float) -> str:
+    """Sentence on a relative difference that single precision leaves: the digits that are left."""
+    return f"{-math.log10(relative):.1f} digits left. {SINGLE_PRECISION}"
 
 
 def nearest_words(wrong: tuple[WrongQuantity, ...], nearest: Explanation) -> str:

@@ -1,0 +1,119 @@
+"""Diagnoses of several scenes of one engine against each other: names that another scene contradicts are withdrawn."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from barchain.judge.diagnosis.motion.search import MotionSearch, NumberCandidate
+from scenarios.plural import plural
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+    from adapters.trajectory import Array
+    from barchain.judge.diagnosis.diagnose import Diagnosis
+    from barchain.judge.diagnosis.motion.search import Fitted
+    from barchain.judge.diagnosis.own_motion import OwnMotion
+    from scenarios import Scene
+
+VISIBLE = 100.0
+"""Ratio of an effect to the noise, root mean square, from which on a scene shows whether it is there"""
+PRESENT = 0.2
+"""Largest departure from 1 of the share of an effect that a scene has"""
+
+
+def agreed(found: Mapping[str, Diagnosis], others: Mapping[str, OwnMotion]) -> dict[str, Diagnosis]:
+    """Diagnoses without the names that another scene contradicts.
+
+    Parameters
+    ----------
+    found : mapping of str to Diagnosis
+        Diagnoses of scenes in which the engine is wrong.
+    others : mapping of str to OwnMotion
+        The engine's motion in these and in further scenes, in which it is right.
+
+    Returns
+    -------
+    dict of str to Diagnosis
+        Where other scenes tell explanations apart that are indistinguishable in one, those that hold in most scenes.
+    """
+    agreeing = {}
+    for name, diagnosis in found.items():
+        rest = {other: own for other, own in others.items() if other != name}
+        against = {names: contradiction(names, diagnosis, rest) for names in diagnosis.names}
+        kept = tuple(e for e in diagnosis.explanations if not against[e.names])
+        shared = {e.names: sum(e.names in d.names for d in found.values()) for e in kept}
+        most = max(shared.values(), default=0)
+        kept = tuple(e for e in kept if shared[e.names] == most)
+        withdrawn = [e for e in diagnosis.explanations if against[e.names]]
+        said = diagnosis.nearest
+        if withdrawn and not kept:
+            scene = against[withdrawn[0].names].partition("/")[2].replace("_", " ")
+            said = f" Nearest: {withdrawn[0].words}, which {scene} contradicts."
+        agreeing[name] = dataclasses.replace(diagnosis, explanations=kept, nearest=said)
+    return agreeing
+
+
+def contradiction(names: tuple[str, ...], diagnosis: Diagnosis, others: Mapping[str, OwnMotion]) -> str:
+    """Scene in whose motion an explanation of another scene should show and does not; empty without one."""
+    fits = diagnosis.own.fits if diagnosis.own is not None else []
+    fit = next((f for f in fits if f.explains and tuple(c.name for c in f.candidates) == names), None)
+    if fit is None or fit.alone:
+        return ""
+    return next((scene for scene, own in others.items() if lacks(own, fit)), "")
+
+
+def lacks(own: OwnMotion, fit: Fitted) -> bool:
+    """Whether a motion shows that some candidate of a fit to another scene's motion is not there."""
+    residual = own.residual
+    if residual is None or not residual.known.any():
+        return False
+    search = own.search or MotionSearch(residual)
+    here = {c.name: c for c in search.candidates}
+    noise = residual.noise[residual.known]
+    for candidate, amounts in zip(fit.candidates, fit.amounts, strict=True):
+        same = here.get(candidate.name)
+        if same is None:
+            continue
+        number = same.number if isinstance(same, NumberCandidate) else None
+        rows = same.rows @ amounts if number is None else search.of_scene(number.change(float(amounts[0])))
+        effect, value = (x[residual.known] / noise for x in (rows, residual.value))
+        if not np.isfinite(effect).all() or np.sqrt(np.mean(effect**2)) < VISIBLE:
+            continue
+        if abs(share_of(effect, value) - 1.0) > PRESENT:
+            return True
+    return False
+
+
+def share_of(effect: Array, value: Array) -> float:
+    """Share of an effect that a value has, by least squares."""
+    return float(np.vdot(effect, value)) / float(np.vdot(effect, effect))
+
+
+TRAITS: tuple[tuple[str, Callable[[Scene], object]], ...] = (
+    ("gravity", lambda s: s.effects.gravity != "none"),
+    ("several bars", lambda s: s.bars > 1),
+    ("more than two bars", lambda s: s.bars > 2),
+    ("more than three bars", lambda s: s.bars > 3),
+    ("a single bar", lambda s: s.bars == 1),
+    ("an orbit that is not circular", lambda s: s.orbit.speed_factor != 1.0),
+    ("the torque of the gravity gradient", lambda s: s.effects.gravity.turns),
+    ("more than an orbit", lambda s: s.run.duration_s > s.period_s),
+    ("angles from each bar's own horizontal", lambda s: s.chain.angle_from == "bar"),
+    ("rates of both directions", lambda s: min(s.chain.rate_factor) * max(s.chain.rate_factor) < 0.0),
+)
+"""Properties of scenes that an engine may fail on"""
+
+
+def in_common(failed: Sequence[Scene], passed: Iterable[Scene]) -> str:
+    """What all scenes with a failure have and none of the others has, as a sentence; empty without anything."""
+    right = list(passed)
+    if not failed or not right:
+        return ""
+    effects = sorted(set.intersection(*(set(s.effects.names) for s in failed)))
+    found = [words for words, has in TRAITS if all(map(has, failed)) and not any(map(has, right))]
+    found += [name for name in effects if not any(name in s.effects.names for s in right)]
+    return f" Of these scenes, {plural(len(failed), 'scene')} with {found[0]} fail alone." if found else ""

@@ -1,1 +1,0 @@
-"""Altered scenes, which the reference simulates: one module for each part of a scene."""

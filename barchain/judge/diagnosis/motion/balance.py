@@ -1,0 +1,215 @@
+"""Balance of momenta between the samples of an engine's own motion: gains that the right equations lack."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from barchain.judge.diagnosis.motion.equations import Equations, Load, Shape, States, mode_changes
+from barchain.judge.diagnosis.motion.quadrature import quadrature
+from reference_impl.model.complex_vectors import as_complex, unit_along
+from scenarios import Actuator, Axes, Frame
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from adapters.trajectory import Array, Trajectory
+    from barchain.judge.diagnosis.motion.quadrature import Quadrature
+    from reference_impl.model.arrays import ComplexArray
+    from scenarios import Impulse, Scene
+
+CENTRE, BARS, JOINTS, LAWS = "the centre of mass", "the bars", "the joints", "the prescribed angles"
+FEWEST = 8
+"""Samples without which a motion has no balance"""
+EXTRAPOLATED = 8
+"""Samples before an impulse from which the angles at it follow"""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """An engine's own motion at n samples; plane vectors are complex."""
+
+    states: States
+    reaction: ComplexArray | None
+    """(n, N-1) N"""
+    torque: Array | None
+    """(n, P) N m"""
+    impulse: ComplexArray | None
+    """(n, N-1) N s"""
+
+
+def motion_of(t: Trajectory) -> Motion | None:
+    """Motion of a trajectory; None without angles and rates, or with few samples."""
+    if t.angle_rad is None or t.rate_rad_s is None or len(t.t_s) < FEWEST:
+        return None
+    states = States(t.t_s, as_complex(t.com_m), as_complex(t.com_velocity_m_s), t.angle_rad, t.rate_rad_s)
+    reaction, impulse = (None if v is None or not v.size else as_complex(v) for v in (t.reaction_N, t.impulse_N_s))
+    return Motion(states, reaction, t.torque_N_m, impulse)
+
+
+def real(vectors: ComplexArray) -> Array:
+    """Components of complex vectors (n, k), (n, 2k)."""
+    return np.stack([vectors.real, vectors.imag], axis=-1).reshape(len(vectors), -1)
+
+
+class Balance:
+    """Balance of one motion under the equations of one scene.
+
+    Rows belong to the intervals between samples. Columns are the components of the blocks: momentum of the centre of
+    mass (2), of each bar's angle (N), of the bars before each joint (2N - 2; with reactions), and the gain of each
+    prescribed angle (P).
+    """
+
+    def __init__(self, motion: Motion, scene: Scene, hidden: Sequence[int] | None = None) -> None:
+        """Keep the arguments; `hidden` are the intervals in which an effect changes its mode, found by default."""
+        self.motion, self.scene = motion, scene
+        self.hidden = mode_changes(scene, motion.states) if hidden is None else hidden
+        self.rule: Quadrature = quadrature(motion.states.t_s, scene.effects.breaks_s, self.hidden)
+        spans = tuple(self.rule.pieces[p] for p in self.rule.piece)
+        self.equations = Equations(scene, motion.states.at(self.rule.rows), spans)
+
+    @property
+    def shape(self) -> Shape:
+        """Masses and lengths of the scene."""
+        return self.equations.shape
+
+    @cached_property
+    def columns(self) -> dict[str, slice]:
+        """Columns of each block that the motion has."""
+        n, laws = self.motion.states.bars, len(self.scene.effects.prescribed_rotation)
+        joints = 2 * (n - 1) if self.motion.reaction is not None else 0
+        ends = np.cumsum([0, 2, n, joints, laws]).tolist()
+        names = (CENTRE, BARS, JOINTS, LAWS)
+        return {name: slice(a, b) for name, a, b in zip(names, ends[:-1], ends[1:], strict=True) if b > a}
+
+    @property
+    def width(self) -> int:
+        """Number of columns."""
+        return max(int(c.stop) for c in self.columns.values())
+
+    def blocks(self, states: States, load: Load, centre: ComplexArray | float = 0.0) -> Array:
+        """Rates of change (k, c) by a load, with a field at the centre of mass (k,)."""
+        mean = load.force.sum(axis=1) / self.shape.whole
+        found = np.zeros((len(states.t_s), self.width))
+        found[:, :2] = real((self.shape.whole * (centre + load.common + mean))[:, None])
+        found[:, self.columns[BARS]] = self.shape.generalised(states, load)
+        if JOINTS in self.columns:
+            apart = load.force - self.shape.mass * mean[:, None]
+            found[:, self.columns[JOINTS]] = real(np.cumsum(apart, axis=1)[:, :-1])
+        return found
+
+    def rows(self, load: Load) -> Array:
+        """Gains of momentum by a load, (n - 1, c)."""
+        return self.rule.integral(self.blocks(self.equations.states, load))
+
+    def bar_rows(self, torque: Array) -> Array:
+        """Gains by generalised torques (k, N) on the bars' angles, (n - 1, c)."""
+        found = np.zeros((len(self.motion.states.t_s) - 1, self.width))
+        found[:, self.columns[BARS]] = self.rule.integral(torque)
+        return found
+
+    def gained(self, momenta: Array) -> Array:
+        """Rows of a gain of the bars' momenta (n, N)."""
+        found = np.zeros((len(momenta) - 1, self.width))
+        found[:, self.columns[BARS]] = np.diff(momenta, axis=0)
+        return found
+
+    @cached_property
+    def _integrand(self) -> Array:
+        """Right rates of change at the evaluations, with the engine's own reactions and torques, (k, c)."""
+        e, at = self.equations, self.rule.rows
+        found = self.blocks(e.states, e.total.plus(self.own_torques), e.centre)
+        found[:, self.columns[BARS]] += self.shape.kinetic_slope(e.states)
+        if self.motion.reaction is not None and JOINTS in self.columns:
+            found[:, self.columns[JOINTS]] += real(self.motion.reaction[at])
+        return found
+
+    @property
+    def own_torques(self) -> Load:
+        """The engine's own torques of the prescribed rotations."""
+        e, own = self.equations, self.motion.torque
+        values = np.zeros_like(e.zero.torque)
+        for column, law in enumerate(self.scene.effects.prescribed_rotation):
+            if own is not None and column < own.shape[1]:
+                values[:, law.bar - 1] += own[self.rule.rows, column]
+                if law.actuator is Actuator.JOINT:
+                    other = law.bar - 2 if law.bar > 1 else 1
+                    values[:, other] -= own[self.rule.rows, column]
+        return e.torque(values)
+
+    @cached_property
+    def value(self) -> Array:
+        """Momenta gained less the right integrals, (n - 1, c) N s and N m s; NaN in unknown intervals."""
+        s, shape = self.motion.states, self.shape
+        found = np.zeros((len(s.t_s) - 1, self.width))
+        found[:, :2] = real((shape.whole * np.diff(s.velocity))[:, None])
+        found[:, self.columns[BARS]] = np.diff(shape.momenta(s), axis=0)
+        if JOINTS in self.columns:
+            drift = shape.centres(1j * s.unit * s.rate)
+            found[:, self.columns[JOINTS]] = real(np.cumsum(shape.mass * np.diff(drift, axis=0), axis=1)[:, :-1])
+            if self.motion.impulse is not None:
+                found[:, self.columns[JOINTS]] -= np.diff(real(self.motion.impulse), axis=0)
+        found -= self.rule.integral(self._integrand)
+        for push in self.scene.effects.impulse:
+            self.subtract_impulse(found, push)
+        if LAWS in self.columns:
+            found[:, self.columns[LAWS]] = np.diff(self.law_errors(), axis=0)
+        found[~self.rule.known] = np.nan
+        return found
+
+    @cached_property
+    def error(self) -> Array:
+        """Error of the integrals in :attr:`value`, (n - 1, c)."""
+        return self.rule.error(self._integrand)
+
+    def subtract_impulse(self, found: Array, push: Impulse) -> None:
+        """Subtract the momentum of an impulse from the rows of its interval."""
+        s, bar = self.motion.states, push.bar - 1
+        k = int(np.searchsorted(s.t_s, push.at_s * (1.0 - 1e-12), side="left")) - 1
+        k = max(k, 0) if s.t_s[max(k, 0)] <= push.at_s else -1
+        # a sample at the impulse holds the state before it
+        if k + 1 < len(s.t_s) and abs(s.t_s[k + 1] - push.at_s) <= 1e-9 * (s.t_s[1] - s.t_s[0]):
+            k += 1
+        if not 0 <= k < len(found):
+            return
+        angle = self.angle_at(k, push.at_s)
+        unit = unit_along(angle)
+        way = push.impulse_N_s * np.exp(1j * push.direction_rad) * (unit[bar] if push.axes is Axes.BODY else 1.0)
+        arm = self.shape.right[bar] if push.end.sign > 0.0 else -self.shape.left[bar]
+        force, torque = np.zeros((1, s.bars), complex), np.zeros((1, s.bars))
+        force[0, bar], torque[0, bar] = way, arm * (unit[bar].conj() * way).imag
+        state = States(np.array([push.at_s]), s.com[k : k + 1], s.velocity[k : k + 1], angle[None], s.rate[k : k + 1])
+        found[k] -= self.blocks(state, Load(np.zeros(1, complex), force, torque))[0]
+
+    def angle_at(self, k: int, t_s: float) -> Array:
+        """Angles at an instant after sample k, from the rates before it, (N,) rad."""
+        s = self.motion.states
+        pieces = [a for a, b in self.rule.pieces if a <= s.t_s[k] + 1e-9 and b >= s.t_s[k] - 1e-9]
+        start = pieces[0] if pieces else s.t_s[0]
+        first = max(
+            k + 1 - EXTRAPOLATED,
+            int(np.searchsorted(s.t_s, start + 1e-9 * (s.t_s[1] - s.t_s[0]))) if start > s.t_s[0] else 0,
+        )
+        first = min(first, k)
+        step = s.t_s[1] - s.t_s[0]
+        x = (s.t_s[first : k + 1] - s.t_s[k]) / step
+        rates = np.polynomial.polynomial.polyfit(x, s.rate[first : k + 1], len(x) - 1)
+        angles = np.polynomial.polynomial.polyint(rates, axis=0)
+        found: Array = s.angle[k] + step * np.polynomial.polynomial.polyval((t_s - s.t_s[k]) / step, angles)
+        return found
+
+    def law_errors(self) -> Array:
+        """Prescribed angles less their laws, (n, P) rad, up to a constant."""
+        s, shape = self.motion.states, self.shape
+        place = s.com[:, None] + shape.centres(s.unit)
+        found = []
+        for law in self.scene.effects.prescribed_rotation:
+            bar = law.bar - 1
+            own = s.angle[:, bar]
+            if law.frame is Frame.LOCAL_HORIZONTAL:
+                own = own - np.unwrap(np.angle(place[:, bar]))
+            found.append(own - np.array([law.law(t)[0] for t in s.t_s.tolist()]))
+        return np.stack(found, axis=1)

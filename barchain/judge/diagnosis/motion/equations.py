@@ -1,0 +1,275 @@
+"""Loads on the bars and the chain's geometry, at given states: the right equations of motion, term by term.
+
+Momenta belong to the bars' angles, with the chain's centre of mass apart from them:
+
+    p_j = J_j w_j + sum_i G_ji cos(th_j - th_i) w_i,   p_j' = dT/dth_j + Q_j,
+    dT/dth_j = -w_j sum_i G_ji sin(th_j - th_i) w_i,   Q_j = K_j + n_j . sum_k A_kj f_k,
+
+with d_k = sum_j A_kj u_j the bars' centres from the centre of mass, and G = A' m A. Joint forces have no part in Q.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from adapters.common.initial_state import chain_model
+from reference_impl.model.complex_vectors import as_complex, as_vectors, unit_along
+from reference_impl.model.effect import EffectState
+from reference_impl.model.gravity import complex_field_differences, gradient_angular_accelerations, point_field
+from reference_impl.model.state import State
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from adapters.trajectory import Array
+    from reference_impl.model.arrays import ComplexArray
+    from reference_impl.model.chain import ChainModel
+    from reference_impl.model.effect import ChainEffect, ChainProperties
+    from scenarios import Scene
+
+
+class Load(NamedTuple):
+    """Forces and torques on N bars at k states; plane vectors are complex."""
+
+    common: ComplexArray
+    """(k,) m/s², acceleration of all bars alike"""
+    force: ComplexArray
+    """(k, N) N, besides the common acceleration"""
+    torque: Array
+    """(k, N) N m"""
+
+    def plus(self, other: Load) -> Load:
+        """Both loads together."""
+        return Load(self.common + other.common, self.force + other.force, self.torque + other.torque)
+
+    def times(self, factor: float) -> Load:
+        """Load times a factor."""
+        return Load(factor * self.common, factor * self.force, factor * self.torque)
+
+    def on(self, bar: int) -> Load:
+        """Forces and torque on one bar alone, from 0."""
+        only = np.zeros(self.torque.shape[1])
+        only[bar] = 1.0
+        return Load(0.0 * self.common, self.force * only, self.torque * only)
+
+    @property
+    def acts(self) -> NDArray[np.bool_]:
+        """(N,) bars with a force or a torque."""
+        found: NDArray[np.bool_] = np.any(np.abs(self.force) + np.abs(self.torque) > 0.0, axis=0)
+        return found
+
+
+@dataclass(frozen=True)
+class States:
+    """States of a chain at k instants; plane vectors are complex."""
+
+    t_s: Array
+    com: ComplexArray
+    """(k,) m"""
+    velocity: ComplexArray
+    """(k,) m/s"""
+    angle: Array
+    """(k, N) rad"""
+    rate: Array
+    """(k, N) rad/s"""
+
+    @cached_property
+    def unit(self) -> ComplexArray:
+        """Unit vectors along the bars, (k, N)."""
+        return unit_along(self.angle)
+
+    @property
+    def bars(self) -> int:
+        """Number of bars N."""
+        return int(self.angle.shape[1])
+
+    def at(self, rows: NDArray[np.intp]) -> States:
+        """Some of the states."""
+        return States(self.t_s[rows], self.com[rows], self.velocity[rows], self.angle[rows], self.rate[rows])
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Masses, moments of inertia, and the reach from each centre to the bar's left and right joint."""
+
+    mass: Array
+    inertia: Array
+    left: Array
+    right: Array
+
+    @cached_property
+    def whole(self) -> float:
+        """Mass of the chain, kg."""
+        return float(self.mass.sum())
+
+    @cached_property
+    def reach(self) -> Array:
+        """A, (N, N) m."""
+        n = len(self.mass)
+        from_first = np.tril(np.tile(self.left + self.right, (n, 1)), -1) + np.diag(self.left)
+        centred: Array = from_first - (self.mass / self.whole) @ from_first
+        return centred
+
+    @cached_property
+    def coupling(self) -> Array:
+        """G, (N, N) kg m²."""
+        product: Array = self.reach.T @ (self.mass[:, None] * self.reach)
+        return product
+
+    def centres(self, along: ComplexArray) -> ComplexArray:
+        """Vectors from the chain's centre to the bars', of vectors (k, N) along the bars in lengths."""
+        return along @ self.reach.T
+
+    def coupled(self, s: States) -> Array:
+        """G_ji cos(th_j - th_i), (k, N, N)."""
+        return self.coupling * np.cos(s.angle[:, :, None] - s.angle[:, None, :])
+
+    def turned(self, s: States) -> Array:
+        """G_ji sin(th_j - th_i), (k, N, N)."""
+        return self.coupling * np.sin(s.angle[:, :, None] - s.angle[:, None, :])
+
+    def momenta(self, s: States) -> Array:
+        """p, (k, N) N m s."""
+        return self.inertia * s.rate + (self.coupled(s) @ s.rate[:, :, None])[:, :, 0]
+
+    def kinetic_slope(self, s: States) -> Array:
+        """dT/dth, (k, N) N m."""
+        return -s.rate * (self.turned(s) @ s.rate[:, :, None])[:, :, 0]
+
+    def centrifugal(self, s: States) -> Array:
+        """Torques -sum_i G_ji sin(th_j - th_i) w_i² by the rates, (k, N) N m."""
+        return -(self.turned(s) @ (s.rate**2)[:, :, None])[:, :, 0]
+
+    def generalised(self, s: States, load: Load) -> Array:
+        """Q, (k, N) N m; accelerations common to all bars have no part in it."""
+        return load.torque + (s.unit.conj() * (load.force @ self.reach)).imag
+
+
+def shape_of(model: ChainProperties) -> Shape:
+    """Shape of a model's chain, whose joints are at the bars' ends."""
+    return Shape(model.mass_kg, model.inertia_kg_m2, model.half_m, model.half_m)
+
+
+@dataclass(frozen=True)
+class Equations:
+    """Equations of motion of a scene at k states.
+
+    Attributes
+    ----------
+    scene : Scene
+    states : States
+    spans : sequence of tuple of float
+        Start and end of the smooth piece around each state, s; empty: modes of effects follow from the states.
+    """
+
+    scene: Scene
+    states: States
+    spans: tuple[tuple[float, float], ...] = ()
+
+    @cached_property
+    def model(self) -> ChainModel:
+        """The reference's model."""
+        return chain_model(self.scene)
+
+    @cached_property
+    def shape(self) -> Shape:
+        """Masses and lengths."""
+        return shape_of(self.model)
+
+    @cached_property
+    def place(self) -> ComplexArray:
+        """Bars' centres from the chain's, (k, N) m."""
+        return self.shape.centres(self.states.unit)
+
+    @cached_property
+    def drift(self) -> ComplexArray:
+        """Velocities of the bars' centres relative to the chain's, (k, N) m/s."""
+        return self.shape.centres(1j * self.states.unit * self.states.rate)
+
+    @cached_property
+    def inputs(self) -> list[EffectState]:
+        """States as inputs of effects."""
+        s = self.states
+        vectors = (as_vectors(z) for z in (s.com, s.velocity, self.place, self.drift))
+        each = zip(s.t_s.tolist(), *vectors, s.angle, s.rate, s.unit, strict=True)
+        return [EffectState(self.model, t, State(c, v, a, w, d, e), u) for t, c, v, d, e, a, w, u in each]
+
+    @cached_property
+    def zero(self) -> Load:
+        """No load."""
+        k, n = self.states.angle.shape
+        return Load(np.zeros(k, complex), np.zeros((k, n), complex), np.zeros((k, n)))
+
+    def force(self, values: ComplexArray) -> Load:
+        """Forces (k, N) N on the bars' centres."""
+        return self.zero._replace(force=values + 0j)
+
+    def torque(self, values: Array) -> Load:
+        """Torques (k, N) N m on the bars."""
+        return self.zero._replace(torque=values + 0.0 * self.zero.torque)
+
+    def on_joint(self, joint: int, torque: Array) -> Load:
+        """Torque (k,) on the bar before a joint, from 0, and the opposite one on the bar after it."""
+        values = np.zeros_like(self.zero.torque)
+        values[:, joint], values[:, joint + 1] = torque, -torque
+        return self.torque(values)
+
+    @cached_property
+    def centre(self) -> ComplexArray:
+        """Gravity of the central body at the centre of mass, (k,) m/s²."""
+        if self.model.gravity == "none":
+            return self.zero.common
+        return as_complex(point_field(self.model.mu_m3_s2, as_vectors(self.states.com)))
+
+    @cached_property
+    def tide(self) -> Load:
+        """Gravity of the central body on the bars' masses, less that at the centre of mass."""
+        if self.model.gravity == "none":
+            return self.zero
+        apart = complex_field_differences(self.model.mu_m3_s2, self.states.com[:, None], self.place)
+        return self.force(self.model.mass_kg * apart)
+
+    @cached_property
+    def gradient(self) -> Load:
+        """Torque of the central body's gravity gradient."""
+        if self.model.gravity != "gradient":
+            return self.zero
+        spin = gradient_angular_accelerations(self.model, self.states.com[:, None] + self.place, self.states.unit)
+        return self.torque(self.model.inertia_kg_m2 * spin)
+
+    def of_effect(self, effect: ChainEffect) -> Load:
+        """Loads of an effect."""
+        modes = [effect.segment_mode(*span) for span in self.spans] if self.spans else [None] * len(self.inputs)
+        found = [effect.accelerations(at, mode) for at, mode in zip(self.inputs, modes, strict=True)]
+        if not found:
+            return self.zero
+        common = np.array([complex(f.common) for f in found])
+        difference, angular = np.array([f.difference for f in found]), np.array([f.angular for f in found])
+        return Load(common, self.model.mass_kg * difference, self.model.inertia_kg_m2 * angular)
+
+    @cached_property
+    def effects(self) -> list[Load]:
+        """Loads of each effect of the model."""
+        return [self.of_effect(effect) for effect in self.model.effects]
+
+    @cached_property
+    def total(self) -> Load:
+        """Sum of all loads but the field at the centre of mass."""
+        found = self.tide.plus(self.gradient)
+        for load in self.effects:
+            found = found.plus(load)
+        return found
+
+
+def mode_changes(scene: Scene, states: States) -> list[int]:
+    """Intervals between samples in which an effect changes its mode (faces, shadow)."""
+    equations, changed = Equations(scene, states), set[int]()
+    for effect in equations.model.effects:
+        if effect.has_state_events:
+            modes = np.array([effect.mode(at) for at in equations.inputs])
+            changed |= set(np.nonzero((modes[1:] != modes[:-1]).any(axis=1))[0].tolist())
+    return sorted(changed)

@@ -1,0 +1,251 @@
+"""Numbers of a scene that an engine may have wrong: every one alone, all of a kind together, each fitted."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from barchain.judge.diagnosis.motion.candidate import BODIES, LOADS, NICE, factor_words, nice_factor
+from scenarios.toml.scene_tables import EARTH_MU_M3_S2, EARTH_RADIUS_M
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from scenarios import Scene
+
+    Path = tuple[str | int, ...]
+
+KNOWN = {
+    "mu_m3_s2": (
+        ("EGM2008, 3.986004415e14", 3.986004415e14),
+        ("WGS 84, 3.986004418e14", 3.986004418e14),
+        ("the first WGS 84, 3.986005e14", 3.986005e14),
+        ("WGS 72, 3.986008e14", 3.986008e14),
+        ("398600.44 km^3/s^2", 3.9860044e14),
+        ("398600 km^3/s^2", 3.986e14),
+        ("G times the Earth's mass, 6.674e-11 times 5.972e24", 6.674e-11 * 5.972e24),
+        ("g = 9.81 m/s^2 at the Earth's radius", 9.81 * EARTH_RADIUS_M**2),
+        ("the Earth, not of the given body", EARTH_MU_M3_S2),
+    ),
+    "radius_m": (
+        ("the Earth's mean radius, 6371 km", 6.371e6),
+        ("the Earth's equatorial radius, 6378.137 km", 6378137.0),
+        ("the Earth's equatorial radius, 6378.1363 km", 6378136.3),
+        ("the Earth's equatorial radius, 6378 km", 6.378e6),
+        ("the Earth of the paper, 6371.2 km", EARTH_RADIUS_M),
+    ),
+    "j2": tuple((f"the Earth, {value}", value) for value in (1.08263e-3, 1.0826e-3, 1.08262668e-3)),
+    "rotation_rad_s": (("the Earth, 7.2921e-5 rad/s", 7.2921159e-5),),
+    "pressure_Pa": (("a black surface at 1 au, 4.56e-6 Pa", 4.56e-6),),
+}  # fmt: skip
+"""Values that engines take instead of a scene's, by field"""
+KNOWN_DIGITS = 3e-7
+"""Relative difference below which a fitted number is a known value"""
+PER_BAR = {"mass_kg": "mass", "length_m": "length", "inertia_kg_m2": "moment of inertia"}
+WITH_INERTIA = (("mass_kg", 1), ("length_m", 2))
+"""Properties from which an engine may compute moments of inertia, m l²/12, and the power of each"""
+FACTOR, ANGLE, TIME = "factor", "angle", "time"
+"""What is fitted: a factor, an angle that is added, or a time that is added"""
+FIELDS: dict[str, tuple[tuple[str, str, str], ...]] = {
+    "oblateness": (("j2", "coefficient J2", FACTOR), ("radius_m", "reference radius of J2", FACTOR)),
+    "third_body": (
+        ("mu_m3_s2", "gravitational parameter", FACTOR), ("distance_m", "distance", FACTOR),
+        ("longitude_rad", "longitude", ANGLE), ("rate_rad_s", "rate", FACTOR),
+    ),
+    "drag": (
+        ("density_kg_m3", "density of the air", FACTOR), ("altitude_m", "altitude of the air's density", FACTOR),
+        ("scale_height_m", "scale height of the air", FACTOR), ("rotation_rad_s", "rotation of the air", FACTOR),
+        ("width_m", "width for the drag", FACTOR), ("normal_coefficient", "normal coefficient of the drag", FACTOR),
+        ("tangential_coefficient", "tangential coefficient of the drag", FACTOR),
+    ),
+    "solar_pressure": (
+        ("pressure_Pa", "pressure of sunlight", FACTOR), ("sun_longitude_rad", "direction of the Sun", ANGLE),
+        ("sun_rate_rad_s", "rate of the Sun's direction", FACTOR), ("width_m", "width for the sunlight", FACTOR),
+        ("reflectivity", "reflectivity", FACTOR),
+    ),
+    "joint_spring_damper": (
+        ("stiffness_N_m_rad", "stiffness", FACTOR), ("damping_N_m_s_rad", "damping", FACTOR),
+        ("rest_rad", "rest angle", FACTOR),
+    ),
+    "thrust": (
+        ("direction_rad", "direction", ANGLE), ("times_s", "table of instants", TIME), ("force_N", "force", FACTOR),
+    ),
+    "impulse": (("direction_rad", "direction", ANGLE), ("impulse_N_s", "size", FACTOR), ("at_s", "instant", TIME)),
+    "prescribed_rotation": (
+        ("amplitude_rad", "amplitude", FACTOR), ("duration_s", "duration", FACTOR), ("start_s", "start", TIME),
+    ),
+}  # fmt: skip
+"""Numbers of effects: field, noun, and what is fitted"""
+OWNERS = {"thrust": "thrust", "impulse": "impulse", "prescribed_rotation": "prescribed rotation"}
+BODY_WORDS = {"moon": "Moon", "sun": "Sun"}
+PROBES = {FACTOR: 1e-5, ANGLE: 1e-5}
+"""Amounts that are small enough for a linear effect"""
+
+
+@dataclass(frozen=True)
+class Number:
+    """A number of a scene, or several with a common change."""
+
+    name: str
+    subject: str
+    """Noun with `the`"""
+    section: str
+    scene: Scene
+    """Right scene"""
+    paths: tuple[Path, ...]
+    kind: str = FACTOR
+    powers: tuple[int, ...] = ()
+    """Power of the factor in each number; 1 by default"""
+    peers: tuple[float, ...] = ()
+    """Other values that may have come in its place"""
+
+    @property
+    def interval_s(self) -> float:
+        """Time between the scene's samples."""
+        return self.scene.run.duration_s / (self.scene.run.samples - 1)
+
+    @property
+    def probe(self) -> float:
+        """Amount that is small enough for a linear effect."""
+        return PROBES.get(self.kind, 1e-3 * self.interval_s)
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Least and largest amount; masses and lengths are positive."""
+        most = {FACTOR: 100.0, ANGLE: math.pi, TIME: 16.0 * self.interval_s}[self.kind]
+        return (-0.95 if self.kind == FACTOR and self.section == BODIES else -most), most
+
+    def change(self, amount: float) -> Scene:
+        """Scene with an amount; 0: the right scene."""
+        found = self.scene
+        for path, power in zip(self.paths, self.powers or (1,) * len(self.paths), strict=True):
+
+            def one(v: Any, power: int = power) -> Any:
+                if isinstance(v, tuple):
+                    return tuple(map(one, v))
+                return v * (1.0 + amount) ** power if self.kind == FACTOR else v + amount
+
+            found = replaced(found, path, one)
+        return found
+
+    @property
+    def value(self) -> float | None:
+        """Right value; None of several numbers."""
+        found = read(self.scene, self.paths[0])
+        return found if len(self.paths) == 1 and isinstance(found, float) else None
+
+    def known(self, amount: float) -> str:
+        """Known value that an amount makes; empty without one."""
+        if self.kind != FACTOR or not self.value:
+            return ""
+        value = self.value * (1.0 + amount)
+        near = [(abs(value / right - 1.0), words) for words, right in KNOWN.get(str(self.paths[0][-1]), ())]
+        best = min(near, default=(1.0, ""))
+        return best[1] if best[0] < KNOWN_DIGITS else ""
+
+    def peer(self, amount: float) -> bool:
+        """Whether an amount makes the value of another place."""
+        if self.kind != FACTOR or not self.value:
+            return False
+        value = self.value * (1.0 + amount)
+        return any(abs(value - p) <= NICE * abs(p) for p in self.peers if p != self.value)
+
+    def nice(self, amount: float) -> bool:
+        """Whether an amount is one that a slip would give."""
+        if self.kind == FACTOR:
+            return bool(nice_factor(1.0 + amount) or self.known(amount) or self.peer(amount))
+        unit = 0.5 * math.pi if self.kind == ANGLE else 0.5 * self.interval_s
+        return abs(amount) > 0.5 * unit and abs(amount / unit - round(amount / unit)) < NICE
+
+    def words(self, amount: float) -> str:
+        """Sentence of an amount."""
+        verb = "are" if self.subject.partition(" of ")[0].endswith(("s", "lengths")) else "is"
+        if self.kind == ANGLE:
+            return f"{self.subject} {verb} off by {math.degrees(amount):.4g} degrees"
+        if self.kind == TIME:
+            return f"{self.subject} {verb} {abs(amount):.4g} s too {'late' if amount > 0.0 else 'early'}"
+        if self.known(amount):
+            return f"{self.subject} {verb} that of {self.known(amount)}"
+        said = factor_words(1.0 + amount)
+        place = ", that of another place" if self.peer(amount) else ""
+        return f"{self.subject} {verb} {'zero' if said == 'missing' else said}{place}"
+
+
+def replaced(whole: Any, path: Path, value: Callable[[Any], Any]) -> Any:
+    """Copy of nested dataclasses and tuples with one value changed."""
+    if not path:
+        return value(whole)
+    first, rest = path[0], path[1:]
+    if isinstance(first, int):
+        return (*whole[:first], replaced(whole[first], rest, value), *whole[first + 1 :])
+    return dataclasses.replace(whole, **{first: replaced(getattr(whole, first), rest, value)})
+
+
+def read(whole: Any, path: Path) -> Any:
+    """Value at a path."""
+    for step in path:
+        whole = whole[step] if isinstance(step, int) else getattr(whole, step)
+    return whole
+
+
+def numbers(scene: Scene) -> Iterator[Number]:
+    """All numbers of a scene that the motion shows."""
+    if scene.effects.gravity != "none":
+        mu = ("central_body", "mu_m3_s2")
+        yield Number("gravitational-parameter", "the gravitational parameter", "orbit", scene, (mu,))
+    yield from of_chain(scene)
+    for effect, fields in FIELDS.items():
+        given = getattr(scene.effects, effect)
+        if isinstance(given, tuple):
+            for k in range(len(given)):
+                yield from of_effect(scene, effect, ("effects", effect, k), owner(effect, given, k))
+            for field, noun, kind in fields if len(given) > 1 else ():
+                every = tuple(("effects", effect, k, field) for k in range(len(given)))
+                owners = "third bodies" if effect == "third_body" else f"{OWNERS[effect]}s"
+                yield Number(f"{effect}s-{field}", f"the {noun} of all {owners}", LOADS, scene, every, kind)
+        elif given is not None:
+            yield from of_effect(scene, effect, ("effects", effect), "")
+
+
+def owner(effect: str, given: tuple[Any, ...], k: int) -> str:
+    """Words for the effect of a number, one of several."""
+    if effect == "third_body":
+        return f" of the {BODY_WORDS.get(given[k].name, given[k].name)}"
+    return f" of the {OWNERS[effect]}{f' {k + 1}' if len(given) > 1 else ''}"
+
+
+def of_chain(scene: Scene) -> Iterator[Number]:
+    """Masses, lengths and moments of inertia of one bar or all, alone or with the moments of inertia that follow."""
+    several = range(scene.bars) if scene.bars > 1 else range(0)
+    for field, noun in PER_BAR.items():
+        peers = getattr(scene.chain, field)
+        for j in several:
+            yield Number(
+                f"{field}-{j + 1}", f"the {noun} of bar {j + 1}", BODIES, scene, (("chain", field, j),), peers=peers
+            )
+        yield Number(field, f"the {noun} of all bars", BODIES, scene, (("chain", field),))
+    for field, power in WITH_INERTIA:
+        noun, both, powers = PER_BAR[field], (field, "inertia_kg_m2"), (1, power)
+        for j in several:
+            subject = f"the {noun} of bar {j + 1}, in the moment of inertia too,"
+            paths: tuple[Path, ...] = tuple(("chain", f, j) for f in both)
+            yield Number(f"{field}-with-inertia-{j + 1}", subject, BODIES, scene, paths, powers=powers)
+        subject = f"the {noun} of all bars, in the moments of inertia too,"
+        every: tuple[Path, ...] = tuple(("chain", f) for f in both)
+        yield Number(f"{field}-with-inertia", subject, BODIES, scene, every, powers=powers)
+
+
+def of_effect(scene: Scene, effect: str, at: Path, of: str) -> Iterator[Number]:
+    """Numbers of one effect; of a tuple, each value and all together."""
+    for field, noun, kind in FIELDS[effect]:
+        value = read(scene, (*at, field))
+        name = "-".join([effect, *(str(k + 1) for k in at if isinstance(k, int)), field])
+        if isinstance(value, tuple) and len(value) > 1:
+            for j in range(len(value)):
+                place = "joint " if effect == "joint_spring_damper" else "bar " if field == "width_m" else "entry "
+                subject = f"the {noun} of {place}{j + 1}{of}"
+                yield Number(f"{name}-{j + 1}", subject, LOADS, scene, ((*at, field, j),), kind, peers=value)
+        yield Number(name, f"the {noun}{of or (' of all joints' if effect == 'joint_spring_damper' else '')}", LOADS,
+                     scene, ((*at, field),), kind)  # fmt: skip

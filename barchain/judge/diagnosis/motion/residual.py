@@ -1,0 +1,144 @@
+"""Residual of an engine's own motion: its noise, and the blocks of the balance in which it is no noise."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from barchain.judge.diagnosis.motion.balance import BARS, CENTRE, JOINTS, LAWS, Balance, real
+from barchain.judge.diagnosis.motion.quadrature import DEGREE
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from adapters.trajectory import Array
+    from barchain.judge.diagnosis.motion.balance import Motion
+    from scenarios import Scene
+
+WRONG = 8.0
+"""Ratio of a block's residual to its noise, root mean square, from which on it is no noise"""
+DIFFERENCES = 4
+"""Order of the differences along the samples that show noise"""
+CLIPPED = 100.0
+"""Times the median difference of two runs that counts: at an event, one of them may have another step"""
+ROUNDINGS, LAW_ROUNDINGS = 8.0, 1e4
+"""Roundings of a momentum, and of an angle of a law, whose place is a difference"""
+LEAST_NOISE = 1e-300
+PLACES = {
+    CENTRE: ("N", "at the centre of mass"),
+    BARS: ("N m", "on bar {}"),
+    JOINTS: ("N", "in the reactions at joint {}"),
+    LAWS: ("rad/s", "in the prescribed angle {}"),
+}
+"""Unit of a block's rate of change, and words for its components"""
+MOST_APART = 1e-3
+"""Largest departure of angles from the integrals of rates, relative to these, at which a motion has a balance"""
+
+
+class Residual:
+    """Residual of a motion under a scene's right equations."""
+
+    def __init__(self, motion: Motion, scene: Scene, other: Motion | None = None) -> None:
+        """Compute the residual.
+
+        Parameters
+        ----------
+        motion : Motion
+        scene : Scene
+            Scene at the samples of the motion.
+        other : Motion, optional
+            The same run at another accuracy: what differs is an error of integration.
+        """
+        self.motion, self.scene = motion, scene
+        self.balance = Balance(motion, scene)
+        self.value = self.balance.value
+        self.other = None if other is None else Balance(other, scene, self.balance.hidden).value
+
+    @cached_property
+    def known(self) -> NDArray[np.bool_]:
+        """(n - 1,) rows with values."""
+        found: NDArray[np.bool_] = np.all(np.isfinite(self.value), axis=1)
+        return found
+
+    @cached_property
+    def consistent(self) -> bool:
+        """Whether angles are integrals of rates and positions those of velocities: without that there is no balance."""
+        s, rule = self.motion.states, self.balance.rule
+        track, drift = real(s.com[:, None]), real(s.velocity[:, None])
+        for place, speed in ((s.angle, s.rate), (track, drift)):
+            step = rule.integral(speed[rule.rows])[self.known]
+            gained = np.diff(place, axis=0)[self.known]
+            if np.linalg.norm(gained - step) > MOST_APART * max(float(np.linalg.norm(step)), LEAST_NOISE):
+                return False
+        return True
+
+    @cached_property
+    def noise(self) -> Array:
+        """Noise of the residual, (n - 1, c)."""
+        column = differenced_noise(self.value)
+        if self.other is not None and self.other.shape == self.value.shape:
+            apart = np.abs(self.value - self.other)
+            most = CLIPPED * np.nanmedian(apart, axis=0)
+            column = np.maximum(column, np.sqrt(np.nanmean(np.minimum(apart, most) ** 2, axis=0)))
+        found: Array = np.sqrt(self.balance.error**2 + column**2 + self.rounding**2)
+        return found
+
+    @property
+    def rounding(self) -> Array:
+        """Rounding of the momenta, (c,)."""
+        b, s = self.balance, self.motion.states
+        size = np.zeros(b.width)
+        size[:2] = b.shape.whole * np.abs(s.velocity).max()
+        size[b.columns[BARS]] = np.abs(b.shape.momenta(s)).max()
+        if JOINTS in b.columns:
+            size[b.columns[JOINTS]] = np.abs(b.shape.mass * b.shape.centres(1j * s.unit * s.rate)).sum(axis=1).max()
+        if LAWS in b.columns:
+            size[b.columns[LAWS]] = LAW_ROUNDINGS
+        return ROUNDINGS * np.finfo(float).eps * size + LEAST_NOISE
+
+    @cached_property
+    def ratios(self) -> dict[str, float]:
+        """Residual over noise of each block, root mean square."""
+        if not self.known.any():
+            return dict.fromkeys(self.balance.columns, 0.0)
+        share = (self.value[self.known] / self.noise[self.known]) ** 2
+        return {name: float(np.sqrt(share[:, c].mean())) for name, c in self.balance.columns.items()}
+
+    @cached_property
+    def wrong(self) -> tuple[str, ...]:
+        """Blocks whose residual is no noise."""
+        return tuple(name for name, ratio in self.ratios.items() if ratio > WRONG)
+
+    @cached_property
+    def moves_right(self) -> bool:
+        """Whether centre of mass, bars and prescribed angles move by the right equations."""
+        return self.consistent and not set(self.wrong) & {CENTRE, BARS, LAWS}
+
+    @property
+    def place(self) -> str:
+        """Where the residual is largest, with its size, in words."""
+        found = []
+        for name in self.wrong:
+            c = self.balance.columns[name]
+            over = np.sqrt((self.value[self.known][:, c] ** 2).mean(axis=0))
+            each = over.reshape(-1, 2).max(axis=1) if name in (CENTRE, JOINTS) else over
+            worst = int(np.argmax(each))
+            size = each[worst] / float(np.diff(self.motion.states.t_s[:2])[0])
+            unit, where = PLACES[name]
+            found.append(f"{size:.2g} {unit} {where.format(worst + 1)}")
+        return ", ".join(found)
+
+
+def differenced_noise(values: Array) -> Array:
+    """Noise of each column (n, c) of values that are smooth along the samples, (c,)."""
+    if len(values) <= DEGREE:
+        return np.zeros(values.shape[1])
+    size = np.abs(np.diff(values, n=DIFFERENCES, axis=0))
+    size = size[np.isfinite(size).all(axis=1)]
+    if not len(size):
+        return np.zeros(values.shape[1])
+    found: Array = np.median(size, axis=0) / (0.6745 * math.sqrt(math.comb(2 * DIFFERENCES, DIFFERENCES)))
+    return found

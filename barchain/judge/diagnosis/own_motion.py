@@ -1,0 +1,181 @@
+"""An engine's own motion: rerun with dense samples where that is possible, and what its equations have wrong."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.interpolate import make_interp_spline
+
+from adapters.common.initial_state import chain_model
+from barchain.judge.diagnosis.explanation import Explanation
+from barchain.judge.diagnosis.fit import Fit
+from barchain.judge.diagnosis.mistake import Mistake
+from barchain.judge.diagnosis.motion.balance import JOINTS, motion_of
+from barchain.judge.diagnosis.motion.residual import Residual
+from barchain.judge.diagnosis.motion.search import AT_NOISE, MotionSearch
+from barchain.judge.diagnosis.start import starts
+from reference_impl.model.kinematics import consistent_state
+from reference_impl.model.relative import accelerations
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from adapters.trajectory import Array, Trajectory
+    from barchain.judge.diagnosis.motion.search import Fitted
+    from scenarios import Scene
+
+    OwnRuns = Callable[[Scene, Scene], tuple[Trajectory | None, Trajectory | None]]
+
+DENSER = 6
+"""Intervals of dense samples in each interval of a comparison, in which a bar turns half a radian at most"""
+MOST_SAMPLES = 2401
+"""Samples of a dense run: more take longer than they tell"""
+SPLINE = 9
+"""Degree of the splines that give rates by angles"""
+
+
+def densely(scene: Scene) -> tuple[Scene, Scene]:
+    """Scene with samples that are dense enough for integrals of its motion, and one with twice as many.
+
+    A method of equal steps makes two steps between samples at least: with twice the samples its error is another one.
+    """
+    intervals = scene.run.samples - 1
+    times = max(1, min(DENSER, (MOST_SAMPLES - 1) // intervals))
+    runs = (dataclasses.replace(scene.run, samples=k * times * intervals + 1) for k in (1, 2))
+    one, two = (dataclasses.replace(scene, run=run) for run in runs)
+    return one, two
+
+
+@dataclass(frozen=True)
+class MadeRuns:
+    """Dense runs that are there already, at the judged setting and, with twice the samples, at the next finer one."""
+
+    main: Trajectory | None
+    finer: Trajectory | None
+
+    def __call__(self, *_: Scene) -> tuple[Trajectory | None, Trajectory | None]:
+        """Return both runs."""
+        return self.main, self.finer
+
+
+class OwnMotion:
+    """An engine's own motion in a scene; each part is computed once."""
+
+    def __init__(self, scene: Scene, given: Trajectory, runs: OwnRuns | None) -> None:
+        """Keep the arguments; without `runs`, the given samples have to do."""
+        self.given_scene, self.given, self.runs = scene, given, runs
+
+    @cached_property
+    def dense(self) -> tuple[Scene, Trajectory, Trajectory | None]:
+        """Scene of the samples, the finest run, and another run of the same samples."""
+        if self.runs is not None:
+            scene, twice = densely(self.given_scene)
+            main, finer = self.runs(scene, twice)
+            finer = None if finer is None else finer.samples(slice(None, None, 2))
+            whole = [t for t in (finer, main) if t is not None and len(t.t_s) == scene.run.samples and finite(t)]
+            if whole:
+                return scene, whole[0], whole[1] if len(whole) > 1 else None
+        return self.given_scene, self.given, None
+
+    @cached_property
+    def residual(self) -> Residual | None:
+        """Residual of the motion; None where rates are no derivatives of angles, or too few samples are there."""
+        scene, best, other = self.dense
+        motion = motion_of(best)
+        if motion is None:
+            return None
+        found = Residual(motion, scene, None if other is None else motion_of(other))
+        return found if found.consistent else None
+
+    @cached_property
+    def search(self) -> MotionSearch | None:
+        """Search for what is wrong in the equations; None where nothing is, or nothing is known."""
+        return MotionSearch(self.residual) if self.residual is not None and self.residual.wrong else None
+
+    @cached_property
+    def fits(self) -> list[Fitted]:
+        """Fits of the residual, best first."""
+        return self.search.best if self.search is not None else []
+
+    @property
+    def explaining(self) -> list[Explanation]:
+        """Explanations of the residual."""
+        return [explanation_of(f) for f in self.fits if f.explains]
+
+    @cached_property
+    def starts(self) -> list[Explanation]:
+        """Explanations by another start, from which the motion obeys the right equations."""
+        found = starts(self.given, self.given_scene)
+        if not found or self.residual is None or not self.residual.moves_right:
+            return []
+        return [Explanation((m,), Fit({"start": 0.0}, {"start": 0.0}, {"start": 0.0})) for m in found]
+
+    @cached_property
+    def moves_as(self) -> list[tuple[Explanation, Scene]]:
+        """Explanations of the motion by other scenes, where the reactions do not belong to the motion."""
+        found = []
+        for f in self.fits:
+            scene = f.candidates[0].scene
+            if f.explains and f.alone and len(f.candidates) == 1 and scene is not None:
+                other = dataclasses.replace(scene(float(f.amounts[0][0])), run=self.given_scene.run)
+                found.append((explanation_of(dataclasses.replace(f, alone="")), other))
+        if self.starts and self.residual is not None and JOINTS in self.residual.wrong:
+            found += [(e, self.given_scene) for e in self.starts]
+        return found
+
+    @property
+    def nearest(self) -> str:
+        """Where the residual sits, and the nearest candidate; empty without a residual."""
+        if self.residual is None or not self.residual.wrong:
+            return ""
+        said = f" Against the right equations at its own states, the motion has {self.residual.place} too much."
+        if self.fits and self.fits[0].share < 1.0:
+            said += f" Nearest: {self.fits[0].words} (leaves {self.fits[0].share:.1%} of that)."
+        return said
+
+
+def explanation_of(f: Fitted) -> Explanation:
+    """Explanation by a fit of the residual."""
+    said = [c.words(a) for c, a in zip(f.candidates, f.amounts, strict=True)]
+    said[-1] += f" {f.alone}" if f.alone else ""
+    mistakes = tuple(Mistake(c.name, words, c.section) for c, words in zip(f.candidates, said, strict=True))
+    left = {"motion": f.left / AT_NOISE}
+    return Explanation(mistakes, Fit(left, left, {"motion": f.share}))
+
+
+def finite(t: Trajectory) -> bool:
+    """Whether the values that a balance needs are numbers."""
+    values = (t.com_m, t.com_velocity_m_s, t.angle_rad, t.rate_rad_s, t.reaction_N, t.torque_N_m, t.impulse_N_s)
+    return all(v is None or bool(np.isfinite(v).all()) for v in values)
+
+
+def with_right_reactions(scene: Scene, t: Trajectory) -> Trajectory:
+    """A motion with the reactions and torques that belong to its states under the right equations."""
+    assert t.angle_rad is not None
+    assert t.rate_rad_s is not None
+    model = chain_model(scene)
+    solved = [
+        accelerations(model, float(at), consistent_state(model, *state))
+        for at, *state in zip(t.t_s, t.com_m, t.com_velocity_m_s, t.angle_rad, t.rate_rad_s, strict=True)
+    ]
+    reaction = None if t.reaction_N is None else np.array([a.reaction_N for a in solved])
+    torque = None if t.torque_N_m is None else np.array([a.torque_N_m for a in solved])
+    return t.replace(reaction_N=reaction, torque_N_m=torque)
+
+
+def repaired(t: Trajectory) -> list[Trajectory]:
+    """The same motion with rates by its angles, with angles by its rates, and with velocities by its positions."""
+    if t.angle_rad is None or t.rate_rad_s is None or len(t.t_s) <= SPLINE:
+        return []
+    slope: Array = make_interp_spline(t.t_s, t.angle_rad, SPLINE).derivative()(t.t_s)
+    turned: Array = make_interp_spline(t.t_s, t.rate_rad_s, SPLINE).antiderivative()(t.t_s)
+    drift: Array = make_interp_spline(t.t_s, t.com_m, SPLINE).derivative()(t.t_s)
+    return [
+        t.replace(rate_rad_s=slope),
+        t.replace(angle_rad=t.angle_rad[0] + turned - turned[0]),
+        t.replace(com_velocity_m_s=drift),
+    ]

@@ -1,0 +1,137 @@
+"""Mistakes in the equations of motion are named by what an engine's own motion has that the right equations lack."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from adapters.common.equal_steps import finer_setting
+from adapters.registry import ENGINES
+from barchain.judge.diagnosis.motion.alternatives import alternatives
+from barchain.judge.diagnosis.motion.balance import motion_of
+from barchain.judge.diagnosis.motion.numbers import numbers
+from barchain.judge.diagnosis.motion.quadrature import quadrature
+from barchain.judge.diagnosis.motion.residual import Residual
+from barchain.judge.diagnosis.own_motion import densely
+from barchain.solutions.reference import closely_sampled
+from scenarios import load_scene
+from tests.diagnosis.planting import diagnosis_of_scene, run, unequal_chain
+from tests.support.kernel import needs_kernel
+from tests.support.slow import one_in
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from adapters.trajectory import Trajectory
+    from scenarios import Scene
+
+pytestmark = needs_kernel
+SCENE = unequal_chain()
+LITTLE = 0.013
+"""A departure that no slip gives"""
+LOADED = (
+    "drag_alone", "solar_pressure_alone", "third_body_alone", "joint_springs_alone", "thrust_body", "impulse_alone",
+    "prescribed_orbital", "oblateness_alone",
+)  # fmt: skip
+
+
+def loaded(name: str) -> Scene:
+    """Scene of conformance, at the samples of a comparison."""
+    return closely_sampled(load_scene(f"conform/{name}"))
+
+
+@pytest.mark.parametrize("breaks", [(), (0.31,), (0.25, 0.731)])
+def test_integrals_between_samples_are_right_to_the_last_digits_beside_breaks_too(breaks: tuple[float, ...]) -> None:
+    t = np.linspace(0.0, 1.0, 81)
+    rule = quadrature(t, breaks)
+    edges = np.array([0.0, *breaks, 1.0])
+
+    def value(x: np.ndarray, piece: np.ndarray) -> np.ndarray:
+        return np.cos(5.0 * x) + piece
+
+    def integral(a: float, b: float) -> float:
+        cuts = [a, *(e for e in breaks if a < e < b), b]
+        piece = [np.searchsorted(edges, 0.5 * (x + y)) - 1 for x, y in itertools.pairwise(cuts)]
+        return sum((np.sin(5.0 * y) - np.sin(5.0 * x)) / 5.0 + p * (y - x)
+                   for x, y, p in zip(cuts[:-1], cuts[1:], piece, strict=True))  # fmt: skip
+
+    found = rule.integral(value(t[rule.rows], rule.piece)[:, None])[:, 0]
+    right = [integral(a, b) for a, b in itertools.pairwise(t)]
+    assert np.abs(found - right).max() < 1e-9 / len(t)
+
+
+def check_noise(scene: Scene, run: Callable[[Scene, Any], Trajectory], settings: tuple[Any, Any]) -> None:
+    """Check that the dense runs of a right engine leave noise in every block."""
+    scene, twice = densely(scene)
+    main, finer = motion_of(run(scene, settings[0])), motion_of(run(twice, settings[1]).samples(slice(None, None, 2)))
+    assert main is not None
+    assert finer is not None
+    found = Residual(finer, scene, main)
+    assert found.consistent
+    assert not found.wrong, found.ratios
+
+
+@pytest.mark.parametrize("name", ["three_bars_gradient", "eccentric", *one_in(2, LOADED)])
+def test_the_right_motion_leaves_noise(name: str) -> None:
+    check_noise(loaded(name), run, (1e-9, 1e-10))
+
+
+@pytest.mark.parametrize("engine", one_in(2, ["exudyn-tree", "pymunk", "mujoco", "pinocchio"]))
+def test_a_right_engine_of_another_library_leaves_noise(engine: str) -> None:
+    if ENGINES[engine].missing:
+        pytest.skip(str(ENGINES[engine].missing))
+    loaded_engine = ENGINES[engine].load()
+    scene, setting = loaded("three_bars_gradient"), loaded_engine.sweep.setting()
+    settings = setting, finer_setting(scene, loaded_engine.sweep, setting)
+    check_noise(scene, lambda s, setting: loaded_engine().run(s, setting), settings)
+
+
+def check_scene_named(scene: Scene, name: str, altered: Scene) -> None:
+    """Check that an engine that takes another scene for the given one gets that named."""
+
+    def change(given: Scene) -> Scene:
+        return dataclasses.replace(
+            altered, run=dataclasses.replace(given.run, duration_s=altered.run.duration_s)
+        )  # samples as asked
+
+    found = diagnosis_of_scene(scene, change)
+    assert (name,) in found.names, f"{name}: {found}"
+
+
+CHAIN = ("mass_kg-2", "length_m-1", "inertia_kg_m2", "length_m-with-inertia-3", "gravitational-parameter")
+EFFECTS = (
+    ("oblateness_alone", "oblateness-j2"), ("drag_alone", "drag-tangential_coefficient"),
+    ("joint_springs_alone", "joint_spring_damper-rest_rad-2"), ("thrust_body", "thrust-2-direction_rad"),
+    ("impulse_alone", "impulse-3-impulse_N_s"), ("prescribed_orbital", "prescribed_rotation-1-amplitude_rad"),
+    ("third_body_alone", "third_body-1-distance_m"), ("solar_pressure_alone", "solar_pressure-reflectivity"),
+)  # fmt: skip
+OTHERS = (
+    ("three_bars_gradient", "masses-in-reversed-order"), ("three_bars_gradient", "inertia-slender"),
+    ("thrust_body", "thrusts-at-other-end"), ("thrust_body", "thrust-2-on-next-bar"),
+    ("impulse_alone", "impulse-2-missing"), ("joint_springs_alone", "springs-rest-at-start"),
+    ("prescribed_orbital_joint", "prescribed-rotation-other-actuator"),
+    ("solar_pressure_alone", "sunlight-with-shadow"),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", one_in(3, CHAIN))
+def test_a_wrong_number_of_the_chain_is_named(name: str) -> None:
+    number = next(n for n in numbers(SCENE) if n.name == name)
+    check_scene_named(SCENE, name, number.change(LITTLE))
+
+
+@pytest.mark.parametrize("case", one_in(4, EFFECTS, "-".join))
+def test_a_wrong_number_of_an_effect_is_named(case: tuple[str, str]) -> None:
+    scene, name = loaded(case[0]), case[1]
+    number = next(n for n in numbers(scene) if n.name == name)
+    check_scene_named(scene, name, number.change(LITTLE))
+
+
+@pytest.mark.parametrize("case", one_in(4, OTHERS, "-".join))
+def test_another_scene_is_named(case: tuple[str, str]) -> None:
+    scene, name = loaded(case[0]), case[1]
+    check_scene_named(scene, name, next(a.scene for a in alternatives(scene) if a.name == name))
