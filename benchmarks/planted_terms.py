@@ -11,10 +11,11 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import itertools
 import re
 import time
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -87,7 +88,9 @@ class SmallEngine:
     def __init__(self, scene: Scene, terms: Terms) -> None:
         """Masses, lengths, and vectors from the chain's centre to the bars'."""
         self.scene, self.terms = scene, terms
-        self.m, self.l, self.j = (np.array(v) for v in (scene.chain.mass_kg, scene.chain.length_m, scene.chain.inertia_kg_m2))
+        self.m, self.l, self.j = (
+            np.array(v) for v in (scene.chain.mass_kg, scene.chain.length_m, scene.chain.inertia_kg_m2)
+        )
         n, near = len(self.m), self.l * (1.0 - terms.joint)
         far = self.l * terms.joint
         chain = np.tril(np.tile(near + far, (n, 1)), -1) + np.diag(near)
@@ -169,7 +172,7 @@ class SmallEngine:
                                np.full(n, scene.fastest_rate_rad_s)])  # fmt: skip
         cuts = [0.0, *(b for b in scene.effects.breaks_s if 0.0 < b < t[-1]), float(t[-1])]
         rows = [y]
-        for a, b in zip(cuts[:-1], cuts[1:], strict=True):
+        for a, b in itertools.pairwise(cuts):
             inside = 1e-9 * (b - a)
             at = np.minimum(t[(t > a + inside) & (t <= b + inside)], b)
 
@@ -177,7 +180,15 @@ class SmallEngine:
                 centre, turning, _, _ = self.accelerations(min(max(now, a + inside), b - inside), y)
                 return np.concatenate([y[2:4], [centre.real, centre.imag], y[4 + n :], turning])
 
-            made = solve_ivp(slope, (a, b), y, "DOP853", [*at, *([b] if at.size == 0 or at[-1] < b else [])], rtol=1e-13, atol=rtol * size)
+            made = solve_ivp(
+                slope,
+                (a, b),
+                y,
+                "DOP853",
+                [*at, *([b] if at.size == 0 or at[-1] < b else [])],
+                rtol=1e-13,
+                atol=rtol * size,
+            )
             rows += list(made.y.T[: len(at)])
             y = made.y[:, -1]
         states = np.array(rows)
@@ -203,7 +214,8 @@ PLANTED = (
     Planted("joint damping", "joints.*(friction|damping)", GRADIENT, Terms(stray_damping=7.0)),
     Planted("damping per degree", "damp.*(degree|57\\.29)", SPRINGS, Terms(damper=180.0 / np.pi)),
     Planted("damping by inertial rates", "damp.*inertial", SPRINGS, Terms(inertial_damper=True)),
-    Planted("rest angle of joint 2 opposite", "rest angle of joint 2 is of the opposite", SPRINGS, Terms(rest=(1.0, -1.0))),
+    Planted("rest angle of joint 2 opposite", "rest angle of joint 2 is of the opposite", SPRINGS,
+            Terms(rest=(1.0, -1.0))),
     Planted("torque of thrust 1 at 0.98", "torque of the thrust 1 is 0\\.98", BODY, Terms(arm=(0.98, 1.0))),
     Planted("direction of thrust 2 off by 1 degree", "direction of the thrust 2 is off by 1 deg", INERTIAL,
             Terms(thrust_turned=(0.0, np.radians(1.0)))),

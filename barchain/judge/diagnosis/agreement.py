@@ -78,8 +78,7 @@ def lacks(own: OwnMotion, fit: Fitted) -> bool:
         same = here.get(candidate.name)
         if same is None:
             continue
-        number = same.number if isinstance(same, NumberCandidate) else None
-        rows = same.rows @ amounts if number is None else search.of_scene(number.change(float(amounts[0])))
+        rows = same.of(float(amounts[0])) if isinstance(same, NumberCandidate) else same.rows @ amounts
         effect, value = (x[residual.known] / noise for x in (rows, residual.value))
         if not np.isfinite(effect).all() or np.sqrt(np.mean(effect**2)) < VISIBLE:
             continue

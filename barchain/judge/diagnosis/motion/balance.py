@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.judge.diagnosis.motion.equations import Equations, Load, Shape, States, mode_changes
+from barchain.judge.diagnosis.motion.equations import ENDS, Equations, Load, Shape, States, mode_changes
 from barchain.judge.diagnosis.motion.quadrature import quadrature
 from reference_impl.model.complex_vectors import as_complex, unit_along
 from scenarios import Actuator, Axes, Frame
@@ -63,13 +63,19 @@ class Balance:
     prescribed angle (P).
     """
 
-    def __init__(self, motion: Motion, scene: Scene, hidden: Sequence[int] | None = None) -> None:
+    def __init__(
+        self,
+        motion: Motion,
+        scene: Scene,
+        hidden: Sequence[int] | None = None,
+        reach: tuple[float, float] = ENDS,
+    ) -> None:
         """Keep the arguments; `hidden` are the intervals in which an effect changes its mode, found by default."""
         self.motion, self.scene = motion, scene
         self.hidden = mode_changes(scene, motion.states) if hidden is None else hidden
         self.rule: Quadrature = quadrature(motion.states.t_s, scene.effects.breaks_s, self.hidden)
         spans = tuple(self.rule.pieces[p] for p in self.rule.piece)
-        self.equations = Equations(scene, motion.states.at(self.rule.rows), spans)
+        self.equations = Equations(scene, motion.states.at(self.rule.rows), spans, reach)
 
     @property
     def shape(self) -> Shape:

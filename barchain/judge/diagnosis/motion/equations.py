@@ -28,8 +28,12 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
     from reference_impl.model.arrays import ComplexArray
     from reference_impl.model.chain import ChainModel
-    from reference_impl.model.effect import ChainEffect, ChainProperties
+    from reference_impl.model.effect import ChainEffect
     from scenarios import Scene
+
+
+ENDS = (0.5, 0.5)
+"""Joints at the bars' ends"""
 
 
 class Load(NamedTuple):
@@ -149,11 +153,6 @@ class Shape:
         return load.torque + (s.unit.conj() * (load.force @ self.reach)).imag
 
 
-def shape_of(model: ChainProperties) -> Shape:
-    """Shape of a model's chain, whose joints are at the bars' ends."""
-    return Shape(model.mass_kg, model.inertia_kg_m2, model.half_m, model.half_m)
-
-
 @dataclass(frozen=True)
 class Equations:
     """Equations of motion of a scene at k states.
@@ -164,11 +163,14 @@ class Equations:
     states : States
     spans : sequence of tuple of float
         Start and end of the smooth piece around each state, s; empty: modes of effects follow from the states.
+    reach : tuple of float
+        Distance of the left and of the right joint from a bar's centre, in lengths.
     """
 
     scene: Scene
     states: States
     spans: tuple[tuple[float, float], ...] = ()
+    reach: tuple[float, float] = ENDS
 
     @cached_property
     def model(self) -> ChainModel:
@@ -177,8 +179,9 @@ class Equations:
 
     @cached_property
     def shape(self) -> Shape:
-        """Masses and lengths."""
-        return shape_of(self.model)
+        """Masses, and reaches to the joints."""
+        m, (left, right) = self.model, self.reach
+        return Shape(m.mass_kg, m.inertia_kg_m2, left * m.length_m, right * m.length_m)
 
     @cached_property
     def place(self) -> ComplexArray:

@@ -161,16 +161,15 @@ class Number:
 
     def words(self, amount: float) -> str:
         """Sentence of an amount."""
-        verb = "are" if self.subject.partition(" of ")[0].endswith(("s", "lengths")) else "is"
         if self.kind == ANGLE:
-            return f"{self.subject} {verb} off by {math.degrees(amount):.4g} degrees"
+            return f"{self.subject} is off by {math.degrees(amount):.4g} degrees"
         if self.kind == TIME:
-            return f"{self.subject} {verb} {abs(amount):.4g} s too {'late' if amount > 0.0 else 'early'}"
+            return f"{self.subject} is {abs(amount):.4g} s too {'late' if amount > 0.0 else 'early'}"
         if self.known(amount):
-            return f"{self.subject} {verb} that of {self.known(amount)}"
+            return f"{self.subject} is that of {self.known(amount)}"
         said = factor_words(1.0 + amount)
         place = ", that of another place" if self.peer(amount) else ""
-        return f"{self.subject} {verb} {'zero' if said == 'missing' else said}{place}"
+        return f"{self.subject} is {'zero' if said == 'missing' else said}{place}"
 
 
 def replaced(whole: Any, path: Path, value: Callable[[Any], Any]) -> Any:

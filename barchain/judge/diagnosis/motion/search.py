@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
@@ -13,12 +13,13 @@ import numpy as np
 from barchain.judge.diagnosis.motion.alternatives import alternatives
 from barchain.judge.diagnosis.motion.balance import BARS, CENTRE, JOINTS, LAWS, Balance
 from barchain.judge.diagnosis.motion.candidate import BODIES, Candidate, fixed
+from barchain.judge.diagnosis.motion.equations import ENDS
 from barchain.judge.diagnosis.motion.numbers import numbers
 from barchain.judge.diagnosis.motion.reactions import of_reactions
 from barchain.judge.diagnosis.motion.terms import terms
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from adapters.trajectory import Array
     from barchain.judge.diagnosis.motion.alternatives import Alternative
@@ -44,6 +45,14 @@ MOST_PAIRS = 8
 """Pairs that leave noise alone, of which more say nothing"""
 SMALL = 0.02
 """Largest relative amount of a mass or length whose effect is linear enough for a pair"""
+REACH_PROBE = 1e-5
+"""Distance of a joint from its place, in lengths, that is small enough for a linear effect"""
+REACHES = (
+    ("joints-shifted", "at {} to the right, and so much less to the left,", -1.0, 1.0),
+    ("right-joints-shifted", "at {} to the right", 0.0, 1.0),
+    ("left-joints-shifted", "at {} to the left", 1.0, 0.0),
+)
+"""Places of the joints: name, words, and how an amount moves the left and the right one of each bar"""
 PARALLEL = 1e-8
 """Squared sine of the angle between two effects below which they are one"""
 ALONE = {CENTRE: "in the motion of the centre of mass", BARS: "in the rotation of the bars",
@@ -97,6 +106,8 @@ class MotionSearch:
         """All candidates: terms, numbers of the scene, other scenes."""
         other = map(self.of_alternative, alternatives(self.scene))
         found = [*terms(self.balance), *map(self.of_number, numbers(self.scene)), *other]
+        if self.scene.bars > 1:
+            found += [self.of_reach(*each) for each in REACHES]
         if JOINTS in self.residual.wrong:
             found += of_reactions(self.balance)
         return found
@@ -110,10 +121,23 @@ class MotionSearch:
         """Candidate of a number, linear about the right value."""
         return NumberCandidate(
             n.name, n.section, lambda: self.of_scene(n.change(n.probe)) / n.probe, lambda a: n.words(float(a[0])),
-            nice=lambda a: n.nice(float(a[0])), scene=n.change, number=n,
+            nice=lambda a: n.nice(float(a[0])), scene=n.change, of=lambda a: self.of_scene(n.change(a)),
+            probe=n.probe, range=n.range,
         )  # fmt: skip
 
-    def of_scene(self, scene: Scene) -> Array:
+    def of_reach(self, name: str, words: str, left: float, right: float) -> NumberCandidate:
+        """Candidate of joints beside the bars' ends: reaches of 1/2 + amount, times `left` and `right`, in lengths."""
+
+        def of(amount: float) -> Array:
+            return self.of_scene(self.scene, (0.5 + left * amount, 0.5 + right * amount))
+
+        return NumberCandidate(
+            name, BODIES, lambda: of(REACH_PROBE) / REACH_PROBE,
+            lambda a: f"the joints are {words.format(f'{0.5 + float(a[0]):.6g}')} of the length from the bars' centres",
+            of=of, probe=REACH_PROBE, range=(-0.5, 0.5),
+        )  # fmt: skip
+
+    def of_scene(self, scene: Scene, reach: tuple[float, float] = ENDS) -> Array:
         """Rows (n - 1, c) that make the residual under another scene's equations; NaN where these fail.
 
         Lighter and shorter bars have smaller momenta, and would leave less: what they leave counts in the momenta of
@@ -123,7 +147,7 @@ class MotionSearch:
         same = (effects.solar_pressure, effects.drag) == (own.solar_pressure, own.drag)
         try:
             with np.errstate(all="ignore"):
-                other = Balance(right.motion, scene, right.hidden if same else None)
+                other = Balance(right.motion, scene, right.hidden if same else None, reach)
                 value = other.value
         except (ValueError, ArithmeticError, np.linalg.LinAlgError):
             return np.full_like(right.value, np.nan)
@@ -176,11 +200,16 @@ class MotionSearch:
 class NumberCandidate(Candidate):
     """A number of the scene."""
 
-    number: Number | None = None
+    of: Callable[[float], Array] = field(kw_only=True)
+    """Rows (n - 1, c) of an amount"""
+    probe: float = field(kw_only=True)
+    """Amount that is small enough for a linear effect"""
+    range: tuple[float, float] = field(kw_only=True)
+    """Least and largest amount"""
 
     def possible(self, amount: float) -> bool:
         """Whether the number can be wrong by an amount."""
-        return self.number is None or self.number.range[0] <= amount <= self.number.range[1]
+        return self.range[0] <= amount <= self.range[1]
 
     def linear(self, amount: float) -> bool:
         """Whether the effect of an amount is linear: of masses and lengths, of small amounts alone."""
@@ -243,12 +272,11 @@ class Problem:
         """Number fitted beyond its linear effect, by Gauss and Newton."""
         c, a = f.candidates[0], float(f.amounts[0][0])
         assert isinstance(c, NumberCandidate)
-        assert c.number is not None
-        best, n = dataclasses.replace(f, left=math.inf, share=1.0), c.number
+        best = dataclasses.replace(f, left=math.inf, share=1.0)
         for _ in range(ROUNDS):
-            if not n.range[0] <= a <= n.range[1]:
+            if not c.possible(a):
                 break
-            here, there = (self.vectors(self.search.of_scene(n.change(v))[..., None])[:, 0] for v in (a, a + n.probe))
+            here, there = (self.vectors(c.of(v)[..., None])[:, 0] for v in (a, a + c.probe))
             rest = self.right - here
             if not np.isfinite(rest).all() or not np.isfinite(there).all():
                 break
@@ -256,7 +284,7 @@ class Problem:
             if not now.left < best.left:
                 break
             best, done = now, now.left > 0.9 * best.left
-            step = float(amounts_of(((there - here) / n.probe)[:, None], rest)[0])
+            step = float(amounts_of(((there - here) / c.probe)[:, None], rest)[0])
             if done or abs(step) < 1e-13 * max(abs(a), 1e-3):
                 break
             a += step
