@@ -33,6 +33,8 @@ COMMON_SHARE = 0.1
 """Largest difference of two runs at different settings, relative to their error, at which both have the same error"""
 
 
+NEEDED = 2.0
+"""Least ratio to what is allowed without noise at which noise is what makes a pass"""
 DIFFERENCES = frozenset({"normalised_error", "bound_ratio"})
 """Metrics of the whole difference from the solution; others tell of parts that are smaller than the method's error"""
 
@@ -124,7 +126,7 @@ def needed_noise(
     if bare.outcome in (Outcome.PASS, verdict.outcome) or main is None or finer is None:
         return None
     row = first_rejected(bare)
-    if row is None or row["quantity"] not in differences(main, solution.trajectory):
+    if row is None or row["value"] < NEEDED or row["quantity"] not in differences(main, solution.trajectory):
         return None
     quantity, t_s = row["quantity"], solution.trajectory.t_s
     sizes = {q: float(v.max()) for q, v in declared_noise(engine, setting, solution, t_s).items() if v.max() > 0.0}
