@@ -34,7 +34,7 @@ MAX_SUGGESTED_SAMPLES = 20_001
 
 
 def external_coverage(scene: Scene, requested: Mapping[str, Registration]) -> dict[str, Any]:
-    """Entry of record.json: requested engines with independent physics that can't run the scene, and others that can.
+    """Entry of the record: requested engines with independent physics that can't run the scene, and others that can.
 
     Returns
     -------

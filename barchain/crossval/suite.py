@@ -293,7 +293,7 @@ def beforehand(jobs: list[Job]) -> list[str]:
 
 
 def solution_facts(solution: ReferenceSolution) -> dict[str, Any]:
-    """Entry of record.json on the solution that judges a scene."""
+    """Entry of the record on the solution that judges a scene."""
     displacement = com_displacement(solution.scene, solution.trajectory)
     inside = solution.trajectory.t_s[: len(solution.amplification)] <= solution.limit_s
     return {

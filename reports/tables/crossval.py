@@ -63,7 +63,7 @@ ALL_SCENES = "(all scenes)"
 
 
 class ComparisonRecord(RunsRecord):
-    """Entries of record.json."""
+    """Entries of the record."""
 
     engines: dict[str, dict[str, Any]] | None = None
     scenes: dict[str, dict[str, Any]] | None = None

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 SCHEMA_VERSION = 3
 """Raised with every change of a stored column, key, file name or meaning that an older reader would misread"""
 KEY = "schema_version"
-RECORD = "record.json"
-"""File of every record: of a comparison in the result folder, of a study in the folder of its name"""
 
 
 class SchemaVersionError(ValueError):
@@ -82,7 +80,7 @@ def read_record(path: Path, model: type[Record] = Record) -> dict[str, Any]:
     Parameters
     ----------
     path : Path
-        JSON file, e.g. ``record.json``.
+        JSON file, e.g. ``record/cost.json``.
     model : type of Record
         Entries with their types.
 

@@ -1,4 +1,4 @@
-"""Lenient reading of record.json: the record of an interrupted run still renders."""
+"""Lenient reading of records: that of an interrupted run still renders."""
 
 from __future__ import annotations
 
