@@ -111,7 +111,7 @@ def gradient_defect(scene: Scene, solution: Trajectory, limit_s: float) -> dict[
 
 
 def scene_facts(scene: Scene) -> dict[str, Any]:
-    """Entry of a scene in record.json; lengths in m, times in s."""
+    """Entry of a scene in the record; lengths in m, times in s."""
     return {
         "title": scene.title,
         "source": scene.source,

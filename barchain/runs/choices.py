@@ -126,7 +126,7 @@ def unique_names(scenes: list[Scene]) -> list[Scene]:
 
 
 def engine_facts(registration: Registration) -> dict[str, Any]:
-    """Entry of an engine in record.json."""
+    """Entry of an engine in the record."""
     facts: dict[str, Any] = {
         "external": registration.external,
         "version": registration.version,
