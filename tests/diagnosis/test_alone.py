@@ -22,8 +22,15 @@ SCENE = unequal_chain()
 WITHOUT_TRACE = {"torque-sign", "torques-in-kn-m", "impulses-in-kn-s", "impulses-of-each-interval", "torques-twice",
                  "torques-half", "torques-in-reversed-order", "angles-with-other-turns"}  # fmt: skip
 """Mistakes that alter nothing in this scene: it has no torques and no impulses"""
-SAME_START = {"central-body-earth", "initial-rates-all-positive", "radius-paper"}
-"""Starts that are the right one in this scene"""
+SAME_START = {
+    "central-body-earth",
+    "initial-rates-all-positive",
+    "radius-paper",
+    "mu-km3",
+    "mu-g-times-mass",
+    "mu-of-g",
+}
+"""Starts that are the right one in this scene, or that its gravity shows in the motion, too"""
 
 
 def diagnosis_of(scene: Scene, mistake: Mistake) -> Diagnosis:

@@ -28,6 +28,8 @@ ANGLES, RATES, ORBIT = "initial-angles", "initial-rates", "orbit"
 QUARTER_RAD = 0.5 * math.pi
 SAME = 1e-9
 """Relative difference of two starts that are the same: an engine may close its joints, or start on its own grid"""
+MOST_FITTED = 2
+"""Fitted starts that are told: a speed follows from its factor and from the gravitational parameter"""
 RADIUS_M = (
     ("mean", "the mean radius, 6371 km", 6.371e6),
     ("equatorial", "the equatorial radius, 6378.137 km", 6378137.0),
@@ -78,6 +80,12 @@ def clockwise(scene: Scene) -> Scene:
     return part("orbit", speed_factor=lambda s: -s.orbit.speed_factor)(rates(lambda a: -a)(scene))
 
 
+MU_M3_S2 = (
+    ("km3", "398600 km^3/s^2", 3.986e14),
+    ("g-times-mass", "G times the Earth's mass, 6.674e-11 times 5.972e24", 6.674e-11 * 5.972e24),
+    ("of-g", "g = 9.81 m/s^2 at the Earth's radius", 9.81 * EARTH_RADIUS_M**2),
+)
+"""Gravitational parameters that engines take; without gravity they show in the start alone"""
 ANGLE_CHANGES: tuple[tuple[str, str, SceneChange], ...] = (
     ("from-radial", "count from the radial direction", angles(lambda _, a: a + QUARTER_RAD)),
     ("towards-radial", "count from the direction to the Earth", angles(lambda _, a: a - QUARTER_RAD)),
@@ -122,6 +130,8 @@ ORBIT_CHANGES: tuple[tuple[str, str, SceneChange], ...] = (
      part("orbit", speed_factor=lambda s: math.sqrt(abs(s.orbit.speed_factor)))),
     *((f"radius-{name}", f"the altitude counts from {words}", part("central_body", radius_m=constant(value)))
       for name, words, value in RADIUS_M),
+    *((f"mu-{name}", f"the gravitational parameter is that of {words}", part("central_body", mu_m3_s2=constant(value)))
+      for name, words, value in MU_M3_S2),
 )  # fmt: skip
 STARTS = (
     *(Start(f"initial-angles-{n}", f"the initial angles {words}", ANGLES, c) for n, words, c in ANGLE_CHANGES),
@@ -147,7 +157,7 @@ def starts(first: Trajectory, scene: Scene) -> list[Mistake]:
     every: list[Start] = [*STARTS, *fitted_starts(first, scene)]
     found: list[Mistake] = [m for m in STARTS if is_start(first, m, scene)]
     if not found:
-        found += [m for m in every if is_start(first, m, scene)][:1]
+        found += [m for m in every if is_start(first, m, scene)][:MOST_FITTED]
     return found
 
 
@@ -169,6 +179,9 @@ def fitted_starts(first: Trajectory, scene: Scene) -> Iterator[Start]:
     ratio = speed / float(np.linalg.norm(right.com_velocity_m_s))
     yield Start("speed-factor", f"the speed factor is {factor_words(ratio)}", ORBIT,
                 part("orbit", speed_factor=lambda s: ratio * s.orbit.speed_factor))  # fmt: skip
+    said = f"the gravitational parameter of the start is {factor_words(ratio**2)}"
+    yield Start("gravitational-parameter-of-start", said, ORBIT,
+                part("central_body", mu_m3_s2=lambda s: ratio**2 * s.central_body.mu_m3_s2))  # fmt: skip
     turned = math.remainder(math.atan2(com[1], com[0]) - scene.orbit.longitude_rad, 2.0 * math.pi)
     yield Start("initial-longitude", f"the initial longitude is off by {math.degrees(turned):.4g} degrees", ORBIT,
                 part("orbit", longitude_rad=lambda s: s.orbit.longitude_rad + turned))  # fmt: skip
