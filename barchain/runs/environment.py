@@ -129,7 +129,7 @@ def start(
     ----------
     command : sequence of str or Path
     given, output, errors : int or file
-        Its standard streams, as for :class:`subprocess.Popen`; none by default.
+        Its standard streams, as for `subprocess.Popen`; none by default.
     folder : Path, optional
         Its working folder; that of this process by default.
     variables : mapping, optional

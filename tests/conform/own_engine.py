@@ -1,7 +1,7 @@
 """An engine of own equations with all effects, and mistakes that can be switched on in it.
 
 Coordinates are the chain's centre of mass and the bars' angles; SciPy's DOP853 integrates from event to event.
-``tests.conform.own_engine:Right`` has no mistake; any other name of :data:`MISTAKES` is the engine with that mistake.
+``tests.conform.own_engine:Right`` has no mistake; any other name of ``MISTAKES`` is the engine with that mistake.
 """
 
 from __future__ import annotations

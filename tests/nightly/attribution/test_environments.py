@@ -63,12 +63,12 @@ def test_the_tree_of_the_installation_runs_as_it_is(tmp_path: Path) -> None:
 def test_one_part_of_the_sources_is_exchanged_and_nothing_else(tmp_path: Path) -> None:
     tree, other = installed_tree(tmp_path / "tree"), installed_tree(tmp_path / "other")
     (other / "adapters/mujoco/new.py").write_text("", "utf-8")
-    (other / "adapters/mujoco/effects.py").unlink()
+    (other / "adapters/mujoco/chain.py").unlink()
     (other / "adapters/engine.py").write_text("changed", "utf-8")
     (other / "barchain/api.py").write_text("changed", "utf-8")
     replace_packages(tree, other, ("adapters.mujoco", "adapters.engine"))
     assert (tree / "adapters/mujoco/new.py").is_file()
-    assert not (tree / "adapters/mujoco/effects.py").exists()
+    assert not (tree / "adapters/mujoco/chain.py").exists()
     assert (tree / "adapters/engine.py").read_text("utf-8") == "changed"
     assert (tree / "barchain/api.py").read_text("utf-8") != "changed"
 
