@@ -66,7 +66,7 @@ def swap_of(suspect: Suspect, scenes: OwnScenes) -> Swap | str:
         return Swap(suspect, distribution=name.partition(":")[2])
     if name.startswith(SCENE) and name.removeprefix(SCENE) not in scene_names():
         files = tuple(scenes.get(part.digest, "") for part in (before, after))
-        return Swap(suspect, scenes=files) if all(files) else f"{name}: give both of its files with --scene"
+        return Swap(suspect, scenes=files) if all(files) else f"{name}: give both of its files with --scene-file"
     packages = packages_of(name)
     return Swap(suspect, packages=packages) if packages else f"{name}: can't be exchanged here"
 
@@ -230,7 +230,7 @@ class Cells:
             return swapped.scenes[swapped.name in new]
         part = self.since.part_named.get(scene_part(name))
         if part is None or part.digest not in self.scenes:
-            said = "belongs to a scene of a file; give the file as it was on the night with --scene"
+            said = "belongs to a scene of a file; give the file as it was on the night with --scene-file"
             raise CellError(f"{self.identity.name}: {said}")
         return self.scenes[part.digest]
 

@@ -20,7 +20,7 @@ from barchain.studies.stability.growth import law, linear_rate
 from barchain.studies.stability.plan import settings
 from barchain.studies.stability.rules import EngineRuns, finding
 from reports.tables.outcome import Outcome
-from reports.tables.stability import EVIDENCE, Stability
+from reports.tables.stability import TABLES, Stability
 from scenarios import load_scene
 from tests.support import faulty_engines
 from tests.support.stability_engines import (
@@ -107,7 +107,7 @@ def test_each_outcome_is_reached_by_an_engine_made_for_it(
     assert not found.slow
     rows = evidence(engine_runs)
     assert [r["level"] for r in rows] == ["coarse", "default", "finer"]
-    assert set().union(*rows) <= set(EVIDENCE)
+    assert set().union(*rows) <= set(TABLES["evidence"].columns)
 
 
 def test_a_drift_says_how_it_grows() -> None:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from barchain.nightly.attribute import Attributed
 
 MOST_CHANGES = 10
-scene_option = click.option("--scene", "scenes", metavar="FILE", multiple=True, type=WORDS,
+scene_option = click.option("--scene-file", "scenes", metavar="FILE", multiple=True, type=WORDS,
                             help="Measure figures of this scene of a file, as it was on a night. May be "
                                  "repeated.")  # fmt: skip
 

@@ -173,7 +173,7 @@ def test_a_commit_of_ones_own_engine_is_found_by_a_scene_of_ones_own(
             names.append(one.name)
         judged = judge(store, "latest")
         assert worth_attributing(judged, 10) == []
-        assert any("--scene" in reason for reason in reasons_against(judged))
+        assert any("--scene-file" in reason for reason in reasons_against(judged))
         (change,) = worth_attributing(judged, 10, scenes)
         (found,) = attribute(store, judged, [change], scenes=scenes)
         step = bisect_nights(store, change.identity.name, names[1], names[2], scenes=scenes)
