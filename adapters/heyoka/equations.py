@@ -34,7 +34,8 @@ keeps all digits for any length of d, without logarithms (:mod:`adapters.heyoka.
 longitude of a bar accelerates by (Z x (c - t))/r² - 2 (Z·Z')(Z x Z')/r⁴ where gravity is central. A noncentral
 acceleration g adds Z x g over r². A law relative to the local horizontal adds this acceleration.
 
-Impulses obey the same equations with impulses for forces: no rates, no gravity (:func:`adapters.heyoka.system.impulse`).
+Impulses obey the same equations with impulses for forces, without rates and gravity
+(:func:`adapters.heyoka.system.impulse`).
 """
 
 from __future__ import annotations
