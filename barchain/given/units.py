@@ -25,6 +25,10 @@ WORDS = {
 }  # fmt: skip
 
 
+ATOM = r"(/?)\s*([^\s/*·^\d-]+)\^?(-?\d*)"
+"""A unit with its power, and whether it is divided by"""
+
+
 class UnitError(ValueError):
     """A unit that is not known, or of another quantity; the message is one line."""
 
@@ -58,7 +62,9 @@ def parsed(text: str, orbit_s: float) -> tuple[float, Counter[str]]:
     whole, kind, over = 1.0, Counter[str](), False
     spelt = " ".join(WORDS.get(word, word) for word in re.split(r"[\s*·.]+", text.strip()))
     spelt = spelt.replace("²", "^2").replace("⁻¹", "^-1")
-    for sign, atom, power in re.findall(r"(/?)\s*([^\s/*·^\d-]+)\^?(-?\d*)", spelt):
+    if re.sub(ATOM, "", spelt).strip():
+        raise UnitError(f"the unit {text} given, allowed: units without numbers, such as km or 1/s written s^-1")
+    for sign, atom, power in re.findall(ATOM, spelt):
         over = over or sign == "/"
         each, name = (orbit_s, "s") if atom == "orbit" else ATOMS.get(WORDS.get(atom, atom), (0.0, ""))
         if not name:

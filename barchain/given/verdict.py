@@ -211,6 +211,7 @@ def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declar
             notes.append(said)
     elif main.enough and needs_diagnosis(found):
         mistakes = diagnosis(found, main)
+        mistakes = None if mistakes.inside_tolerances else mistakes
     if mistakes is not None:
         found = explained(found, mistakes)
     if (share := spanned(main)) < LEAST_SHARE and found.outcome is Outcome.PASS:
@@ -229,7 +230,7 @@ def on_the_ladder(name: str, main: Samples, declared: Declared) -> tuple[Diagnos
     """
     for rtol in LADDER:
         found, *_ = one_verdict(name, main, None, dataclasses.replace(declared, rtol=rtol), {}, restarts=False)
-        if found.outcome.ok:
+        if found.outcome is Outcome.PASS:
             return None, f"it agrees as a method does that requests rtol={rtol:g} in each step"
         if main.enough and needs_diagnosis(found) and (mistakes := diagnosis(found, main)).explanations:
             return mistakes, f"but for that it agrees as a method does that requests rtol={rtol:g} in each step"
@@ -278,7 +279,7 @@ def limited(verdict: Verdict, main: Samples) -> list[str]:
     ends = [row["limit_s"] for row in verdict.rows if row["metric"] == "max" and row["quantity"] not in TRACK]
     if not ends or min(ends) >= main.trajectory.t_s[-1]:
         return []
-    share = next(row["value"] for row in verdict.rows if row["metric"] == "judged_share")
+    share = next((row["value"] for row in verdict.rows if row["metric"] == "judged_share"), 0.0)
     restarted = any(row["metric"] == "restart_ratio" for row in verdict.rows)
     how = "from the file's own states alone" if restarted else "not, as errors may have grown too large"
     when = f"after t = {min(ends):.6g} s, the predictability limit"

@@ -18,7 +18,9 @@ import struct
 from collections import Counter
 from functools import cache
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
+from sysconfig import get_path
 from types import FunctionType
 from typing import TYPE_CHECKING, Any
 
@@ -37,6 +39,8 @@ if TYPE_CHECKING:
 
 OURS = ("adapters", "barchain", "reference_impl", "scenarios")
 """Packages whose modules count one by one"""
+PRESENTATION = "reports"
+"""Package that decides no run"""
 LIBRARIES = ("numpy", "scipy", "gmpy2")
 """Libraries beside those of engines that compute; a version of one is one content"""
 KERNEL = "reference_impl.kernel"
@@ -83,7 +87,7 @@ def answer_key(call: Call) -> str:
     """Key of a call's answer; limits do not count, as an answer that is there came within some."""
     found = Ingredients(call)
     targets = {registration.target.partition(":")[0] for registration in found.registrations}
-    ours = frozenset(name for name in found.modules | targets if top_of(name) in OURS)
+    ours = frozenset(name for name in found.modules | targets if root_of(top_of(name)) is not None)
     others = sorted({top_of(name) for name in targets} - set(OURS))
     installed = {name for r in found.registrations for name in (r.requires, r.distribution) if name}
     programs = sorted(registration.version for registration in found.registrations if registration.entry)
@@ -127,7 +131,7 @@ def closure_digest(modules: frozenset[str]) -> str:
 
 @cache
 def known_module(name: str) -> tuple[str, tuple[str, ...]]:
-    """Digest of a module of ours, and the names that it imports; nothing of what is no module."""
+    """Digest of a module, and the names that it imports; nothing of what is installed, or no module."""
     path = source_of(name)
     if path is None:
         return "", ()
@@ -136,17 +140,34 @@ def known_module(name: str) -> tuple[str, tuple[str, ...]]:
 
 
 @cache
-def root_of(top: str) -> Path:
-    """Folder of a top-level package."""
-    return Path(import_module(top).__path__[0])
+def root_of(top: str) -> Path | None:
+    """Folder of a top-level package, or file of a module; None if it is installed, and so known by its distribution.
+
+    Our own packages count wherever they are; others where they lie beside an engine, on the path of somebody's own.
+    """
+    if top in OURS:
+        return Path(import_module(top).__path__[0])
+    if top == PRESENTATION:
+        return None
+    try:
+        found = find_spec(top)
+    except (ImportError, ValueError):
+        return None
+    if found is None or found.origin is None or not found.has_location:
+        return None
+    path = Path(found.origin)
+    if any(path.is_relative_to(get_path(kind)) for kind in ("stdlib", "platstdlib", "purelib", "platlib")):
+        return None
+    return path.parent if found.submodule_search_locations else path
 
 
 def source_of(module: str) -> Path | None:
-    """Source of a module of ours; None if it is none."""
+    """Source of a module that is not installed; None if it is none."""
     top, *inside = module.split(".")
-    if top not in OURS:
-        return None
-    folder = root_of(top).joinpath(*inside)
+    root = root_of(top)
+    if root is None or root.is_file():
+        return None if inside else root
+    folder = root.joinpath(*inside)
     place = folder / "__init__.py" if folder.is_dir() else folder.with_suffix(".py")
     return place if place.is_file() else None
 

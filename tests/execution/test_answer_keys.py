@@ -161,6 +161,18 @@ def test_a_module_of_a_plug_in_without_a_distribution_counts(tmp_path: Path, mon
     assert changed_key(tmp_path / "plugged.py", run_of(Registration("plugged:Toy")))
 
 
+def test_a_module_beside_an_engine_that_it_imports_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "beside_it.py").write_text("FACTOR = 1.0")
+    (tmp_path / "within_it.py").write_text("FACTOR = 1.0")
+    (tmp_path / "importing.py").write_text(
+        "import beside_it\ndef read():\n    import within_it\n    return within_it\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    call = run_of(Registration("importing:Toy"))
+    assert changed_key(tmp_path / "beside_it.py", call)
+    assert changed_key(tmp_path / "within_it.py", call)
+
+
 def test_sources_of_the_kernel_count_for_the_compiled_reference(monkeypatch: pytest.MonkeyPatch) -> None:
     compiled, track = (run_of(ENGINES[name]) for name in ("reference-fast", "rebound"))
     before = answer_key(compiled), answer_key(track)

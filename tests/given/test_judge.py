@@ -231,6 +231,20 @@ def test_half_a_unit_in_the_last_place_follows_what_a_column_shows(tmp_path):
     assert half("0", "7") == pytest.approx([0.5, 0.5])
 
 
+def test_rows_beyond_the_predictability_limit_alone_are_no_agreement(table, judged):
+    late = table[table.t_s > 20_000.0][["t_s", "angle_1_rad", "reaction_1_x_N"]]
+    for frame, declared in ((late, ROUGH), (late.assign(angle_1_rad=42.0), Declared())):
+        found = judged(frame, declared)
+        assert not found.passed
+        assert not any("agrees" in note for note in found.notes)
+
+
+def test_a_file_with_one_wrong_column_is_not_said_to_be_inside_the_tolerances(table, judged):
+    found = judged(table[["t_s"]].assign(angle_1_rad=1.001 * table.angle_1_rad), Declared(rtol=1e-9))
+    assert not found.passed
+    assert "inside the tolerances" not in found.mistakes
+
+
 def test_units_of_the_same_quantity_convert_and_others_do_not():
     for given, wanted, size in [
         ("deg/s", "rad/s", math.pi / 180), ("km/h", "m/s", 1 / 3.6), ("N*m", "N m", 1.0), ("m s^-1", "m/s", 1.0),
@@ -239,6 +253,9 @@ def test_units_of_the_same_quantity_convert_and_others_do_not():
         assert factor(given, wanted, 5000.0) == pytest.approx(size), given
     with pytest.raises(UnitError, match=r"furlong"):
         factor("furlong", "m", 1.0)
+    for numbered in ("1000 m", "10^3 m", "1/s"):
+        with pytest.raises(UnitError, match="without numbers"):
+            factor(numbered, "m", 1.0)
 
 
 def test_the_command_ends_with_the_verdict_and_writes_a_report(table, tmp_path):

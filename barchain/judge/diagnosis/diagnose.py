@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from adapters.common.initial_state import initial_state
 from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.registry import ENGINES
 from barchain.judge.diagnosis.channels import sizes_of
@@ -36,6 +38,13 @@ REACTION_FACTORS = ("reactions-times-a-factor",)
 """Fitted readings that other masses in the equations of the reactions make, too"""
 FEW_SAMPLES = 3
 """Samples up to which one wrong sample is nothing special"""
+
+
+STARTS = {"com": "com_m", "com_velocity": "com_velocity_m_s", "attitude": "angle_rad", "rate": "rate_rad_s"}
+START_TOLERANCES = 10.0
+"""Tolerances of the first sample within which a result starts as a scene does"""
+ROUNDINGS = 1e-13
+"""Rounding of a start, relative to the scale of its quantity"""
 
 
 @dataclass(frozen=True)
@@ -148,10 +157,24 @@ def causes(search: ReadingSearch, own: OwnMotion) -> list[Explanation]:
     """Explanations of the simplest kind that there is: readings, fitted readings, both kinds, the motion."""
     if search.explaining:
         return [*search.explaining, *own.starts]
+    motion = own.explaining_from(partial(starts_in, search.result))
     if search.fitted:
         of_reactions = all(e.names[0] in REACTION_FACTORS for e in search.fitted)
-        return [*(own.explaining if of_reactions else ()), *search.fitted]
-    return list(combined(search, own)) or own.starts or own.explaining
+        return [*(motion if of_reactions else ()), *search.fitted]
+    return list(combined(search, own)) or own.starts or motion
+
+
+def starts_in(result: GivenResult, scene: Scene) -> bool:
+    """Whether a result starts as a scene does, as far as its tolerances at the first sample tell."""
+    start = initial_state(scene)
+    for name, array in STARTS.items():
+        given = getattr(result.given, array)
+        if given is None or name not in result.tolerance:
+            continue
+        allowed = max(START_TOLERANCES * float(result.tolerance[name][0]), ROUNDINGS * result.scale.get(name, 0.0))
+        if float(np.linalg.norm(given[0] - getattr(start, array), axis=-1).max()) > allowed:
+            return False
+    return True
 
 
 def combined(search: ReadingSearch, own: OwnMotion) -> Iterator[Explanation]:

@@ -14,7 +14,7 @@ from adapters.common.initial_state import chain_model
 from barchain.judge.diagnosis.explanation import Explanation
 from barchain.judge.diagnosis.fit import Fit
 from barchain.judge.diagnosis.mistake import Mistake
-from barchain.judge.diagnosis.motion.balance import JOINTS, motion_of
+from barchain.judge.diagnosis.motion.balance import CENTRE, JOINTS, motion_of
 from barchain.judge.diagnosis.motion.residual import Residual
 from barchain.judge.diagnosis.motion.search import AT_NOISE, MotionSearch
 from barchain.judge.diagnosis.start import starts
@@ -94,7 +94,10 @@ class OwnMotion:
     @cached_property
     def search(self) -> MotionSearch | None:
         """Search for what is wrong in the equations; None where nothing is, or nothing is known."""
-        return MotionSearch(self.residual) if self.residual is not None and self.residual.wrong else None
+        r = self.residual
+        if r is None or not r.wrong or (CENTRE in r.wrong and r.clock_wrong):
+            return None
+        return MotionSearch(r)
 
     @cached_property
     def fits(self) -> list[Fitted]:
@@ -105,6 +108,14 @@ class OwnMotion:
     def explaining(self) -> list[Explanation]:
         """Explanations of the residual."""
         return [explanation_of(f) for f in self.fits if f.explains]
+
+    def explaining_from(self, starts: Callable[[Scene], bool]) -> list[Explanation]:
+        """Explanations of the residual; where the scene does not explain the start, those by a scene that does."""
+        if starts(self.given_scene):
+            return self.explaining
+        alone = [f for f in self.fits if f.explains and len(f.candidates) == 1]
+        scenes = [(f, f.candidates[0].scene) for f in alone]
+        return [explanation_of(f) for f, of in scenes if of is not None and starts(of(float(f.amounts[0][0])))]
 
     @cached_property
     def starts(self) -> list[Explanation]:

@@ -36,6 +36,8 @@ PLACES = {
 """Unit of a block's rate of change, and words for its components"""
 MOST_APART = 1e-3
 """Largest departure of angles from the integrals of rates, relative to these, at which a motion has a balance"""
+APART_SHARE = 0.1
+"""Share of the relative residual of the centre of mass from which on its positions and velocities are apart"""
 
 
 class Residual:
@@ -74,6 +76,20 @@ class Residual:
             if np.linalg.norm(gained - step) > MOST_APART * max(float(np.linalg.norm(step)), LEAST_NOISE):
                 return False
         return True
+
+    @cached_property
+    def clock_wrong(self) -> bool:
+        """Whether places and velocities of the centre of mass are apart by as much as the residual: no force does that.
+
+        A clock or a length in other units does; its accelerations look like those of another gravity.
+        """
+        s, rule, mass = self.motion.states, self.balance.rule, self.balance.shape.whole
+        step = rule.integral(real(s.velocity[:, None])[rule.rows])[self.known]
+        gained = np.diff(real(s.com[:, None]), axis=0)[self.known]
+        change = float(np.linalg.norm(mass * np.diff(s.velocity)[self.known]))
+        residual = float(np.linalg.norm(self.value[self.known][:, self.balance.columns[CENTRE]]))
+        apart = float(np.linalg.norm(gained - step)) / max(float(np.linalg.norm(step)), LEAST_NOISE)
+        return apart > APART_SHARE * residual / max(change, LEAST_NOISE)
 
     @cached_property
     def noise(self) -> Array:
