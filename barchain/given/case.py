@@ -19,7 +19,9 @@ from barchain.metrics.quantities import TRACK
 from barchain.record.claim import claim
 from reports.tables.crossval import QUANTITY_UNITS
 from reports.tables.writing import make_folder, write_atomically
+from scenarios import scene_names
 from scenarios.laws import MOTION, NOTATION, laws_of
+from scenarios.toml.writing import scene_toml
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -34,7 +36,8 @@ ACCURACIES = (1e-6, 1e-8, 1e-10, 1e-12)
 REQUESTED = Setting(AccuracyParameter.RTOL, 1e-10)
 """Setting in a case's request"""
 FILES = ("README.md", "scene.json", "samples.csv", "settings.json", "picture.svg", "LICENSE")
-MODEL = "chain.xml"
+MODEL, OWN_SCENE = "chain.xml", "scene.toml"
+"""Further files: of MuJoCo, and of a scene that does not come with barchain"""
 SAID = {"shipped": "a certified solution: quadruple precision, by equations derived apart from barchain's own"}
 
 
@@ -66,7 +69,7 @@ def write_case(solution: ReferenceSolution, folder: Path, picture: str, *, mjcf:
         If one can't be written.
     """
     scene = solution.scene
-    claim([folder / name for name in (*FILES, MODEL)], f"{folder} holds a case", overwrite=overwrite)
+    claim([folder / name for name in (*FILES, MODEL, OWN_SCENE)], f"{folder} holds a case", overwrite=overwrite)
     request, facts = run_request(scene, REQUESTED), settings(solution)
     model = mujoco_model(scene) if mjcf else ""
     drawn = picture.replace("<svg ", '<svg xmlns="http://www.w3.org/2000/svg" ', 1)
@@ -78,6 +81,8 @@ def write_case(solution: ReferenceSolution, folder: Path, picture: str, *, mjcf:
         "picture.svg": drawn,
         "LICENSE": distribution("barchain").read_text("licenses/LICENSE") or "",
     } | ({MODEL: model} if model else {})
+    if scene.name not in scene_names():
+        texts[OWN_SCENE] = scene_toml(scene)
     folder.parent.mkdir(parents=True, exist_ok=True)
     make_folder(folder.parent, folder.name)
     for name, text in texts.items():
@@ -129,6 +134,7 @@ def problem(
     made = Environment(loader=PackageLoader("barchain.given", "template"), undefined=StrictUndefined, autoescape=False)
     return made.get_template("problem.md.j2").render(
         scene=scene,
+        judged=scene.name if scene.name in scene_names() else OWN_SCENE,
         start=request["start"],
         notation=NOTATION,
         motion=MOTION,
