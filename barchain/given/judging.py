@@ -146,16 +146,15 @@ def solution_of(scene: Scene, time_limit_s: float) -> ReferenceSolution:
     return judging_solution(scene, SolutionSource.REFERENCE, runs)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class FileComparison(Comparison):
     """Comparison of one file with one solution."""
 
-    name: str = ""
-    found: FileVerdict | None = None
+    name: str
+    found: FileVerdict
 
     def record(self) -> dict[str, Any]:
         """The file's facts in place of an engine's."""
-        assert self.found is not None
         engine, setting = self.found.engine, self.found.setting
         facts = {
             "external": True, "version": "", "missing": None, "title": f"the file {self.name}",
@@ -166,7 +165,6 @@ class FileComparison(Comparison):
 
     def run(self, store: StudyStore, reporter: Reporter) -> ComparisonResult:
         """Write what was judged."""
-        assert self.found is not None
         found, suite = self.found, Suite(self, store, reporter)
         scene = found.solution.scene
         suite.establish(SceneProgress(scene, source=found.solution.source), found.solution)

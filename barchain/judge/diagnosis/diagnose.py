@@ -17,6 +17,7 @@ from barchain.judge.diagnosis.explanation import Explanation, indistinguishable
 from barchain.judge.diagnosis.fit import QUANTITY_OF, given_result
 from barchain.judge.diagnosis.own_motion import OwnMotion, repaired, with_right_reactions
 from barchain.judge.diagnosis.search import ReadingSearch
+from barchain.judge.diagnosis.start import off_start
 from barchain.judge.diagnosis.words import WrongQuantity, diagnosis_words
 from barchain.metrics.quantities import differences
 from barchain.solutions.judging import solution_engine
@@ -40,7 +41,6 @@ FEW_SAMPLES = 3
 """Samples up to which one wrong sample is nothing special"""
 
 
-STARTS = {"com": "com_m", "com_velocity": "com_velocity_m_s", "attitude": "angle_rad", "rate": "rate_rad_s"}
 START_TOLERANCES = 10.0
 """Tolerances of the first sample within which a result starts as a scene does"""
 ROUNDINGS = 1e-13
@@ -166,15 +166,11 @@ def causes(search: ReadingSearch, own: OwnMotion) -> list[Explanation]:
 
 def starts_in(result: GivenResult, scene: Scene) -> bool:
     """Whether a result starts as a scene does, as far as its tolerances at the first sample tell."""
-    start = initial_state(scene)
-    for name, array in STARTS.items():
-        given = getattr(result.given, array)
-        if given is None or name not in result.tolerance:
-            continue
-        allowed = max(START_TOLERANCES * float(result.tolerance[name][0]), ROUNDINGS * result.scale.get(name, 0.0))
-        if float(np.linalg.norm(given[0] - getattr(start, array), axis=-1).max()) > allowed:
-            return False
-    return True
+    return not any(
+        np.linalg.norm(off) > max(START_TOLERANCES * result.tolerance[q][0], ROUNDINGS * result.scale.get(q, 0.0))
+        for q, off in off_start(result.given, initial_state(scene)).items()
+        if q in result.tolerance
+    )
 
 
 def combined(search: ReadingSearch, own: OwnMotion) -> Iterator[Explanation]:

@@ -140,14 +140,23 @@ STARTS = (
 )
 
 
+STATE = {"com": "com_m", "com_velocity": "com_velocity_m_s", "attitude": "angle_rad", "rate": "rate_rad_s"}
+"""Quantities of a state, and their arrays"""
+
+
+def off_start(first: Trajectory, right: InitialState) -> dict[str, Array]:
+    """Difference of the first sample of a trajectory from a start, for each quantity that it has."""
+    given = {quantity: getattr(first, array) for quantity, array in STATE.items()}
+    return {q: values[0] - getattr(right, STATE[q]) for q, values in given.items() if values is not None}
+
+
 def same_start(first: Trajectory, right: InitialState, scene: Scene) -> bool:
     """Whether the first sample of a trajectory is a given start."""
-    pairs = [(first.com_m[0], right.com_m, scene.radius0_m), (first.com_velocity_m_s[0], right.com_velocity_m_s, 0.0)]
-    if first.angle_rad is not None:
-        pairs.append((first.angle_rad[0], right.angle_rad, 1.0))
-    if first.rate_rad_s is not None:
-        pairs.append((first.rate_rad_s[0], right.rate_rad_s, scene.fastest_rate_rad_s))
-    return all(bool(np.all(np.abs(a - b) <= SAME * max(size, float(np.abs(b).max())))) for a, b, size in pairs)
+    sizes = {"com": scene.radius0_m, "com_velocity": 0.0, "attitude": 1.0, "rate": scene.fastest_rate_rad_s}
+    return all(
+        bool(np.all(np.abs(off) <= SAME * max(sizes[q], float(np.abs(getattr(right, STATE[q])).max()))))
+        for q, off in off_start(first, right).items()
+    )
 
 
 def starts(first: Trajectory, scene: Scene) -> list[Mistake]:

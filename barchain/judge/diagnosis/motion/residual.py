@@ -68,14 +68,21 @@ class Residual:
     @cached_property
     def consistent(self) -> bool:
         """Whether angles are integrals of rates and positions those of velocities: without that there is no balance."""
-        s, rule = self.motion.states, self.balance.rule
-        track, drift = real(s.com[:, None]), real(s.velocity[:, None])
-        for place, speed in ((s.angle, s.rate), (track, drift)):
-            step = rule.integral(speed[rule.rows])[self.known]
-            gained = np.diff(place, axis=0)[self.known]
-            if np.linalg.norm(gained - step) > MOST_APART * max(float(np.linalg.norm(step)), LEAST_NOISE):
-                return False
-        return True
+        s = self.motion.states
+        return not (self.apart(s.angle, s.rate) > MOST_APART or self.track_apart > MOST_APART)
+
+    @cached_property
+    def track_apart(self) -> float:
+        """Departure of the centre of mass from the integral of its velocity, relative to that."""
+        s = self.motion.states
+        return self.apart(real(s.com[:, None]), real(s.velocity[:, None]))
+
+    def apart(self, place: Array, speed: Array) -> float:
+        """Departure of places from the integrals of speeds between samples, relative to these."""
+        rule = self.balance.rule
+        step = rule.integral(speed[rule.rows])[self.known]
+        gained = np.diff(place, axis=0)[self.known]
+        return float(np.linalg.norm(gained - step)) / max(float(np.linalg.norm(step)), LEAST_NOISE)
 
     @cached_property
     def clock_wrong(self) -> bool:
@@ -83,13 +90,10 @@ class Residual:
 
         A clock or a length in other units does; its accelerations look like those of another gravity.
         """
-        s, rule, mass = self.motion.states, self.balance.rule, self.balance.shape.whole
-        step = rule.integral(real(s.velocity[:, None])[rule.rows])[self.known]
-        gained = np.diff(real(s.com[:, None]), axis=0)[self.known]
-        change = float(np.linalg.norm(mass * np.diff(s.velocity)[self.known]))
-        residual = float(np.linalg.norm(self.value[self.known][:, self.balance.columns[CENTRE]]))
-        apart = float(np.linalg.norm(gained - step)) / max(float(np.linalg.norm(step)), LEAST_NOISE)
-        return apart > APART_SHARE * residual / max(change, LEAST_NOISE)
+        change = self.balance.shape.whole * np.diff(self.motion.states.velocity)[self.known]
+        residual = self.value[self.known][:, self.balance.columns[CENTRE]]
+        share = float(np.linalg.norm(residual)) / max(float(np.linalg.norm(change)), LEAST_NOISE)
+        return self.track_apart > APART_SHARE * share
 
     @cached_property
     def noise(self) -> Array:
