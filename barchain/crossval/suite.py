@@ -193,7 +193,7 @@ class Suite:
         main = made[0].trajectory
         if main is None or not needs_diagnosis(verdict):
             return verdict
-        registration, dense = self.comparison.engines[engine], densely(scene)
+        registration, dense = self.comparison.engines[engine], densely(scene, main)
         again = [Job(d, engine, registration, s, role) for d, (role, s) in zip(dense, wanted.items(), strict=True)]
         own = yield [run_task(job, limit_of(job, self.comparison.time_limit_s)) for job in again]
         runs = MadeRuns(*(run.trajectory for run in own))

@@ -305,7 +305,7 @@ def test_an_exception_in_a_check_is_a_failed_check_and_all_files_are_written(
         raise ZeroDivisionError("no step")
 
     monkeypatch.setattr("barchain.conform.physics.agreement", broken)
-    monkeypatch.setattr("barchain.conform.accuracy.setting_error", broken)
+    monkeypatch.setattr("barchain.conform.errors.setting_error", broken)
     junit = tmp_path / "junit.xml"
     assert run(["conform", f"{HERE}:Right", "--json", "--junit", str(junit)]) == 1
     (found,) = json.loads(capsys.readouterr().out)

@@ -25,7 +25,7 @@ WITHOUT_TRACE = {"torque-sign", "torques-in-kn-m", "impulses-in-kn-s", "impulses
 SAME_START = {
     "central-body-earth",
     "initial-rates-all-positive",
-    "radius-paper",
+    "radius-equatorial-rounded",
     "mu-km3",
     "mu-g-times-mass",
     "mu-of-g",

@@ -66,7 +66,7 @@ def test_integrals_between_samples_are_right_to_the_last_digits_beside_breaks_to
 
 def check_noise(scene: Scene, run: Callable[[Scene, Any], Trajectory], settings: tuple[Any, Any]) -> None:
     """Check that the dense runs of a right engine leave noise in every block."""
-    scene, twice = densely(scene)
+    scene, twice = densely(scene, run(scene, settings[0]))
     main, finer = motion_of(run(scene, settings[0])), motion_of(run(twice, settings[1]).samples(slice(None, None, 2)))
     assert main is not None
     assert finer is not None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -32,19 +33,24 @@ if TYPE_CHECKING:
 
 DENSER = 6
 """Intervals of dense samples in each interval of a comparison, in which a bar turns half a radian at most"""
+MOST_TURN_RAD = 0.15
+"""Largest turn of a bar between dense samples, where an engine turns it faster than the scene does"""
 MOST_SAMPLES = 2401
 """Samples of a dense run: more take longer than they tell"""
 SPLINE = 9
 """Degree of the splines that give rates by angles"""
 
 
-def densely(scene: Scene) -> tuple[Scene, Scene]:
-    """Scene with samples that are dense enough for integrals of its motion, and one with twice as many.
+def densely(scene: Scene, given: Trajectory) -> tuple[Scene, Scene]:
+    """Scene with samples that are dense enough for integrals of a given motion, and one with twice as many.
 
     A method of equal steps makes two steps between samples at least: with twice the samples its error is another one.
     """
     intervals = scene.run.samples - 1
-    times = max(1, min(DENSER, (MOST_SAMPLES - 1) // intervals))
+    turn_rad = 0.0 if given.rate_rad_s is None else float(np.abs(given.rate_rad_s).max()) * scene.run.duration_s
+    wanted = turn_rad / (intervals * MOST_TURN_RAD)
+    needed = math.ceil(wanted) if wanted < MOST_SAMPLES else MOST_SAMPLES
+    times = max(1, min(max(DENSER, needed), (MOST_SAMPLES - 1) // intervals))
     runs = (dataclasses.replace(scene.run, samples=k * times * intervals + 1) for k in (1, 2))
     one, two = (dataclasses.replace(scene, run=run) for run in runs)
     return one, two
@@ -73,7 +79,7 @@ class OwnMotion:
     def dense(self) -> tuple[Scene, Trajectory, Trajectory | None]:
         """Scene of the samples, the finest run, and another run of the same samples."""
         if self.runs is not None:
-            scene, twice = densely(self.given_scene)
+            scene, twice = densely(self.given_scene, self.given)
             main, finer = self.runs(scene, twice)
             finer = None if finer is None else finer.samples(slice(None, None, 2))
             whole = [t for t in (finer, main) if t is not None and len(t.t_s) == scene.run.samples and finite(t)]

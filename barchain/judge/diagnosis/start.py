@@ -34,7 +34,6 @@ RADIUS_M = (
     ("mean", "the mean radius, 6371 km", 6.371e6),
     ("equatorial", "the equatorial radius, 6378.137 km", 6378137.0),
     ("equatorial-rounded", "the equatorial radius, 6378 km", 6.378e6),
-    ("paper", "6371.2 km", EARTH_RADIUS_M),
 )
 
 

@@ -34,7 +34,6 @@ KNOWN = {
         ("the Earth's equatorial radius, 6378.137 km", 6378137.0),
         ("the Earth's equatorial radius, 6378.1363 km", 6378136.3),
         ("the Earth's equatorial radius, 6378 km", 6.378e6),
-        ("the Earth of the paper, 6371.2 km", EARTH_RADIUS_M),
     ),
     "j2": tuple((f"the Earth, {value}", value) for value in (1.08263e-3, 1.0826e-3, 1.08262668e-3)),
     "rotation_rad_s": (("the Earth, 7.2921e-5 rad/s", 7.2921159e-5),),
