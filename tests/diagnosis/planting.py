@@ -13,10 +13,9 @@ from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
 from barchain.judge.compare import judge
 from barchain.judge.diagnosis.channels import channels_of
-from barchain.judge.diagnosis.diagnose import diagnose
 from barchain.judge.diagnosis.mistake import ReadingMistake, TimingMistake
 from barchain.judge.diagnosis.readings.timing import delayed
-from barchain.judge.diagnosis.verdicts import verdict_tolerance
+from barchain.judge.diagnosis.verdicts import diagnosis_of_verdict
 from barchain.judge.evidence import Evidence
 from barchain.runs.job import RunResult
 from barchain.solutions.judging import solution_engine
@@ -90,7 +89,7 @@ def diagnosis_of_scene(scene: Scene, change: Callable[[Scene], Scene]) -> Diagno
     impulse = scene.effects.impulse
     main, finer = (t.replace(impulse_N_s=np.zeros_like(t.reaction_N)) if impulse and t.impulse_N_s is None else t
                    for t in (main, finer))  # fmt: skip
-    return diagnose(scene, main, solved, verdict_tolerance(verdict_on(main, finer, solved)), dense_runs(change))
+    return diagnosis_of_verdict(verdict_on(main, finer, solved), main, solved, dense_runs(change))
 
 
 def late(scene: Scene, mistake: TimingMistake, rtol: float) -> Trajectory:

@@ -68,7 +68,7 @@ class Fitted:
     left: float
     """What is left over its noise, root mean square"""
     share: float
-    """Share of the residual that is left, in the block with the largest share"""
+    """Share of the residual over its noise that is left, in the block with the largest share"""
     alone: str = ""
     """Words if the candidates act in some blocks alone"""
 
@@ -248,9 +248,9 @@ class Problem:
 
     def fitted(self, candidates: tuple[Candidate, ...], amounts: tuple[Array, ...], rest: Array) -> Fitted:
         """Fit that leaves a weighted rest (k,)."""
-        plain = rest.reshape(self.value.shape) / self.weight
-        left = float(np.sqrt(np.mean((plain / self.noise) ** 2)))
-        shares = [np.linalg.norm(plain[:, p]) / np.linalg.norm(self.value[:, p]) for p in self.parts]
+        weighted, whole = rest.reshape(self.value.shape), self.value * self.weight
+        left = float(np.sqrt(np.mean((weighted / self.weight / self.noise) ** 2)))
+        shares = [np.linalg.norm(weighted[:, p]) / np.linalg.norm(whole[:, p]) for p in self.parts]
         return Fitted(candidates, amounts, left, float(max(shares, default=1.0)))
 
     def single(self, c: Candidate, x: Array) -> Fitted:
