@@ -15,7 +15,7 @@ from adapters.registry import ENGINES
 from barchain.judge.diagnosis.channels import sizes_of
 from barchain.judge.diagnosis.explanation import Explanation, indistinguishable
 from barchain.judge.diagnosis.fit import QUANTITY_OF, given_result
-from barchain.judge.diagnosis.own_motion import OwnMotion, repaired, with_right_reactions
+from barchain.judge.diagnosis.own_motion import OwnMotion, with_right_reactions
 from barchain.judge.diagnosis.search import ReadingSearch
 from barchain.judge.diagnosis.start import off_start
 from barchain.judge.diagnosis.words import WrongQuantity, diagnosis_words
@@ -184,11 +184,10 @@ def combined(search: ReadingSearch, own: OwnMotion) -> Iterator[Explanation]:
         yield from (Explanation((*found.mistakes, *r.mistakes), r.fit) for r in readings_of(search, right))
     if own.moves_as or own.explaining or own.starts:
         return
-    for motion in repaired(own.given):
-        inner = OwnMotion(own.given_scene, motion, None)
-        causes = inner.explaining or inner.starts
-        for reading in readings_of(search, motion) if causes else ():
-            yield Explanation((*causes[0].mistakes, *reading.mistakes), reading.fit)
+    for inner in own.repaired():
+        causes = indistinguishable(inner.explaining or inner.starts)
+        for reading in readings_of(search, inner.given) if causes else ():
+            yield from (Explanation((*c.mistakes, *reading.mistakes), reading.fit) for c in causes)
 
 
 def readings_of(search: ReadingSearch, right: Trajectory) -> list[Explanation]:

@@ -23,7 +23,7 @@ from reference_impl.model.kinematics import consistent_state
 from reference_impl.model.relative import accelerations
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from adapters.trajectory import Array, Trajectory
     from barchain.judge.diagnosis.motion.search import Fitted
@@ -71,9 +71,9 @@ class MadeRuns:
 class OwnMotion:
     """An engine's own motion in a scene; each part is computed once."""
 
-    def __init__(self, scene: Scene, given: Trajectory, runs: OwnRuns | None) -> None:
-        """Keep the arguments; without `runs`, the given samples have to do."""
-        self.given_scene, self.given, self.runs = scene, given, runs
+    def __init__(self, scene: Scene, given: Trajectory, runs: OwnRuns | None, other: Trajectory | None = None) -> None:
+        """Keep the arguments; without `runs`, the given samples have to do, and an `other` run of them shows noise."""
+        self.given_scene, self.given, self.runs, self.other = scene, given, runs, other
 
     @cached_property
     def dense(self) -> tuple[Scene, Trajectory, Trajectory | None]:
@@ -85,7 +85,15 @@ class OwnMotion:
             whole = [t for t in (finer, main) if t is not None and len(t.t_s) == scene.run.samples and finite(t)]
             if whole:
                 return scene, whole[0], whole[1] if len(whole) > 1 else None
-        return self.given_scene, self.given, None
+        return self.given_scene, self.given, self.other
+
+    def repaired(self) -> Iterator[OwnMotion]:
+        """The same motion at the given samples, made consistent in each way that there is."""
+        scene, best, other = self.dense
+        every = (scene.run.samples - 1) // (self.given_scene.run.samples - 1)
+        coarse = None if other is None else repaired(best.samples(slice(None, None, every)))
+        for k, motion in enumerate(repaired(self.given)):
+            yield OwnMotion(self.given_scene, motion, None, coarse[k] if coarse else None)
 
     @cached_property
     def residual(self) -> Residual | None:
