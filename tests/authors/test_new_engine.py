@@ -27,6 +27,7 @@ from barchain.runs.trajectory_checks import fault
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
 from tests.structure.product import ROOT
+from tests.support.slow import one_in
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -97,7 +98,7 @@ def test_the_source_has_the_style_of_barchains_own(package: Path) -> None:
         assert done.returncode == 0, done.stdout + done.stderr
 
 
-@pytest.mark.parametrize("name", QUICK)
+@pytest.mark.parametrize("name", one_in(2, QUICK))
 def test_the_engine_returns_what_it_declares_and_agrees_with_the_reference(name: str, made: type[Engine]) -> None:
     scene = load_scene(name)
     seen, expected = made().run(scene), Reference().run(scene)
@@ -137,6 +138,7 @@ def test_a_bar_at_the_surface_ends_the_run_with_a_reason(made: type[Engine]) -> 
     assert abs(len(seen.t_s) - len(expected.t_s)) <= 1
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     "names", [(SCENE,), pytest.param(tuple(core_scenes()), marks=pytest.mark.slow)], ids=["one scene", "core suite"]
 )

@@ -79,7 +79,13 @@ def check(result: ComparisonResult, folder: Path, names: object) -> None:
     assert not TRACE.exists()
 
 
-@pytest.mark.parametrize("names", [QUICK, pytest.param(SLOW, marks=pytest.mark.slow)], ids=["quick", "slow"])
+@pytest.mark.parametrize(
+    "names",
+    [
+        pytest.param(QUICK, marks=pytest.mark.slow, id="quick"),
+        pytest.param(SLOW, marks=pytest.mark.exhaustive, id="more"),
+    ],
+)
 def test_an_engine_that_exits_dies_or_lies_costs_its_own_row(tmp_path: Path, names: tuple[str, ...]) -> None:
     result = compared(targets([*names, "plain"]), tmp_path)
     check(result, tmp_path, names)
@@ -87,7 +93,7 @@ def test_an_engine_that_exits_dies_or_lies_costs_its_own_row(tmp_path: Path, nam
     assert not result.passed
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_worker_that_an_engine_has_stopped_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("barchain.runs.pool.START_S", 12.0)
     result = compared(targets(["simulate_stops_worker", "plain"]), tmp_path, 8.0)

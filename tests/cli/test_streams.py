@@ -62,6 +62,7 @@ def test_few_open_files_are_enough_or_one_line(files: int, tmp_path: Path) -> No
         assert (tmp_path / "x.csv").is_file()
 
 
+@pytest.mark.slow
 @posix
 def test_a_low_limit_that_may_be_raised_costs_nothing(tmp_path: Path) -> None:
     made = shell(f"ulimit -Sn 20; {BARCHAIN} simulate basics/kepler_circular --out x.csv", tmp_path)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from itertools import starmap
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
@@ -20,6 +21,7 @@ from barchain.conform.runs import START_S
 from barchain.conform.target import extent_of
 from barchain.runs.asking import Reply, ask
 from tests.support.kernel import needs_kernel
+from tests.support.slow import exhaustive_but, one_in
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -50,6 +52,7 @@ def test_a_right_engine_of_another_package_conforms_on_every_scene() -> None:
     assert told - {"time of import"} == {"entry point"}  # a busy machine imports slowly
 
 
+@pytest.mark.slow
 def test_reactions_of_the_opposite_sign_are_named_and_no_later_stage_is_run() -> None:
     report = examined("ReactionsReversed")
     found = failed(report)
@@ -68,10 +71,12 @@ def test_single_precision_is_a_fault_of_the_first_run_and_ends_the_examination()
     }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_single_precision_inside_an_array_of_double_precision_is_told() -> None:
     assert failed(examined("SingleInside", "conventions"))["double precision"] == "rate_rad_s is in single precision"
 
 
+@pytest.mark.slow
 def test_an_error_that_does_not_follow_the_setting_is_a_finding_by_itself() -> None:
     found = failed(examined("IgnoresSetting", "accuracy"))
     assert "does not follow the setting" in found["errors fall with the setting"]
@@ -86,7 +91,7 @@ def test_noise_beyond_a_scenes_forces_is_told_with_both_numbers() -> None:
 
 @pytest.mark.parametrize(
     ("name", "check", "words"),
-    [
+    one_in(4, starmap(pytest.param, [
         ("OrderOfChosenSteps", "order and setting", "expected None"),
         ("UnknownEffect", "effect names", "'oblatness' is no effect (did you mean oblateness?)"),
         ("FineFirst", "sweep", "not sorted from coarse to fine"),
@@ -97,8 +102,8 @@ def test_noise_beyond_a_scenes_forces_is_told_with_both_numbers() -> None:
         ("Unfinished", "class", "does not define build, read, simulate"),
         ("NoEngine", "class", "is no subclass of adapters.engine.Engine"),
         ("Missing", "import", "has no class Missing; its engines: "),
-    ],
-)
+    ])),
+)  # fmt: skip
 def test_a_wrong_declaration_is_named_and_nothing_is_run(name: str, check: str, words: str) -> None:
     report = examined(name)
     assert words in failed(report)[check]
@@ -116,6 +121,7 @@ def test_a_result_that_is_not_whole_is_a_fault_of_the_first_run(name: str, words
     assert failed(examined(name)) == {"a first run": words}
 
 
+@pytest.mark.slow
 def test_angles_of_a_single_bar_that_differ_by_whole_turns_are_named_as_that() -> None:
     assert (
         "Your angles differ by whole turns (explained to"
@@ -123,7 +129,7 @@ def test_angles_of_a_single_bar_that_differ_by_whole_turns_are_named_as_that() -
     )
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_what_runs_leave_behind_is_told() -> None:
     report = examined("Untidy", "behaviour")
     found = failed(report)
@@ -142,7 +148,7 @@ def test_runs_that_differ_in_the_last_bit_are_told() -> None:
     assert "differ" in failed(examined("Random", "behaviour"))["same bits again"]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_global_random_numbers_and_variables_are_told_though_each_build_sets_the_same() -> None:
     said = failed(examined("Seeds", "behaviour"))["state of the process"]
     assert "seeds NumPy's global random numbers" in said
@@ -150,6 +156,7 @@ def test_global_random_numbers_and_variables_are_told_though_each_build_sets_the
     assert "sets MY_THREADS in later runs" in said
 
 
+@pytest.mark.slow
 def test_a_slow_engine_is_tried_at_the_settings_that_fit_into_the_time() -> None:
     slow = dataclasses.replace(target.examined(f"{HERE}:Slow"), run_s=2.0)
     found = {c.name: c for c in accuracy(slow)}
@@ -158,7 +165,7 @@ def test_a_slow_engine_is_tried_at_the_settings_that_fit_into_the_time() -> None
     assert found["errors inside the bound"].state is CheckState.PASSED
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_setting_that_hangs_costs_no_other_setting(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("barchain.conform.runs.START_S", 4.0)
     found = {c.name: c for c in accuracy(dataclasses.replace(target.examined(f"{HERE}:HangsAtOneSetting"), run_s=2.0))}
@@ -221,12 +228,14 @@ def test_a_part_of_the_examination_is_run_alone_and_is_no_conformance(capsys: py
     assert "did you mean thrust_body?" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_part_that_an_engine_does_not_support_is_no_pass(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["conform", "exudyn-tree", "--only", "impulse_alone"]) == 1
     assert "exudyn-tree: supports nothing of this part of the examination" in capsys.readouterr().out
     assert run(["conform", "exudyn-tree", "--only", "loading"]) == 0
 
 
+@pytest.mark.slow
 def test_a_run_that_is_ended_tells_its_phase_and_the_option_that_allows_more_time(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -236,7 +245,7 @@ def test_a_run_that_is_ended_tells_its_phase_and_the_option_that_allows_more_tim
     assert "--time-limit" in found["a first run"]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_an_array_that_all_runs_share_is_told_and_each_scene_is_judged_by_its_own_run() -> None:
     found = failed(examined("OneBuffer"))
     assert list(found) == ["arrays of its own"]
@@ -250,20 +259,21 @@ def test_a_result_that_depends_on_the_runs_before_it_is_told_and_no_physics_is_n
     assert not any("gradient is missing" in words for words in failed(report).values())
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_values_that_are_rounded_to_decimals_are_told() -> None:
     found = failed(examined("RoundedAngles", "conventions", "one_bar_free"))
     assert found["double precision"] == "angle_rad is rounded to multiples of 1e-6 of its unit"
     assert found["one bar free"] == found["double precision"]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_an_engine_without_rates_is_judged_up_to_the_predictability_limit() -> None:
     report = examined("NoRates")
     assert not [c for c in report.failures if c.group is Group.PHYSICS], failed(report)
     assert any("beyond the predictability limit" in c.words for c in report.checks if c.state is CheckState.WARNING)
 
 
+@pytest.mark.slow
 def test_a_wrong_first_sample_is_told_as_that() -> None:
     assert "at the first sample alone" in failed(examined("FirstReactionWrong", "two_bars_free"))["two bars free"]
 
@@ -326,20 +336,11 @@ def test_an_unknown_engine_is_one_line_with_the_nearest_name(capsys: pytest.Capt
     assert "did you mean mujoco" in error
 
 
-OTHER_FORMS = {
-    "reference", "reference-absolute", "heyoka-quad", "heyoka-long", "exudyn-tree", "exudyn-index3",
-    "exudyn-absolute", "exudyn-absolute-index3", "pymunk-absolute", "cvode-adams",
-    "cvode-bdf", "reference-wide", "scipy-radau",
-}  # fmt: skip
-"""Further forms of engines, which are examined by hand and nightly; CI examines one of each library"""
-
-
-def marked(name: str) -> object:
-    """Parameter of an engine."""
-    return pytest.param(name, marks=pytest.mark.exhaustive if name in OTHER_FORMS else pytest.mark.slow)
-
-
-@pytest.mark.parametrize("name", [marked(name) for name, r in engines().items() if not r.missing])
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name",
+    exhaustive_but((name for name, r in engines().items() if not r.missing), ["reference-fast", "rebound"]),
+)
 def test_every_engine_of_barchain_conforms(name: str) -> None:
     report = conform(name)
     assert report.passed, failed(report)

@@ -113,6 +113,7 @@ def test_a_scene_of_declared_effects_that_noise_makes_unjudgeable_is_a_failure(h
     assert "leave 0.0001 rad of the attitude uncertain" in check.words
 
 
+@pytest.mark.slow
 def test_honest_noise_is_told_with_the_error_and_fails_nothing(here: None) -> None:
     del here
     check = check_of("HonestNoise", "thrust_inertial")
@@ -147,7 +148,7 @@ def test_the_quantity_that_stops_falling_is_named() -> None:
     assert check.words.startswith("the error of the velocity of the centre of mass does not follow the setting")
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("mistake", ["Right", "FaintNoise"])
 def test_right_variants_conform(mistake: str) -> None:
     report = conform(f"{HERE}:{mistake}")

@@ -74,7 +74,7 @@ def test_no_setting_is_far_finer_than_the_default(name: str) -> None:
     assert setting_of(FirstOrder, scene_of(name)).value <= MOST_FINER * FirstOrder.sweep.default
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_declared_order_that_is_far_too_low_asks_for_no_finer_setting_than_the_measured_one() -> None:
     low, right = examined(f"{__name__}:FirstOrder"), examined("mujoco")
     assert Mujoco.order - 1.0 <= (judged_class(low).order or 0.0) <= Mujoco.order

@@ -37,6 +37,7 @@ def test_a_part_with_warnings_alone_passes_and_one_without_a_supported_scene_doe
     assert report_of(CheckState.UNSUPPORTED).verdict == "supports nothing of this part of the examination"
 
 
+@pytest.mark.slow
 @needs_kernel
 def test_compare_takes_a_class_that_no_package_registers(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = str(tmp_path / "report")
@@ -64,6 +65,7 @@ def test_a_base_module_beside_an_engines_module_is_no_library(tmp_path: Path, mo
     assert imported_libraries(Registration("engine_of_mine:Mine"), before) == ["pytest"]
 
 
+@pytest.mark.slow
 def test_a_solver_whose_steps_collapse_is_told_as_that_after_the_first_run() -> None:
     found = {c.name: c for c in conform(f"{HERE}:Slow", extent=extent_of(["conventions", "behaviour"])).checks}
     first = found["a first run"]

@@ -59,9 +59,10 @@ def test_a_right_result_has_no_diagnosis(engine: str, name: str) -> None:
 
 
 def marks_of(engine: str, name: str) -> pytest.MarkDecorator:
-    """All but one engine of a library are tried by hand and nightly."""
+    """All but one engine of a library, and all but three scenes, are tried by hand and nightly."""
     same = [other for other in ENGINES_HERE if ENGINES[other].requires == ENGINES[engine].requires]
-    return pytest.mark.exhaustive if engine != same[0] else pytest.mark.slow
+    kept = engine == same[0] and name in {"paper/fig13", "effects/slews", "effects/drag"}
+    return pytest.mark.slow if kept else pytest.mark.exhaustive
 
 
 @pytest.mark.parametrize(
@@ -118,6 +119,7 @@ def test_a_result_with_missing_numbers_is_wrong_and_unexplained() -> None:
     assert not found.explanations
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["repeated", "drifting"])
 def test_a_repeated_sample_and_drifting_rates_are_no_known_mistake(kind: str) -> None:
     """A delay leaves one sample unknown; a reading on top of the delay must not leave all samples unknown."""

@@ -22,6 +22,7 @@ from barchain.judge.diagnosis.words import WrongQuantity, inconsistent_line
 from barchain.judge.verdict import verdict_bytes, verdict_from
 from reports.tables.outcome import Outcome
 from tests.diagnosis.planting import RTOL, planted, run, solution, unequal_chain, verdict_on
+from tests.support.slow import one_in
 
 if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
@@ -68,8 +69,7 @@ def test_a_diagnosed_verdict_survives_its_message() -> None:
     assert verdict_from(verdict_bytes(found)).rows == found.rows
 
 
-@pytest.mark.parametrize("name", PLANTED)
-@pytest.mark.parametrize("engine", COARSE)
+@pytest.mark.parametrize(("engine", "name"), one_in(4, (pytest.param(e, n) for e in COARSE for n in PLANTED)))
 def test_a_mistake_in_an_engine_with_independent_physics_is_named(engine: str, name: str) -> None:
     solved, setting, loaded = solution(SCENE), COARSE[engine], ENGINES[engine].load()
 
@@ -87,6 +87,7 @@ def test_a_mistake_in_an_engine_with_independent_physics_is_named(engine: str, n
     assert (name,) in found.names, str(found)
 
 
+@pytest.mark.slow
 def test_a_comparison_stores_the_diagnosis() -> None:
     registered = {n: Registration(f"tests.support.faulty_engines:{n}") for n in ("SwapsSign", "Unmodified")}
     found = run_comparison(["effects/slender"], registered=registered)

@@ -36,6 +36,7 @@ def test_the_script_of_the_readme_runs(tmp_path: Path) -> None:
     assert carry_out(page, tmp_path) == len(found) == 1
 
 
+@pytest.mark.slow
 def test_the_first_comparison_of_the_readme_shows_what_a_run_shows(tmp_path: Path) -> None:
     shown = next(block.text for block in blocks(ROOT / "README.md") if block.language == "text")
     page = tmp_path / "README.md"

@@ -88,12 +88,14 @@ def interrupting(monkeypatch: pytest.MonkeyPatch, act: Callable[[], None], after
     monkeypatch.setattr("barchain.cli.common.progress.counted", counted)
 
 
+@pytest.mark.slow
 def test_an_address_without_a_listener_ends_at_once_and_makes_no_folder(tmp_path, capfd):
     ended = Ended(capfd, tmp_path / "out", "tcp://127.0.0.1:1")
     ended.check(2, "no Dask scheduler answers there", 1.0)
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("answer", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n", bytes(range(256)) * 40])
 def test_an_address_that_is_no_scheduler_ends_in_its_time(tmp_path, capfd, monkeypatch, answer):
     monkeypatch.setattr("barchain.runs.cluster.connection.ANSWER_S", 2.0)
@@ -102,6 +104,7 @@ def test_an_address_that_is_no_scheduler_ends_in_its_time(tmp_path, capfd, monke
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_scheduler_without_workers_ends_in_the_stated_time(tmp_path, capfd, cluster):
     ended = Ended(capfd, tmp_path / "out", cluster.address, "--dask-wait", "1")
     ended.check(2, "has had no worker for 1 s", 1.0)

@@ -36,7 +36,7 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LocalCluster]:
     made.close()
 
 
-@pytest.fixture(params=["local", "cluster"])
+@pytest.fixture(params=["local", pytest.param("cluster", marks=pytest.mark.slow)])
 def executor(request: pytest.FixtureRequest) -> Executor:
     if request.param == "local":
         return LocalProcesses(1)
@@ -65,6 +65,7 @@ def test_a_call_that_raises_dies_or_hangs_costs_its_own_answer(executor: Executo
     assert (late.end, late.reason) == (CallEnd.TIMED_OUT, "no result within 2 s")
 
 
+@pytest.mark.slow
 def test_own_work_is_limited_by_processor_time_and_not_by_the_clock(executor: Executor) -> None:
     waiting = Call(calls.slowly, (b"late", 2.5), 2.0, own_work=True)
     waited, late = answers(executor, waiting, Call(calls.works, (), 1.0, own_work=True))

@@ -18,6 +18,7 @@ from reports.tables.outcome import Outcome
 from scenarios import load_scene
 from tests.execution import calls
 from tests.support.results import answers_folder
+from tests.support.slow import one_in
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -79,7 +80,7 @@ def test_a_run_that_fails_is_made_again(tmp_path: Path) -> None:
     assert files(tmp_path) == []
 
 
-@pytest.mark.parametrize("damage", [b"", b"half of it", b"\0" * 4096])
+@pytest.mark.parametrize("damage", one_in(3, [b"", b"half of it", b"\0" * 4096]))
 def test_a_damaged_answer_is_asked_for_again(damage: bytes, tmp_path: Path) -> None:
     call = Call(calls.echo, (b"whole",), PATIENT_S)
     answer(tmp_path, call)
@@ -97,10 +98,10 @@ EFFECTS = "effects basics/two_bars_free --engine reference --repeats 1 --minutes
     [
         pytest.param("compare paper/fig13 --engine pymunk --engine reference --workers 2", "comparison",
                      marks=pytest.mark.slow),
-        pytest.param("selftest basics/kepler_circular --fault scale-rate", "selftest", marks=pytest.mark.slow),
+        pytest.param("selftest basics/kepler_circular --fault scale-rate", "selftest", marks=pytest.mark.exhaustive),
         pytest.param("selftest --random 1 --host none --engine reference --shrink-seconds 0", "campaign",
-                     marks=pytest.mark.slow),
-        pytest.param("stability hard/vertical_fall --engine rebound", "stability", marks=pytest.mark.slow),
+                     marks=pytest.mark.exhaustive),
+        pytest.param("stability hard/vertical_fall --engine rebound", "stability", marks=pytest.mark.exhaustive),
         pytest.param(EFFECTS, "effects", marks=pytest.mark.exhaustive),
         pytest.param("roundoff --part engines", "roundoff", marks=pytest.mark.exhaustive),
     ],

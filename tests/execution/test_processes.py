@@ -48,6 +48,7 @@ def test_at_its_limit_a_command_is_interrupted_as_by_ctrl_c(instead: Path, tmp_p
     assert (tmp_path / "log.txt").read_text("utf-8") == "ready\nkept\n"
 
 
+@pytest.mark.slow
 def test_a_command_is_interrupted_at_its_limit_also_where_the_night_ignores_ctrl_c(
     instead: Path, tmp_path: Path
 ) -> None:
@@ -64,6 +65,7 @@ def test_a_command_is_interrupted_at_its_limit_also_where_the_night_ignores_ctrl
     assert (tmp_path / "log.txt").read_text("utf-8") == "ready\nkept\n"
 
 
+@pytest.mark.slow
 def test_a_command_that_ignores_the_interruption_is_killed_with_its_processes(
     instead: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -93,6 +95,7 @@ def running(pid: int) -> bool:
         return False
 
 
+@pytest.mark.slow
 def test_at_its_limit_a_program_is_killed_with_its_processes() -> None:
     code = (
         "import subprocess, sys, time\n"

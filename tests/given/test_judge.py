@@ -21,7 +21,7 @@ from barchain.solutions.reference import closely_sampled
 from barchain.solutions.shipped import shipped_solution
 from reports.tables.outcome import Outcome
 from scenarios.scene import Run
-from tests.support.slow import slow_but
+from tests.support.slow import exhaustive_but, slow_but
 
 SCENE = "paper/fig05"
 ROUGH = Declared(rtol=1e-8)
@@ -117,7 +117,7 @@ def test_what_is_missing_is_not_judged_and_said(table, judged):
     assert any("temperature" in note for note in extra.notes)
 
 
-@pytest.mark.parametrize("digits", slow_but(["%.12g", "%.6g", "%.4f"], ["%.6g"]))
+@pytest.mark.parametrize("digits", exhaustive_but(["%.12g", "%.6g", "%.4f"], ["%.6g"]))
 def test_digits_that_were_not_written_are_an_error_bar_and_hide_nothing_larger(judged, digits):
     exact = to_frame(shipped_solution(closely_sampled(load_scene(SCENE))).trajectory)
     assert judged(exact, Declared(), float_format=digits).passed
@@ -151,6 +151,7 @@ def test_other_times_are_met_by_the_solution_there(judged, times):
     assert "opposite sign" in wrong.mistakes
 
 
+@pytest.mark.slow
 def test_the_solution_at_other_times_is_the_one_at_its_own_samples_and_the_run_of_the_reference_between():
     for name in SCENE, "conform/impulse_alone":
         solution = shipped_solution(closely_sampled(load_scene(name)))
@@ -166,6 +167,7 @@ def test_the_solution_at_other_times_is_the_one_at_its_own_samples_and_the_run_o
         assert differences(seen.trajectory.samples(slice(None, None, 3)), solution.trajectory)["attitude"].max() < 1e-12
 
 
+@pytest.mark.slow
 def test_a_finer_result_estimates_the_error_and_an_order_is_held_to_it(judged):
     coarse, fine = (frame_of("basics/two_bars_free", "exudyn", steps_per_orbit=n) for n in (1000, 2000))
 

@@ -106,7 +106,7 @@ def test_the_reference_agrees_inside_the_stated_error_bars_up_to_its_predictabil
 
 @pytest.mark.parametrize(
     "name",
-    [QUICK, "basics/libration", *(pytest.param(n, marks=pytest.mark.slow) for n in ("paper/fig13", "paper/fig17"))]
+    [QUICK, "basics/libration", pytest.param("paper/fig13", marks=pytest.mark.slow)]
     + [pytest.param(n, marks=pytest.mark.exhaustive) for n in TAME if n.startswith("paper/")],
 )
 def test_a_fresh_run_agrees_with_the_committed_table_inside_both_error_bars(name):

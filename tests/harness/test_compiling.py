@@ -50,6 +50,7 @@ def test_the_limit_still_holds_for_the_run_of_an_engine_that_compiles() -> None:
     assert "600 s of them for compiling" in ended.reason
 
 
+@pytest.mark.slow
 def test_simulate_of_an_engine_that_compiles_is_ended_at_its_limit_and_not_after_the_time_for_compiling() -> None:
     patient = dataclasses.replace(job("heyoka", "hard/damping_heavy"), setting=Setting(AccuracyParameter.RTOL, 1e-15))
     start = time.monotonic()

@@ -53,7 +53,7 @@ from reports.tables.outcome import Outcome
 from scenarios import change_scene, load_scene, make_scene, scene_names
 from tests.support.results import read_record, series_folder
 from tests.support.scene_lists import TAME
-from tests.support.slow import one_in
+from tests.support.slow import exhaustive_but, one_in
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -213,11 +213,9 @@ TELLING = [
 
 @pytest.mark.parametrize(
     "name",
-    [
-        pytest.param(name, marks=[] if name in TELLING else pytest.mark.slow)
-        for name in scene_names()
-        if name.startswith(("basics/", "paper/", "effects/", "conform/"))
-    ],
+    exhaustive_but(
+        (name for name in scene_names() if name.startswith(("basics/", "paper/", "effects/", "conform/"))), TELLING
+    ),
 )
 def test_extended_precision_meets_the_certified_solution_within_both_error_bars(name: str) -> None:
     certified = shipped(name)
@@ -243,6 +241,7 @@ UNEQUAL = {"bars": 3, "mass_kg": [1000.0, 1.0, 1000.0], "length_m": 10.0, "angle
 STRUCK = {"impulse": [{"bar": 2, "impulse_N_s": 10.0, "at_s": 5.0, "direction_deg": 60.0}]}
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     ("chain", "effects", "duration_s"),
     [

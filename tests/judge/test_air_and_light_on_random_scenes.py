@@ -26,15 +26,17 @@ def outcomes(scene: Scene, engine: str) -> list[str]:
 @pytest.mark.parametrize(
     ("name", "engine"),
     [
-        ("light_chain_in_air", "reference-fast"),  # air gives it more energy than the judging solution ever has
+        # air gives it more energy than the judging solution ever has
+        pytest.param("light_chain_in_air", "reference-fast", marks=pytest.mark.exhaustive),
         ("kinks_and_equal_steps", "pymunk"),  # a force whose slope jumps: no regular fall with the step
-        ("faces_for_half_a_step", "scipy-dop853"),
+        pytest.param("faces_for_half_a_step", "scipy-dop853", marks=pytest.mark.exhaustive),
     ],
 )
 def test_a_right_engine_passes(name: str, engine: str) -> None:
     assert outcomes(load_scene(SCENES / f"{name}.toml"), engine) == ["pass"]
 
 
+@pytest.mark.slow
 def test_scipys_solvers_see_a_face_that_is_shown_for_half_a_step() -> None:
     """Watched at the ends of steps alone, one such face cost 0.014 rad here."""
     scene = load_scene(SCENES / "faces_for_half_a_step.toml")

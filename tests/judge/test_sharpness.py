@@ -142,6 +142,7 @@ def test_two_runs_that_meet_where_both_are_off_are_explained_by_a_few_steps_requ
     assert "attitude" not in out(found, "normalised_error")
 
 
+@pytest.mark.slow
 def test_a_manoeuvre_between_few_samples_is_no_false_alarm(tmp_path):
     (tmp_path / "slew.toml").write_text(SLEW)
     scene = load_scene(tmp_path / "slew.toml")
@@ -157,6 +158,7 @@ def test_a_bar_that_is_hard_to_turn_is_no_false_alarm(tmp_path):
     assert out(judged(Exudyn, solution_of(scene))) == set()
 
 
+@pytest.mark.slow
 def test_a_straight_track_is_exact_but_for_rounding(free):
     solution = solution_of(free)
     for engine in (Reference, Exudyn, Rebound):

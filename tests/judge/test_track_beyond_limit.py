@@ -26,7 +26,7 @@ from scenarios import (
     Thrust,
     load_scene,
 )
-from tests.support.slow import slow_but
+from tests.support.slow import exhaustive_but
 
 if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
@@ -66,7 +66,7 @@ def bound(scene: Scene) -> dict[str, np.ndarray]:
     return parted_track_bound(cast("ReferenceSolution", Solved(scene, found, found)), found.t_s, LIMIT_S)
 
 
-@pytest.mark.parametrize("speed_factor", slow_but([1.0, 1.2, 0.95], [1.0]))
+@pytest.mark.parametrize("speed_factor", exhaustive_but([1.0, 1.2, 0.95], [1.0]))
 @pytest.mark.slow
 def test_opposite_thrusts_move_the_track_by_less_than_the_bound_and_not_by_far_less(speed_factor: float) -> None:
     allowed = bound(bar(speed_factor, thrust=(thrust(0.0, Axes.BODY),)))
@@ -107,6 +107,7 @@ def faces(scene: Scene, frame: Frame) -> list[Scene]:
     return [dataclasses.replace(scene, effects=held, chain=chain) for chain in turned]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("speed_factor", "force", "least_share"), [(1.17, "drag", 0.04), (1.3, "light", 0.004)])
 def test_air_and_light_part_tracks_by_no_more_than_their_strength_along_the_orbit(
     speed_factor: float, force: str, least_share: float

@@ -55,6 +55,7 @@ def test_round_off_of_absolute_coordinates_excuses_no_nonsense_beyond_the_limit(
     assert judged(chaotic, wild, unmodified[1], engine=FromTheEarthsCentre).outcome is Outcome.EXCEEDS_BOUND
 
 
+@pytest.mark.slow
 def test_round_off_since_the_start_makes_no_later_sample_unpredictable(chaotic, unmodified):
     """It is part of the state that the engine goes on from; amplified, it emptied every segment after five orbits."""
     errors = ErrorModel(Reference, SETTING, chaotic, unmodified[0])

@@ -60,6 +60,7 @@ def test_a_run_equal_to_its_finer_one_bit_for_bit_is_no_estimate_of_zero(chaotic
     assert verdict.outcome is Outcome.PASS or verdict.further_runs
 
 
+@pytest.mark.slow
 def test_every_quantity_states_a_detection_limit_and_a_scene_of_second_order_a_coarser_one(chaotic, unmodified):
     fine = judged(chaotic, *unmodified)
     for quantity in ("com", "attitude", "rate", "reaction"):

@@ -48,7 +48,7 @@ def test_a_drift_of_the_spin_that_vanishes_beside_the_orbit_is_seen() -> None:
     assert 3e-6 < drifted["energy_about_com"].max() <= 2.02e-5
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_samples_too_far_apart_show_nothing() -> None:
     scene, seen = run("paper/fig15", 401)
     chain = dataclasses.replace(scene.chain, rate_factor=tuple(300.0 * (-1.0) ** j for j in range(scene.bars)))

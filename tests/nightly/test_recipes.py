@@ -194,6 +194,7 @@ def test_the_script_of_cron_tells_that_the_last_night_still_runs(tmp_path: Path)
     assert (held.returncode, held.stdout) == (75, "The last night still runs: no night began.\n")
 
 
+@pytest.mark.slow
 @needs_flock
 def test_the_script_of_cron_ends_a_night_that_hangs(tmp_path: Path) -> None:
     done = cron(tmp_path, "exec sleep 60", limit="1")

@@ -37,6 +37,7 @@ rendered = cache(site_files)
 pytestmark = pytest.mark.skipif(bool(find_engine(COMPILED).missing), reason="pictures need the compiled reference")
 
 
+@pytest.mark.slow
 def test_every_image_of_a_page_is_drawn_and_has_a_text() -> None:
     for path, text in rendered().items():
         for image in IMAGE.finditer(text if path.suffix == ".md" else ""):

@@ -162,6 +162,7 @@ print(status["VmHWM"].split()[0], seen.info["steps"])
 """
 
 
+@pytest.mark.slow
 @needs_kernel
 @pytest.mark.skipif(not Path("/proc/self/status").is_file(), reason="no /proc to read the peak of a process from")
 def test_ten_thousand_bars_fit_in_a_gibibyte() -> None:

@@ -125,6 +125,7 @@ def digits_of(folder, rows=None):
     return {o.name: [found.digits(o.ratio, formulation=f) for f in ("relative", "absolute")] for o in found.named}
 
 
+@pytest.mark.slow
 def test_digits_are_those_of_the_law_and_lost_where_the_error_leaves_none(tmp_path):
     relative, absolute = digits_of(tmp_path / "a")["100 m truss"]
     assert absolute.median == pytest.approx(-np.log10(0.5 * U["float64"] * EARTH_M / 100.0))
@@ -135,6 +136,7 @@ def test_digits_are_those_of_the_law_and_lost_where_the_error_leaves_none(tmp_pa
     assert [name for name, (_, d) in lost.items() if d and d.median < 1.0] == ["10 cm CubeSat", "5 mm hinge"]
 
 
+@pytest.mark.slow
 def test_laws_tell_where_the_last_digit_goes(tmp_path):
     view = view_roundoff(write(tmp_path))
     laws = {found["of"]: found for found in view.laws}
@@ -146,6 +148,7 @@ def test_laws_tell_where_the_last_digit_goes(tmp_path):
     assert laws["generic", "absolute", "float64", "reaction"]["constant"].split() == ["0.50", "u/ε"]
 
 
+@pytest.mark.slow
 def test_a_slope_that_is_off_is_marked(tmp_path):
     rows = tables()
     for row in rows["laws"]:
@@ -209,6 +212,7 @@ def test_numbers_read_well():
     assert length(0.104).split() == ["104", "mm"]
 
 
+@pytest.mark.slow
 def test_growth_that_is_not_as_expected_is_placed(tmp_path):
     rows = tables()
     (head,) = (r for r in rows["growth_laws"] if r["coordinates"] == "absolute")

@@ -159,7 +159,7 @@ def test_a_report_does_not_mix_a_record_with_the_rows_of_another_run(
     assert "of another run" in check_one_line_naming(ROWS, folder, capsys)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(place=st.sampled_from(PLACES), at=st.floats(0, 1), size=st.integers(0, 40), content=st.binary(max_size=40))
 def test_bytes_changed_at_random_are_named_or_change_nothing(

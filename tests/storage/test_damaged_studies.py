@@ -13,7 +13,7 @@ from reports.tables.reading import TABLES
 from tests.storage.small_plans import SMALL
 from tests.support.kernel import skip_without_kernel
 from tests.support.results import read_record, record_file, write_record
-from tests.support.slow import one_in
+from tests.support.slow import exhaustive_but
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -37,11 +37,12 @@ RENDERED = each(name for name in SMALL if name != "campaign")
 GOES_ON = each(SMALL)
 VALUES: tuple[object, ...] = ([], 1, {}, "x", None, [1], {"a": 1})
 ENTRIES = [
-    pytest.param(name, value, marks=() if not k else pytest.mark.slow) if name in QUICK else
-    pytest.param(name, value, marks=pytest.mark.exhaustive)
-    for name in SMALL if name != "campaign" for k, value in enumerate(VALUES)
-]  # fmt: skip
-"""Values of every type for each study: the default run tries the first, the slow tests the others of quick results"""
+    pytest.param(name, value, marks=() if name in QUICK and not k else pytest.mark.exhaustive)
+    for name in SMALL
+    if name != "campaign"
+    for k, value in enumerate(VALUES)
+]
+"""Values of every type for each study: the default run tries the first in quick results"""
 
 
 @pytest.fixture(scope="session")
@@ -82,7 +83,7 @@ def check_line_on(path: Path, command: list[str], capsys: pytest.CaptureFixture[
     assert path.name in error
 
 
-@pytest.mark.parametrize("damage", one_in(4, DAMAGES))
+@pytest.mark.parametrize("damage", exhaustive_but(DAMAGES, list(DAMAGES)[:1]))
 @pytest.mark.parametrize("name", RENDERED)
 def test_a_report_names_the_damaged_file(
     name: str, damage: str, sound: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]

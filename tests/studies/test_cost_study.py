@@ -143,7 +143,7 @@ def good(engines, tmp_path_factory):
     return folder
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_an_engine_that_fails_costs_its_own_points_only(study):
     tables = read_cost(study)
     by_engine = tables.points.groupby("engine").outcome.agg(set).to_dict()
@@ -214,6 +214,7 @@ def cut_off(study, out, after):
         run_study(study, out, reporter=Reporter(cut))
 
 
+@pytest.mark.slow
 def test_a_study_that_was_cut_off_measures_only_what_is_missing(tmp_path, engines, made):
     study, noted = study_of({"reference": engines["reference"]}), []
     cut_off(study, tmp_path, after=2)
@@ -237,6 +238,7 @@ def test_a_study_that_was_cut_off_measures_only_what_is_missing(tmp_path, engine
     pd.testing.assert_frame_equal(read_cost(tmp_path).points.set_index("setting"), points)
 
 
+@pytest.mark.slow
 def test_a_study_that_goes_on_makes_the_runs_that_its_budget_allowed_when_it_began(
     tmp_path, engines, made, monkeypatch
 ):

@@ -226,6 +226,7 @@ def small():
     return RoundoffStudy((*good, wrong), executor=LocalProcesses(1))
 
 
+@pytest.mark.slow
 def test_a_study_writes_its_tables_and_a_task_that_fails_costs_its_own_rows(tmp_path):
     told = []
     reporter = Reporter(lambda *a: told.append(a))
@@ -241,6 +242,7 @@ def test_a_study_writes_its_tables_and_a_task_that_fails_costs_its_own_rows(tmp_
     assert tables.growth.columns.tolist() == list(TABLES["growth"].columns)
 
 
+@pytest.mark.slow
 def test_an_interrupted_study_keeps_what_it_has(tmp_path):
     def interrupt(*_):
         raise KeyboardInterrupt

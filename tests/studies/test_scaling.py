@@ -286,7 +286,7 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[tuple[st
     return folder, told
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_an_engine_that_fails_costs_its_own_rows_only(study: Any) -> None:
     folder, told = study
     points = read_table(folder, "scaling", "points")

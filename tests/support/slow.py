@@ -12,18 +12,22 @@ if TYPE_CHECKING:
 
 
 def slow_but(values: Iterable[Any], quick: Collection[Any]) -> list[Any]:
-    """Parameters; all but the quick ones are slow.
+    """Parameters; all but the quick ones are slow. Raises ValueError if a quick one is not among them."""
+    return marked_but(pytest.mark.slow, values, quick)
 
-    Raises
-    ------
-    ValueError
-        If a quick one is not among the parameters.
-    """
+
+def exhaustive_but(values: Iterable[Any], kept: Collection[Any]) -> list[Any]:
+    """Parameters; all but the kept ones are exhaustive. Raises ValueError if a kept one is not among them."""
+    return marked_but(pytest.mark.exhaustive, values, kept)
+
+
+def marked_but(mark: pytest.MarkDecorator, values: Iterable[Any], kept: Collection[Any]) -> list[Any]:
+    """Parameters; all but the kept ones have a mark."""
     found = list(values)
-    missing = [each for each in quick if each not in found]
+    missing = [each for each in kept if each not in found]
     if missing:
-        raise ValueError(f"{missing} given as quick, allowed: {found}")
-    return [each if each in quick else pytest.param(each, marks=pytest.mark.slow) for each in found]
+        raise ValueError(f"{missing} given as kept, allowed: {found}")
+    return [each if each in kept else pytest.param(each, marks=mark) for each in found]
 
 
 def one_in(share: int, values: Iterable[Any], name: Callable[[Any], str] | None = None) -> list[Any]:

@@ -150,7 +150,7 @@ def figures(repository: Path, commit: str, scene: Path, depends: tuple[str, ...]
     return [figure for figure in found if figure.identity.quantity == "verdict"]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_commit_of_ones_own_engine_is_found_by_a_scene_of_ones_own(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

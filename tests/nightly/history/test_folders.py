@@ -18,6 +18,7 @@ from tests.nightly.history.histories import as_series, summaries
 from tests.nightly.history.synthetic import FIRST
 from tests.storage.small_plans import SMALL
 from tests.support.results import change_record, change_rows, read_record, series_folder
+from tests.support.slow import exhaustive_but
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -129,7 +130,9 @@ def test_a_folder_without_results_is_one_line(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("study", [name for name in SMALL if name != "comparison"])
+@pytest.mark.parametrize(
+    "study", exhaustive_but((n for n in SMALL if n != "comparison"), ["cost", "stability", "scaling"])
+)
 def test_every_study_gives_figures(study: str, tmp_path: Path) -> None:
     run(["-q", *SMALL[study].command.split(), "--out", str(tmp_path / "out")])
     night = read_night(tmp_path / "out")

@@ -95,6 +95,7 @@ def cost_figures(folder: Path) -> tuple[Figure, ...]:
     return figures_of(FILES.rows(folder), FOLLOWED)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("others", "judged"), [(0.0, True), (BUSY, True), (BUSY + 0.1, False), (None, True)])
 def test_ratios_of_a_busy_machine_are_missing_with_the_reason(others: float | None, judged: bool, study: Path) -> None:
     assert FILES.sound_record(study)["other_processors"] >= 0.0

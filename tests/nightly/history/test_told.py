@@ -94,6 +94,7 @@ def test_a_second_step_of_a_figure_is_told_as_soon_as_a_first_one(second: float)
     assert any(len(told(x[:, :night])[0]) == 2 for night in range(101, 112))
 
 
+@pytest.mark.slow
 def test_a_doubling_after_an_accepted_slow_down_is_told(store: NightStore) -> None:
     x = noise(15, 4, 70, 0.01, 0.0)
     x[0, 30:] += 0.1
@@ -116,6 +117,7 @@ def test_a_regression_stays_when_a_later_one_is_undone(store: NightStore) -> Non
     assert red == [False, True, True, True, True, False]
 
 
+@pytest.mark.slow
 def test_a_slow_down_stays_when_a_later_one_is_accepted(store: NightStore) -> None:
     x = noise(16, 4, 60, 0.01, 0.0)
     x[0, 20:] += 0.3
@@ -193,6 +195,7 @@ def test_steps_that_earlier_nights_told_are_those_of_nights_before(store: NightS
     assert told_steps(store, names[20]) == {}
 
 
+@pytest.mark.slow
 def test_pruning_spares_the_nights_from_which_a_slow_down_is_judged(store: NightStore) -> None:
     x = noise(14, 4, 60, 0.01, 0.0)
     x[0, 30:] += 0.3

@@ -123,8 +123,10 @@ def simulated(plan: NightPlan, minutes: float, last: NightRun | None) -> tuple[N
     return NightRun("plan", minutes, tuple(results.values()), None, turn), done
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    ("minutes", "most"), [(2.0, 16), *(pytest.param(*each, marks=pytest.mark.slow) for each in ((1.0, 40), (15.0, 2)))]
+    ("minutes", "most"),
+    [(2.0, 16), *(pytest.param(*each, marks=pytest.mark.exhaustive) for each in ((1.0, 40), (15.0, 2)))],
 )
 def test_every_part_and_every_scene_comes_to_its_turn_also_in_short_nights(minutes: float, most: int) -> None:
     plan = load_plan()

@@ -23,7 +23,7 @@ from barchain.nightly.plan import load_plan
 from barchain.nightly.state import FILE, SET_ASIDE, DamagedStateError, read_state
 from barchain.runs.processes import Finished
 from tests.nightly.history.synthetic import error, night
-from tests.support.slow import one_in
+from tests.support.slow import exhaustive_but
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -131,6 +131,7 @@ def test_a_night_under_other_sources_or_libraries_does_not_go_on_and_keeps_the_d
     assert [note for note in notes if "kept as incomplete" in note]
 
 
+@pytest.mark.slow
 def test_the_code_of_a_night_depends_on_every_installed_part() -> None:
     here = installation_here(["reference"], ["paper/fig05"])
     assert code_of(here, ["reference"]) == code_of(here, ["reference"])
@@ -147,7 +148,8 @@ def test_the_installation_of_the_start_stands_in_the_state_file(killed: Path) ->
     }
 
 
-@pytest.mark.parametrize("content", one_in(5, ["", "{", '{"plan": "x"}', "[]", "null"]))
+@pytest.mark.slow
+@pytest.mark.parametrize("content", exhaustive_but(["", "{", '{"plan": "x"}', "[]", "null"], [""]))
 def test_a_damaged_state_is_told_once_and_the_results_beside_it_stay(
     plan: NightPlan, tmp_path: Path, killed: Path, content: str
 ) -> None:

@@ -55,6 +55,7 @@ def one_night(plan: NightPlan, folder: Path, url: str | None = None) -> NightEnd
         return run_night(plan, 2.0, store, folder / "nights")
 
 
+@pytest.mark.slow
 def test_two_nights_of_the_same_code_agree_in_every_bit(plan: NightPlan, tmp_path: Path) -> None:
     first, second = one_night(plan, tmp_path), one_night(plan, tmp_path)
     assert first.run.complete
@@ -179,7 +180,7 @@ def test_a_night_that_was_interrupted_under_other_code_is_kept_and_a_new_one_beg
     assert any("was interrupted" in note for note in notes)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_kill_after_a_night_is_in_the_history_does_not_double_it(plan: NightPlan, tmp_path: Path) -> None:
     from dataclasses import replace
 
@@ -222,7 +223,7 @@ def test_a_scene_that_can_not_be_read_costs_itself_alone_and_the_night_ends_as_b
     assert "broken.toml" in facts.run.parts[0].missing
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_what_did_not_fit_goes_first_on_the_next_night(
     plan: NightPlan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -293,7 +294,7 @@ def test_nothing_is_lost_or_doubled_by_ten_kills_at_random_instants(plan: NightP
     assert plan.identity
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_two_nights_at_once_are_two_nights(plan: NightPlan, tmp_path: Path, url: str) -> None:
     both = [started(tmp_path, url) for _ in range(2)]
     told = [line for process in both for line in process.communicate(timeout=200)[1].decode().splitlines()]
