@@ -19,7 +19,6 @@ import numpy as np
 
 from reports.tables.files import StudyFiles
 from reports.tables.rows import COUNT, NOT_COMPARED, NOT_RUN, RUNS_FOLLOWED, Followed, Rows, known, records
-from reports.tables.schema import Record
 from reports.tables.table import Number, Table
 
 if TYPE_CHECKING:
@@ -42,19 +41,6 @@ engines then differ by up to a tenth from those on an idle machine"""
 REACHED = frozenset({"reached", "at most"})
 INTERRUPTED = "the study was interrupted"
 TIMES = ("scene", "engine", "setting", "turn", "seconds")
-
-
-class CostRecord(Record):
-    """Entries of the record."""
-
-    engines: dict[str, dict[str, Any]] | None = None
-    scenes: dict[str, dict[str, Any]] | None = None
-    certified_solutions: dict[str, dict[str, Any]] | None = None
-    left_out: list[dict[str, Any]] | None = None
-    shortened_limits_s: dict[str, float] | None = None
-    """Limit of a run in the scenes where half of the time was used before all was run"""
-    other_processors: float | None = None
-    """Mean number of processors that other processes used while times were measured"""
 
 
 RUN = ("scene", "engine", "setting")
@@ -189,7 +175,6 @@ FILES = StudyFiles(
     "cost",
     TABLES,
     {"times": TIMES},
-    model=CostRecord,
     followed=FOLLOWED,
     derived=derived,
     pages=("cost.html",),

@@ -23,7 +23,6 @@ from reports.tables.files import StudyFiles
 from reports.tables.outcome import Outcome, gravest
 from reports.tables.reading import brief, damaged
 from reports.tables.rows import RUNS_FOLLOWED, Followed, Rows, add_runs, records
-from reports.tables.schema import RunsRecord
 from reports.tables.table import Table
 
 if TYPE_CHECKING:
@@ -60,16 +59,6 @@ LINEAR_GROWTH = 1e16
 """Largest error amplification that is measured: a perturbation of 1e-18 rad has then grown to 0.01 rad"""
 ALL_SCENES = "(all scenes)"
 """Stands in the scene column of a row about an engine in all scenes together"""
-
-
-class ComparisonRecord(RunsRecord):
-    """Entries of the record."""
-
-    engines: dict[str, dict[str, Any]] | None = None
-    scenes: dict[str, dict[str, Any]] | None = None
-    misprints: list[dict[str, Any]] | None = None
-    tolerances: list[dict[str, Any]] | None = None
-    limitations: list[str] | None = None
 
 
 def is_engine(name: str) -> bool:
@@ -118,7 +107,6 @@ METRIC_COLUMNS = METRICS.columns
 FILES = StudyFiles(
     "comparison",
     {"metrics": METRICS},
-    model=ComparisonRecord,
     followed=FOLLOWED,
     derived=verdicts,
     pages=("index.html", "summary.md"),

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
 from reports.tables.rows import COUNT, Followed
-from reports.tables.schema import Record
 from reports.tables.table import Number, Table
 
 if TYPE_CHECKING:
@@ -24,17 +23,6 @@ UNITS = {"com": "m", "attitude": "rad", "reaction": "N"}
 RATIOS = ("time_ratio", "evaluation_ratio")
 WITHOUT = "without"
 """What the time with an effect is relative to"""
-
-
-class EffectsRecord(Record):
-    """Entries of the record."""
-
-    scene: dict[str, Any] | None = None
-    rtol: float | None = None
-    looser: float | None = None
-    parted_rad: float | None = None
-    matters: float | None = None
-    width_m: float | None = None
 
 
 class EffectKind(StrEnum):
@@ -85,7 +73,6 @@ def scene_of(record: Mapping[str, Any]) -> dict[str, str]:
 FILES = StudyFiles(
     "effects",
     {"effects": TABLE},
-    model=EffectsRecord,
     followed=FOLLOWED,
     place=scene_of,
     pages=("effects.html",),

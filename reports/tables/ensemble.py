@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 from reports.tables.effects import scene_of
 from reports.tables.files import StudyFiles
 from reports.tables.rows import COUNT, Followed, Rows
-from reports.tables.schema import Record
 from reports.tables.table import Table
 
 if TYPE_CHECKING:
@@ -24,20 +23,6 @@ if TYPE_CHECKING:
     from reports.tables.files import Frames, StudyTables
 
 QUANTILE_COLUMNS = ("t_s", "quantity", "item", "quantile", "value", "unit", "runs")
-
-
-class EnsembleRecord(Record):
-    """Entries of the record."""
-
-    scene: dict[str, Any] | None = None
-    vary: list[str] | None = None
-    runs: int | None = None
-    rtol: float | None = None
-    seed: int | None = None
-    key: str | None = None
-    outcomes: dict[str, int] | None = None
-    phases_s: dict[str, float] | None = None
-    evaluations: int | None = None
 
 
 LAST = Table(
@@ -76,7 +61,6 @@ FILES = StudyFiles(
     "ensemble",
     {"last": LAST},
     {"quantiles": QUANTILE_COLUMNS, "runs": ()},
-    model=EnsembleRecord,
     followed=FOLLOWED,
     derived=counts,
     place=place_of,

@@ -16,14 +16,7 @@ import os
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.reading import (
-    TABLES,
-    check_recorded,
-    damaged,
-    parquet_frame,
-    recorded_content,
-    recorded_parquet,
-)
+from reports.tables.reading import check_recorded, damaged, read_parquet, recorded
 from reports.tables.rows import COLUMNS, FOLDER, Rows, spread, typed
 from reports.tables.schema import Record, read_record
 
@@ -54,8 +47,9 @@ class StudyTables:
         return self.tables[name]
 
     def series(self, name: str) -> pd.DataFrame | None:
-        """Series of a name, or None without one."""
-        return recorded_parquet(self.folder, f"{SERIES}/{self.study}/{name}.parquet", self.record)
+        """Series over time ``t_s`` of a name, or None without one."""
+        file = f"{SERIES}/{self.study}/{name}.parquet"
+        return read_parquet(self.folder / file, ("t_s",)) if recorded(self.folder, file, self.record) else None
 
     def trajectory(self, scene: str, engine: str) -> pd.DataFrame | None:
         """Samples of one run, or None if it left none."""
@@ -64,18 +58,6 @@ class StudyTables:
     def differences(self, scene: str, engine: str) -> pd.DataFrame | None:
         """Differences from the judging solution over time, or None without any."""
         return self.series(f"differences/{scene}/{engine}")
-
-
-def nothing_derived(tables: Frames, record: Mapping[str, Any]) -> Rows:
-    """No rows beside those of the tables."""
-    del tables, record
-    return Rows("")
-
-
-def nowhere(record: Mapping[str, Any]) -> dict[str, str]:
-    """No scene, engine or setting that all rows share."""
-    del record
-    return {}
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,9 +73,9 @@ class StudyFiles:
     """Entries of the record with their types"""
     followed: Mapping[str, Followed] = field(default_factory=dict)
     """Metrics that nights follow; none of a study that is no part of a night"""
-    derived: Callable[[Frames, Mapping[str, Any]], Rows] = nothing_derived
+    derived: Callable[[Frames, Mapping[str, Any]], Rows] = lambda tables, record: Rows("")  # noqa: ARG005
     """Further rows, that follow from the tables and the record; it may complete the tables"""
-    place: Callable[[Mapping[str, Any]], dict[str, str]] = nowhere
+    place: Callable[[Mapping[str, Any]], dict[str, str]] = lambda record: {}  # noqa: ARG005
     """Scene, engine and setting of all rows of the tables, by the record"""
     parts: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     """Tables of each part that can be run by itself, beside the tables of earlier runs of the others"""
@@ -143,29 +125,26 @@ class StudyFiles:
         SchemaVersionError
             If the record has another schema version.
         """
-        known = self.sound_record(out) if record is None else record
-        content = recorded_content(out, self.rows_name, known, needed=True)
-        return typed(parquet_frame(out / self.rows_name, content, COLUMNS)) if content else Rows(self.study).frame()
+        known, path = self.sound_record(out) if record is None else record, out / self.rows_name
+        if recorded(out, self.rows_name, known):
+            return typed(read_parquet(path, COLUMNS))
+        if os.path.lexists(path):
+            raise damaged(path, "is left from another run than the record's")
+        raise FileNotFoundError(f"{out}: no {self.rows_name} there; give a folder with results")
 
     def contents(self, out: Path, *tables: str) -> StudyTables:
         """Read the record and several tables, all of them by default; errors as of :meth:`rows`."""
+        import pandas as pd
+
         record = self.sound_record(out)
         wanted = tables or (*self.tables, *self.series)
         rows = spread(self.rows(out, record))
         found = {name: self.tables[name].from_rows(rows) for name in wanted if name in self.tables}
-        return StudyTables(out, found | self.series_of(out, record, wanted), record, self.study)
-
-    def series_of(self, out: Path, record: Mapping[str, Any], wanted: tuple[str, ...]) -> Frames:
-        """Tables over time; without rows where the study left none."""
-        import pandas as pd
-
-        found = {}
         for name in (name for name in wanted if name in self.series):
-            content = recorded_content(out, self.series_name(name), record)
-            needed = self.series[name]
-            empty = pd.DataFrame(columns=list(needed))
-            found[name] = empty if content is None else parquet_frame(out / self.series_name(name), content, needed)
-        return found
+            file, needed = self.series_name(name), self.series[name]
+            there = recorded(out, file, record)
+            found[name] = read_parquet(out / file, needed) if there else pd.DataFrame(columns=list(needed))
+        return StudyTables(out, found, record, self.study)
 
     def read_record(self, out: Path) -> dict[str, Any]:
         """Read the record.
@@ -191,6 +170,5 @@ class StudyFiles:
         Errors are those of :meth:`read_record`.
         """
         record = self.read_record(out)
-        for name in record.get(TABLES) or ():
-            check_recorded(out, name, record)
+        check_recorded(out, record)
         return record

@@ -28,7 +28,6 @@ from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
 from reports.tables.rows import Followed, Rows
-from reports.tables.schema import Part, Record
 from reports.tables.table import Number, Table
 
 if TYPE_CHECKING:
@@ -106,30 +105,6 @@ PARTS = {
 """Tables of each part of the study"""
 
 
-class RoundoffPart(Part):
-    """Entries of one part's provenance."""
-
-    command: str | None = None
-    created: str | None = None
-    complete: bool = False
-    seconds: float | None = None
-    failed: list[dict[str, Any]] | None = None
-
-
-class RoundoffRecord(Record):
-    """Entries of the record."""
-
-    parts: dict[str, RoundoffPart] | None = None
-    """Provenance of each part: parts are run together or one by one"""
-    scene: str | None = None
-    members: int | None = None
-    exact_digits: int | None = None
-    unit_roundoff: dict[str, float] | None = None
-    long_doubles: bool | None = None
-    objects: list[dict[str, Any]] | None = None
-    failed: list[dict[str, Any]] | None = None
-
-
 LAWS = {
     "laws": "{state} {bars:g} {formulation} {arithmetic} {source} {yardstick}",
     "best_laws": "{quantity} {coordinates} {arithmetic} {method}",
@@ -161,7 +136,6 @@ def truncation_named(tables: Frames, record: Mapping[str, Any]) -> Rows:
 FILES = StudyFiles(
     "roundoff",
     TABLES,
-    model=RoundoffRecord,
     followed=FOLLOWED,
     derived=truncation_named,
     place=place_of,

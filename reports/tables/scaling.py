@@ -12,24 +12,12 @@ from reports.tables.cost import BASELINE, busy_machine
 from reports.tables.effects import scene_of
 from reports.tables.files import StudyFiles
 from reports.tables.rows import COUNT, NOT_COMPARED, Followed, Rows, known, records
-from reports.tables.schema import Record
 from reports.tables.table import Number, Table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from reports.tables.files import Frames
-
-
-class ScalingRecord(Record):
-    """Entries of the record."""
-
-    engines: dict[str, dict[str, Any]] | None = None
-    bars: list[int] | None = None
-    scene: dict[str, Any] | None = None
-    targets: list[dict[str, Any]] | None = None
-    other_processors: float | None = None
-    """Mean number of processors that other processes used while times were measured"""
 
 
 POINTS = Table(
@@ -85,7 +73,6 @@ def over(a: float, b: float) -> float | None:
 FILES = StudyFiles(
     "scaling",
     {"points": POINTS},
-    model=ScalingRecord,
     followed=FOLLOWED,
     derived=ratios,
     place=scene_of,

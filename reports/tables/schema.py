@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 SCHEMA_VERSION = 3
 """Raised with every change of a stored column, key, file name or meaning that an older reader would misread"""
 KEY = "schema_version"
+Facts = dict[str, dict[str, Any]]
+"""What a record tells of each scene, engine or fault"""
 
 
 class SchemaVersionError(ValueError):
@@ -34,24 +36,6 @@ class Part(BaseModel):
     model_config = ConfigDict(strict=True, extra="allow")
 
 
-class Record(Part):
-    """Entries that every record may have."""
-
-    schema_version: int
-    barchain: str | None = None
-    created: str | None = None
-    study: str | None = None
-    complete: bool = False
-    """Whether every result is there"""
-    finished: bool = False
-    """Whether every result is there, and the report is written"""
-    command: str | None = None
-    seconds: float | None = None
-    environment: dict[str, str | float | None] = {}
-    packages: dict[str, str | None] = {}
-    tables: dict[str, list[str]] | None = None
-
-
 class RunEntry(Part):
     """Entry of a run."""
 
@@ -68,10 +52,58 @@ class RunEntry(Part):
     rejected: bool = False
 
 
-class RunsRecord(Record):
-    """Record of a study that keeps its runs."""
+class StudyPart(Part):
+    """Provenance of a part of a study that is run by itself."""
 
-    runs: list[RunEntry] = []
+    command: str | None = None
+    created: str | None = None
+    complete: bool = False
+    seconds: float | None = None
+    failed: list[dict[str, Any]] | None = None
+
+
+class Record(Part):
+    """Entries that the record of a study may have."""
+
+    schema_version: int
+    barchain: str | None = None
+    created: str | None = None
+    study: str | None = None
+    complete: bool = False
+    """Whether every result is there"""
+    finished: bool = False
+    """Whether every result is there, and the report is written"""
+    command: str | None = None
+    seconds: float | None = None
+    environment: dict[str, str | float | None] = {}
+    packages: dict[str, str | None] = {}
+    tables: dict[str, list[str]] | None = None
+    runs: list[RunEntry] | int = []
+    """Of an ensemble their number"""
+    scene: dict[str, Any] | str | None = None
+    scenes: Facts | int | None = None
+    engines: Facts | dict[str, str] | list[str] | None = None
+    faults: Facts | None = None
+    parts: dict[str, StudyPart] | None = None
+    """Parts that are run together or one by one"""
+    failed: list[dict[str, Any]] | None = None
+    left_out: list[dict[str, Any]] | list[list[str]] | None = None
+    misprints: list[dict[str, Any]] | None = None
+    tolerances: list[dict[str, Any]] | None = None
+    limitations: list[str] | None = None
+    certified_solutions: Facts | None = None
+    shortened_limits_s: dict[str, float] | None = None
+    """Limit of a run in the scenes where half of the time was used before all was run"""
+    other_processors: float | None = None
+    """Mean number of processors that other processes used while times were measured"""
+    targets: list[dict[str, Any]] | None = None
+    unit_roundoff: dict[str, float] | None = None
+    objects: list[dict[str, Any]] | None = None
+    references: list[str] | None = None
+    hosts: list[str] | None = None
+    vary: list[str] | None = None
+    outcomes: dict[str, int] | None = None
+    phases_s: dict[str, float] | None = None
 
 
 def read_record(path: Path, model: type[Record] = Record) -> dict[str, Any]:
@@ -96,28 +128,17 @@ def read_record(path: Path, model: type[Record] = Record) -> dict[str, Any]:
     record = read_json(path)
     version = record.get(KEY) if isinstance(record, dict) else None
     if type(version) is not int or version != SCHEMA_VERSION:  # True == 1, and is no version
-        raise SchemaVersionError(f"{path}: {found(version)}; {advice(record)}")
+        found = "no schema version" if version is None else f"schema version {brief(repr(version))[:40]}"
+        writer = record.get("barchain") if isinstance(record, dict) else None
+        writing = f"barchain {brief(writer)[:40]}, which wrote them" if writer else "the barchain that wrote them"
+        raise SchemaVersionError(
+            f"{path}: {found}; this barchain reads version {SCHEMA_VERSION}. Run the study again, or render its "
+            f"results with {writing}"
+        )
     try:
         model.model_validate(record)
     except ValidationError as error:
-        raise damaged(path, wrong_entry(error)) from None
+        first = error.errors(include_url=False, include_input=False, include_context=False)[0]
+        place = " → ".join(map(str, first["loc"]))
+        raise damaged(path, f"entry {brief(place)[:120]} is wrong: {brief(first['msg'])[:120]}") from None
     return dict(record)
-
-
-def wrong_entry(error: ValidationError) -> str:
-    """First entry of a record with a wrong type, in words."""
-    first = error.errors(include_url=False, include_input=False, include_context=False)[0]
-    place = " → ".join(map(str, first["loc"]))
-    return f"entry {brief(place)[:120]} is wrong: {brief(first['msg'])[:120]}"
-
-
-def found(version: object) -> str:
-    """Schema version of a record in words."""
-    return "no schema version" if version is None else f"schema version {brief(repr(version))[:40]}"
-
-
-def advice(record: object) -> str:
-    """Advice on the versions that this barchain reads, and what to do with results of another schema version."""
-    writer = record.get("barchain") if isinstance(record, dict) else None
-    writing = f"barchain {brief(writer)[:40]}, which wrote them" if writer else "the barchain that wrote them"
-    return f"this barchain reads version {SCHEMA_VERSION}. Run the study again, or render its results with {writing}"

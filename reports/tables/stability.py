@@ -20,23 +20,12 @@ from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
 from reports.tables.rows import COUNT, RUNS_FOLLOWED, Followed, Rows, add_runs
-from reports.tables.schema import RunsRecord
 from reports.tables.table import Number, Table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from reports.tables.files import Frames
-
-
-class StabilityRecord(RunsRecord):
-    """Entries of the record."""
-
-    time_limit_s: float | None = None
-    scenes: dict[str, dict[str, Any]] | None = None
-    engines: dict[str, str] | None = None
-    references: list[str] | None = None
-    left_out: list[list[str]] | None = None
 
 
 class Stability(StrEnum):
@@ -139,7 +128,6 @@ FILES = StudyFiles(
     "stability",
     TABLES,
     {"long": SERIES},
-    model=StabilityRecord,
     followed=FOLLOWED,
     derived=runs_of,
     pages=("stability.html",),

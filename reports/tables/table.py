@@ -120,20 +120,17 @@ class Table:
         main.loc[late, "outcome"] = NOT_RUN
         main.loc[late, "reason"] = main.loc[late, "reason"].str.removeprefix(NOT_RUN).str.removeprefix(": ")
         found = [main]
-        for name, of in self.numbers.items():
-            cells = {"value": name, "low": of.low, "high": of.high, "text": of.text}
-            own = base.assign(
-                metric=self.prefix + of.metric, unit=of.unit, **{k: table[c] for k, c in cells.items() if c}
-            )
+        for of, columns in self.kept():
+            own = base.assign(metric=self.prefix + of.metric, **{kept: table[name] for name, kept in columns.items()})
             if of.quantity:
                 own["quantity"] = of.quantity
             if of.relative_to:
                 own["tags"] = [tag_text(each | {RELATIVE_TO: of.relative_to}) for each in pairs]
-            found.append(own[own["value"].notna()])
-        found += [base.assign(metric=self.prefix + name, text=table[name])[table[name] != ""] for name in self.words]
-        found += [
-            base.assign(metric=self.prefix + name, value=table[name].astype(float), unit="1") for name in self.flags
-        ]
+            if "value" in columns.values():
+                own = own.assign(unit=of.unit, value=own["value"].astype(float))[own["value"].notna()]
+            else:
+                own = own[own["text"] != ""]
+            found.append(own)
         return typed(pd.concat(found).sort_index(kind="stable"))
 
     def from_rows(self, rows: pd.DataFrame) -> pd.DataFrame:
@@ -154,22 +151,20 @@ class Table:
         main = rows[rows["metric"] == self.metric] if self.metric else rows
         keys = {name: f"key {name}" for name in dict.fromkeys((*names, "quantity"))}  # no column's name
         found = main[list(keys)].rename(columns=keys).assign(**{column: main[of] for of, column in self.said.items()})
-        for metric, quantity, columns in self.kept():
-            own = rows[rows["metric"] == metric]
-            same = [name for name in keys if not (quantity and name == "quantity")]
-            if quantity:
-                own = own[own["quantity"] == quantity]
+        for of, columns in self.kept():
+            own = rows[rows["metric"] == self.prefix + of.metric]
+            same = [name for name in keys if not (of.quantity and name == "quantity")]
+            if of.quantity:
+                own = own[own["quantity"] == of.quantity]
             own = own[[*same, *columns.values()]].set_axis([*(keys[name] for name in same), *columns], axis=1)
             found = found.merge(own, "left", [keys[name] for name in same])
         found = found.assign(**{name: found[keys[kept]] for name, kept in zip(self.index, names, strict=True)})
         return self.framed(found)
 
-    def kept(self) -> Iterable[tuple[str, str, dict[str, str]]]:
-        """Metric, quantity, and the table's columns with those of the relation, of each number, word and flag."""
+    def kept(self) -> Iterable[tuple[Number, dict[str, str]]]:
+        """Row of each number, word and flag, and the table's columns there with those of the relation."""
         for name, of in self.numbers.items():
             columns = {name: "value", of.low: "low", of.high: "high", of.text: "text"}
-            yield self.prefix + of.metric, of.quantity, {column: kept for column, kept in columns.items() if column}
-        for name in self.words:
-            yield self.prefix + name, "", {name: "text"}
-        for name in self.flags:
-            yield self.prefix + name, "", {name: "value"}
+            yield of, {column: kept for column, kept in columns.items() if column}
+        yield from ((Number("", name), {name: "text"}) for name in self.words)
+        yield from ((Number("", name), {name: "value"}) for name in self.flags)

@@ -17,7 +17,6 @@ import numpy as np
 
 from reports.tables.files import StudyFiles
 from reports.tables.rows import Followed, Rows
-from reports.tables.schema import Record
 from reports.tables.table import Number, Table
 
 if TYPE_CHECKING:
@@ -27,18 +26,6 @@ if TYPE_CHECKING:
 
 SCENES = "scenes"
 ALL = "all"
-
-
-class CampaignRecord(Record):
-    """Entries of the record."""
-
-    seed: int | None = None
-    scenes: int | None = None
-    engines: list[str] | None = None
-    hosts: list[str] | None = None
-    most_reruns: int | None = None
-    faults: dict[str, dict[str, Any]] | None = None
-    passed: bool | None = None
 
 
 class CellClass(StrEnum):
@@ -111,7 +98,6 @@ def none_tried(tables: Frames, record: Mapping[str, Any]) -> Rows:
 FILES = StudyFiles(
     "campaign",
     TABLES,
-    model=CampaignRecord,
     followed=FOLLOWED,
     derived=none_tried,
     pages=("campaign.html",),

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
 from reports.tables.rows import Followed
-from reports.tables.schema import Record
 from reports.tables.table import Table
 
 if TYPE_CHECKING:
@@ -23,17 +22,6 @@ if TYPE_CHECKING:
 CAUGHT, MISSED = "size_caught", "size_missed"
 """Metrics of the rows of a continuous fault, on request: smallest size known to be detected, whose text is the quantity
 that detects it, and largest size known to be undetected"""
-
-
-class SelftestRecord(Record):
-    """Entries of the record."""
-
-    host: str | None = None
-    roles: list[str] | None = None
-    scenes: dict[str, dict[str, Any]] | None = None
-    faults: dict[str, dict[str, Any]] | None = None
-    passed: bool | None = None
-    unkilled: list[str] | None = None
 
 
 class FaultOutcome(StrEnum):
@@ -85,7 +73,6 @@ def host_of(record: Mapping[str, Any]) -> dict[str, str]:
 FILES = StudyFiles(
     "selftest",
     TABLES,
-    model=SelftestRecord,
     followed=FOLLOWED,
     place=host_of,
     pages=("selftest.html",),
