@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from barchain.cli.main import run
 from barchain.cli.studies import show_effects
-from reports.chapters.effects import Box, Relevance, classify, length_text, placed, share_text, view_effects
+from reports.chapters.effects import LINE, Relevance, classify, length_text, share_text, spaced, view_effects
+from reports.plotting.svg import TOP
 from reports.render import render_study
 from reports.tables.effects import TABLE
 from tests.reports.effects_tables import ROWS, row, write
@@ -96,15 +98,12 @@ def test_what_evaluations_do_not_explain_of_a_runs_time_is_its_remainder(tmp_pat
     assert prices[1][4] == "", "a ratio that is not resolved has no factors"
 
 
-def test_names_in_a_chart_stand_on_nothing() -> None:
-    points = [Box(94.5 + 0.3 * k, 57.0 + 4.0 * k, 105.5 + 0.3 * k, 63.0 + 4.0 * k) for k in range(8)]
-    boxes = placed([f"effect {k}" for k in range(8)], points, (340.0, 192.0))
-    assert all(boxes)
-    for k, box in enumerate(boxes):
-        assert box
-        others = [b for b in boxes if b and b is not box] + points
-        assert not any(box.meets(b) for b in others), k
-    assert placed(["a name wider than its plot"], [Box(4.0, 4.0, 6.0, 6.0)], (20.0, 20.0)) == [None]
+def test_names_in_a_chart_stand_below_each_other() -> None:
+    heights = [30.0, 31.0, 32.0, 90.0, 180.0, 180.0]
+    found = spaced(heights)
+    assert found[0] >= TOP
+    assert all(low - high >= LINE for high, low in itertools.pairwise(found))
+    assert found[3:5] == [90.0, 169.0]
 
 
 def test_the_console_shows_tables_of_at_most_120_columns(

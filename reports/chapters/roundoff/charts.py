@@ -9,95 +9,89 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from reports.chapters.roundoff.axes import Axes, ErrorCurve, error_chart
-from reports.chapters.roundoff.series import (
-    ABSOLUTE,
-    ACCELERATIONS,
-    BOTH,
-    DOUBLE,
-    FORMULA,
-    GENERIC,
-    HORIZONTAL,
-    INPUT,
-    LONG,
-    LOST,
-    METHODS,
-    MINIMAL,
-    ORDINARY,
-    POSITIONS,
-    QUANTITIES,
-    REACTION,
-    RELATIVE,
-    RELATIVE_POSITIONS,
-    SINGLE,
-    SPIN,
-    STRAIGHT,
-    UNEQUAL,
-    USUAL,
-    number_or_none,
-    rows_of,
-)
-from reports.plotting.palette import COLOURS, MARKERS, Pen, engine_pen
-from reports.plotting.palette import DASHES as OTHER_DASHES
+from reports.chapters.roundoff.study import METHODS, QUANTITIES, USUAL, rows_of
+from reports.plotting.errors import LOST, Axes, ErrorCurve, error_chart
+from reports.plotting.palette import COLOURS, DASHES, MARKERS, Pen, engine_pen
 from reports.plotting.panels import Legend
 from reports.text.numerals import decade
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     import pandas as pd
 
-    from reports.chapters.roundoff.series import RoundoffData
+    from reports.chapters.roundoff.study import Roundoff
     from reports.plotting.panels import Panel
     from reports.plotting.series import Array
 
     Series = tuple[str, Pen, dict[str, Any]]  # label, pen, key of a series of an evaluation
 
 PENS = {
-    name: Pen(COLOURS[hue], marker)
-    for name, hue, marker in (
-        (RELATIVE, "s2", "o"), (ABSOLUTE, "s3", "s"), (MINIMAL, "s4", "^"), (ACCELERATIONS, "s6", "D"),
-        (POSITIONS, "s8", "v"), (RELATIVE_POSITIONS, "s7", "P"),
-    )
-}  # fmt: skip
-DASHES: dict[str, tuple[float, ...]] = {SINGLE: (6, 2), DOUBLE: (), LONG: (2, 1.6)}
-COORDINATE_DASHES: dict[str, tuple[float, ...]] = {ABSOLUTE: (), RELATIVE: (6, 2), MINIMAL: (2, 1.6)}
-MOTION = {
-    POSITIONS: "from absolute positions",
-    ACCELERATIONS: "from absolute accelerations",
-    ABSOLUTE: "solved, absolute",
-    RELATIVE_POSITIONS: "from relative positions",
-    RELATIVE: "solved, relative",
+    "relative": Pen(COLOURS["s2"], "o"),
+    "absolute": Pen(COLOURS["s3"], "s"),
+    "minimal": Pen(COLOURS["s4"], "^"),
+    "absolute accelerations": Pen(COLOURS["s6"], "D"),
+    "absolute positions": Pen(COLOURS["s8"], "v"),
+    "relative positions": Pen(COLOURS["s7"], "P"),
 }
+ARITHMETICS: dict[str, tuple[float, ...]] = {"float32": (6, 2), "float64": (), "long double": (2, 1.6)}
+COORDINATES: dict[str, tuple[float, ...]] = {"absolute": (), "relative": (6, 2), "minimal": (2, 1.6)}
+"""Dashes of arithmetics and of sets of coordinates"""
+MOTION = {
+    "absolute positions": "from absolute positions",
+    "absolute accelerations": "from absolute accelerations",
+    "absolute": "solved, absolute",
+    "relative positions": "from relative positions",
+    "relative": "solved, relative",
+}
+"""Formulations of reactions from known motion, beside those solved for"""
 INERTIAL = "inertial"
 SIZE_LABEL = "bar's length / Earth's radius"
 X_LABELS = {"steps_per_orbit": "steps per orbit", "rtol": "relative tolerance", "orbits": "orbits"}
 SHADED = "Grey area: no digit left."
-RANGE = "Coloured area: 5 to 95 % of the states"
 RINGED = "Ring: smallest error; finer steps only add round-off."
 HOLLOW = "Hollow: below the error of the reference solution."
 COMPARED_AT = 1e-8  # size at which digits are set against the number of bars
 
 
-def evaluation_charts(study: RoundoffData) -> tuple[list[Panel], list[Panel]]:
+def evaluation_charts(study: Roundoff) -> tuple[list[Panel], list[Panel]]:
     """Errors of one evaluation against the size ratio and the number of bars: shown at once, and further ones."""
-    known, read_off = "Reactions from known motion: 80° chain", "roundoff-read-off"
-    first = (
-        by_size(study, "roundoff-generic", "One evaluation in a generic state", forms(GENERIC)),
-        by_size(study, "roundoff-horizontal-own", "Horizontal chain: error relative to its vanishing reaction",
-                forms(HORIZONTAL)),
-        by_size(study, "roundoff-horizontal-ordinary", "Horizontal chain: error relative to m n² l",
-                forms(HORIZONTAL, ORDINARY)),
-        by_size(study, f"{read_off}-{DOUBLE}", f"{known}, {DOUBLE}", known_motion(DOUBLE)),
-        by_size(study, "roundoff-sources", "Sources of error: generic state, float64", sources()),
+
+    def forms(state: str, yardstick: str = "reaction") -> list[Series]:
+        return [
+            (f"{f}, {a}", replace(PENS[f], dash=dash), {"formulation": f, "arithmetic": a} | {"state": state}
+             | {"yardstick": yardstick})
+            for f, (a, dash) in product(("absolute", "relative"), ARITHMETICS.items())
+        ]  # fmt: skip
+
+    def known_motion(arithmetic: str) -> Panel | None:
+        key = {"arithmetic": arithmetic, "state": "80°"}
+        series: list[Series] = [(words, PENS[f], key | {"formulation": f}) for f, words in MOTION.items()]
+        title = f"Reactions from known motion: 80° chain, {arithmetic}"
+        return by_size(study, f"roundoff-read-off-{arithmetic}", title, series)
+
+    sources: list[Series] = [
+        (f"{f}, {word}", replace(PENS[f], dash=dash), {"formulation": f, "source": source})
+        for f, (source, word, dash) in product(
+            ("absolute", "relative"), (("formula", "formula", ()), ("input", "rounded input", (2, 1.6)))
+        )
+    ]
+    vanishing, ordinary = forms("horizontal"), forms("horizontal", "m n² l")
+    first = [
+        by_size(study, "roundoff-generic", "One evaluation in a generic state", forms("generic")),
+        by_size(
+            study, "roundoff-horizontal-own", "Horizontal chain: error relative to its vanishing reaction", vanishing
+        ),
+        by_size(study, "roundoff-horizontal-ordinary", "Horizontal chain: error relative to m n² l", ordinary),
+        known_motion("float64"),
+        by_size(study, "roundoff-sources", "Sources of error: generic state, float64", sources),
         against_bars(study),
-    )  # fmt: skip
+    ]
     further = [
         by_size(study, f"roundoff-{k}", f"One evaluation: {state}", forms(state))
-        for k, state in enumerate((STRAIGHT, SPIN, UNEQUAL))
+        for k, state in enumerate(("80°", "fast spin", "unequal masses"))
     ]
-    further.append(by_size(study, f"{read_off}-{SINGLE}", f"{known}, {SINGLE}", known_motion(SINGLE)))
-    return drawn(first), drawn(further)
+    return drawn(first), drawn([*further, known_motion("float32")])
 
 
 def drawn(panels: Iterable[Panel | None]) -> list[Panel]:
@@ -105,44 +99,18 @@ def drawn(panels: Iterable[Panel | None]) -> list[Panel]:
     return [p for p in panels if p]
 
 
-def forms(state: str, yardstick: str = REACTION) -> list[Series]:
-    """Both formulations in three arithmetics."""
-    return [
-        (f"{f}, {a}", replace(PENS[f], dash=dash), {"formulation": f, "arithmetic": a, "state": state,
-                                                    "yardstick": yardstick})
-        for f, (a, dash) in product((ABSOLUTE, RELATIVE), DASHES.items())
-    ]  # fmt: skip
-
-
-def known_motion(arithmetic: str) -> list[Series]:
-    """Reactions computed from known motion, beside those solved for."""
-    return [
-        (label, PENS[f], {"formulation": f, "arithmetic": arithmetic, "state": STRAIGHT}) for f, label in MOTION.items()
-    ]
-
-
-def sources() -> list[Series]:
-    """The formula's error beside the error from rounding its input."""
-    shown: tuple[tuple[str, str, tuple[float, ...]], ...] = (
-        (FORMULA, "formula", ()),
-        (INPUT, "rounded input", (2, 1.6)),
-    )
-    return [
-        (f"{f}, {word}", replace(PENS[f], dash=dash), {"formulation": f, "source": source})
-        for f, (source, word, dash) in product((ABSOLUTE, RELATIVE), shown)
-    ]
-
-
-def by_size(study: RoundoffData, name: str, title: str, series: list[Series]) -> Panel | None:
+def by_size(study: Roundoff, name: str, title: str, series: Sequence[Series]) -> Panel | None:
     """Chart of errors against the size ratio, with laws and named objects."""
     curves = [
         error_curve(label, own, "ratio", pen, fit=law_line(study, key, own.ratio.min(), own.ratio.max()))
-        for label, pen, key in series if len(own := study.errors(**key))
-    ]  # fmt: skip
-    ordinary = bool(series) and series[0][2].get("yardstick") == ORDINARY
-    axes = Axes(name, title, SIZE_LABEL, "error / (m n² l)" if ordinary else QUANTITIES[REACTION][1], study.named)
+        for label, pen, key in series
+        if len(own := study.errors(**key))
+    ]
+    ordinary = bool(series) and series[0][2].get("yardstick") == "m n² l"
+    unit = "error / (m n² l)" if ordinary else QUANTITIES["reaction"][1]
     fitted = "; thin lines: fitted laws" * any(c.fit is not None for c in curves)
-    return error_chart(axes, curves, f"{RANGE}{fitted}. {SHADED}")
+    note = f"Coloured area: 5 to 95 % of the states{fitted}. {SHADED}"
+    return error_chart(Axes(name, title, SIZE_LABEL, unit, study.named), curves, note)
 
 
 def error_curve(
@@ -157,25 +125,22 @@ def error_curve(
     )
 
 
-def law_line(study: RoundoffData, key: dict[str, Any], least: float, largest: float) -> tuple[Array, Array] | None:
+def law_line(study: Roundoff, key: dict[str, Any], least: float, largest: float) -> tuple[Array, Array] | None:
     """Fitted line between two sizes, up to an error of 1; None without a fit."""
-    law, u = rows_of(study.tables.laws, **USUAL | key), study.unit_roundoff(key.get("arithmetic", DOUBLE))
-    if not len(law) or u is None:
-        return None
-    exponent, constant = (number_or_none(law.iloc[0][k]) for k in ("exponent", "constant"))
-    if exponent is None or constant is None:
+    laws, u = rows_of(study.tables.laws, **USUAL | key), study.units.get(key.get("arithmetic", "float64"))
+    if not len(laws) or u is None or not np.isfinite(laws.iloc[0][["exponent", "constant"]].astype(float)).all():
         return None
     across = np.geomspace(least, largest, 60)
-    y = constant * u * across ** float(law.iloc[0].expected)
+    y = float(laws.iloc[0].constant) * u * across ** float(laws.iloc[0].expected)
     return across[y <= 1.0], y[y <= 1.0]
 
 
-def against_bars(study: RoundoffData) -> Panel | None:
+def against_bars(study: Roundoff) -> Panel | None:
     """Chart of digits against the number of bars, at one size."""
     curves = []
-    dashes: tuple[tuple[str, tuple[float, ...]], ...] = ((GENERIC, ()), (STRAIGHT, (6, 2)))
-    for (state, dash), f in product(dashes, (ABSOLUTE, RELATIVE)):
-        counts = sorted({int(n) for n in rows_of(study.tables.evaluation, state=state, source=BOTH).bars})
+    dashes: tuple[tuple[str, tuple[float, ...]], ...] = (("generic", ()), ("80°", (6, 2)))
+    for (state, dash), f in product(dashes, ("absolute", "relative")):
+        counts = sorted({int(n) for n in rows_of(study.tables.evaluation, state=state, source="both").bars})
         found = [(n, *d) for n in counts if (d := study.digits(COMPARED_AT, formulation=f, state=state, bars=n))]
         if len(found) > 1:
             x, low, y, high = np.array(found, float).T
@@ -188,69 +153,51 @@ def against_bars(study: RoundoffData) -> Panel | None:
     return error_chart(axes, curves, note)
 
 
-def run_charts(study: RoundoffData, arithmetic: str, quantities: tuple[str, ...]) -> list[Panel]:
-    """Errors of an orbit against step or tolerance, one chart for each quantity and method."""
-    table = study.tables.trajectories
-    methods = [m for m in METHODS if m in set(table.method)]
-    return drawn(
-        against_step(study, rows_of(table, arithmetic=arithmetic, quantity=q, method=m), arithmetic, q, m)
-        for q, m in product(quantities, methods)
-    )
+def by_step(
+    study: Roundoff,
+    axes: Axes,
+    own: pd.DataFrame,
+    kinds: tuple[str, Callable[[str], Pen]],
+    column: str,
+    ringed: Callable[[str, float], Sequence[float]] = lambda *_: (),
+    words: str = "{}",
+) -> Panel | None:
+    """Chart of errors against step, tolerance or time: a colour for each kind of run, a marker for each size.
 
-
-def against_step(study: RoundoffData, own: pd.DataFrame, arithmetic: str, quantity: str, method: str) -> Panel | None:
-    """Chart of one quantity and method: every set of coordinates at every size."""
-    column = "rtol" if own.steps_per_orbit.isna().all() else "steps_per_orbit"
-    curves = []
-    for (c, r), k, part in by_pair(own, "coordinates"):
-        best = rows_of(study.tables.best, ratio=r, quantity=quantity, coordinates=c, arithmetic=arithmetic,
-                       method=method)  # fmt: skip
-        settled = best[best.settled & (best["median"] < LOST)]  # leaves a digit, not at the finest setting
-        curves.append(error_curve("", part, column, run_pen(c, k), "known", ringed=settled[column].to_list()))
-    word, y_label = QUANTITIES[quantity]
-    axes = Axes(
-        f"roundoff-run-{quantity}-{arithmetic}-{list(METHODS).index(method)}",
-        f"{word}, {METHODS[method]}{'' if arithmetic == DOUBLE else f', {arithmetic}'}", X_LABELS[column], y_label,
-        ticks=() if column == "rtol" else tuple(float(4**k) for k in range(1, 12)), reverse=column == "rtol",
-    )  # fmt: skip
-    ringed = any(c.ringed is not None and c.ringed.any() for c in curves)
-    note = " ".join([RINGED] * ringed + [HOLLOW] * any_hollow(curves))
-    return error_chart(axes, curves, note, run_legend(study, own))
-
-
-def by_pair(table: pd.DataFrame, name: str) -> list[tuple[tuple[str, float], int, pd.DataFrame]]:
-    """Parts of a table by the words of a column and by size, each with the number of its size from the longest on."""
-    pairs = sorted(
-        set(zip(table[name].astype(str), table.ratio.astype(float), strict=True)), key=lambda p: (p[0], -p[1])
-    )
-    sizes = sizes_of(table)
-    return [((w, r), sizes.index(r), rows_of(table, **{name: w, "ratio": r})) for w, r in pairs]
-
-
-def sizes_of(table: pd.DataFrame) -> list[float]:
-    """Size ratios, from the longest."""
-    return sorted({float(r) for r in table.ratio}, reverse=True)
-
-
-def run_pen(coordinates: str, k: int) -> Pen:
-    """Colour and dashes of a set of coordinates, marker of a size."""
-    return Pen(PENS[coordinates].colour, MARKERS[k % len(MARKERS)], COORDINATE_DASHES[coordinates])
-
-
-def run_legend(study: RoundoffData, own: pd.DataFrame) -> tuple[Legend, ...]:
-    """Colours of coordinates, then markers of sizes."""
-    coloured = [
-        Legend(c, Pen(PENS[c].colour, "", dash)) for c, dash in COORDINATE_DASHES.items() if c in set(own.coordinates)
+    Parameters
+    ----------
+    study : Roundoff
+    axes : Axes
+    own : DataFrame
+        Rows of one quantity.
+    kinds : tuple of str and callable
+        Column that tells the kinds apart, and the pen of each.
+    column : str
+        Column of the horizontal axis.
+    ringed : callable
+        Abscissas of a kind and a size that round-off bounds.
+    words : str
+        Of a kind in the legend.
+    """
+    name, pen_of = kinds
+    sizes = sorted({float(r) for r in own.ratio}, reverse=True)
+    curves = [
+        error_curve("", part, column, replace(pen_of(kind), marker=MARKERS[k % len(MARKERS)]), "known",
+                    ringed=ringed(kind, ratio))
+        for kind in sorted(set(map(str, own[name]))) for k, ratio in enumerate(sizes)
+        if len(part := rows_of(own, **{name: kind, "ratio": ratio}))
+    ]  # fmt: skip
+    order = {kind: k for k, kind in enumerate((INERTIAL, *COORDINATES))}
+    legend = [
+        Legend(words.format(kind), pen_of(kind))
+        for kind in sorted(set(map(str, own[name])), key=lambda kind: (order.get(kind, len(order)), kind))
     ]
-    return (*coloured, *size_legend(study, own))
-
-
-def size_legend(study: RoundoffData, own: pd.DataFrame) -> list[Legend]:
-    """Markers of sizes."""
-    return [
+    legend += [
         Legend(study.size(r), Pen(COLOURS["muted"], MARKERS[k % len(MARKERS)], hollow=True))
-        for k, r in enumerate(sizes_of(own))
+        for k, r in enumerate(sizes)
     ]
+    rings = any(c.ringed is not None and c.ringed.any() for c in curves)
+    return error_chart(axes, curves, " ".join([RINGED] * rings + [HOLLOW] * any_hollow(curves)), tuple(legend))
 
 
 def any_hollow(curves: list[ErrorCurve]) -> bool:
@@ -258,92 +205,108 @@ def any_hollow(curves: list[ErrorCurve]) -> bool:
     return any(c.hollow is not None and c.hollow.any() for c in curves)
 
 
-def best_chart(study: RoundoffData, quantity: str) -> Panel | None:
-    """Chart of the smallest error of an orbit over all methods, steps and tolerances, against size."""
-    own = rows_of(study.tables.best, quantity=quantity)
-    least = own.loc[own.groupby(["coordinates", "arithmetic", "ratio"])["median"].idxmin()] if len(own) else own
-    curves = [
-        error_curve(f"{c}, {a}", part, "ratio", replace(PENS[c], dash=DASHES[a]), "settled")
-        for c, a in product(COORDINATE_DASHES, (SINGLE, DOUBLE))
-        if len(part := rows_of(least, coordinates=c, arithmetic=a))
-    ]
-    word, y_label = QUANTITIES[quantity]
-    axes = Axes(f"roundoff-best-{quantity}", f"{word}: smallest error of an orbit", SIZE_LABEL, y_label, study.named)
-    hollow = "Hollow: at the finest setting, may decrease further. " * any_hollow(curves)
-    return error_chart(axes, curves, f"Over all methods, steps and tolerances. {hollow}{SHADED}")
+def coordinates_pen(coordinates: str) -> Pen:
+    """Colour and dashes of a set of coordinates."""
+    return Pen(PENS[coordinates].colour, "", COORDINATES[coordinates])
 
 
-def growth_chart(study: RoundoffData, quantity: str) -> Panel | None:
-    """Chart of one quantity's error against time."""
-    own = rows_of(study.tables.growth, quantity=quantity)
-    curves = [
-        error_curve("", part, "orbits", run_pen(c, k), "known") for (c, _), k, part in by_pair(own, "coordinates")
-    ]
-    word, y_label = QUANTITIES[quantity]
-    ticks = tuple(2.0**k for k in range(-3, 8))
-    axes = Axes(
-        f"roundoff-growth-{quantity}", f"{word}: error growth in time", X_LABELS["orbits"], y_label, ticks=ticks
-    )
-    return error_chart(axes, curves, HOLLOW * any_hollow(curves), run_legend(study, own))
+def run_charts(study: Roundoff, arithmetic: str, quantities: tuple[str, ...]) -> list[Panel]:
+    """Errors of an orbit against step or tolerance, one chart for each quantity and method."""
+    found = []
+    for quantity, (k, method) in product(quantities, enumerate(METHODS)):
+        key = {"arithmetic": arithmetic, "quantity": quantity, "method": method}
+        own, best = rows_of(study.tables.trajectories, **key), rows_of(study.tables.best, **key)
+        best = best[best.settled & (best["median"] < LOST)]  # leaves a digit, not at the finest setting
+        column = "rtol" if own.steps_per_orbit.isna().all() else "steps_per_orbit"
+        word, unit = QUANTITIES[quantity]
+        title = f"{word}, {METHODS[method]}{'' if arithmetic == 'float64' else f', {arithmetic}'}"
+        ticks = () if column == "rtol" else tuple(float(4**n) for n in range(1, 12))
+        axes = Axes(
+            f"roundoff-run-{quantity}-{arithmetic}-{k}", title, X_LABELS[column], unit, ticks=ticks,
+            reverse=column == "rtol",
+        )  # fmt: skip
+
+        def ringed(coordinates: str, ratio: float, best: pd.DataFrame = best, column: str = column) -> Sequence[float]:
+            return rows_of(best, coordinates=coordinates, ratio=ratio)[column].to_list()
+
+        found.append(by_step(study, axes, own, ("coordinates", coordinates_pen), column, ringed))
+    return drawn(found)
 
 
-def library_charts(study: RoundoffData) -> list[Panel]:
+def least_and_growth(study: Roundoff, quantities: tuple[str, ...]) -> list[Panel]:
+    """Charts of the smallest errors of an orbit over all methods and steps, then of their growth in time."""
+    best, growths = [], []
+    for quantity in quantities:
+        word, unit = QUANTITIES[quantity]
+        own = rows_of(study.tables.best, quantity=quantity)
+        least = own.loc[own.groupby(["coordinates", "arithmetic", "ratio"])["median"].idxmin()] if len(own) else own
+        curves = [
+            error_curve(f"{c}, {a}", part, "ratio", replace(PENS[c], dash=ARITHMETICS[a]), "settled")
+            for c, a in product(COORDINATES, ("float32", "float64"))
+            if len(part := rows_of(least, coordinates=c, arithmetic=a))
+        ]
+        hollow = "Hollow: at the finest setting, may decrease further. " * any_hollow(curves)
+        title = f"{word}: smallest error of an orbit"
+        axes = Axes(f"roundoff-best-{quantity}", title, SIZE_LABEL, unit, study.named)
+        best.append(error_chart(axes, curves, f"Over all methods, steps and tolerances. {hollow}{SHADED}"))
+        grown = rows_of(study.tables.growth, quantity=quantity)
+        axes = Axes(
+            f"roundoff-growth-{quantity}", f"{word}: error growth in time", X_LABELS["orbits"], unit,
+            ticks=tuple(2.0**k for k in range(-3, 8)),
+        )  # fmt: skip
+        growths.append(by_step(study, axes, grown, ("coordinates", coordinates_pen), "orbits"))
+    return drawn([*best, *growths])
+
+
+def library_charts(study: Roundoff) -> list[Panel]:
     """Errors of other libraries' evaluations against size, in each frame: formulations named ``library (frame)``."""
     words = dict.fromkeys(map(str, study.tables.evaluation.formulation))
     pairs = {name: (m[1], m[2]) for name in words if (m := re.fullmatch(r"(\S+) \((.+)\)", name))}
     names, frames = (list(dict.fromkeys(part)) for part in zip(*pairs.values(), strict=True)) if pairs else ([], [])
-    pens = {name: frame_pen(f, frames, MARKERS[names.index(n) % len(MARKERS)]) for name, (n, f) in pairs.items()}
+    pens = {
+        name: replace(frame_pen(f, frames), marker=MARKERS[names.index(n) % len(MARKERS)])
+        for name, (n, f) in pairs.items()
+    }
     return drawn(
         by_size(study, f"roundoff-libraries-{k}", f"One evaluation by other libraries: {state}",
                 [(name, pen, {"formulation": name, "state": state}) for name, pen in pens.items()])
-        for k, state in enumerate((GENERIC, STRAIGHT))
+        for k, state in enumerate(("generic", "80°"))
     )  # fmt: skip
 
 
-def frame_pen(frame: str, frames: list[str], marker: str = "") -> Pen:
+def frame_pen(frame: str, frames: list[str]) -> Pen:
     """Pen of a frame: the inertial frame has the colour of absolute coordinates."""
     if frame == INERTIAL:
-        return Pen(COLOURS["s3"], marker)
+        return Pen(COLOURS["s3"])
     k = [f for f in frames if f != INERTIAL].index(frame)
-    return Pen(COLOURS[("s2", "s4", "s7", "s5")[k % 4]], marker, OTHER_DASHES[1 + k % 3])
+    return Pen(COLOURS[("s2", "s4", "s7", "s5")[k % 4]], "", DASHES[1 + k % 3])
 
 
-def engine_charts(study: RoundoffData, quantity: str) -> list[Panel]:
+def engine_charts(study: Roundoff, quantity: str) -> list[Panel]:
     """One chart of errors against step for each engine, and one of the smallest error of all engines against size."""
     own = rows_of(study.tables.engines, quantity=quantity)
     own = own[own["median"].astype(float) > 0.0]
-    word, y_label = QUANTITIES.get(quantity, (quantity.capitalize(), "error"))
-    found = [
-        engine_chart(study, part, str(engine), quantity, (f"{word}: {engine}", y_label))
-        for engine, part in own.groupby("engine", sort=False)
-    ]
+    word, unit = QUANTITIES.get(quantity, (quantity.capitalize(), "error"))
+    found = []
+    for engine, part in own.groupby("engine", sort=False):
+        column = "rtol" if part.steps_per_orbit.isna().all() else "steps_per_orbit"
+        run = part[part[column].notna()]
+        frames = sorted(set(map(str, run.frame)))
+        axes = Axes(
+            f"roundoff-engine-{engine}-{quantity}", f"{word}: {engine}", X_LABELS[column], unit,
+            reverse=column == "rtol",
+        )  # fmt: skip
+        kinds = ("frame", lambda frame, frames=frames: frame_pen(frame, frames))
+        found.append(by_step(study, axes, run, kinds, column, words="{} frame"))
     least = own[np.isfinite(own["median"].astype(float))]
     if len(least):
         least = least.loc[least.groupby(["engine", "frame", "ratio"], sort=False)["median"].idxmin()]
     names = list(dict.fromkeys(map(str, least.engine)))
     curves = [
         error_curve(f"{e}, {f}", part, "ratio",
-                    replace(engine_pen(names.index(str(e)) + 2), dash=() if f == INERTIAL else OTHER_DASHES[2]))
+                    replace(engine_pen(names.index(str(e)) + 2), dash=() if f == INERTIAL else DASHES[2]))
         for (e, f), part in least.groupby(["engine", "frame"], sort=False) if len(part) > 1
     ]  # fmt: skip
-    axes = Axes(
-        f"roundoff-engines-{quantity}", f"{word}: smallest error of each engine", SIZE_LABEL, y_label, study.named
-    )
+    title = f"{word}: smallest error of each engine"
+    axes = Axes(f"roundoff-engines-{quantity}", title, SIZE_LABEL, unit, study.named)
     return drawn([*found, error_chart(axes, curves, f"Over all steps and tolerances. {SHADED}")])
-
-
-def engine_chart(
-    study: RoundoffData, own: pd.DataFrame, engine: str, quantity: str, words: tuple[str, str]
-) -> Panel | None:
-    """Chart of one engine's errors against its step, or its tolerance with step control; `words`: title, unit."""
-    column = "rtol" if own.steps_per_orbit.isna().all() else "steps_per_orbit"
-    own = own[own[column].notna()]
-    frames = sorted(set(map(str, own.frame)), key=lambda f: (f != INERTIAL, f))
-    curves = [
-        error_curve("", part, column, frame_pen(f, frames, MARKERS[k % len(MARKERS)]), "known")
-        for (f, _), k, part in by_pair(own, "frame")
-    ]
-    title, y_label = words
-    axes = Axes(f"roundoff-engine-{engine}-{quantity}", title, X_LABELS[column], y_label, reverse=column == "rtol")
-    legend = (*(Legend(f"{f} frame", frame_pen(f, frames)) for f in frames), *size_legend(study, own))
-    return error_chart(axes, curves, HOLLOW * any_hollow(curves), legend)

@@ -3,29 +3,21 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from reports.text.numerals import number, prefixed, short, typed, typographic
-from reports.text.record import mapping, rows
+from reports.text.numerals import prefixed, short, typed, typographic
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from reports.tables.files import StudyTables
 
-RELATIVE, ABSOLUTE, MINIMAL = "relative", "absolute", "minimal"
-ACCELERATIONS, POSITIONS, RELATIVE_POSITIONS = "absolute accelerations", "absolute positions", "relative positions"
-SINGLE, DOUBLE, LONG = "float32", "float64", "long double"
-GENERIC, STRAIGHT, HORIZONTAL, SPIN, UNEQUAL = "generic", "80°", "horizontal", "fast spin", "unequal masses"
-FORMULA, INPUT, BOTH = "formula", "input", "both"
-REACTION, ORDINARY = "reaction", "m n² l"
-BARS = 5  # the paper's number, shown first
-USUAL = {"arithmetic": DOUBLE, "state": GENERIC, "bars": BARS, "source": BOTH, "yardstick": REACTION}
-"""Series of an evaluation that is shown unless another is named"""
-LOST = 0.1  # an error from here on leaves no digit
+USUAL: dict[str, Any] = {
+    "arithmetic": "float64", "state": "generic", "bars": 5, "source": "both", "yardstick": "reaction",
+}  # fmt: skip
+"""Series of an evaluation that is shown unless another is named: of the paper's number of bars"""
 SMALLEST, LARGEST = 1e-40, 1e40  # stand-ins of zero and infinity, whose logarithms are numbers
 LARGEST_PLAIN = 1e4
 QUANTITIES = {  # title, vertical axis
@@ -37,14 +29,6 @@ QUANTITIES = {  # title, vertical axis
 METHODS = {"rk4": "RK4", "dop853": "DOP853 at equal steps", "dop853, chosen steps": "DOP853 with step control"}
 
 
-class NamedObject(NamedTuple):
-    """Named object of a given size."""
-
-    name: str
-    ratio: float
-    length_m: float
-
-
 class Digits(NamedTuple):
     """Significant decimal digits: of the error's 95 % quantile, its median, and its 5 % quantile."""
 
@@ -53,28 +37,18 @@ class Digits(NamedTuple):
     high: float
 
 
-@dataclass(frozen=True)
-class RoundoffData:
+class Roundoff:
     """Tables of a round-off study, and queries of them."""
 
-    tables: StudyTables
-
-    @property
-    def named(self) -> list[NamedObject]:
-        """Named objects, from the longest."""
-        found = [(str(o.get("name") or ""), number(o.get("ratio")), number(o.get("length_m"))) for o in
-                 rows(self.tables.record.get("objects"))]  # fmt: skip
-        return sorted((NamedObject(n, r, m) for n, r, m in found if n and r and m), key=lambda o: -o.ratio)
-
-    @property
-    def body_radius_m(self) -> float | None:
-        """Length of a bar of size ratio 1; None without named objects."""
-        named = self.named
-        return named[0].length_m / named[0].ratio if named else None
-
-    def unit_roundoff(self, arithmetic: str) -> float | None:
-        """Unit round-off of an arithmetic."""
-        return number_or_none(mapping(self.tables.record.get("unit_roundoff")).get(arithmetic))
+    def __init__(self, tables: StudyTables) -> None:
+        self.tables = tables
+        objects = sorted(tables.record.get("objects") or (), key=lambda o: -o["ratio"])
+        self.named: list[tuple[str, float]] = [(o["name"], o["ratio"]) for o in objects]
+        """Named objects and their size ratios, from the longest"""
+        self.radius_m: float | None = objects[0]["length_m"] / objects[0]["ratio"] if objects else None
+        """Length of a bar of size ratio 1; None without named objects"""
+        self.units: dict[str, float] = tables.record.get("unit_roundoff") or {}
+        """Unit round-off of each arithmetic"""
 
     def errors(self, **key: Any) -> pd.DataFrame:
         """Errors of one evaluation of a series (:data:`USUAL` where the key says nothing), by size."""
@@ -93,8 +67,7 @@ class RoundoffData:
         """Length of a bar of a size ratio: ``64 m``; the ratio itself without named objects."""
         if ratio is None:
             return ""
-        metres = self.body_radius_m
-        return f"ε = {spelled(ratio)}" if metres is None else length(ratio * metres)
+        return f"ε = {spelled(ratio)}" if self.radius_m is None else length(ratio * self.radius_m)
 
 
 def rows_of(table: pd.DataFrame, **key: Any) -> pd.DataFrame:
@@ -103,12 +76,6 @@ def rows_of(table: pd.DataFrame, **key: Any) -> pd.DataFrame:
     for name, value in key.items():
         kept &= (table[name] == value).to_numpy(bool)
     return table[kept]
-
-
-def number_or_none(value: object) -> float | None:
-    """A cell's number; None where it is empty or infinite."""
-    found = number(value)
-    return found if found is not None and math.isfinite(found) else None
 
 
 def spelled(value: float | None, digits: int = 2) -> str:

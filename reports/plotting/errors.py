@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reports.chapters.roundoff.series import LOST
 from reports.plotting.palette import COLOURS
 from reports.plotting.panels import Legend, Panel
 from reports.plotting.svg import BOTTOM, LEFT, RIGHT, TOP, WIDTH, Chart, Scale
@@ -16,11 +15,11 @@ from reports.text.numerals import as_given
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from reports.chapters.roundoff.series import NamedObject
     from reports.plotting.families import Flags
     from reports.plotting.palette import Pen
     from reports.plotting.series import Array
 
+LOST = 0.1  # an error from here on leaves no digit
 PLOT_HEIGHT = 205.0
 NAME_SIZE, NAME_ROW, NAME_GAP = 10.0, 12.5, 5.0
 LETTER = 0.54
@@ -62,7 +61,8 @@ class Axes:
     title: str
     x_label: str
     y_label: str
-    named: Sequence[NamedObject] = ()
+    named: Sequence[tuple[str, float]] = ()
+    """Things and their places on the horizontal axis"""
     ticks: tuple[float, ...] = ()
     """Of the horizontal axis; powers of ten if empty"""
     reverse: bool = False
@@ -78,15 +78,15 @@ def error_chart(axes: Axes, curves: list[ErrorCurve], note: str, legend: tuple[L
         return None
     x = np.concatenate([c.x for c in shown])
     ends = 10.0 ** (np.log10(x.min()) - MARGIN), 10.0 ** (np.log10(x.max()) + MARGIN)
-    named = [n for n in axes.named if ends[0] < n.ratio < ends[1]]
-    places = [name_box(n, ends) for n in named]
-    levels = staggered(places)
+    named = [(name, at) for name, at in axes.named if ends[0] < at < ends[1]]
+    places = [name_box(name, at, ends) for name, at in named]
+    levels = staggered([box[1:] for box in places])
     names_height = NAME_ROW * (max(levels, default=-1) + 1)
     chart = empty_chart(axes, shown, ends, TOP + names_height + (3.0 if names_height else 0.0))
-    for thing, (at, left, right), level in zip(named, places, levels, strict=True):
+    for (name, _), (at, left, right), level in zip(named, places, levels, strict=True):
         chart.straight((LEFT + at, chart.y.start), (LEFT + at, chart.y.end), COLOURS["grid"])
         middle = (LEFT + 0.5 * (left + right), chart.y.end - 6.0 - NAME_ROW * level)
-        chart.text(middle, thing.name, "middle", more=f"font-size:{NAME_SIZE:g}px")
+        chart.text(middle, name, "middle", more=f"font-size:{NAME_SIZE:g}px")
     for curve in shown:
         draw(chart, curve)
     keys = legend or tuple(Legend(c.label, c.pen) for c in curves)
@@ -134,33 +134,20 @@ def draw(chart: Chart, curve: ErrorCurve) -> None:
         chart.marks(curve.x[curve.ringed], y[curve.ringed], "o", pen.colour, RING_SIZE, hollow=True, edge=1.1)
 
 
-def name_box(thing: NamedObject, ends: tuple[float, float]) -> tuple[float, float, float]:
-    """Place of an object, and left and right end of its name about it, moved inside the plot, px from its left edge."""
-    room, wide = WIDTH - LEFT - RIGHT, LETTER * NAME_SIZE * len(thing.name)
-    at = float(np.log(thing.ratio / ends[0]) / np.log(ends[1] / ends[0])) * room
+def name_box(name: str, place: float, ends: tuple[float, float]) -> tuple[float, float, float]:
+    """Place of a thing, and left and right end of its name about it, moved inside the plot, px from its left edge."""
+    room, wide = WIDTH - LEFT - RIGHT, LETTER * NAME_SIZE * len(name)
+    at = float(np.log(place / ends[0]) / np.log(ends[1] / ends[0])) * room
     left = min(max(at - 0.5 * wide, 0.0), room - wide)
     return at, left, left + wide
 
 
-def staggered(places: list[tuple[float, float, float]]) -> list[int]:
-    """Rows of names, counted upwards, so that no name hides another name or, if possible, its line.
-
-    Parameters
-    ----------
-    places : list of tuple of float
-        Place of each line, left and right end of each name, px.
-    """
+def staggered(boxes: list[tuple[float, float]]) -> list[int]:
+    """Rows of names between a left and a right end, px, counted upwards: the lowest in which none meets another."""
     levels: list[int] = []
-    for k, place in enumerate(places):
-        before = list(zip(places, levels, strict=False))
-        fits = (row for row in range(k + 1) if not any(hides(place, row, *other) for other in before))
-        levels.append(next(fits, max(levels, default=-1) + 1))
+    for left, right in boxes:
+        meets = {
+            row for row, (a, b) in zip(levels, boxes, strict=False) if left < b + NAME_GAP and a < right + NAME_GAP
+        }
+        levels.append(next(row for row in range(len(boxes)) if row not in meets))
     return levels
-
-
-def hides(place: tuple[float, float, float], row: int, other: tuple[float, float, float], level: int) -> bool:
-    """Whether a name in a row meets another name or its line, or its own line the other name."""
-    (at, left, right), (other_at, other_left, other_right) = place, other
-    if level == row:
-        return left < other_right + NAME_GAP and other_left < right + NAME_GAP
-    return left - 1.0 < other_at < right + 1.0 if level > row else other_left - 1.0 < at < other_right + 1.0
