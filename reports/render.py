@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from reports.chapters.crossval.report import write_report
 from reports.page import fitting, surroundings, templates
@@ -17,20 +17,9 @@ from reports.tables.writing import write_atomically
 from reports.text.glossary import Glossary
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
     from pathlib import Path
 
     from reports.tables.files import StudyFiles
-
-COMPARISON = "crossval"
-
-
-class ChapterView(Protocol):
-    """Everything that a chapter's templates show: words, numbers and charts."""
-
-    @property
-    def record(self) -> Mapping[str, Any]:
-        """Record of the study: its environment, its command."""
 
 
 @dataclass(frozen=True)
@@ -46,23 +35,19 @@ class Chapter:
     title: str
     """Heading, entry in the report's navigation, and title of the study's own page"""
     view: str
-    """Function ``module:name`` that makes the view of a result folder with the study; imported on first use"""
-    command: str = ""
-    """Command that writes the tables, if it is not called as the study is"""
+    """Function ``module:name`` that makes the view of a result folder; a view has the study's record"""
     in_report: bool = True
     """Whether the report of a comparison in the same folder includes the chapter"""
+    command: str = ""
+    """Command that writes the tables, if it is not called as the study is"""
 
     @property
     def name(self) -> str:
         """Name of the study, of its page, and id of its heading."""
         return self.files.study
 
-    def is_in(self, folder: Path) -> bool:
-        """Whether a result folder holds the study."""
-        return self.files.has_record(folder)
-
-    def view_of(self, folder: Path) -> ChapterView:
-        """View of a result folder.
+    def view_of(self, folder: Path) -> Any:
+        """View of a result folder: everything that the chapter's templates show.
 
         Raises
         ------
@@ -71,39 +56,24 @@ class Chapter:
         DamagedResultsError
             If its rows and record are damaged, or don't fit together.
         """
-        if not self.is_in(folder):
+        if not self.files.has_record(folder):
             command = f"barchain {self.command or self.name}"
             raise FileNotFoundError(f"{folder}: no results of {self.name} there; give a folder that {command} wrote")
         module, _, name = self.view.partition(":")
-        made: Callable[[Path], ChapterView] = getattr(importlib.import_module(module), name)
+        made = getattr(importlib.import_module(f"reports.chapters.{module}"), name)
         return fitting(self.files.record_path(folder), lambda: made(folder))
 
 
 CHAPTERS = (
-    Chapter(cost.FILES, "Cost of accuracy", "reports.chapters.cost:view_cost"),
-    Chapter(scaling.FILES, "Cost against the number of bars", "reports.chapters.scaling:view_scaling"),
-    Chapter(
-        roundoff.FILES,
-        "Round-off in absolute and relative coordinates",
-        "reports.chapters.roundoff.view:view_roundoff",
-    ),
-    Chapter(effects.FILES, "Relevance of each effect", "reports.chapters.effects:view_effects"),
-    Chapter(selftest.FILES, "Detection of inserted faults", "reports.chapters.selftest:view_selftest", in_report=False),
-    Chapter(
-        campaign.FILES,
-        "Random campaign",
-        "reports.chapters.campaign:view_campaign",
-        command="selftest --random N",
-        in_report=False,
-    ),
-    Chapter(
-        stability.FILES,
-        "Numerical stability on hard scenes",
-        "reports.chapters.stability:view_stability",
-        in_report=False,
-    ),
-    Chapter(releases.FILES, "Releases of an engine", "reports.chapters.releases:view_releases", in_report=False),
-    Chapter(ensemble.FILES, "Ensemble of perturbed runs", "reports.chapters.ensemble:view_ensemble", in_report=False),
+    Chapter(cost.FILES, "Cost of accuracy", "cost:view_cost"),
+    Chapter(scaling.FILES, "Cost against the number of bars", "scaling:view_scaling"),
+    Chapter(roundoff.FILES, "Round-off in absolute and relative coordinates", "roundoff.view:view_roundoff"),
+    Chapter(effects.FILES, "Relevance of each effect", "effects:view_effects"),
+    Chapter(selftest.FILES, "Detection of inserted faults", "selftest:view_selftest", in_report=False),
+    Chapter(campaign.FILES, "Random campaign", "campaign:view_campaign", False, "selftest --random N"),
+    Chapter(stability.FILES, "Numerical stability on hard scenes", "stability:view_stability", in_report=False),
+    Chapter(releases.FILES, "Releases of an engine", "releases:view_releases", in_report=False),
+    Chapter(ensemble.FILES, "Ensemble of perturbed runs", "ensemble:view_ensemble", in_report=False),
 )
 
 
@@ -112,15 +82,10 @@ class Rendered(NamedTuple):
 
     page: Path
     """Report of the comparison that includes the chapter, or else the study's own page"""
-    view: ChapterView
+    view: Any
 
 
-def holds_comparison(folder: Path) -> bool:
-    """Whether a result folder holds a comparison."""
-    return crossval.FILES.has_record(folder)
-
-
-def views_in(folder: Path, *, but: str = "", in_report: bool = True) -> dict[Chapter, ChapterView]:
+def views_in(folder: Path, *, but: str = "", in_report: bool = True) -> dict[Chapter, Any]:
     """Views of the studies in a result folder, in the registry's order.
 
     Parameters
@@ -132,7 +97,7 @@ def views_in(folder: Path, *, but: str = "", in_report: bool = True) -> dict[Cha
         Whether only those are wanted that a comparison's report includes.
     """
     wanted = (c for c in CHAPTERS if c.name != but and (c.in_report or not in_report))
-    return {chapter: chapter.view_of(folder) for chapter in wanted if chapter.is_in(folder)}
+    return {chapter: chapter.view_of(folder) for chapter in wanted if chapter.files.has_record(folder)}
 
 
 def check_others(name: str, folder: Path) -> None:
@@ -150,21 +115,19 @@ def check_others(name: str, folder: Path) -> None:
     DamagedResultsError, SchemaVersionError
         If other results in the folder could not be rendered.
     """
-    if name != COMPARISON:
-        if not (holds_comparison(folder) and any(c.name == name and c.in_report for c in CHAPTERS)):
+    if name != "crossval":
+        joins = any(c.name == name and c.in_report for c in CHAPTERS)
+        if not (joins and crossval.FILES.has_record(folder)):
             return
         read_results(folder)
     views_in(folder, but=name)
 
 
-def write_page(folder: Path, chapter: Chapter, view: ChapterView) -> Path:
+def write_page(folder: Path, chapter: Chapter, view: Any) -> Path:
     """Write a study's own page, ``<study>.html``, and return it."""
-    page = folder / f"{chapter.name}.html"
+    page, template = folder / f"{chapter.name}.html", templates().get_template("study_page.html.j2")
     shown = {"chapter": chapter, chapter.name: view, "glossary": Glossary()} | surroundings(view.record)
-    made = fitting(
-        chapter.files.record_path(folder), lambda: templates().get_template("study_page.html.j2").render(shown)
-    )
-    write_atomically(page, made)
+    write_atomically(page, fitting(chapter.files.record_path(folder), lambda: template.render(shown)))
     return page
 
 
@@ -193,11 +156,10 @@ def render_study(name: str, folder: Path) -> Rendered:
         If the folder does not hold the study.
     """
     chapter = next(c for c in CHAPTERS if c.name == name)
-    compared = chapter.in_report and holds_comparison(folder)
+    compared = chapter.in_report and crossval.FILES.has_record(folder)
     views = views_in(folder) if compared else {}
     view = views.get(chapter) or chapter.view_of(folder)
-    page = write_report(folder, views)[0] if compared else write_page(folder, chapter, view)
-    return Rendered(page, view)
+    return Rendered(write_report(folder, views)[0] if compared else write_page(folder, chapter, view), view)
 
 
 def render_all(folder: Path) -> list[Path]:
@@ -208,13 +170,9 @@ def render_all(folder: Path) -> list[Path]:
     FileNotFoundError
         If it holds neither a comparison nor a study.
     """
-    views, compared = views_in(folder, in_report=False), holds_comparison(folder)
+    views, compared = views_in(folder, in_report=False), crossval.FILES.has_record(folder)
     if not views and not compared:
         raise FileNotFoundError(no_results(folder))
-    own = [c for c in views if not (compared and c.in_report)]
-    pages = [write_page(folder, chapter, views[chapter]) for chapter in own]
-    return (
-        pages
-        if own and not compared
-        else [*pages, *write_report(folder, {c: v for c, v in views.items() if c.in_report})]
-    )
+    pages = [write_page(folder, c, view) for c, view in views.items() if not (compared and c.in_report)]
+    report = write_report(folder, {c: v for c, v in views.items() if c.in_report}) if compared else ()
+    return [*pages, *report]
