@@ -26,15 +26,13 @@ from reports.text.numerals import (
     typeset,
     typographic,
 )
-from reports.text.record import is_complete, mapping
+from reports.text.record import is_complete
 from reports.text.words import anchor, breakable, effect, engine_anchor, escape_text, shown, table_row
 from scenarios.plural import plural
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from pathlib import Path
-
-    from jinja2 import Template
 
 T = TypeVar("T")
 
@@ -56,6 +54,7 @@ def fitting(place: Path, shown: Callable[[], T]) -> T:
         raise damaged(place, said) from error
 
 
+@cache
 def templates() -> Environment:
     """Jinja environment of all templates: HTML is escaped, an undefined name is an error."""
     made = Environment(
@@ -89,19 +88,12 @@ def templates() -> Environment:
         "each": each,
         "plural": plural,
     }
-    made.globals["mapping"] = mapping
     return made
-
-
-@cache
-def text_template(name: str) -> Template:
-    """Template of plain text; it is used once for each scene of a report."""
-    return templates().get_template(name)
 
 
 def paragraphs(name: str, **shown: Any) -> list[str]:
     """Paragraphs of a template of plain text, each on one line."""
-    parts = text_template(name).render(shown).split("\n\n")
+    parts = templates().get_template(name).render(shown).split("\n\n")
     return [" ".join(re.split("[ \n]+", part.strip(" \n"))) for part in parts if part.strip(" \n")]
 
 
@@ -117,6 +109,6 @@ def surroundings(record: Mapping[str, Any]) -> dict[str, Any]:
         "light": Markup(variables(0)),
         "dark": Markup(variables(1)),
         "created": str(record.get("created") or ""),
-        "environment": mapping(record.get("environment")),
-        "packages": dict(sorted(mapping(record.get("packages")).items())),
+        "environment": record.get("environment") or {},
+        "packages": dict(sorted((record.get("packages") or {}).items())),
     }

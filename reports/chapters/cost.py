@@ -14,8 +14,6 @@ from reports.plotting.series import decade_range
 from reports.tables.cost import BASELINE, INDEPENDENT, KINDS, read_cost
 from reports.tables.outcome import Outcome
 from reports.tables.rows import NOT_RUN, plain
-from reports.text.numerals import number
-from reports.text.record import mapping, rows
 from reports.text.words import anchor
 
 if TYPE_CHECKING:
@@ -63,7 +61,7 @@ def view_cost(folder: Path) -> CostView:
 def scene_of(scene: str, tables: dict[str, pd.DataFrame], record: dict[str, Any]) -> dict[str, Any]:
     """One scene's part of the chapter."""
     points, name = tables["points"], f"cost-{anchor(scene)}"
-    facts = mapping(mapping(record.get("scenes")).get(scene))
+    facts = (record.get("scenes") or {}).get(scene, {})
     timed = chart_of(points, "attitude", "seconds", f"{name}-attitude", "Time against attitude error")
     charts = (
         replace(timed, below=partial(draw_fronts, points=points, below=timed.below)),
@@ -75,8 +73,8 @@ def scene_of(scene: str, tables: dict[str, pd.DataFrame], record: dict[str, Any]
         "name": scene,
         "anchor": name,
         "title": str(facts.get("title") or scene),
-        "orbits": number(facts.get("orbits")),
-        "solution": mapping(mapping(record.get("certified_solutions")).get(scene)),
+        "orbits": facts.get("orbits"),
+        "solution": (record.get("certified_solutions") or {}).get(scene, {}),
         "overviews": [p for chart in charts if (p := overview(chart))],
         "families": by_family(timed),
         "reach": reach,
@@ -84,11 +82,11 @@ def scene_of(scene: str, tables: dict[str, pd.DataFrame], record: dict[str, Any]
         "baseline_name": BASELINE,
         "orders": plain(tables["orders"]),
         "price": prices(tables["price"]),
-        "phase_times": phase_times(points, mapping(record.get("engines"))),
+        "phase_times": phase_times(points, record.get("engines") or {}),
         "points": plain(points),
         "loads": [row | {"text": share_text(row)} for row in plain(tables["loads"])],
-        "shortened_s": number(mapping(record.get("shortened_limits_s")).get(scene)),
-        "left_out": [r for r in rows(record.get("left_out")) if r.get("scene") == scene],
+        "shortened_s": (record.get("shortened_limits_s") or {}).get(scene),
+        "left_out": [r for r in record.get("left_out") or () if r.get("scene") == scene],
     }
 
 
@@ -160,7 +158,7 @@ def share_text(load: dict[str, Any]) -> tuple[str, str]:
 
     A share lies between 0 and 1: an interval beyond tells of the machine's noise alone.
     """
-    share, low, high = (number(load.get(name)) for name in ("share", "share_low", "share_high"))
+    share, low, high = (load.get(name) for name in ("share", "share_low", "share_high"))
     if share is None or low is None or high is None:
         return ("" if share is None else f"{100.0 * share:.0f} %"), ""
     if low <= 0.0 or high >= 1.0 or high - low > share:
@@ -181,6 +179,5 @@ def phase_times(points: pd.DataFrame, engines: dict[str, Any]) -> list[dict[str,
     by_engine = points.groupby("engine", sort=False)
     found = by_engine.agg({"kind": "first", "build_s": "median", "compile_s": "max", "read_s": "median"})
     return [
-        row | {"version": mapping(engines.get(row["engine"])).get("version") or ""}
-        for row in plain(found.reset_index())
+        row | {"version": engines.get(row["engine"], {}).get("version") or ""} for row in plain(found.reset_index())
     ]

@@ -14,7 +14,7 @@ from reports.plotting.svg import Chart, across, upwards
 from reports.tables.nights.releases import ReleaseState, read_releases
 from reports.tables.rows import known
 from reports.text.numerals import significant
-from reports.text.record import is_complete, mapping
+from reports.text.record import is_complete
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -39,7 +39,7 @@ def view_releases(folder: Path) -> SimpleNamespace:
     return SimpleNamespace(
         record=tables.record,
         finished=is_complete(tables.record),
-        scenes=list(mapping(tables.record.get("scenes"))),
+        scenes=list(tables.record.get("scenes") or {}),
         charts=release_charts(tables),
         rows=rows,
         running=[r for r in rows if r["runs"]],

@@ -13,7 +13,6 @@ from reports.tables.outcome import Outcome
 from reports.tables.rows import plain, spread
 from reports.tables.scaling import FILES, FITTED, POINTS
 from reports.text.numerals import power_of_ten, significant
-from reports.text.record import mapping
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -67,7 +66,7 @@ def view_scaling(folder: Path) -> ScalingView:
             stops.setdefault((row["engine"], "orbit" if good else str(row["bars"])), row)
     return ScalingView(
         record,
-        mapping(record.get("scene")),
+        record.get("scene") or {},
         [p for chart in charts if (p := overview(chart))],
         [p for chart in charts for p in by_family(chart, f"{chart.title}: ")],
         exponents(found),

@@ -10,7 +10,7 @@ from reports.tables.faults.selftest import CAUGHT, FILES, KILLED, MISSED, FaultO
 from reports.tables.outcome import Outcome
 from reports.tables.rows import records, spread
 from reports.text.numerals import significant
-from reports.text.record import is_complete, mapping
+from reports.text.record import is_complete
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -55,7 +55,7 @@ UNDETECTED = (FaultOutcome.SURVIVES, FaultOutcome.INVISIBLE)
 def view_selftest(folder: Path) -> SimpleNamespace:
     """Contents of the page and of the terminal, from the study in a result folder."""
     tables = read_selftest(folder)
-    about, scenes = mapping(tables.record.get("faults")), list(mapping(tables.record.get("scenes")))
+    about, scenes = tables.record.get("faults") or {}, list(tables.record.get("scenes") or {})
     cells = cells_of(tables.fates, tables.readings)
     rows = [
         row_of(name, words, [cells[name, s] for s in scenes if (name, s) in cells]) for name, words in about.items()

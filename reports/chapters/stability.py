@@ -14,8 +14,8 @@ from reports.plotting.series import Array, decade_range, numbered, thin
 from reports.plotting.svg import Chart, across, upwards
 from reports.tables.rows import plain
 from reports.tables.stability import Stability, read_stability
-from reports.text.numerals import SUPERSCRIPTS, number
-from reports.text.record import is_complete, mapping
+from reports.text.numerals import SUPERSCRIPTS
+from reports.text.record import is_complete
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -61,7 +61,7 @@ def view_stability(folder: Path) -> SimpleNamespace:
     """Contents of the page, from the study in a result folder."""
     tables = read_stability(folder)
     record = tables.record
-    engines, references = list(mapping(record.get("engines"))), list(record.get("references") or ())
+    engines, references = list(record.get("engines") or {}), list(record.get("references") or ())
     scenes = scenes_of(tables, engines)
     outcomes = [o for s in scenes for o in s["outcomes"].values()]
     own = [o for o in outcomes if o["engine"] in references]
@@ -101,11 +101,11 @@ def scenes_of(tables: StudyTables, engines: list[str]) -> list[dict[str, Any]]:
     return [
         {
             "name": name,
-            "about": mapping(about),
+            "about": about,
             "outcomes": {e: outcomes[name, e] for e in engines if (name, e) in outcomes},
             "evidence": evidence.get(name, []),
         }
-        for name, about in mapping(tables.record.get("scenes")).items()
+        for name, about in (tables.record.get("scenes") or {}).items()
     ]
 
 
@@ -160,7 +160,7 @@ def worst(tables: StudyTables, outcomes: dict[tuple[str, str], dict[str, Any]]) 
     for kind, measure in ((Stability.UNSTABLE, "kinetic_ratio"), (Stability.INACCURATE, "attitude_rad")):
         sizes = {p: rows[p][measure] for p, o in outcomes.items() if o["stability"] == kind and p in rows}
         for pair in sorted((p for p, v in sizes.items() if v is not None), key=lambda p: -sizes[p]):
-            about = mapping(mapping(tables.record.get("scenes")).get(pair[0]))
+            about = tables.record["scenes"][pair[0]]
             panels = worst_charts(tables, *pair, about)
             if panels:
                 return {"outcome": outcomes[pair], "title": str(about.get("title") or pair[0]), "panels": panels}
@@ -176,7 +176,7 @@ def worst_charts(tables: StudyTables, scene: str, engine: str, about: dict[str, 
             if f is not None and (a := numbered(f, r"angle_(\d+)_rad")) is not None}  # fmt: skip
     if solution is None or right is None or not runs:
         return []
-    period, duration = number(about.get("period_s")) or 0.0, number(about.get("duration_s")) or 0.0
+    period, duration = about.get("period_s") or 0.0, about.get("duration_s") or 0.0
     unit_s, x_label = (period, "orbits") if period > 0.0 and duration > 0.5 * period else (1.0, "s")
     t = solution["t_s"].to_numpy(float) / unit_s
     errors = {k: np.abs(a[: len(right)] - right[: len(a)]) for k, (_, a) in runs.items()}
@@ -203,8 +203,8 @@ def near(angle: Array, right: Array) -> Array:
 
 def long_scene(tables: StudyTables, name: str, engines: list[str]) -> dict[str, Any]:
     """Charts and laws of one long scene."""
-    about = mapping(mapping(tables.record.get("scenes")).get(name))
-    period_s = number(about.get("period_s")) or 1.0
+    about = tables.record["scenes"][name]
+    period_s = about.get("period_s") or 1.0
     series = tables.long[(tables.long.scene == name) & tables.long.level.isin(["default", *SUMS])]
     panels = [drift_chart(series[series.quantity == q], f"{title}, {name}", y_label, engines, period_s)
               for q, (title, y_label) in LONG.items()]  # fmt: skip

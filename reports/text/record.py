@@ -1,4 +1,4 @@
-"""Lenient reading of records: that of an interrupted run still renders."""
+"""What a record tells of a study and of a scene."""
 
 from __future__ import annotations
 
@@ -13,18 +13,8 @@ LEAST_ORBITS = 0.25  # a shorter time is told in seconds
 
 def is_complete(record: dict[str, Any]) -> bool:
     """Whether every result of a study is there; its report is rendered before the record says finished."""
-    parts = mapping(record.get("parts")).values()
-    return bool(record.get("complete") or record.get("finished")) and all(mapping(p).get("complete") for p in parts)
-
-
-def mapping(value: object) -> dict[str, Any]:
-    """Mapping of a value; empty if it is none."""
-    return value if isinstance(value, dict) else {}
-
-
-def rows(value: object) -> list[dict[str, Any]]:
-    """Mappings of a list; empty if the value is no list."""
-    return [v for v in value if isinstance(v, dict)] if isinstance(value, list) else []
+    parts = (record.get("parts") or {}).values()
+    return bool(record.get("complete") or record.get("finished")) and all(part.get("complete") for part in parts)
 
 
 @dataclass(frozen=True)
@@ -45,8 +35,7 @@ class SceneRecord:
 
     def values(self, key: str) -> list[float]:
         """Numbers of a key's list."""
-        found = self.data.get(key)
-        return [v for v in map(number, found) if v is not None] if isinstance(found, list) else []
+        return [float(v) for v in self.data.get(key) or ()]
 
     @property
     def title(self) -> str:
@@ -60,8 +49,7 @@ class SceneRecord:
 
     def lines(self, key: str) -> list[str]:
         """Texts of a key's list."""
-        found = self.data.get(key)
-        return [written(str(t)) for t in found] if isinstance(found, list) else []
+        return [written(str(t)) for t in self.data.get(key) or ()]
 
     @property
     def period_s(self) -> float:
@@ -82,4 +70,4 @@ class SceneRecord:
     @property
     def prescribed(self) -> list[dict[str, Any]]:
         """Prescribed rotations."""
-        return rows(self.data.get("prescribed"))
+        return self.data.get("prescribed") or []

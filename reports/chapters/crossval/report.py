@@ -31,7 +31,6 @@ from reports.tables.outcome import Outcome
 from reports.tables.writing import write_atomically
 from reports.text.glossary import Glossary
 from reports.text.numerals import number, unpadded
-from reports.text.record import mapping, rows
 from reports.text.words import run_anchor, written, written_row
 from scenarios.plural import plural
 
@@ -133,11 +132,11 @@ def context(results: StudyTables, summary: Summary) -> dict[str, Any]:
         "digit_words": DIGIT_WORDS,
         "record": {k: str(record.get(k) or "") for k in ("barchain", "created", "command")},
         "seconds": number(record.get("seconds")),
-        "engines": {e: mapping(mapping(record.get("engines")).get(e)) for e in summary.engines},
-        "runs": in_order(rows(record.get("runs"))),
+        "engines": {e: (record.get("engines") or {}).get(e, {}) for e in summary.engines},
+        "runs": in_order(record.get("runs") or []),
         "has_paper_scenes": any(PAPER in scene.tags for scene in summary.scenes),
-        "misprints": [written_row(r) for r in rows(record.get("misprints"))],
-        "tolerances": [written_row(r) for r in rows(record.get("tolerances"))],
+        "misprints": [written_row(r) for r in record.get("misprints") or ()],
+        "tolerances": [written_row(r) for r in record.get("tolerances") or ()],
         "limitations": [written(str(t)) for t in record.get("limitations") or []],
         "Outcome": Outcome,
         "words": WORDS,

@@ -14,7 +14,6 @@ from reports.plotting.panels import ChartFrame
 from reports.tables.crossval import LINEAR_GROWTH, SOLUTION
 from reports.tables.outcome import Outcome
 from reports.text.numerals import number
-from reports.text.record import mapping
 from reports.text.words import anchor
 
 if TYPE_CHECKING:
@@ -61,7 +60,7 @@ class Coverage(NamedTuple):
 def coverage_of(summary: Summary, scene: SceneRecord) -> Coverage | None:
     """Reasons why independent engines did not run a scene; None if all of them could."""
     outside = [c for c in summary.of_scene(scene.name) if summary.external(c.engine)]
-    stored = mapping(scene.data.get("external_coverage"))
+    stored = scene.data.get("external_coverage") or {}
     known = COVERAGE | stored
     alone = bool(outside) and all(c.outcome is Outcome.UNSUPPORTED for c in outside)
     lacking = bool(stored) and all(c.engine in known["lack"] for c in outside)

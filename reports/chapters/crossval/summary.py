@@ -11,7 +11,7 @@ from reports.tables.crossval import ALL_SCENES, JUDGING_SOLUTION, QUANTITY_UNITS
 from reports.tables.outcome import Outcome, gravest
 from reports.tables.rows import Row, known, records
 from reports.text.numerals import number
-from reports.text.record import SceneRecord, is_complete, mapping
+from reports.text.record import SceneRecord, is_complete
 
 if TYPE_CHECKING:
     from reports.tables.files import StudyTables
@@ -212,9 +212,9 @@ class Summary:
 def summarise(results: StudyTables) -> Summary:
     """Gather the metrics of a result folder: the paper's scenes come first, then the others, each by name."""
     metrics, record = results.metrics, results.record
-    recorded, facts = mapping(record.get("scenes")), mapping(record.get("engines"))
+    recorded, facts = ({} if record.get(k) is None else record[k] for k in ("scenes", "engines"))
     names = [n for n in dict.fromkeys([*recorded, *metrics["scene"].astype(str)]) if n != ALL_SCENES]
-    scenes = [SceneRecord(n, mapping(recorded.get(n))) for n in names]
+    scenes = [SceneRecord(n, recorded.get(n, {})) for n in names]
     scenes.sort(key=lambda s: ("paper" not in s.tags and not s.name.startswith("paper/"), s.name))
     durations = {s.name: s.value("duration_s") for s in scenes}
     engines = list(dict.fromkeys([*facts, *sorted(set(metrics["engine"].astype(str)))]))
@@ -229,8 +229,8 @@ def summarise(results: StudyTables) -> Summary:
         tuple(e for e in engines if is_engine(e)),
         cells,
         finished=is_complete(record) or "finished" not in record,
-        outside=frozenset(e for e, f in facts.items() if mapping(f).get("external")),
-        outside_known=any("external" in mapping(f) for f in facts.values()),
+        outside=frozenset(e for e, f in facts.items() if f.get("external")),
+        outside_known=any("external" in f for f in facts.values()),
     )
 
 
