@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
@@ -48,7 +49,7 @@ FATES = {
     FaultOutcome.BROKEN: ("broken", "fail"),
 }
 """Text of a cell, a check's name if a check detects the fault, and its colour class"""
-WHOLE, LANDING, CONTROL = "run", "landing", "control"
+WHOLE = "run"
 UNDETECTED = (FaultOutcome.SURVIVES, FaultOutcome.INVISIBLE)
 
 
@@ -57,13 +58,17 @@ def view_selftest(folder: Path) -> SimpleNamespace:
     tables = read_selftest(folder)
     about, scenes = tables.record.get("faults") or {}, list(tables.record.get("scenes") or {})
     cells = cells_of(tables.fates, tables.readings)
-    rows = [
-        row_of(name, words, [cells[name, s] for s in scenes if (name, s) in cells]) for name, words in about.items()
-    ]
-    faults = [r for r in rows if r["group"] != CONTROL]
+    rows = []
+    for name, words in about.items():
+        own = [cells[name, s] for s in scenes if (name, s) in cells]
+        count = Counter(c["fate"] for c in own)
+        counts = {"tried": len(own) - count[FaultOutcome.NOTHING], "detected": count[FaultOutcome.KILLED]}
+        counts |= {str(fate): count[fate] for fate in (*UNDETECTED, FaultOutcome.CLEAN)}
+        rows.append({"name": name, "cells": own} | words | counts)
+    faults, controls = ([r for r in rows if (r["group"] == "control") is control] for control in (False, True))
     checks = checks_of(faults)
-    used = {str(check) for _, check, *_ in checks}
-    headline, *sentences = paragraphs("selftest/result.txt.j2", **counts(rows, faults))
+    used = {check for _, check, *_ in checks}
+    headline, *sentences = paragraphs("selftest/result.txt.j2", faults=faults, controls=controls)
     return SimpleNamespace(
         record=tables.record,
         finished=is_complete(tables.record),
@@ -84,64 +89,28 @@ def view_selftest(folder: Path) -> SimpleNamespace:
     )
 
 
-def row_of(name: str, about: dict[str, Any], cells: list[dict[str, Any]]) -> dict[str, Any]:
-    """A fault in all scenes, with the numbers of scenes that detect it and to which it applies."""
-    return {
-        "name": name,
-        "words": str(about["words"]),
-        "stands_for": str(about["stands_for"]),
-        "group": str(about["group"]),
-        "cells": cells,
-        "detected": sum(c["fate"] is FaultOutcome.KILLED for c in cells),
-        "tried": sum(c["fate"] is not FaultOutcome.NOTHING for c in cells),
-    }
-
-
-def counts(rows: list[dict[str, Any]], faults: list[dict[str, Any]]) -> dict[str, Any]:
-    """Numbers of the result: of faults, of pairs with scenes, of runs of the unmodified engine."""
-    controls = [r for r in rows if r["group"] == CONTROL]
-
-    def missed(fate: FaultOutcome) -> list[str]:
-        return [r["name"] for r in faults if not r["detected"] and any(c["fate"] is fate for c in r["cells"])]
-
-    return {
-        "detected": sum(r["detected"] > 0 for r in faults),
-        "tried": sum(r["tried"] > 0 for r in faults),
-        "undetected": missed(FaultOutcome.SURVIVES),
-        "invisible": missed(FaultOutcome.INVISIBLE),
-        "killed": sum(r["detected"] for r in faults),
-        "pairs": sum(r["tried"] for r in faults),
-        "runs": sum(r["tried"] for r in controls),
-        "forms": sum(r["tried"] > 0 for r in controls),
-        "clean": sum(c["fate"] is FaultOutcome.CLEAN for r in controls for c in r["cells"]),
-    }
-
-
 def cells_of(fates: pd.DataFrame, readings: pd.DataFrame) -> dict[tuple[str, str], dict[str, Any]]:
     """Cells by fault and scene, in the table's order; of each the detections, rejections of the whole run first."""
-    groups: dict[tuple[str, str], list[dict[str, Any]]] = {}
-    for row in records(readings[readings["killed"] == KILLED]):
-        groups.setdefault((row["fault"], row["scene"]), []).append(row)
-    found = {}
-    for fault, scene, word, why in fates[["fault", "scene", "fate", "why"]].itertuples(index=False):
-        fate, killers = FaultOutcome(word), groups.get((fault, scene), [])
-        killers.sort(key=lambda r: (r["quantity"] != WHOLE, -float(r["ratio"])))
+    rejected = readings[readings["killed"] == KILLED].sort_values("ratio", ascending=False, kind="stable")
+    found, by_cell = {}, dict[tuple[str, str], list[dict[str, Any]]]()
+    for row in records(rejected):
+        by_cell.setdefault((row["fault"], row["scene"]), []).append(row)
+    for row in records(fates):
+        killers = sorted(by_cell.get((row["fault"], row["scene"]), ()), key=lambda r: r["quantity"] != WHOLE)
+        fate = FaultOutcome(row["fate"])
         text, kind = FATES[fate]
         if fate is FaultOutcome.KILLED:
             first = killers[0]
-            text = (
-                f"{CHECKS[first['check']][0]} {quantity_of(first) or named(first['check']).replace('_', ' ')}".strip()
-            )
-        found[fault, scene] = {
-            "fault": fault,
-            "scene": scene,
+            word = quantity_of(first) or named(first["check"]).replace("_", " ")
+            text = f"{CHECKS[first['check']][0]} {word}".strip()
+        found[row["fault"], row["scene"]] = row | {
             "fate": fate,
             "text": text,
             "kind": kind,
             "further": len({r["quantity"] for r in killers}) - 1,
             "pairs": {(r["quantity"], r["check"]) for r in killers},
-            "title": "; ".join(f"{quantity_of(r) or WHOLE}: {r['check']}{amount(r)}" for r in killers) or why,
-            "reason": why,
+            "title": "; ".join(f"{quantity_of(r) or WHOLE}: {r['check']}{amount(r)}" for r in killers) or row["why"],
+            "reason": row["why"],
         }
     return found
 
@@ -153,7 +122,7 @@ def quantity_of(row: dict[str, Any]) -> str:
 
 def named(check: str) -> str:
     """Name of a check."""
-    return LANDING if check == Outcome.INCONSISTENT else str(check)
+    return "landing" if check == Outcome.INCONSISTENT else str(check)
 
 
 def amount(row: dict[str, Any]) -> str:
@@ -175,22 +144,19 @@ def checks_of(faults: list[dict[str, Any]]) -> list[tuple[str, str, int, list[st
 
 def smallest(found: pd.DataFrame, scenes: list[str], about: dict[str, Any]) -> list[dict[str, Any]]:
     """Smallest detected sizes of the faults of which they were looked for, with the quantity that detects each."""
-    sizes: dict[str, dict[str, dict[str, dict[str, Any]]]] = {}
+    sizes: dict[str, dict[tuple[str, str], dict[str, Any]]] = {}
     for row in records(found[found["metric"].isin((CAUGHT, MISSED))]):
-        sizes.setdefault(row["fault"], {CAUGHT: {}, MISSED: {}})[row["metric"]][row["scene"]] = row
-    rows = []
-    for name, own in sizes.items():
-        caught, missed = own[CAUGHT], own[MISSED]
-        rows.append(
-            {
-                "name": name,
-                "unit": str(about[name]["unit"]),
-                "natural": float(about[name]["natural"]),
-                "sizes": [size_text(*(r[s]["value"] if s in r else None for r in (caught, missed))) for s in scenes],
-                "checks": [str(caught[s]["text"]).replace("_", " ") if s in caught else "" for s in scenes],
-            }
-        )
-    return rows
+        sizes.setdefault(row["fault"], {})[row["metric"], row["scene"]] = row
+    return [
+        {
+            "name": name,
+            "unit": about[name]["unit"],
+            "natural": about[name]["natural"],
+            "sizes": [size_text(*(own.get((m, s), {}).get("value") for m in (CAUGHT, MISSED))) for s in scenes],
+            "checks": [own.get((CAUGHT, s), {}).get("text", "").replace("_", " ") for s in scenes],
+        }
+        for name, own in sizes.items()
+    ]
 
 
 def size_text(caught: float | None, missed: float | None) -> str:

@@ -139,6 +139,6 @@ def read_record(path: Path, model: type[Record] = Record) -> dict[str, Any]:
         model.model_validate(record)
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False, include_context=False)[0]
-        place = " → ".join(map(str, first["loc"]))
+        place = " → ".join(str(part) for part in first["loc"] if "[" not in str(part))  # without types of a union
         raise damaged(path, f"entry {brief(place)[:120]} is wrong: {brief(first['msg'])[:120]}") from None
     return dict(record)
