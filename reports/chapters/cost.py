@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -41,21 +42,14 @@ ALONE = {False: "single engines with independent physics", True: "single integra
 HOLLOW = "Hollow: below the floor of the certified solution (shaded)."
 
 
-class CostView(NamedTuple):
-    """Contents of the chapter."""
-
-    record: dict[str, Any]
-    scenes: list[dict[str, Any]]
-
-
-def view_cost(folder: Path) -> CostView:
-    """View of the study in a result folder."""
+def view_cost(folder: Path) -> SimpleNamespace:
+    """Contents of the chapter, from the study in a result folder."""
     tables = read_cost(folder)
     found = []
     for scene in dict.fromkeys(tables.points.scene):
         own = {name: getattr(tables, name) for name in ("points", "orders", "reach", "price", "loads")}
         found.append(scene_of(scene, {k: t[t.scene == scene] for k, t in own.items()}, tables.record))
-    return CostView(tables.record, found)
+    return SimpleNamespace(record=tables.record, scenes=found)
 
 
 def scene_of(scene: str, tables: dict[str, pd.DataFrame], record: dict[str, Any]) -> dict[str, Any]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from functools import partial
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,7 +21,6 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from reports.plotting.panels import Panel
     from reports.plotting.svg import Chart
 
 QUANTITIES = ("evaluation", "orbit", "evaluations per orbit", "steps per orbit", "memory")
@@ -30,33 +31,16 @@ MARGIN = 1.3  # of the axis beyond the least and the largest N
 TICKS = [(10.0**k, str(10**k) if k < 3 else power_of_ten(k)) for k in range(6)]
 
 
-class ScalingView(NamedTuple):
-    """Contents of the chapter."""
-
-    record: dict[str, Any]
-    scene: dict[str, Any]
-    overviews: list[Panel]
-    families: list[Panel]
-    exponents: dict[str, list[dict[str, Any] | None]]
-    """Row of the fit of each engine and quantity, in the order of :data:`QUANTITIES`"""
-    bars: list[int]
-    orbits: dict[str, list[dict[str, Any] | None]]
-    """Point of each engine and number of bars whose orbit was timed"""
-    stops: list[dict[str, Any]]
-    """Skipped and failed points; of skipped orbits of an engine only the first"""
-    points: list[dict[str, Any]]
-
-
-def view_scaling(folder: Path) -> ScalingView:
-    """View of the study in a result folder."""
+def view_scaling(folder: Path) -> SimpleNamespace:
+    """Contents of the chapter, from the study in a result folder."""
     record = FILES.sound_record(folder)
     found = spread(FILES.rows(folder, record))
     points = POINTS.from_rows(found)
     charts = charts_of(points)
     shown = plain(points)
     bars = sorted({int(row["bars"]) for row in shown if row["orbit_s"] is not None})
-    orbits: dict[str, list[dict[str, Any] | None]] = {}
-    stops: dict[tuple[str, str], dict[str, Any]] = {}
+    orbits: dict[str, list[dict[str, Any] | None]] = {}  # of each engine, with a place for each number of bars
+    stops: dict[tuple[str, str], dict[str, Any]] = {}  # skipped and failed points; of skipped orbits only the first
     for row in shown:
         row["memory"] = memory_text(row["memory_B"])
         if row["orbit_s"] is not None:
@@ -64,16 +48,16 @@ def view_scaling(folder: Path) -> ScalingView:
         good = row["outcome"] == Outcome.PASS.value
         if not good or row["reason"]:
             stops.setdefault((row["engine"], "orbit" if good else str(row["bars"])), row)
-    return ScalingView(
-        record,
-        record.get("scene") or {},
-        [p for chart in charts if (p := overview(chart))],
-        [p for chart in charts for p in by_family(chart, f"{chart.title}: ")],
-        exponents(found),
-        bars,
-        orbits,
-        list(stops.values()),
-        shown,
+    return SimpleNamespace(
+        record=record,
+        scene=record.get("scene") or {},
+        overviews=[p for chart in charts if (p := overview(chart))],
+        families=[p for chart in charts for p in by_family(chart, f"{chart.title}: ")],
+        exponents=exponents(found),
+        bars=bars,
+        orbits=orbits,
+        stops=list(stops.values()),
+        points=shown,
     )
 
 
@@ -92,7 +76,8 @@ def charts_of(points: pd.DataFrame) -> list[EngineChart]:
         if each:
             bars = np.concatenate([c.x for c in each])
             ends = (float(bars.min()) / MARGIN, float(bars.max()) * MARGIN), decade_range([c.y for c in each])
-            below = draw_guides if column == "orbit_s" else draw_guide
+            powers = {1: "∝ N", 2: "∝ N²"} if column == "orbit_s" else {1: "∝ N"}
+            below = partial(draw_guides, powers=powers)
             labels = ("number of bars N", unit)
             found.append(EngineChart(name, title, labels, each, ends, words, below, TICKS, engines))
     return found
@@ -111,15 +96,10 @@ def curves_of(points: pd.DataFrame, column: str, hollow: Any) -> list[EngineCurv
     ]
 
 
-def draw_guide(chart: Chart) -> None:
-    """Line of a cost in proportion to N."""
-    guide(chart, 1, "∝ N")
-
-
-def draw_guides(chart: Chart) -> None:
-    """Lines of costs in proportion to N and to its square."""
-    draw_guide(chart)
-    guide(chart, 2, "∝ N²")
+def draw_guides(chart: Chart, powers: dict[int, str]) -> None:
+    """Lines of costs in proportion to powers of N."""
+    for power, words in powers.items():
+        guide(chart, power, words)
 
 
 def exponents(found: pd.DataFrame) -> dict[str, list[dict[str, Any] | None]]:

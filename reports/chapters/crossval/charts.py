@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from reports.chapters.crossval.scene import group
+from reports.chapters.crossval.scene import ChartGroup
 from reports.chapters.crossval.summary import SHORT_OF_THE_RUN
 from reports.plotting.palette import COLOURS, DASHES, Pen, hollow, joint_pen
 from reports.plotting.panels import Legend, Line, linear_panel, log_panel
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from numpy.typing import NDArray
 
-    from reports.chapters.crossval.scene import ChartGroup, SceneData
+    from reports.chapters.crossval.scene import SceneData
     from reports.plotting.panels import Panel
     from reports.plotting.series import Array
 
@@ -48,7 +48,7 @@ Window = tuple[float, float] | None
 def chart_groups(data: SceneData) -> list[ChartGroup]:
     """All charts of a scene."""
     found = (reaction_group(data), prescribed_group(data), difference_group(data), drift_group(data))
-    return [g for g in found if g]
+    return [g for g in found if g and any(g.panels)]
 
 
 def error_panel(data: SceneData, quantity: str, title: str, what: str = "difference") -> tuple[Panel | None, list[str]]:
@@ -73,20 +73,20 @@ def error_panel(data: SceneData, quantity: str, title: str, what: str = "differe
     return log_panel(data.frame(title, label, list(lines.values()))), list(lines)
 
 
-def difference_group(data: SceneData) -> ChartGroup | None:
+def difference_group(data: SceneData) -> ChartGroup:
     """Charts of all differences."""
     found = [error_panel(data, q, title) for q, title in DIFFERENCES.items()]
     text = "Dashed: explained part of the difference. A tick marks a line that ends at its predictability limit."
-    return group("Differences from the judging solution", text, shared_legend(data, found), [p for p, _ in found])
+    return ChartGroup("Differences from the judging solution", text, shared_legend(data, found), [p for p, _ in found])
 
 
-def drift_group(data: SceneData) -> ChartGroup | None:
+def drift_group(data: SceneData) -> ChartGroup:
     """Charts of all drifts and of the error amplification."""
     found = [error_panel(data, q, title, "drift") for q, title in DRIFTS.items()]
     drawn = [p for p, _ in found if p]
     text = "Drifts over the whole run, also beyond the predictability limit. Dashed: their bounds." if drawn else ""
     panels = [*drawn, amplification_panel(data)]
-    return group("Drifts and error amplification", text, shared_legend(data, found), panels)
+    return ChartGroup("Drifts and error amplification", text, shared_legend(data, found), panels)
 
 
 def amplification_panel(data: SceneData) -> Panel | None:
@@ -122,7 +122,7 @@ def prescribed_group(data: SceneData) -> ChartGroup | None:
         used += [e for e in lines if e not in (*used, SOLUTION)]
     panels.append(error_panel(data, "torque", "Difference of the torque from the judging solution")[0])
     legend = (*(Legend(e, data.pens[e]) for e in used), Legend("judging solution", TORQUE_PEN))
-    return group("Prescribed rotation", "Angles and torques are positive counter-clockwise.", legend, panels)
+    return ChartGroup("Prescribed rotation", "Angles and torques are positive counter-clockwise.", legend, panels)
 
 
 def attitude_panel(data: SceneData) -> Panel | None:
@@ -196,7 +196,7 @@ def reaction_group(data: SceneData) -> ChartGroup | None:
     if data.solution_end_s < data.end_s:
         text += " Faint: beyond its predictability limit."
     legend = [Legend(f"joint {j + 1}", joint_pen(k)) for k, j in enumerate(shown)]
-    return group("Reactions", text, legend, [*panels, independent_panel(data, solution, windows[-1])])
+    return ChartGroup("Reactions", text, legend, [*panels, independent_panel(data, solution, windows[-1])])
 
 
 def component_panel(

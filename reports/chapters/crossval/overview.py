@@ -198,45 +198,22 @@ NOTE = (
 )
 
 
-class EngineMarks(NamedTuple):
-    """Line of one engine in the overview of all normalised errors."""
-
-    engine: str
-    pen: Pen
-    passed: list[float]
-    """Normalised errors of comparisons that passed"""
-    failed: list[float]
-    score: str
-    """``13 of 14``: comparisons that passed, of those judged; empty without any"""
-
-
-def engine_marks(summary: Summary, groups: Sequence[EngineGroup]) -> list[tuple[str, list[EngineMarks]]]:
-    """Heading of each kind of engines, and a line for each engine."""
-    found = []
-    for group in groups:
-        lines = []
-        for engine in group.engines:
-            judged = [c for c in summary.all if c.engine == engine and c.outcome.judged]
-            errors: dict[bool, list[float]] = {True: [], False: []}
-            for cell, row in ((c, c.worst_ratio) for c in judged):
-                if row and row.ratio and math.isfinite(row.ratio) and row.ratio > 0.0:
-                    errors[cell.outcome.ok].append(row.ratio)
-            score = f"{sum(c.outcome.ok for c in judged)} of {len(judged)}" if judged else ""
-            lines.append(EngineMarks(engine, PENS[group.key], errors[True], errors[False], score))
-        found.append((group.heading, lines))
-    return found
-
-
 def agreement_panel(summary: Summary, groups: Sequence[EngineGroup]) -> Panel | None:
-    """Chart of all normalised errors, a line for each engine; None without any."""
-    found = engine_marks(summary, groups)
-    marks = [m for _, lines in found for m in lines]
-    values = np.array([v for m in marks for v in (*m.passed, *m.failed)])
-    span = decade_range([values, np.array([1.0])])
-    if not len(values) or span is None:
+    """Chart of all normalised errors, a line for each engine under the heading of its kind; None without any."""
+    judged = {
+        e: [c for c in summary.all if c.engine == e and c.outcome.judged] for group in groups for e in group.engines
+    }
+    errors = {
+        (e, ok): [r.ratio for c in cells if c.outcome.ok is ok and (r := c.worst_ratio) and r.ratio]
+        for e, cells in judged.items()
+        for ok in (True, False)
+    }
+    marks = {key: np.array(ratios, float) for key, ratios in errors.items()}
+    span = decade_range([*marks.values(), np.array([1.0])])
+    if span is None or not any((np.isfinite(m) & (m > 0.0)).any() for m in marks.values()):
         return None
-    heading = HEADING if len(found) > 1 else 0.0
-    height = len(found) * heading + len(marks) * ROW
+    heading = HEADING if len(groups) > 1 else 0.0
+    height = len(groups) * heading + len(judged) * ROW
     chart = Chart(
         Scale(span.low, max(span.high, 10.0), LEFT, WIDTH - RIGHT, log=True),
         Scale(0.0, height, TOP, TOP + height),
@@ -247,24 +224,21 @@ def agreement_panel(summary: Summary, groups: Sequence[EngineGroup]) -> Panel | 
     ticks = (*range(0, first - 1, -step), *range(step, last + 1, step))
     chart.ticks_across([(10.0**k, power_of_ten(k) if k else "1") for k in ticks], "normalised error")
     chart.up_at(1.0, COLOURS["muted"], 0.9)
-    at = 0.0
-    for words, lines in found:
+    at, scores = 0.0, {e: f"{sum(c.outcome.ok for c in own)} of {len(own)}" for e, own in judged.items() if own}
+    for group in groups:
         if heading:
-            chart.text((2.0, TOP + at + 0.5 * heading + 4.0), words, colour="ink", more="font-weight:bold")
+            chart.text((2.0, TOP + at + 0.5 * heading + 4.0), group.heading, colour="ink", more="font-weight:bold")
         at += heading
-        for line in lines:
-            draw(chart, line, at + 0.5 * ROW)
+        for engine in group.engines:
+            line = at + 0.5 * ROW
+            chart.across_at(line, COLOURS["grid"])
+            for ok, pen in ((True, PENS[group.key]), (False, FAILED)):
+                found = marks[engine, ok]
+                chart.marks(found, np.full(len(found), line), pen.marker, pen.colour, 5.4, hollow=True)
+            chart.text((2.0, TOP + line + 4.0), engine, colour="ink")
+            chart.text((WIDTH - 2.0, TOP + line + 4.0), scores.get(engine, ""), "end")
             at += ROW
-    legend = (Legend("failed", FAILED),) if any(m.failed for m in marks) else ()
-    engines = "; ".join(f"{m.engine}: {m.score} passed" for m in marks if m.score)
+    legend = (Legend("failed", FAILED),) if any(len(m) for (_, ok), m in marks.items() if not ok) else ()
+    engines = "; ".join(f"{engine}: {score} passed" for engine, score in scores.items())
     label = f"{TITLE}, a line for each engine; horizontal axis: normalised error. {engines}"
     return Panel(TITLE, chart.svg(label), NOTE, legend)
-
-
-def draw(chart: Chart, line: EngineMarks, height: float) -> None:
-    """Draw one engine's line, marks, name and count."""
-    chart.across_at(height, COLOURS["grid"])
-    for values, pen in ((line.passed, line.pen), (line.failed, FAILED)):
-        chart.marks(np.array(values), np.full(len(values), height), pen.marker, pen.colour, 5.4, hollow=True)
-    chart.text((2.0, TOP + height + 4.0), line.engine, colour="ink")
-    chart.text((WIDTH - 2.0, TOP + height + 4.0), line.score, "end")

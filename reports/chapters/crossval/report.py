@@ -22,7 +22,7 @@ from reports.chapters.crossval.overview import (
     why,
 )
 from reports.chapters.crossval.scene import SceneData, coverage_of, facts, judged_by
-from reports.chapters.crossval.summary import SHORT_OF_THE_RUN, WORDS, QuantityRow, RunCell, Summary, summarise
+from reports.chapters.crossval.summary import SHORT_OF_THE_RUN, WORDS, RunCell, Summary, summarise
 from reports.page import fitting, surroundings, templates
 from reports.plotting.palette import engine_pen
 from reports.plotting.series import numbered
@@ -133,7 +133,7 @@ def context(results: StudyTables, summary: Summary) -> dict[str, Any]:
         "record": {k: str(record.get(k) or "") for k in ("barchain", "created", "command")},
         "seconds": number(record.get("seconds")),
         "engines": {e: (record.get("engines") or {}).get(e, {}) for e in summary.engines},
-        "runs": in_order(record.get("runs") or []),
+        "runs": sorted(record.get("runs") or (), key=lambda run: [run[k] for k in RUN_KEYS]),
         "has_paper_scenes": any(PAPER in scene.tags for scene in summary.scenes),
         "misprints": [written_row(r) for r in record.get("misprints") or ()],
         "tolerances": [written_row(r) for r in record.get("tolerances") or ()],
@@ -144,7 +144,6 @@ def context(results: StudyTables, summary: Summary) -> dict[str, Any]:
         "kind": kind,
         "engine_pen": engine_pen,
         "compared_part": compared_part,
-        "figures": figures,
         "metric_heads": METRIC_HEADS,
         "run_anchor": run_anchor,
         "settings": compared_settings(summary),
@@ -162,18 +161,6 @@ def compared_settings(summary: Summary) -> dict[str, str]:
         engine: ", ".join(f"{s} ({plural(n, 'scene')})" if len(counted) > 1 else s for s, n in counted.most_common())
         for engine, counted in found.items()
     }
-
-
-def in_order(runs: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Runs with every key that a table shows, in an order independent of their time of completion."""
-    whole = [{**dict.fromkeys((*RUN_KEYS, "outcome"), ""), **r} for r in runs]
-    return sorted(whole, key=lambda r: [str(r[k]) for k in RUN_KEYS])
-
-
-def figures(row: QuantityRow) -> tuple[float | None, ...]:
-    """Numbers of a quantity, in the order of the heads."""
-    limit_s = None if row.ratio is None else row.limit_s
-    return (row.largest, row.first_orbit, row.rms, row.final, row.bound, row.ratio, row.detection_limit, limit_s)
 
 
 def compared_part(summary: Summary, cell: RunCell) -> str:

@@ -17,7 +17,7 @@ from reports.text.numerals import number
 from reports.text.words import anchor
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Sequence
 
     from reports.chapters.crossval.summary import Summary
     from reports.plotting.panels import Legend, Line, Panel
@@ -69,18 +69,12 @@ def coverage_of(summary: Summary, scene: SceneRecord) -> Coverage | None:
 
 
 class ChartGroup(NamedTuple):
-    """Charts that share a legend."""
+    """Charts that share a legend; those without anything to draw are None."""
 
     heading: str
     text: str
-    legend: tuple[Legend, ...]
-    panels: tuple[Panel, ...]
-
-
-def group(heading: str, text: str, legend: Iterable[Legend], panels: Iterable[Panel | None]) -> ChartGroup | None:
-    """Group of the existing panels; None without any."""
-    found = tuple(p for p in panels if p)
-    return ChartGroup(heading, text, tuple(legend), found) if found else None
+    legend: Sequence[Legend]
+    panels: Sequence[Panel | None]
 
 
 class SceneData:

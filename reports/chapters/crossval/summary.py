@@ -52,6 +52,14 @@ class QuantityRow:
         return SHARES.get(self.quantity, self.unit if self.unit != "1" else "")
 
     @property
+    def figures(self) -> tuple[float | None, ...]:
+        """Numbers, in the order of the heads of the table of metrics."""
+        limit_s = None if self.ratio is None else self.limit_s
+        return (
+            self.largest, self.first_orbit, self.rms, self.final, self.bound, self.ratio, self.detection_limit, limit_s,
+        )  # fmt: skip
+
+    @property
     def empty(self) -> bool:
         """Whether there is neither a number nor a reason nor a judgement."""
         return self.outcome is Outcome.REPORTED and self.largest is None and self.ratio is None and not self.reason
