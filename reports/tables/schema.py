@@ -106,15 +106,13 @@ class Record(Part):
     phases_s: dict[str, float] | None = None
 
 
-def read_record(path: Path, model: type[Record] = Record) -> dict[str, Any]:
+def read_record(path: Path) -> dict[str, Any]:
     """Read the record of a study or a comparison.
 
     Parameters
     ----------
     path : Path
         JSON file, e.g. ``record/cost.json``.
-    model : type of Record
-        Entries with their types.
 
     Raises
     ------
@@ -136,7 +134,7 @@ def read_record(path: Path, model: type[Record] = Record) -> dict[str, Any]:
             f"results with {writing}"
         )
     try:
-        model.model_validate(record)
+        Record.model_validate(record)
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False, include_context=False)[0]
         place = " → ".join(str(part) for part in first["loc"] if "[" not in str(part))  # without types of a union

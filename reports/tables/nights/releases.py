@@ -13,11 +13,9 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import Any
 
 from reports.tables.files import StudyFiles
 from reports.tables.rows import BITS, COUNT, RELATIVE_TO
-from reports.tables.schema import Record
 from reports.tables.table import Number, Table
 
 
@@ -27,16 +25,6 @@ class ReleaseState(StrEnum):
     RUNS = "runs"
     FAILS = "does not run"
     NOT_INSTALLED = "can't be installed"
-
-
-class ReleasesRecord(Record):
-    """Entries of the record."""
-
-    engine: str | None = None
-    distribution: str | None = None
-    scenes: dict[str, dict[str, Any]] | None = None
-    anchor: str | None = None
-    versions: list[str] | None = None
 
 
 RELEASE = ("engine", "version")
@@ -70,5 +58,5 @@ TABLES = {
 }
 
 
-FILES = StudyFiles("releases", TABLES, model=ReleasesRecord, pages=("releases.html",))
+FILES = StudyFiles("releases", TABLES, pages=("releases.html",))
 read_releases = FILES.contents
