@@ -71,7 +71,7 @@ def templates() -> Environment:
         "md": escape_text,
         "row": table_row,
         "number": number,
-        "relative_effect": relative_effect,
+        "relative_effect": effect,
         "value": lambda v: typographic(as_given(v)) if number(v) is not None else as_given(v),
         "nice": given_markup,
         "typed": as_given,
@@ -95,12 +95,6 @@ def paragraphs(name: str, **shown: Any) -> list[str]:
     """Paragraphs of a template of plain text, each on one line."""
     parts = templates().get_template(name).render(shown).split("\n\n")
     return [" ".join(re.split("[ \n]+", part.strip(" \n"))) for part in parts if part.strip(" \n")]
-
-
-def relative_effect(value: object) -> str:
-    """Relative effect of a misprint; in words if it is zero up to round-off."""
-    found = effect(value)
-    return found if isinstance(found, str) else typeset(found)
 
 
 def surroundings(record: Mapping[str, Any]) -> dict[str, Any]:

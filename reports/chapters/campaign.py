@@ -9,9 +9,7 @@ from itertools import pairwise
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
-import pandas as pd
-
-from reports.tables.faults.campaign import ALL, ENGINE_CLASSES, FAULT_CLASSES, CellClass, read_campaign
+from reports.tables.faults.campaign import ENGINE_CLASSES, FAULT_CLASSES, CellClass, read_campaign
 from reports.tables.rows import records
 from reports.text.numerals import as_given
 
@@ -19,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from reports.tables.files import StudyTables
+    import pandas as pd
 
 EDGES = (1e-2, 1e-1, 1.0, 10.0, 1e2, 1e4)
 """Limits between the classes of a fault's size, in units of the detection limit"""
@@ -36,14 +34,14 @@ FINDINGS = (CellClass.FALSE_ALARM, CellClass.MISSED)
 def view_campaign(folder: Path) -> SimpleNamespace:
     """Contents of the page, from the campaign in a result folder."""
     tables = read_campaign(folder)
-    cells, rates = tables.campaign, rates_in(tables)
+    cells, parts = tables.campaign, tables.rates_of_parts
     unmodified, faulty = cells[cells["fault"] == ""], cells[cells["fault"] != ""]
     return SimpleNamespace(
         record=tables.record,
         finished=bool(tables.record.get("finished")),
-        false_alarms=next(iter(rates_of(rates, CellClass.FALSE_ALARM, ALL)), NONE_TRIED),
-        missed=next(iter(rates_of(rates, CellClass.MISSED, ALL)), NONE_TRIED),
-        alarms_by_engine=rates_of(rates, CellClass.FALSE_ALARM, "engine"),
+        false_alarms=next(iter(rates_of(tables.rates, CellClass.FALSE_ALARM)), NONE_TRIED),
+        missed=next(iter(rates_of(tables.rates, CellClass.MISSED)), NONE_TRIED),
+        alarms_by_engine=rates_of(parts[parts["by"] == "engine"], CellClass.FALSE_ALARM),
         engine_classes=ENGINE_CLASSES,
         engines=counted(unmodified["engine"], unmodified["class"], ENGINE_CLASSES),
         size_classes=SIZE_CLASSES,
@@ -54,15 +52,9 @@ def view_campaign(folder: Path) -> SimpleNamespace:
     )
 
 
-def rates_in(tables: StudyTables) -> pd.DataFrame:
-    """All rates, those over everything first."""
-    found: pd.DataFrame = pd.concat([tables.rates.assign(by=ALL, name=ALL), tables.rates_of_parts], ignore_index=True)
-    return found
-
-
-def rates_of(rates: pd.DataFrame, kind: CellClass, by: str) -> list[dict[str, Any]]:
-    """Rates of one class by engine or over all, largest first."""
-    chosen = rates[(rates["what"] == kind) & (rates["by"] == by)].sort_values("rate", ascending=False, kind="stable")
+def rates_of(rates: pd.DataFrame, kind: CellClass) -> list[dict[str, Any]]:
+    """Rates of one class, largest first."""
+    chosen = rates[rates["what"] == kind].sort_values("rate", ascending=False, kind="stable")
     return [row | {"n": int(row["n"]), "count": int(row["count"])} for row in records(chosen)]
 
 

@@ -27,6 +27,8 @@ INCHES = (6.4, 2.2)
 """Width, and height of each chart"""
 WIDTH_PX = 400.0
 MOST_LABELS = 8
+REACTIONS = (r"reaction_(\d+)_x_N", r"reaction_(\d+)_y_N")
+"""Columns of both components"""
 
 
 @dataclass(frozen=True)
@@ -104,26 +106,15 @@ def drawing(t_s: Array, chart: TimeChart) -> Markup:
 
 def charts(table: pd.DataFrame) -> list[TimeChart]:
     """Quantities that a table holds, each with its unit."""
-    com = table[["com_x_m", "com_y_m"]].to_numpy(float)
-    radius = np.linalg.norm(com, axis=1)
-    angle, reaction = numbered(table, r"angle_(\d+)_rad"), reaction_sizes(table)
-    found = [
-        None if angle is None else TimeChart("attitude, rad", angle, "bar"),
-        None if reaction is None else TimeChart("magnitude of reactions, N", reaction, "joint"),
-        TimeChart("change of the CM's radius, m", (radius - radius[:1])[:, None]),
-    ]
+    radius = np.linalg.norm(table[["com_x_m", "com_y_m"]].to_numpy(float), axis=1)
+    angle, x, y = (numbered(table, name) for name in (r"angle_(\d+)_rad", *REACTIONS))
+    found = [] if angle is None else [TimeChart("attitude, rad", angle, "bar")]
+    if x is not None and y is not None:
+        found.append(TimeChart("magnitude of reactions, N", np.hypot(x, y), "joint"))
+    found.append(TimeChart("change of the CM's radius, m", (radius - radius[:1])[:, None]))
     if "com_residual_m" in table:
         found.append(TimeChart("centre-of-mass residual, m", table[["com_residual_m"]].to_numpy(float)))
-    return [c for c in found if c is not None]
-
-
-def reaction_sizes(table: pd.DataFrame) -> Array | None:
-    """Size of each joint's reaction, (n, N-1) N; None without any."""
-    x, y = (numbered(table, rf"reaction_(\d+)_{axis}_N") for axis in "xy")
-    if x is None or y is None:
-        return None
-    sizes: Array = np.hypot(x, y)
-    return sizes
+    return found
 
 
 def drawn(made: Figure, t_s: Array, found: Sequence[TimeChart]) -> NDArray[np.object_]:

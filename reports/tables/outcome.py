@@ -10,15 +10,15 @@ if TYPE_CHECKING:
 
 
 class Outcome(StrEnum):
-    """Outcome of one row of the metrics table."""
+    """Outcome of one row of the metrics table, from the least to the most severe."""
 
-    PASS = "pass"
     REPORTED = "reported"
+    PASS = "pass"
     UNSUPPORTED = "unsupported"
     ROUNDOFF_LIMITED = "roundoff_limited"
     TOO_COARSE = "too_coarse"
-    INCONSISTENT = "inconsistent"
     EXCEEDS_BOUND = "exceeds_bound"
+    INCONSISTENT = "inconsistent"
     NOTHING_COMPARED = "nothing_compared"
     MALFORMED = "malformed"
     INCOMPLETE = "incomplete"
@@ -69,23 +69,7 @@ ADVICE = {
     Outcome.MISSING: "The engine is not installed; the reason shows how to install it.",
 }
 
-SEVERITY = (
-    Outcome.REPORTED,
-    Outcome.PASS,
-    Outcome.UNSUPPORTED,
-    Outcome.ROUNDOFF_LIMITED,
-    Outcome.TOO_COARSE,
-    Outcome.EXCEEDS_BOUND,
-    Outcome.INCONSISTENT,
-    Outcome.NOTHING_COMPARED,
-    Outcome.MALFORMED,
-    Outcome.INCOMPLETE,
-    Outcome.NOT_FINITE,
-    Outcome.JOINTS_IGNORED,
-    Outcome.TIMED_OUT,
-    Outcome.FAILED,
-    Outcome.MISSING,
-)
+SEVERITY = tuple(Outcome)
 """Outcomes from the least to the most severe: a cell has the most severe outcome of its rows"""
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from markupsafe import Markup
 
-from reports.text.numerals import number, significant, unpadded
+from reports.text.numerals import significant, typeset, unpadded
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -81,10 +81,9 @@ def written_row(row: dict[str, object]) -> dict[str, object]:
     return {k: written(v) if isinstance(v, str) else v for k, v in row.items()}
 
 
-def effect(value: object) -> str | float | None:
-    """Relative effect as a number; in words if it is zero up to round-off."""
-    found = number(value)
-    return AS_NONE if found is not None and abs(found) < ROUND_OFF else found
+def effect(value: float | None) -> str:
+    """Relative effect of a misprint; in words if it is zero up to round-off."""
+    return AS_NONE if value is not None and abs(value) < ROUND_OFF else typeset(value)
 
 
 def identifier(name: str) -> str:
