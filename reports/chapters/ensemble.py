@@ -40,7 +40,9 @@ def view_ensemble(folder: Path) -> SimpleNamespace:
         panels = [fan(part[part["item"] == k], f"{item} {k}".capitalize(), label, unit_s) for k in shown]
         if panels:
             groups.append((quantity.capitalize(), panels, len(items) - len(panels)))
-    return SimpleNamespace(record=tables.record, scene=scene, groups=groups, final=final(table))
+    last = final(table)
+    quantiles = [f"#{100 * q:g} %" for q in (last[0]["values"] if last else ())]
+    return SimpleNamespace(record=tables.record, scene=scene, groups=groups, final=last, quantiles=quantiles)
 
 
 def fan(part: pd.DataFrame, title: str, label: str, period_s: float) -> Panel:
