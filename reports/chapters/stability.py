@@ -79,7 +79,7 @@ def view_stability(folder: Path) -> SimpleNamespace:
         signs=[(SIGNS[s][0], str(s), SIGNS[s][1], s.advice) for s in Stability],
         timed_out=LATE,
         worst=worst(tables, {(o["scene"], o["engine"]): o for o in outcomes}),
-        long=[long_scene(tables, name, engines) for name in unique(tables.laws, "scene")],
+        long=[long_scene(tables, name, engines) for name in dict.fromkeys(tables.laws.scene)],
         sums=sums(tables.laws),
         plain=plain(tables.plain),
         wrong=wrong_successes(tables.plain),
@@ -87,23 +87,16 @@ def view_stability(folder: Path) -> SimpleNamespace:
     )
 
 
-def unique(table: pd.DataFrame, column: str) -> list[str]:
-    """Names in a column, in their order."""
-    return list(dict.fromkeys(table[column].astype(str)))
-
-
 def scenes_of(tables: StudyTables, engines: list[str]) -> list[dict[str, Any]]:
     """Scenes in the order of the command: name, record, outcomes by engine, evidence."""
     outcomes = {(r["scene"], r["engine"]): outcome(r) for r in plain(tables.outcomes)}
-    evidence: dict[str, list[dict[str, Any]]] = {}
-    for row in plain(tables.evidence):
-        evidence.setdefault(row["scene"], []).append(row)
+    evidence = plain(tables.evidence)
     return [
         {
             "name": name,
             "about": about,
             "outcomes": {e: outcomes[name, e] for e in engines if (name, e) in outcomes},
-            "evidence": evidence.get(name, []),
+            "evidence": [row for row in evidence if row["scene"] == name],
         }
         for name, about in (tables.record.get("scenes") or {}).items()
     ]
@@ -111,17 +104,18 @@ def scenes_of(tables: StudyTables, engines: list[str]) -> list[dict[str, Any]]:
 
 def outcome(row: dict[str, Any]) -> dict[str, Any]:
     """Row of `outcomes` with its sign, word, colour, exponent of a drift and change since the recorded outcome."""
-    late = bool(row["slow"])
-    sign, kind = SIGNS[Stability(row["stability"])]
-    exponent = row["exponent"]
+    stability = Stability(row["stability"])
+    sign, kind = SIGNS[stability]
+    word, exponent = row["stability"], row["exponent"]
+    if row["slow"]:
+        sign, word, kind = LATE
     return row | {
-        "slow": late,
-        "sign": LATE[0] if late else sign,
-        "word": LATE[1] if late else row["stability"],
-        "kind": LATE[2] if late else kind,
+        "sign": sign,
+        "word": word,
+        "kind": kind,
         "below": "" if exponent is None else f"t{raised(exponent, 1)}",
         "changed": f"{CHANGES[row['change']]}, was {row['expected']}" if row["change"] else "",
-        "advice": Stability(row["stability"]).advice,
+        "advice": stability.advice,
     }
 
 
@@ -142,7 +136,7 @@ def wrong_successes(table: pd.DataFrame) -> dict[str, int]:
 def sums(laws: pd.DataFrame) -> dict[str, Any] | None:
     """Energy drifts of plain and of compensated sums, in the first long scene with both runs."""
     energy = [r for r in plain(laws) if r["engine"] == COMPILED and r["quantity"] == "energy"]
-    for scene in unique(laws, "scene"):
+    for scene in dict.fromkeys(laws.scene):
         own = {r["level"]: r | {"power": raised(r["exponent"] or 0.0)} for r in energy if r["scene"] == scene}
         if own.keys() >= SUMS.keys():
             rounded, exact = own[PLAIN_SUMS], own[EXACT_SUMS]

@@ -51,11 +51,6 @@ class EngineCurve(NamedTuple):
         found: Flags = placed & ~self.failed
         return found
 
-    @property
-    def shown(self) -> bool:
-        """Whether anything of it is in a chart."""
-        return bool(self.drawn.any() or self.failed.any())
-
 
 @dataclass(frozen=True)
 class EngineChart:
@@ -109,9 +104,9 @@ def overview(chart: EngineChart) -> Panel | None:
     """Chart of all engines, each group in a colour; dashed ones last in the legend. None without anything to draw."""
     groups = group_of(chart.known)
     dashed = {groups[c.engine] for c in chart.curves if c.dashed}
-    pens = {word: styled(pen, dashed=word in dashed) for word, pen in family_pens(chart.known).items()}
+    pens = {word: replace(pen, dash=DASH if word in dashed else ()) for word, pen in family_pens(chart.known).items()}
     coloured = [(c, pens[groups[c.engine]]) for c in chart.curves]
-    used = {groups[c.engine] for c in chart.curves if c.shown}
+    used = {groups[c.engine] for c in chart.curves if (c.drawn | c.failed).any()}
     legend = [Legend(word, pens[word]) for word in sorted(pens, key=lambda word: word in dashed) if word in used]
     found = panel(chart, coloured, legend, f"{chart.name}-all", chart.title)
     return found and replace(found, note=f"{found.note} {SHARED if len(groups) > len(pens) else ''}".strip())
@@ -122,23 +117,18 @@ def by_family(chart: EngineChart, heading: str = "") -> list[Panel]:
     family = families(chart.known)
     alone = chart.alone or dict.fromkeys((True, False), OTHERS)
     own: dict[str, list[EngineCurve]] = {}
-    for curve in (c for c in chart.curves if c.shown):
+    for curve in (c for c in chart.curves if (c.drawn | c.failed).any()):
         name = family[curve.engine]
         own.setdefault(alone[curve.dashed] if name == OTHERS else name, []).append(curve)
     found = []
     for name, curves in sorted(own.items(), key=lambda item: item[0] in alone.values()):
         group = [e for e in family if family[e] == name] or [c.engine for c in curves]
-        pens = [styled(engine_pen(group.index(c.engine) + 2), dashed=c.dashed) for c in curves]
+        pens = [replace(engine_pen(group.index(c.engine) + 2), dash=DASH if c.dashed else ()) for c in curves]
         legend = [Legend(c.engine, pen) for c, pen in zip(curves, pens, strict=True)]
         title = heading + name
         named = f"{chart.name}-{identifier(name)}"
         found.append(panel(chart, list(zip(curves, pens, strict=True)), legend, named, title[:1].upper() + title[1:]))
     return [p for p in found if p]
-
-
-def styled(pen: Pen, *, dashed: bool) -> Pen:
-    """Pen of an engine of one kind."""
-    return replace(pen, dash=DASH) if dashed else pen
 
 
 def panel(

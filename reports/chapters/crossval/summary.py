@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -10,7 +9,6 @@ from typing import TYPE_CHECKING
 from reports.tables.crossval import ALL_SCENES, JUDGING_SOLUTION, QUANTITY_UNITS, is_engine
 from reports.tables.outcome import Outcome, gravest
 from reports.tables.rows import Row, known, records
-from reports.text.numerals import number
 from reports.text.record import SceneRecord, is_complete
 
 if TYPE_CHECKING:
@@ -65,6 +63,11 @@ class QuantityRow:
         return self.outcome is Outcome.REPORTED and self.largest is None and self.ratio is None and not self.reason
 
 
+METRIC_OF = {
+    "rms": "rms", "final": "final", "ratio": "normalised_error", "first_orbit": "first_orbit_max",
+    "detection_limit": "detection_limit",
+}  # fmt: skip
+"""Metric of each further number of a row"""
 QUANTITY_NAMES = {
     "com": "CM track",
     "com_velocity": "CM velocity",
@@ -260,9 +263,9 @@ def show_first_orbit(cells: dict[tuple[str, str], RunCell], scene: SceneRecord) 
 
 def make_cell(scene: str, engine: str, rows: list[Row], duration_s: float | None) -> RunCell:
     """Cell from all metric rows of one run."""
-    order = [*QUANTITY_UNITS, *sorted({str(r["quantity"]) for r in rows} - set(QUANTITY_UNITS))]
-    own = {q: [r for r in rows if r["quantity"] == q] for q in order}
-    found = [make_row(quantity, of) for quantity, of in own.items() if of]
+    there = {r["quantity"] for r in rows}
+    order = [q for q in QUANTITY_UNITS if q in there] + sorted(there.difference(QUANTITY_UNITS))
+    found = [make_row(quantity, [r for r in rows if r["quantity"] == quantity]) for quantity in order]
     worst = gravest(r.outcome for r in found)
     reason = "; ".join(
         r.reason if r.quantity == "run" else f"{r.name}: {r.reason}" for r in found if r.outcome is worst and r.reason
@@ -273,30 +276,17 @@ def make_cell(scene: str, engine: str, rows: list[Row], duration_s: float | None
 
 def make_row(quantity: str, rows: list[Row]) -> QuantityRow:
     """Row from all metric rows of one quantity of one run; NaN where a metric has a row without a number."""
-    by_metric = {str(r["metric"]): r for r in rows if r["metric"] != "outcome"}
+    by_metric = {r["metric"]: r for r in rows if r["metric"] != "outcome"}
     largest = by_metric.get("max", by_metric.get("drift", {}))
-    bound = largest.get("tolerance")
     worst = gravest(Outcome(r["outcome"]) for r in rows)
-    reasons = [str(r["reason"]) for r in rows if r["outcome"] == worst and r["reason"]]
-
-    def value(row: Row) -> float | None:
-        return (math.nan if (found := number(row.get("value"))) is None else found) if row else None
-
-    rms, final, ratio, first_orbit, detection_limit = (
-        value(by_metric.get(name, {}))
-        for name in ("rms", "final", "normalised_error", "first_orbit_max", "detection_limit")
-    )
+    reasons = dict.fromkeys(r["reason"] for r in rows if r["outcome"] == worst and r["reason"])
     return QuantityRow(
         quantity=quantity,
-        unit=largest.get("unit") or next((str(r["unit"]) for r in rows if r["unit"]), QUANTITY_UNITS.get(quantity, "")),
-        largest=value(largest),
-        rms=rms,
-        final=final,
-        bound=bound if known(bound) else None,
-        ratio=ratio,
-        first_orbit=first_orbit,
-        detection_limit=detection_limit,
-        limit_s=min((float(r["limit_s"]) for r in rows if known(r["limit_s"])), default=None),
+        unit=largest.get("unit") or next((r["unit"] for r in rows if r["unit"]), QUANTITY_UNITS.get(quantity, "")),
+        largest=largest.get("value"),
+        bound=largest["tolerance"] if known(largest.get("tolerance")) else None,
+        limit_s=min((r["limit_s"] for r in rows if known(r["limit_s"])), default=None),
         outcome=worst,
-        reason="; ".join(dict.fromkeys(reasons)),
+        reason="; ".join(reasons),
+        **{field: by_metric[metric]["value"] if metric in by_metric else None for field, metric in METRIC_OF.items()},
     )

@@ -130,7 +130,7 @@ def best_law(study: Roundoff, row: Row) -> dict[str, Any]:
     """Law of the smallest error of runs, with the size at which an error that falls with the size leaves no digit."""
     constant, expected, u = row["constant"], row["expected"], study.units.get(row["arithmetic"])
     last = (LOST / (constant * u)) ** (1.0 / expected) if constant and u and expected < 0.0 else None
-    method = METHODS.get(row["method"], row["method"])
+    method = str(METHODS.get(row["method"], row["method"]))
     of: tuple[str, ...] = (word_of(row), row["coordinates"], row["arithmetic"], method)
     return law(study, row, of, last)
 
