@@ -12,7 +12,7 @@ from reports.plotting.palette import COLOURS, Pen, engine_pen
 from reports.plotting.panels import ChartFrame, Legend, Line, Panel, draw, guide, linear_panel, log_panel
 from reports.plotting.series import Array, decade_range, numbered, thin
 from reports.plotting.svg import Chart, across, upwards
-from reports.tables.rows import plain
+from reports.tables.rows import NOT_RUN, plain
 from reports.tables.stability import Stability, read_stability
 from reports.text.numerals import SUPERSCRIPTS
 from reports.text.record import is_complete
@@ -104,6 +104,8 @@ def scenes_of(tables: StudyTables, engines: list[str]) -> list[dict[str, Any]]:
 
 def outcome(row: dict[str, Any]) -> dict[str, Any]:
     """Row of `outcomes` with its sign, word, colour, exponent of a drift and change since the recorded outcome."""
+    if row["stability"] == NOT_RUN:  # a finer run than one that took too long
+        row = row | {"stability": Stability.FAILED.value, "reason": f"{NOT_RUN}: {row['reason']}"}
     stability = Stability(row["stability"])
     sign, kind = SIGNS[stability]
     word, exponent = row["stability"], row["exponent"]

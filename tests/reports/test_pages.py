@@ -11,7 +11,7 @@ import pytest
 from jinja2 import Template
 
 from reports.render import CHAPTERS, render_all
-from reports.tables import crossval, effects, ensemble
+from reports.tables import crossval, effects, ensemble, stability
 from reports.text.glossary import TERMS, Glossary
 from tests.support.results import write_results
 
@@ -76,3 +76,13 @@ def test_a_glossary_gives_each_definition_once() -> None:
     assert glossary.first("control", "resolved") == [("resolved", TERMS["resolved"])]
     with pytest.raises(KeyError):
         glossary.first("no such term")
+
+
+def test_a_pair_whose_finer_runs_would_take_too_long_is_shown_as_timed_out(tmp_path: Path) -> None:
+    reason = "not run: the coarse setting already took longer than 5 s"
+    late = {"scene": "hard/some", "engine": "slow", "stability": "failed", "reason": reason, "slow": True}
+    about: dict[str, Any] = {"scenes": {"hard/some": {"title": "Some", "description": ""}}, "engines": {"slow": ""}}
+    record = MADE | about | {"left_out": [], "time_limit_s": 5.0}
+    folder = write_results(tmp_path, stability.FILES, {"outcomes": [late]}, record)
+    [page] = render_all(folder)
+    assert f'title="{reason}"><span class="tag"><i aria-hidden="true">◷</i>timed out' in page.read_text()
