@@ -100,7 +100,7 @@ def allowance(text: str) -> tuple[str, float]:
 def show(file: Path, result: FileResult) -> None:
     """Print the verdict, the reasons, what was done with the file, and the page."""
     say(f"{file}: {result.scene}: {result.outcome}")
-    for line in filter(None, [result.mistakes, *result.reasons]):
+    for line in filter(None, [*result.advice, result.mistakes, *result.reasons]):
         say(f"  {line}")
     for quantity, largest, unit in result.sizes:
         say(f"  {quantity}: largest difference {largest:.3g} {unit}")

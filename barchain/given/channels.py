@@ -11,7 +11,7 @@ import numpy as np
 
 from barchain.given.table import TableError, read_columns
 from barchain.given.units import UnitError, factor
-from scenarios.nearest import nearest
+from scenarios.nearest import likeness, nearest, nearest_name
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -31,9 +31,13 @@ NUMBERED = {
 LEFT_ALONE = re.compile(r"gap_\d+|com_residual|condition|position_\d+_[xy]")
 """Columns of `simulate --out` that are not judged: what is not integrated, or has no meaning for others"""
 ENDINGS = {
-    "_rad_s": "rad/s", "_m_s": "m/s", "_N_m": "N m", "_N_s": "N s", "_rad": "rad", "_m": "m", "_s": "s", "_N": "N",
+    "_rad_s": "rad/s", "_m_s": "m/s", "_n_m": "N m", "_n_s": "N s", "_rad": "rad", "_m": "m", "_s": "s", "_n": "N",
 }  # fmt: skip
-"""Units at the end of the names of `simulate --out`"""
+"""Units at the end of the names of `simulate --out`, in lower case"""
+NUMBER = re.compile(r"(?:angle|rate|reaction|torque_bar|impulse)_(\d+)(?:_[xy])?$")
+"""Channel of a numbered bar or joint"""
+LIKE = 0.75
+"""Likeness from which on a column is a channel that the file lacks, misspelt"""
 FIELDS = {
     "com_m": ("com_x", "com_y"), "com_velocity_m_s": ("com_vx", "com_vy"), "angle_rad": ("angle_{}",),
     "rate_rad_s": ("rate_{}",), "reaction_N": ("reaction_{}_x", "reaction_{}_y"), "torque_N_m": ("torque_bar_{}",),
@@ -57,6 +61,13 @@ class Channels:
     """(n,) half a unit in the last place written of each"""
     ignored: list[str] = field(default_factory=list)
     """Columns that are no channels of the scene"""
+
+    @property
+    def bars(self) -> int:
+        """Largest number of a bar with an angle or a rate; 0 without any."""
+        return max(
+            (int(name.rpartition("_")[2]) for name in self.values if name.startswith(("angle_", "rate_"))), default=0
+        )
 
 
 def channel_units(scene: Scene) -> dict[str, str]:
@@ -118,8 +129,7 @@ def read_channels(path: Path, scene: Scene, mapping: Mapping[str, str]) -> Chann
         if name not in units:
             if mapping:
                 raise TableError(f"{name} given as a channel{nearest(name, units)}, allowed: {', '.join(units)}")
-            near = "" if LEFT_ALONE.fullmatch(name) else nearest(name, units)
-            ignored.append(f"{column.name}{near}")
+            ignored.append(column.name)
             continue
         if name in values:
             raise TableError(f"{path.name} has two columns of {name}")
@@ -129,6 +139,7 @@ def read_channels(path: Path, scene: Scene, mapping: Mapping[str, str]) -> Chann
             raise TableError(f"{path.name}, column {column.name}: {error}") from None
         values[name], halves[name] = size * column.values, size * column.half_unit
     check(path.name, values, columns)
+    check_ignored(path.name, scene, ignored, units.keys() - values.keys())
     return Channels(path.name, values.pop(TIME), halves.pop(TIME), values, halves, ignored)
 
 
@@ -146,12 +157,44 @@ def mapped(file: str, columns: list[Column], mapping: Mapping[str, str]) -> list
 
 
 def parted(header: str) -> tuple[str, str]:
-    """Name of a channel, and its unit, of a header such as ``angle_1 [deg]``, ``angle_1_rad`` or ``angle_1``."""
+    """Name of a channel, and its unit, of a header such as ``angle_1 [deg]``, ``angle_1_rad`` or ``ANGLE_1``."""
     match = re.fullmatch(r"(.*?)\s*[\[(]\s*(.*?)\s*[\])]", header.strip())
     name, unit = (match[1], match[2]) if match else (header.strip(), "")
+    name = name.lower()
     ending = next((each for each in ENDINGS if name.endswith(each)), "")
     name = name.removesuffix(ending)
-    return (TIME if name.lower() == "time" else name), unit or ENDINGS.get(ending, "")
+    return (TIME if name == "time" else name), unit or ENDINGS.get(ending, "")
+
+
+def check_ignored(file: str, scene: Scene, headers: list[str], missing: Iterable[str]) -> None:
+    """Check that no column is meant as a channel: of bars from 0, of further bars, or misspelt.
+
+    Parameters
+    ----------
+    file : str
+    scene : Scene
+    headers : list of str
+        Of the columns that are no channels of the scene.
+    missing : iterable of str
+        Channels of the scene that the file lacks.
+
+    Raises
+    ------
+    TableError
+        With the column.
+    """
+    names = {name: header for header in headers if not LEFT_ALONE.fullmatch(name := parted(header)[0])}
+    numbers = {name: int(found[1]) for name in names if (found := NUMBER.match(name))}
+    if 0 in numbers.values():
+        first = next(name for name, number in numbers.items() if number == 0)
+        raise TableError(f"{file} has a column {first}, and numbers bars from 0; allowed: from 1, as in angle_1")
+    bars = max((number for name, number in numbers.items() if name.startswith(("angle", "rate"))), default=0)
+    if bars > scene.bars:
+        raise TableError(f"{file} has {bars} bars, the scene {scene.name} {scene.bars}; was another scene meant?")
+    for name, header in names.items():
+        near = nearest_name(name, missing)
+        if near is not None and likeness(name, near) >= LIKE and name not in numbers:
+            raise TableError(f"{file} has no {near}, but a column {header}; rename it, or leave it out")
 
 
 def check(file: str, values: Mapping[str, Array], columns: list[Column]) -> None:

@@ -45,6 +45,8 @@ class FileResult:
 
     scene: str
     outcome: Outcome
+    advice: list[str]
+    """Sentences on the file as a whole: another number of bars, an undeclared accuracy"""
     mistakes: str
     """Mistakes that explain what is wrong, in sentences"""
     reasons: list[str]
@@ -122,6 +124,7 @@ def judge_files(
     return FileResult(
         loaded.name,
         found.verdict.outcome,
+        found.advice,
         "" if found.mistakes is None else str(found.mistakes),
         [f"{quantity}: {reason}" for quantity, reason in reasons.items()],
         [(row["quantity"], row["value"], row["unit"]) for row in rows if row["metric"] == "max"],

@@ -73,15 +73,23 @@ def read_columns(path: Path) -> list[Column]:
     if not rows:
         raise TableError(f"{path.name} has a header and no rows")
     for k, row in rows:
-        check_row(path.name, k, row, names)
+        check_row(path.name, k, row, names, separator)
     texts = [[row[c] for _, row in rows] for c in range(len(names))]
     return [column(name.strip(), each) for name, each in zip(names, texts, strict=True) if any(map(str.strip, each))]
 
 
 def text_of(path: Path) -> str:
-    """Text of a file, in the encoding of its mark, else in UTF-8 or Latin 1."""
+    """Text of a file, in the encoding of its mark, else in UTF-8 or Latin 1.
+
+    Raises
+    ------
+    TableError
+        If it holds other things than text.
+    """
     content = path.read_bytes()
     marked = next((encoding for mark, encoding in MARKS.items() if content.startswith(mark)), None)
+    if marked is None and b"\0" in content:
+        raise TableError(f"{path.name} is no text; write the table as CSV")
     try:
         return content.decode(marked or "utf-8")
     except UnicodeDecodeError:
@@ -95,7 +103,7 @@ def cells(line: str, separator: str | None) -> list[str]:
     return [cell.strip('"') for cell in re.findall(r'"[^"]*"|[^\s(\[]+(?:\s*(?:\([^)]*\)|\[[^\]]*\]))?', line)]
 
 
-def check_row(file: str, line: int, row: list[str], names: list[str]) -> None:
+def check_row(file: str, line: int, row: list[str], names: list[str], separator: str | None) -> None:
     """Check that a row has a number for each name, and a decimal point in each number.
 
     Raises
@@ -107,7 +115,8 @@ def check_row(file: str, line: int, row: list[str], names: list[str]) -> None:
         shown = next((cell for cell in row if re.fullmatch(COMMA, cell)), ",".join(row[:2]))
         raise TableError(f"{file}, line {line}: {shorten(shown)} has a decimal comma; {POINTS}")
     if len(row) != len(names):
-        raise TableError(f"{file}, line {line} has {len(row)} values for {len(names)} columns")
+        comma = f"; if it has decimal commas, {POINTS}" if separator == "," and len(row) > len(names) else ""
+        raise TableError(f"{file}, line {line} has {len(row)} values for {len(names)} columns{comma}")
     for name, cell in zip(names, row, strict=True):
         if cell.strip() and not re.fullmatch(NUMBER, cell, re.IGNORECASE):
             raise TableError(f"{file}, line {line}: {shorten(cell)} in the column {shorten(name)} is no number")

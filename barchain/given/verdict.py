@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -43,6 +44,8 @@ LEAST_SHARE = 0.1
 """Least share of the scene that a file must span: agreement over less says nothing about the scene"""
 FEWEST_ROWS = 5
 """Least rows of a file whose mistakes are sought: few numbers fit by chance"""
+ORDER_SLACK = 0.5
+"""Difference of a measured order from the declared one from which on it is told"""
 LADDER = (1e-12, 1e-10, 1e-8, 1e-6, 1e-4)
 """Requested errors that are tried for a file that declares none"""
 
@@ -63,6 +66,8 @@ class Samples:
     """Whether the first row is the scene's start, which the file lacks"""
     notes: list[str] = field(default_factory=list)
     """What was done with the file, in sentences"""
+    bars: int = 0
+    """Largest number of a bar in the file; 0 without any"""
 
     @property
     def enough(self) -> bool:
@@ -87,6 +92,8 @@ class FileVerdict:
     finer: Trajectory | None
     engine: type[Engine]
     setting: Setting
+    advice: list[str]
+    """Sentences that come before all reasons"""
     notes: list[str]
 
 
@@ -165,7 +172,9 @@ def filled(channels: Channels, solution: ReferenceSolution, inside: Any, half_t_
     arrays = {array: getattr(seen, array) for array in ("com_m", "com_velocity_m_s")} | arrays
     turned = tuple(law.bar for law in scene.effects.prescribed_rotation)
     trajectory = Trajectory(seen.t_s, **arrays, ended=seen.ended, torque_bars=turned)  # type: ignore[arg-type]
-    return Samples(trajectory, solution, written, frozenset(judged), frozenset(whole), notes=notes)
+    return Samples(
+        trajectory, solution, written, frozenset(judged), frozenset(whole), notes=notes, bars=channels.bars
+    )  # fmt: skip
 
 
 def part_names(scene: Scene, array: str, patterns: tuple[str, ...]) -> list[str]:
@@ -201,14 +210,19 @@ def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declar
     declared : Declared
     """
     own = {} if finer is None else differences(main.trajectory, finer.trajectory)
-    notes = list(main.notes)
+    notes, advice = list(main.notes), list[str]()
     found, engine, setting = one_verdict(name, main, finer, declared, own)
     mistakes = None
+    if finer is not None and declared.order is not None:
+        found = with_measured_orders(found, main, finer, declared.order)
+    if found.outcome is not Outcome.PASS and 0 < main.bars < main.solution.scene.bars:
+        advice.append(f"the file has {plural(main.bars, 'bar')}, the scene {main.solution.scene.bars}")
     if isinstance(setting, Undeclared) and finer is None:
-        notes.append("no accuracy is declared (--finer, --rtol): only the digits of the file count as its error")
+        undeclared = "no accuracy is declared (--finer, --rtol): only the digits of the file count as its error"
+        (notes if found.outcome is Outcome.PASS else advice).append(undeclared)
         if found.outcome is not Outcome.PASS:
             mistakes, said = on_the_ladder(name, main, declared)
-            notes.append(said)
+            advice.append(said)
     elif main.enough and needs_diagnosis(found):
         mistakes = diagnosis(found, main)
         mistakes = None if mistakes.inside_tolerances else mistakes
@@ -220,7 +234,22 @@ def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declar
         found = dataclasses.replace(found, rows=[*found.rows, *row])
     notes += limited(found, main)
     second = None if finer is None else finer.trajectory
-    return FileVerdict(found, mistakes, main.solution, main.trajectory, second, engine, setting, notes)
+    return FileVerdict(found, mistakes, main.solution, main.trajectory, second, engine, setting, advice, notes)
+
+
+def with_measured_orders(verdict: Verdict, main: Samples, finer: Samples, declared: float) -> Verdict:
+    """Verdict that tells the measured order where an error does not fall as the declared order says."""
+    errors = [differences(each.trajectory, main.solution.trajectory) for each in (main, finer)]
+    rows = []
+    for row in verdict.rows:
+        if row["metric"] == "extrapolation_ratio" and not Outcome(row["outcome"]).ok:
+            coarse, fine = (float(each[row["quantity"]].max()) for each in errors)
+            falls = coarse / fine if fine else math.inf
+            if falls > 0.0 and abs(math.log2(falls) - declared) > ORDER_SLACK:
+                said = f"{falls:.3g} times to the finer result, as of order {math.log2(falls):.1f}"
+                row |= {"reason": f"the error falls {said}; order {declared:g} is declared"}
+        rows.append(row)
+    return dataclasses.replace(verdict, rows=rows)
 
 
 def on_the_ladder(name: str, main: Samples, declared: Declared) -> tuple[Diagnosis | None, str]:

@@ -96,12 +96,27 @@ def test_columns_of_any_name_or_none_are_read_with_a_mapping(table, judged):
         judged(named, mapping=by_name | {"angle_5": "phi6"})
 
 
+def test_a_header_in_capitals_is_read_and_what_is_no_text_is_said(table, judged, tmp_path):
+    assert judged(table.rename(columns=str.upper)).passed
+    (tmp_path / "run.mat").write_bytes(b"MATLAB 5.0\0\0")
+    with pytest.raises(TableError, match=r"run\.mat is no text"):
+        judge_files(SCENE, tmp_path / "run.mat", time_limit_s=60.0)
+
+
+def test_a_file_of_fewer_bars_that_does_not_pass_is_said_to_be_of_another_scene(judged):
+    found = judged(frame_of("basics/two_bars_free"))
+    assert found.advice == ["the file has 2 bars, the scene 5"]
+
+
 def test_a_decimal_comma_gets_one_clear_line(table, judged, tmp_path):
     said = r"line 2: .* has a decimal comma; write numbers with a decimal point"
     with pytest.raises(TableError, match=said):
         judged(table, sep=";", decimal=",")
     (tmp_path / "run.csv").write_text("t_s,angle_1_rad\n0,0,0,5\n")
     with pytest.raises(TableError, match=said):
+        judge_files(SCENE, tmp_path / "run.csv", time_limit_s=60.0)
+    (tmp_path / "run.csv").write_text("t_s,angle_1_rad\n0,0,5\n")
+    with pytest.raises(TableError, match="3 values for 2 columns; if it has decimal commas, write numbers with"):
         judge_files(SCENE, tmp_path / "run.csv", time_limit_s=60.0)
 
 
@@ -128,8 +143,8 @@ def test_digits_that_were_not_written_are_an_error_bar_and_hide_nothing_larger(j
 def test_a_file_without_a_declared_accuracy_is_judged_by_its_digits_and_told_what_it_is_worth(table, judged):
     found = judged(table, Declared())
     assert not found.passed
-    assert any("only the digits" in note for note in found.notes)
-    assert any("requests rtol=1e-08" in note for note in found.notes)
+    assert any("only the digits" in line for line in found.advice)
+    assert any("requests rtol=1e-08" in line for line in found.advice)
     reversed_ = judged(table.assign(**{n: -table[n] for n in table if n.startswith("reaction")}), Declared())
     assert "opposite sign" in reversed_.mistakes
 
@@ -177,7 +192,9 @@ def test_a_finer_result_estimates_the_error_and_an_order_is_held_to_it(judged):
 
     assert outcome(None).passed
     assert outcome(2.0).passed
-    assert any("do not shrink with the step" in reason for reason in outcome(4.0).reasons)
+    for wrong in 1.0, 4.0:
+        said = f"as of order 2.0; order {wrong:g} is declared"
+        assert any(said in reason for reason in outcome(wrong).reasons)
     assert not outcome(None, finer=coarse).passed, "a result given twice estimates nothing"
     assert not judged(coarse, Declared(), "basics/two_bars_free", finer=fine).passed, "Newton's tolerance is undeclared"
     with pytest.raises(TableError, match="both need the same rows"):
@@ -216,6 +233,9 @@ def test_a_piece_of_a_scene_is_too_little(judged, table):
     (lambda f: f.assign(angle_1_rad=f.angle_1_rad.where(f.index != 3)), "angle_1 has no finite number in row 4"),
     (lambda f: f.assign(t_s=f.t_s + 1e6), "no row from t > 0"),
     (lambda f: f.astype(object).assign(angle_1_rad="abc"), "'abc' in the column 'angle_1_rad' is no number"),
+    (lambda f: f.rename(columns={"angle_1_rad": "angel_1_rad"}), "has no angle_1, but a column angel_1_rad"),
+    (lambda f: f.rename(columns={"angle_1_rad": "angle_0_rad"}), "numbers bars from 0; allowed: from 1"),
+    (lambda f: f.assign(angle_7_rad=0.0), "has 7 bars, the scene paper/fig05 5"),
 ])  # fmt: skip
 def test_a_table_that_can_not_be_judged_is_told_in_one_line(table, judged, change, said):
     with pytest.raises(TableError, match=said):
@@ -238,7 +258,7 @@ def test_rows_beyond_the_predictability_limit_alone_are_no_agreement(table, judg
     for frame, declared in ((late, ROUGH), (late.assign(angle_1_rad=42.0), Declared())):
         found = judged(frame, declared)
         assert not found.passed
-        assert not any("agrees" in note for note in found.notes)
+        assert not any("agrees" in line for line in found.advice)
 
 
 def test_a_file_with_one_wrong_column_is_not_said_to_be_inside_the_tolerances(table, judged):
