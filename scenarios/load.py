@@ -62,62 +62,33 @@ def load_scene(scene: str | Path, folders: Sequence[Path] = (SHIPPED,)) -> Scene
         raise SceneError(
             f"{shorten(scene)} given as a scene, allowed: a name, e.g. paper/fig05, or the path of a TOML file"
         )
-    if is_scene_name(str(scene)) and not Path(scene).suffix:  # a path could lead out of the folders, and of the results
-        for folder in folders:
-            named = folder / f"{scene}.toml"
-            if is_file(named):
-                return load_file(named, name=str(scene), file=f"{scene}.toml")
     path = Path(scene)
-    if is_file(path):
-        return load_file(path, name=path.stem, file=visible(path))
-    raise SceneError(f"{visible(scene, MOST_LINE)}: {missing(path, folders)}")
-
-
-def is_file(path: Path) -> bool:
-    """Whether a file is there; no file has a name that the system does not take."""
     try:
-        return path.is_file()
-    except OSError:
-        return False
-
-
-def is_special(path: Path) -> bool:
-    """Whether a device, a pipe or a socket is there: reading it might not end."""
-    try:
-        return path.exists() and not (path.is_file() or path.is_dir())
-    except OSError:
-        return False
-
-
-def is_folder(path: Path) -> bool:
-    """Whether a folder is there."""
-    try:
-        return path.is_dir()
-    except OSError:
-        return False
-
-
-def scene_files(folder: Path) -> list[str]:
-    """Names of the TOML files in a folder; none of a folder that can't be read."""
-    try:
-        return [each.name for each in folder.iterdir() if each.suffix == ".toml"]
-    except OSError:
-        return []
+        if is_scene_name(str(scene)) and not path.suffix:  # a path could lead out of the folders, and of the results
+            for named in (folder / f"{scene}.toml" for folder in folders):
+                if named.is_file():
+                    return load_file(named, name=str(scene), file=f"{scene}.toml")
+        if path.is_file():
+            return load_file(path, name=path.stem, file=visible(path))
+        said = missing(path, folders)
+    except OSError:  # no file has a name that the system does not take
+        said = "no such scene; `barchain scenes` lists all scenes, or give a file's path"
+    raise SceneError(f"{visible(scene, MOST_LINE)}: {said}")
 
 
 def missing(path: Path, folders: Sequence[Path]) -> str:
-    """Words on a scene that is not there, with the nearest one."""
-    if is_special(path):
+    """Words on a scene that is not there, with the nearest one; reading a device or a pipe might not end."""
+    if path.exists() and not path.is_dir():
         return "a device, a pipe or a socket; a scene is an ordinary file that ends with .toml"
-    if path.suffix == ".toml" and is_folder(path):
-        return "a folder; a scene is a file that ends with .toml"
+    if path.is_dir():
+        kind = "a folder" if path.suffix == ".toml" else "a folder without scenes"
+        return f"{kind}; a scene is a file that ends with .toml"
     if path.suffix == ".toml":
-        near = nearest_name(path.name, scene_files(path.parent))
+        beside = [each.name for each in path.parent.glob("*.toml")]
+        near = nearest_name(path.name, beside)
         return f"no such file{f' (did you mean {visible(path.with_name(near))}?)' if near else ''}"
-    if is_folder(path):
-        return "a folder without scenes, which are files that end with .toml"
-    beside = path.with_name(f"{path.name}.toml") if path.name else path
-    match = str(beside) if is_file(beside) else nearest_scene(str(path), scene_names(folders))
+    with_ending = path.with_name(f"{path.name}.toml") if path.name else path
+    match = str(with_ending) if with_ending.is_file() else nearest_scene(str(path), scene_names(folders))
     meant = f" (did you mean {visible(match)}?)" if match else ""
     return f"no such scene{meant}; `barchain scenes` lists all scenes, or give a file's path"
 

@@ -1,10 +1,15 @@
-"""From a valid scene file to a complete scene: one value per bar, SI units and radians, defaults filled in."""
+"""From a valid scene file to a complete scene: one value per bar, SI units and radians, defaults filled in.
+
+A key of a table is a field of the frozen class of the same part (:func:`converted`); what follows from several keys, or
+from the run, is computed here.
+"""
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from scenarios.effect_types import (
     Actuator,
@@ -31,18 +36,17 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scenarios.scene import Array
-    from scenarios.toml.effect_tables import (
-        DragTable,
-        EffectsTable,
-        ImpulseTable,
-        JointSpringDamperTable,
-        PrescribedRotationTable,
-        SolarPressureTable,
-        ThirdBodyTable,
-        ThrustTable,
-    )
+    from scenarios.toml.effect_tables import EffectsTable, Table, ThirdBodyTable, ThrustTable
     from scenarios.toml.file import SceneFile
     from scenarios.toml.scene_tables import ChainTable, RunTable
+
+T = TypeVar("T")
+ANGLES = {"angle_rad", "longitude_rad", "amplitude_rad", "direction_rad", "rest_rad", "sun_longitude_rad"}
+"""Fields whose keys are in degrees"""
+WORDS = {kind.__name__: kind for kind in (Actuator, Axes, End, Frame)}
+"""Types of fields whose keys are words"""
+EACH = "tuple[float, ...]"
+"""Type of fields with a value for each bar or joint, whose keys may have one for all"""
 
 
 class IncompleteError(ValueError):
@@ -58,6 +62,33 @@ def located(key: str) -> Iterator[None]:
         raise IncompleteError(f"{key}: {error}") from None
 
 
+def converted(kind: type[T], table: Table, count: int = 0, **found: Any) -> T:
+    """Part of a scene from its table.
+
+    Parameters
+    ----------
+    kind : type
+        Frozen class of the part.
+    table : Table
+    count : int
+        Number of bars or joints, for fields with a value for each.
+    **found : Any
+        Fields that do not stand in the table as they are.
+    """
+    for field in dataclasses.fields(kind):  # type: ignore[arg-type]
+        name = field.name
+        if name in found:
+            continue
+        angle = name in ANGLES
+        value = getattr(table, f"{name.removesuffix('_rad')}_deg" if angle else name)
+        if field.type == EACH:
+            value = tuple(map(math.radians, each(value, count))) if angle else each(value, count)
+        elif angle:
+            value = math.radians(value)
+        found[name] = WORDS[str(field.type)](value) if field.type in WORDS else value
+    return kind(**found)
+
+
 def resolve(file: SceneFile, name: str) -> Scene:
     """Complete scene of a valid file.
 
@@ -67,8 +98,7 @@ def resolve(file: SceneFile, name: str) -> Scene:
         If a third body is inside the chain's orbit, a thrust or an impulse is not within the run, or two instants of an
         effect are next to one sample.
     """
-    body = CentralBody(file.central_body.mu_m3_s2, file.central_body.radius_m)
-    orbit = Orbit(file.orbit.altitude_m, file.orbit.speed_factor, math.radians(file.orbit.longitude_deg))
+    body, orbit = converted(CentralBody, file.central_body), converted(Orbit, file.orbit)
     run = resolve_run(file.run, body, orbit, Gravity(file.effects.gravity))
     return Scene(
         name=name,
@@ -94,62 +124,43 @@ def resolve_run(table: RunTable, body: CentralBody, orbit: Orbit, gravity: Gravi
 
 def resolve_chain(table: ChainTable) -> Chain:
     """Chain with one value per bar."""
-    mass, length = each(table.mass_kg, table.bars), each(table.length_m, table.bars)
-    slender = tuple(map(slender_inertia, mass, length))
-    return Chain(
-        mass_kg=mass,
-        length_m=length,
-        inertia_kg_m2=slender if table.inertia_kg_m2 is None else each(table.inertia_kg_m2, table.bars),
-        angle_rad=tuple(map(math.radians, each(table.angle_deg, table.bars))),
-        angle_from=table.angle_from,
-        rate_factor=each(table.rate_factor, table.bars),
-    )
+    if table.inertia_kg_m2 is not None:
+        return converted(Chain, table, table.bars)
+    columns = each(table.mass_kg, table.bars), each(table.length_m, table.bars)
+    return converted(Chain, table, table.bars, inertia_kg_m2=tuple(map(slender_inertia, *columns)))
 
 
 def resolve_effects(table: EffectsTable, body: CentralBody, radius0_m: float, bars: int, times_s: Array) -> Effects:
     """Effects on a chain of some bars that starts `radius0_m` from the centre and is sampled at `times_s`, (n,)."""
-    oblate, light, springs = table.oblateness, table.solar_pressure, table.joint_spring_damper
+    oblate, springs = table.oblateness, table.joint_spring_damper
+    rotations, bodies, impulses = [], [], []
+    run_s = float(times_s[-1])
+    for i, law in enumerate(table.prescribed_rotation):
+        with located(f"effects.prescribed_rotation[{i}]"):
+            start_s, duration_s = turn_on_samples(law.start_s, law.duration_s, times_s)
+        rotations.append(converted(PrescribedRotation, law, start_s=start_s, duration_s=duration_s))
+    for i, third in enumerate(table.third_body):
+        with located(f"effects.third_body[{i}].distance_m"):
+            bodies.append(resolve_third_body(third, body, radius0_m))
+    for i, impulse in enumerate(table.impulse):  # at the start it would be another initial state
+        at_s = on_sample(impulse.at_s, times_s)
+        if not 0.0 < at_s < run_s:
+            raise IncompleteError(
+                f"effects.impulse[{i}].at_s: {impulse.at_s:g} given, allowed: after the start and before the end of "
+                f"the run, {run_s:g} s, by more than {NEAR:g} of it"
+            )
+        impulses.append(converted(Impulse, impulse, at_s=at_s))
     return Effects(
         gravity=Gravity(table.gravity),
-        prescribed_rotation=tuple(resolve_rotation(i, p, times_s) for i, p in enumerate(table.prescribed_rotation)),
+        prescribed_rotation=tuple(rotations),
         oblateness=None if oblate is None else Oblateness(oblate.j2, oblate.radius_m or body.radius_m),
-        third_body=resolve_third_bodies(table.third_body, body, radius0_m),
-        drag=None if table.drag is None else resolve_drag(table.drag, bars),
-        solar_pressure=None if light is None else resolve_solar_pressure(light, bars),
-        joint_spring_damper=None if springs is None else resolve_springs(springs, bars - 1),
-        thrust=tuple(resolve_thrust(i, t, times_s) for i, t in enumerate(table.thrust)),
-        impulse=tuple(resolve_impulse(i, p, times_s) for i, p in enumerate(table.impulse)),
+        third_body=tuple(bodies),
+        drag=None if table.drag is None else converted(Drag, table.drag, bars),
+        solar_pressure=None if table.solar_pressure is None else converted(SolarPressure, table.solar_pressure, bars),
+        joint_spring_damper=None if springs is None else converted(JointSpringDamper, springs, bars - 1),
+        thrust=tuple(resolve_thrust(f"effects.thrust[{i}]", t, times_s) for i, t in enumerate(table.thrust)),
+        impulse=tuple(impulses),
     )
-
-
-def resolve_rotation(index: int, p: PrescribedRotationTable, times_s: Array) -> PrescribedRotation:
-    """Prescribed rotation in radians; its ends are moved to samples next to them.
-
-    Raises
-    ------
-    IncompleteError
-        If both ends are next to one sample.
-    """
-    with located(f"effects.prescribed_rotation[{index}]"):
-        start_s, duration_s = turn_on_samples(p.start_s, p.duration_s, times_s)
-    return PrescribedRotation(
-        p.bar, math.radians(p.amplitude_deg), duration_s, start_s, Frame(p.frame), Actuator(p.actuator)
-    )
-
-
-def resolve_third_bodies(tables: list[ThirdBodyTable], central: CentralBody, radius0_m: float) -> tuple[ThirdBody, ...]:
-    """Third bodies in the order of their tables.
-
-    Raises
-    ------
-    IncompleteError
-        If the chain starts outside the orbit of one of them.
-    """
-    bodies = []
-    for i, table in enumerate(tables):
-        with located(f"effects.third_body[{i}].distance_m"):
-            bodies.append(resolve_third_body(table, central, radius0_m))
-    return tuple(bodies)
 
 
 def resolve_third_body(table: ThirdBodyTable, central: CentralBody, radius0_m: float) -> ThirdBody:
@@ -169,81 +180,23 @@ def resolve_third_body(table: ThirdBodyTable, central: CentralBody, radius0_m: f
     return ThirdBody(table.body, mu, distance, math.radians(table.longitude_deg), rate)
 
 
-def resolve_drag(table: DragTable, bars: int) -> Drag:
-    """Drag with one width per bar."""
-    return Drag(
-        table.density_kg_m3,
-        table.altitude_m,
-        table.scale_height_m,
-        table.rotation_rad_s,
-        each(table.width_m, bars),
-        table.normal_coefficient,
-        table.tangential_coefficient,
-    )
-
-
-def resolve_solar_pressure(table: SolarPressureTable, bars: int) -> SolarPressure:
-    """Solar pressure with one width per bar."""
-    return SolarPressure(
-        table.pressure_Pa,
-        math.radians(table.sun_longitude_deg),
-        table.sun_rate_rad_s,
-        each(table.width_m, bars),
-        table.reflectivity,
-        table.shadow,
-    )
-
-
-def resolve_springs(table: JointSpringDamperTable, joints: int) -> JointSpringDamper:
-    """Springs and dampers, one for each joint."""
-    return JointSpringDamper(
-        each(table.stiffness_N_m_rad, joints),
-        each(table.damping_N_m_s_rad, joints),
-        tuple(map(math.radians, each(table.rest_deg, joints))),
-    )
-
-
-def resolve_thrust(index: int, table: ThrustTable, times_s: Array) -> Thrust:
-    """Thrust as a table in time; its instants are moved to samples next to them.
+def resolve_thrust(where: str, table: ThrustTable, times_s: Array) -> Thrust:
+    """Thrust as a table in time, a constant one with two equal sizes; its instants are moved to samples next to them.
 
     Raises
     ------
     IncompleteError
         If the thrust does not begin before the end of the run, or two instants are next to one sample.
     """
-    where, run_s = f"effects.thrust[{index}]", float(times_s[-1])
-    given, force = thrust_table(table, run_s)
-    begins = on_sample(given[0], times_s)
-    if begins >= run_s:
+    run_s, start_s = float(times_s[-1]), table.start_s or 0.0
+    end_s = run_s if table.duration_s is None else start_s + table.duration_s
+    instants_s = (start_s, end_s) if table.times_s is None else tuple(map(float, table.times_s))
+    begins_s = on_sample(instants_s[0], times_s)
+    if begins_s >= run_s:
         key = "start_s" if table.times_s is None else "times_s"
-        raise IncompleteError(f"{where}.{key}: begins at {begins:g} s, allowed: before the end of the run, {run_s:g} s")
-    with located(where):
-        instants_s = table_on_samples(given, times_s)
-    return Thrust(table.bar, End(table.end), Axes(table.axes), math.radians(table.direction_deg), instants_s, force)
-
-
-def thrust_table(table: ThrustTable, run_s: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Instants (s) and sizes (N) of a thrust; a constant thrust has two equal sizes."""
-    if table.times_s is not None:
-        return tuple(map(float, table.times_s)), each(table.force_N, len(table.times_s))
-    start = table.start_s or 0.0
-    end = start + table.duration_s if table.duration_s is not None else run_s
-    return (start, end), each(table.force_N, 2)
-
-
-def resolve_impulse(index: int, table: ImpulseTable, times_s: Array) -> Impulse:
-    """Impulse in radians; its instant is moved to a sample next to it.
-
-    Raises
-    ------
-    IncompleteError
-        If the impulse is not between the start and the end of the run: at the start it is another initial state.
-    """
-    at_s, run_s = on_sample(table.at_s, times_s), float(times_s[-1])
-    if not 0.0 < at_s < run_s:
         raise IncompleteError(
-            f"effects.impulse[{index}].at_s: {table.at_s:g} given, allowed: after the start and before the end of the "
-            f"run, {run_s:g} s, by more than {NEAR:g} of it"
+            f"{where}.{key}: begins at {begins_s:g} s, allowed: before the end of the run, {run_s:g} s"
         )
-    where: dict[str, Any] = {"bar": table.bar, "end": End(table.end), "axes": Axes(table.axes)}
-    return Impulse(**where, direction_rad=math.radians(table.direction_deg), impulse_N_s=table.impulse_N_s, at_s=at_s)
+    with located(where):
+        aligned_s = table_on_samples(instants_s, times_s)
+    return converted(Thrust, table, times_s=aligned_s, force_N=each(table.force_N, len(instants_s)))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from scenarios.toml.file import SceneFile
 from scenarios.toml.reading import tables_of
-from scenarios.toml.resolve import resolve
+from scenarios.toml.resolve import ANGLES, resolve
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
     Data = dict[str, Any]
 
-ANGLES = {"angle_rad", "longitude_rad", "amplitude_rad", "direction_rad", "rest_rad", "sun_longitude_rad"}
 TABLES = ("prescribed_rotation", "third_body", "thrust", "impulse")
 """Effects of which there may be several"""
 DERIVED = {"third_body": ("rate_rad_s",)}

@@ -18,10 +18,10 @@ from barchain.studies.effects.atmosphere import (
     layer_at,
 )
 from reports.tables.effects import EffectKind
-from scenarios import Effects, Gravity, Oblateness
+from scenarios import Drag, Effects, Gravity, Oblateness, SolarPressure
 from scenarios.toml.checks import SLENDER_SLACK
 from scenarios.toml.effect_tables import EARTH_J2, SUNLIGHT_PA, DragTable, SolarPressureTable, ThirdBodyTable
-from scenarios.toml.resolve import resolve_drag, resolve_solar_pressure, resolve_third_body
+from scenarios.toml.resolve import converted, resolve_third_body
 from scenarios.toml.scene_tables import EARTH_MU_M3_S2, EARTH_RADIUS_M
 
 if TYPE_CHECKING:
@@ -158,7 +158,7 @@ def default_drag(scene: Scene, heights: Heights, width_m: float | None = None) -
         density_kg_m3=layer.density_kg_m3, altitude_m=1e3 * layer.base_km, scale_height_m=1e3 * layer.scale_height_km,
         width_m=list(width),
     )  # fmt: skip
-    return Default(resolve_drag(air, scene.bars), said, caveat(layer, heights), width)
+    return Default(converted(Drag, air, scene.bars), said, caveat(layer, heights), width)
 
 
 def default_solar_pressure(scene: Scene, width_m: float | None = None) -> Default:
@@ -167,7 +167,7 @@ def default_solar_pressure(scene: Scene, width_m: float | None = None) -> Defaul
     width = widths_m(scene, width_m)
     table = SolarPressureTable(width_m=list(width))
     said = f"{SUNLIGHT_PA:g} Pa from longitude 0, black, with the shadow"
-    return Default(resolve_solar_pressure(table, scene.bars), said, width_m=width)
+    return Default(converted(SolarPressure, table, scene.bars), said, width_m=width)
 
 
 def switches(scene: Scene, heights: Heights | None = None, width_m: float | None = None) -> tuple[Switch, ...]:
