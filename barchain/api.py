@@ -9,14 +9,17 @@ from adapters.engine import EngineError, SettingError
 from adapters.registry import engines as registered_engines
 from adapters.registry import find_engine
 from barchain.arguments import (
+    ADDRESS,
+    FOLDER,
+    OPTIONAL_FOLDER,
+    PROGRESS,
+    SECONDS,
+    SWITCH,
+    TAG,
+    WORKERS,
     ArgumentError,
-    check_callable,
-    check_count,
-    check_folder,
-    check_seconds,
+    check,
     check_settings,
-    check_switch,
-    check_text,
     engine_list,
     scene_list,
 )
@@ -72,7 +75,7 @@ def scenes(tag: str | None = None) -> list[str]:
     ArgumentError
         If `tag` is no text.
     """
-    check_text("tag", tag, 'a tag, e.g. "paper"')
+    check(TAG, tag=tag)
     names = scene_names()
     return names if tag is None else [name for name in names if tag in load_scene(name).tags]
 
@@ -130,8 +133,8 @@ def simulate(
     EngineError
         If the engine is not installed, or its run fails, times out, or returns a malformed trajectory.
     """
-    check_seconds("time_limit_s", time_limit_s)
-    check_switch("condition", condition)
+    check(SECONDS, time_limit_s=time_limit_s)
+    check(SWITCH, condition=condition)
     loaded = check_scene(scene) if isinstance(scene, Scene) else load_scene(scene)
     need_runnable([loaded], time_limit_s)
     registration = find_engine(engine)
@@ -230,15 +233,12 @@ def compare(
 
     given, names = list(map(checked, scene_list(scenes))), engine_list(engines)
     check_settings(settings, chosen_engines(names))
-    check_folder("out", out, optional=True)
-    check_seconds("time_limit_s", time_limit_s)
-    check_seconds("dask_wait_s", dask_wait_s)
-    check_count("workers", workers, "all cores")
-    check_text("dask", dask, 'the address of a Dask scheduler, e.g. "tcp://host:8786"')
-    check_switch("resume", resume)
-    check_switch("overwrite", overwrite)
-    check_switch("certify", certify)
-    check_callable("progress", progress, "scene, engine and outcome")
+    check(OPTIONAL_FOLDER, out=out)
+    check(SECONDS, time_limit_s=time_limit_s, dask_wait_s=dask_wait_s)
+    check(WORKERS, workers=workers)
+    check(ADDRESS, dask=dask)
+    check(SWITCH, resume=resume, overwrite=overwrite, certify=certify)
+    check(PROGRESS, progress=progress)
     return run_comparison(
         given,
         names,
@@ -281,7 +281,7 @@ def render(folder: Path | str) -> list[Path]:
     """
     from reports.render import render_all  # noqa: PLC0415  # charts take a second to import
 
-    check_folder("folder", folder)
+    check(FOLDER, folder=folder)
     with locked_if_there(Path(folder)):
         return render_all(Path(folder))
 
@@ -312,5 +312,5 @@ def rows(folder: Path | str) -> pd.DataFrame:
     """
     from reports.tables.measured import rows_of  # noqa: PLC0415  # a single run needs no tables
 
-    check_folder("folder", folder)
+    check(FOLDER, folder=folder)
     return rows_of(Path(folder))

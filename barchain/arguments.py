@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
 import numbers
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from adapters.engine import SettingError, is_number
@@ -16,6 +15,10 @@ from scenarios.text import shorten, visible
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+
+Kind = tuple[Callable[[Any], bool], str]
+"""Whether a value is of a kind, and words for what is"""
 
 
 class ArgumentError(ValueError):
@@ -86,73 +89,37 @@ def check_settings(given: Any, chosen: Iterable[str]) -> None:
             raise SettingError(f"settings: {engine} given, which is not compared; allowed: {', '.join(compared)}")
 
 
-def check_seconds(name: str, given: Any) -> None:
-    """Check a time.
+SECONDS: Kind = lambda given: is_number(given) and given > 0, "a number of seconds above 0"
+WORKERS: Kind = (
+    lambda given: given is None or (is_number(given) and isinstance(given, numbers.Integral) and int(given) > 0),
+    "a whole number above 0, or None for all cores",
+)
+SWITCH: Kind = lambda given: isinstance(given, int) and given in (0, 1), "True or False"
+FOLDER: Kind = lambda given: isinstance(given, (str, os.PathLike)), "a folder's path"
+OPTIONAL_FOLDER: Kind = (
+    lambda given: given is None or isinstance(given, (str, os.PathLike)),
+    "a folder's path, or None to keep nothing",
+)
+TAG: Kind = lambda given: given is None or isinstance(given, str), 'a tag, e.g. "paper", or None'
+ADDRESS: Kind = (
+    lambda given: given is None or isinstance(given, str),
+    'the address of a Dask scheduler, e.g. "tcp://host:8786", or None',
+)
+PROGRESS: Kind = (
+    lambda given: given is None or callable(given),
+    "a function of scene, engine and outcome, or None",
+)
+
+
+def check(kind: Kind, **given: Any) -> None:
+    """Check arguments of one kind, by their names.
 
     Raises
     ------
     ArgumentError
-        If it is no number above 0.
+        On the first that is of another kind.
     """
-    if not is_number(given) or math.isnan(given) or given <= 0:
-        raise wrong(name, given, "a number of seconds above 0")
-
-
-def check_count(name: str, given: Any, otherwise: str) -> None:
-    """Check a number of things that may be None.
-
-    Raises
-    ------
-    ArgumentError
-        If it is no whole number above 0; `otherwise` tells what None means.
-    """
-    if given is not None and not (is_number(given) and isinstance(given, numbers.Integral) and int(given) > 0):
-        raise wrong(name, given, f"a whole number above 0, or None for {otherwise}")
-
-
-def check_switch(name: str, given: Any) -> None:
-    """Check a value that is true or false.
-
-    Raises
-    ------
-    ArgumentError
-        If it is neither.
-    """
-    if not isinstance(given, int) or given not in (0, 1):
-        raise wrong(name, given, "True or False")
-
-
-def check_folder(name: str, given: Any, *, optional: bool = False) -> None:
-    """Check the path of a folder.
-
-    Raises
-    ------
-    ArgumentError
-        If it is neither text nor a path.
-    """
-    if not (isinstance(given, (str, os.PathLike)) or (optional and given is None)):
-        raise wrong(name, given, f"a folder's path{', or None to keep nothing' if optional else ''}")
-
-
-def check_text(name: str, given: Any, allowed: str) -> None:
-    """Check a text that may be None.
-
-    Raises
-    ------
-    ArgumentError
-        If it is something else.
-    """
-    if given is not None and not isinstance(given, str):
-        raise wrong(name, given, f"{allowed}, or None")
-
-
-def check_callable(name: str, given: Any, arguments: str) -> None:
-    """Check a function that may be None.
-
-    Raises
-    ------
-    ArgumentError
-        If it can't be called.
-    """
-    if given is not None and not callable(given):
-        raise wrong(name, given, f"a function of {arguments}, or None")
+    fits, allowed = kind
+    for name, value in given.items():
+        if not fits(value):
+            raise wrong(name, value, allowed)

@@ -1,17 +1,15 @@
 """Command line: all commands in sections, standard streams, and the exit code that each command ends with.
 
-A stream that is closed or full costs the output, not the runs.
+A stream that is closed or full costs the output, not the runs (:func:`barchain.cli.common.terminal.say`).
 """
 
 from __future__ import annotations
 
-import contextlib
-import io
 import os
 import select
 import sys
 import traceback
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -55,63 +53,6 @@ COMPLETION = "_BARCHAIN_COMPLETE"
 """Environment variable by which a shell asks for completions; click ends the process itself then"""
 
 
-class LossyFile(io.FileIO):
-    """File whose text is dropped where the system does not take it; a reader that has ended is told as ever."""
-
-    def __init__(self, descriptor: int) -> None:
-        super().__init__(descriptor, "w", closefd=False)
-        self.lost = ""
-        """Reason of the first loss; empty without one"""
-
-    def write(self, content: bytes) -> int:  # type: ignore[override]
-        """Write bytes; the number of those that are written or dropped."""
-        try:
-            return super().write(content) or 0
-        except BrokenPipeError:
-            raise
-        except OSError as error:
-            self.lost = self.lost or error.strerror or str(error)
-            return len(content)
-
-
-def guard_streams() -> LossyFile | None:
-    """Make the standard streams of this process safe to write to.
-
-    Returns
-    -------
-    LossyFile or None
-        File of standard output, which knows of losses; None where the system's own file of a terminal is kept.
-    """
-    fill_standard_streams()
-    sys.stdin = sys.stdin or open(os.devnull, encoding="utf-8")  # noqa: PTH123, SIM115  # for the life of the process
-    sys.stdout, found = guarded(sys.stdout, 1)
-    sys.stderr, _ = guarded(sys.stderr, 2)
-    return found
-
-
-def guarded(stream: TextIO | None, descriptor: int) -> tuple[TextIO, LossyFile | None]:
-    """Stream over a file that drops what is not taken, and that file."""
-    file = LossyFile(descriptor)
-    if stream is None:
-        return io.TextIOWrapper(io.BufferedWriter(file)), file  # type: ignore[type-var]
-    buffer = getattr(stream, "buffer", None)
-    if not isinstance(getattr(buffer, "raw", buffer), io.FileIO):  # a console of Windows, or another's stream
-        return stream, None
-    # `python -u` has no buffer
-    inner = file if isinstance(buffer, io.FileIO) else io.BufferedWriter(file)  # type: ignore[type-var]
-    form = {name: getattr(stream, name) for name in ("encoding", "errors", "line_buffering", "write_through")}
-    return io.TextIOWrapper(inner, **form), file
-
-
-def lost_output(file: LossyFile | None) -> str:
-    """Why standard output was lost; empty if all was written."""
-    if file is None:
-        return ""
-    with contextlib.suppress(BrokenPipeError):
-        sys.stdout.flush()
-    return file.lost
-
-
 class SectionedGroup(click.Group):
     """Group of commands that its help lists section by section, in the given order."""
 
@@ -122,7 +63,7 @@ class SectionedGroup(click.Group):
         for command in (c for commands in sections.values() for c in commands):
             self.add_command(command)
 
-    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002  # click's own signature  # click's own signature
+    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002  # click's own signature
         """Names of the commands in the order of the sections."""
         return list(self.commands)
 
@@ -138,17 +79,22 @@ class SectionedGroup(click.Group):
 
 def main() -> None:
     """Entry point: every fault ends in one readable line and an exit code of its own, but for barchain's own faults."""
-    output = guard_streams()
+    fill_standard_streams()
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: PTH123, SIM115  # to the end
     try:
         code = run(sys.argv[1:])
-        lost = lost_output(output)
-        if lost:
-            code = complain(f"standard output is lost: {lost}; the work was done", ExitCode(code or ExitCode.BAD_INPUT))
     except BaseException as error:
         if isinstance(error, SystemExit) and COMPLETION in os.environ:
             raise
         traceback.print_exc()
         code = ExitCode.INTERNAL_ERROR
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError:  # full, or without a reader: what is left goes nowhere, and ends nothing
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
     sys.exit(code)
 
 

@@ -10,7 +10,7 @@ import click
 from barchain.cli.common.numbers import MOST_REPEATS, MOST_SCENES, SECONDS, SEED
 from barchain.cli.common.options import (
     HOST,
-    HostType,
+    NONE,
     engine_option,
     executor_options,
     need_engine,
@@ -147,7 +147,7 @@ def campaign_of(
     """Campaign on random scenes; `chosen` are its other options, None for the default of each."""
     from barchain.studies.selftest.campaign import HOSTS, campaign_study
 
-    hosts = () if hosts == (HostType.NONE,) else hosts or HOSTS
+    hosts = () if hosts == (NONE,) else hosts or HOSTS
     for name in dict.fromkeys((*engines, *hosts)):
         need_engine(name)
     given = {name: value for name, value in chosen.items() if value is not None}

@@ -13,7 +13,7 @@ from adapters.engine import EngineError
 from barchain.runs.message import MessageError, plain_number, plain_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
 BUSY = 20.0
 """Wall time of own work, relative to its limit, after which its process is ended in any case: it must stand still"""
@@ -113,20 +113,20 @@ class CallLateError(CallFailedError):
 def pickled(call: Call) -> bytes:
     """Call for a worker, which trusts its sender: what it must know, and what only the answering process unpacks."""
     known = replace(call, function=bytes, given=(), aside=(), worth_keeping=bool)
-    work = call.function, (*call.given, *call.aside), call.limit_s if call.own_work else 0.0
-    return joined([pickle.dumps(known, protocol=5), pickle.dumps(work, protocol=5)])
+    work = call.function, (*call.given, *call.aside), call.limit_s if call.own_work else None
+    return pickle.dumps((known, pickle.dumps(work, protocol=5)), protocol=5)
 
 
-def known_of(call: bytes) -> Call:
-    """What a worker knows of a pickled call: its limits and its pool, and no function."""
-    found: Call = pickle.loads(parted(call)[0])
-    return found
+def known_of(call: bytes) -> tuple[Call, bytes]:
+    """What a worker knows of a pickled call, its limits and its pool; and the work, for the answering process."""
+    known, work = pickle.loads(call)
+    return known, work
 
 
 def packed(answer: Answer) -> bytes:
-    """Answer as bytes."""
-    head = [str(answer.end), answer.reason, answer.seconds]
-    return joined([json.dumps(head).encode("ascii"), answer.content])
+    """Answer as bytes: a line of JSON, and the content."""
+    head = [str(answer.end), answer.reason, answer.seconds, len(answer.content)]
+    return json.dumps(head).encode("ascii") + b"\n" + answer.content
 
 
 def unpacked(content: object) -> Answer:
@@ -139,40 +139,15 @@ def unpacked(content: object) -> Answer:
     """
     if not isinstance(content, bytes):
         raise MessageError(f"its answer is a {type(content).__name__}, expected bytes")
+    head, _, found = content.partition(b"\n")
     try:
-        head, found = parted(content)
-        end, why, seconds = json.loads(head.decode("ascii"))
-        return Answer(found, CallEnd(end), plain_text(why), float(plain_number(seconds) or 0.0))
+        end, why, seconds, length = json.loads(head.decode("ascii"))
+        answer = Answer(found, CallEnd(end), plain_text(why), float(plain_number(seconds) or 0.0))
     except (ValueError, TypeError) as error:
         raise MessageError(f"its answer is damaged: {plain_text(error)}") from None
-
-
-def joined(parts: Sequence[bytes]) -> bytes:
-    """Several bytes as one."""
-    return b"".join((LENGTH.pack(len(parts)), *(LENGTH.pack(len(part)) for part in parts), *parts))
-
-
-def parted(content: bytes) -> list[bytes]:
-    """Parts that :func:`joined` joined.
-
-    Raises
-    ------
-    MessageError
-        If the lengths contradict the content.
-    """
-    size = LENGTH.size
-    count = LENGTH.unpack_from(content)[0] if len(content) >= size else -1
-    if not 0 <= count <= len(content) // size - 1:
-        raise MessageError("a wrong number of parts")
-    lengths = struct.unpack_from(f"<{count}Q", content, size)
-    place = (1 + count) * size
-    if place + sum(lengths) != len(content):
-        raise MessageError("wrong lengths of parts")
-    parts = []
-    for length in lengths:
-        parts.append(content[place : place + length])
-        place += length
-    return parts
+    if length != len(found):
+        raise MessageError(f"its answer is damaged: {len(found)} of {plain_text(length, 20)} bytes")
+    return answer
 
 
 def write_frame(file: IO[bytes], content: bytes) -> None:

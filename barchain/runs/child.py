@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Any
 from adapters.engine import EngineError
 from barchain.runs.call import FILE_B, MEMORY_B, Answer, CallEnd, WrongWorkerError, packed, read_frame, write_frame
 from barchain.runs.message import plain_text
-from barchain.runs.phases import PHASE, QUESTION
+from barchain.runs.phases import PHASE, QUESTION, process_ended_after
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
     from pathlib import Path
 
 LOG, WORK = "output.log", "work"
@@ -106,22 +106,8 @@ def called(content: bytes) -> Answer:
     except Exception as error:
         reason = f"can't load a call ({type(error).__name__}: {plain_text(error, 160)})"
         return Answer(end=CallEnd.OTHER_CODE, reason=reason)
-    with process_ended_by_use(processor_s):
+    with process_ended_after(processor_s, processor=True):
         return answered(function, given)
-
-
-@contextlib.contextmanager
-def process_ended_by_use(processor_s: float) -> Iterator[None]:
-    """Let the system end this process after a processor time, s, compiled code included; 0: no limit."""
-    if not processor_s or not hasattr(signal, "setitimer"):
-        yield
-        return
-    signal.signal(signal.SIGPROF, signal.SIG_DFL)
-    signal.setitimer(signal.ITIMER_PROF, processor_s)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_PROF, 0.0)
 
 
 def answered(function: Callable[..., bytes], given: tuple[Any, ...]) -> Answer:

@@ -1,7 +1,7 @@
 """Start of every process, and what it inherits: one thread, and a temporary folder that goes with who compares.
 
-A process that starts others needs standard streams, a current folder and a number of open files. Closed streams are
-replaced by the null device: pipes would take their numbers. What else is missing is told before anything starts.
+A process that starts others needs standard streams and a current folder. Closed streams are replaced by the null
+device: pipes would take their numbers. A folder that is gone is told before anything starts.
 
 Threads of several workers would wait for each other, and a library whose order of summation depends on the number of
 threads would change the last bits. Libraries read the number when they are loaded: a process has it in its environment
@@ -14,7 +14,6 @@ killed, the watchman also kills the processes that it has started: they carry th
 from __future__ import annotations
 
 import contextlib
-import errno
 import os
 import shutil
 import subprocess
@@ -22,8 +21,6 @@ import sys
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
-
-import psutil
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -46,10 +43,6 @@ FOLDER = "BARCHAIN_TEMPORARY"
 
 STANDARD = range(3)
 """Descriptors of the standard streams"""
-FILES_PER_PROCESS = 2
-"""Open files of a worker: its pipes"""
-SPARE_FILES = 20
-"""Open files beside those of pools: tables, logs, and the pipes to one engine of another package"""
 
 
 class NoProcessError(OSError):
@@ -83,37 +76,6 @@ def need_current_folder() -> None:
         raise NoProcessError(error.errno, "the current folder is gone; change to one that is there") from None
 
 
-def need_open_files(processes: int = 0) -> None:
-    """Check that this process may open the files that other processes take, and raise its own limit if it may.
-
-    Parameters
-    ----------
-    processes : int
-        Number of processes side by side.
-
-    Raises
-    ------
-    NoProcessError
-        If the limit that only an administrator may raise is too low.
-    """
-    try:
-        import resource  # noqa: PLC0415  # not on Windows
-    except ImportError:
-        return
-    needed = psutil.Process().num_fds() + FILES_PER_PROCESS * processes + SPARE_FILES
-    usual, most = (
-        float("inf") if n == resource.RLIM_INFINITY else n for n in resource.getrlimit(resource.RLIMIT_NOFILE)
-    )
-    if needed > most:
-        fewer = " or take fewer --workers" if processes > 1 else ""
-        raise NoProcessError(
-            errno.EMFILE,
-            f"too few open files are allowed: {most} given, needed: {needed}; raise the limit by `ulimit -n`{fewer}",
-        )
-    if needed > usual:
-        resource.setrlimit(resource.RLIMIT_NOFILE, (needed, resource.getrlimit(resource.RLIMIT_NOFILE)[1]))
-
-
 def start(
     command: Sequence[str | Path],
     *,
@@ -144,7 +106,6 @@ def start(
     """
     fill_standard_streams()
     need_current_folder()
-    need_open_files(1)
     return subprocess.Popen(
         [str(word) for word in command], stdin=given, stdout=output, stderr=errors, cwd=folder, env=variables,
         start_new_session=True,

@@ -74,17 +74,21 @@ def three_phases(
 
 
 @contextlib.contextmanager
-def process_ended_after(limit_s: float | None) -> Iterator[None]:
-    """Let the system end this process after `limit_s`, compiled code of an engine included; None: no limit."""
-    if limit_s is None:
+def process_ended_after(limit_s: float | None, *, processor: bool = False) -> Iterator[None]:
+    """Let the system end this process after a wall time, or a time of its processor; None: no limit.
+
+    The signal, SIGALRM or SIGPROF, ends compiled code of an engine too.
+    """
+    if limit_s is None or not hasattr(signal, "setitimer"):
         yield
         return
-    signal.signal(signal.SIGALRM, signal.SIG_DFL)
-    signal.setitimer(signal.ITIMER_REAL, limit_s)
+    end, timer = (signal.SIGPROF, signal.ITIMER_PROF) if processor else (signal.SIGALRM, signal.ITIMER_REAL)
+    signal.signal(end, signal.SIG_DFL)
+    signal.setitimer(timer, limit_s)
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.setitimer(timer, 0.0)
 
 
 def enter(phase: str) -> None:

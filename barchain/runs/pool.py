@@ -22,15 +22,13 @@ from barchain.runs.call import (
     Answer,
     CallEnd,
     WrongWorkerError,
-    joined,
     known_of,
-    parted,
     pickled,
     read_frame,
     unpacked,
     write_frame,
 )
-from barchain.runs.environment import ONE_THREAD, need_current_folder, need_open_files, start
+from barchain.runs.environment import ONE_THREAD, need_current_folder, start
 from barchain.runs.message import MessageError, plain_text
 
 if TYPE_CHECKING:
@@ -73,16 +71,16 @@ class Slot:
         WrongWorkerError
             If versions of the sender's code are given, as JSON, and this machine has others.
         """
-        begun, wall_s = time.monotonic(), known_of(call).wall_s
+        begun, wall_s = time.monotonic(), known_of(call)[0].wall_s
         try:
-            return unpacked(self.ask(joined([versions, call]), wall_s + START_S))
+            return unpacked(self.ask(versions, call, wall_s + START_S))
         except (WorkerLostError, MessageError) as error:
             self.close_worker()
             reason = f"its process died with the process that started it ({plain_text(error)})"
             return Answer(end=CallEnd.DIED, reason=reason, seconds=time.monotonic() - begun)
 
-    def ask(self, request: bytes, limit_s: float) -> bytes:
-        """Content of the reply to a request; a worker that takes longer than `limit_s` is killed.
+    def ask(self, versions: bytes, call: bytes, limit_s: float) -> bytes:
+        """Reply to a call, or to none the worker's versions; a worker that takes longer than `limit_s` is killed.
 
         Raises
         ------
@@ -97,14 +95,14 @@ class Slot:
         timer = threading.Timer(limit_s, process.kill)
         timer.start()
         try:
-            write_frame(process.stdin, request)
-            found = read_frame(process.stdout)
-            kind, content = parted(found) if found is not None else (b"", b"")
+            for part in (versions, call):
+                write_frame(process.stdin, part)
+            kind, content = read_frame(process.stdout), read_frame(process.stdout)
         except (OSError, ValueError) as error:
             raise WorkerLostError(plain_text(error)) from None
         finally:
             timer.cancel()
-        if found is None:
+        if content is None:
             raise WorkerLostError("the worker died")
         if kind == OTHER:
             raise WrongWorkerError(content.decode())
@@ -254,7 +252,6 @@ class LocalSession(Session):
         """Prepare; `workers` is the number of calls side by side, as many as there are cores by default."""
         super().__init__()
         self.workers = workers or os.cpu_count() or 1
-        need_open_files(self.workers)
         self.slots, self.threads = Slots(), ThreadPoolExecutor(self.workers)
 
     def start(self, key: Hashable, call: Call) -> None:

@@ -32,10 +32,8 @@ from barchain.runs.call import (
     Answer,
     Call,
     CallEnd,
-    joined,
     known_of,
     packed,
-    parted,
     read_frame,
     unpacked,
     write_frame,
@@ -265,8 +263,9 @@ def main(idle_s: float | None = None) -> None:
     os.environ[FOLDER] = watchman.folder
     children = Children(Path(watchman.folder), requests.fileno(), watchman.process.pid)
     try:
-        while (request := next_request(requests, idle_s)) is not None:
-            write_frame(replies, reply(children, request))
+        while (versions := next_frame(requests, idle_s)) is not None and (call := read_frame(requests)) is not None:
+            for part in reply(children, versions, call):
+                write_frame(replies, part)
     except (SenderGoneError, BrokenPipeError):
         pass
     finally:
@@ -284,22 +283,19 @@ def protocol_files() -> tuple[BinaryIO, BinaryIO]:
     return found
 
 
-def next_request(requests: BinaryIO, idle_s: float | None) -> bytes | None:
-    """Next request; None at the end."""
+def next_frame(requests: BinaryIO, idle_s: float | None) -> bytes | None:
+    """First bytes of the next request; None at the end."""
     if idle_s is not None and not select.select([requests], [], [], idle_s)[0]:
         return None
     return read_frame(requests)
 
 
-def reply(children: Children, request: bytes) -> bytes:
-    """Reply to a request: the answer to its call, or all versions, or the one that differs from the sender's."""
-    versions, *calls = parted(request)
+def reply(children: Children, versions: bytes, call: bytes) -> tuple[bytes, bytes]:
+    """Kind and content of a reply: the answer to the call, without one all versions, or the one that differs."""
     differs = difference(code_versions(), json.loads(versions)) if versions else ""
     if differs:
-        return joined([OTHER, differs.encode()])
-    if not calls:
-        return joined([DONE, json.dumps(code_versions()).encode("ascii")])
-    return joined([DONE, packed(children.answer(known_of(calls[0]), parted(calls[0])[1]))])
+        return OTHER, differs.encode()
+    return DONE, packed(children.answer(*known_of(call))) if call else json.dumps(code_versions()).encode("ascii")
 
 
 if __name__ == "__main__":

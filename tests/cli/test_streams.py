@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from barchain.cli.main import run
-from tests.support.slow import one_in
 
 BARCHAIN = f"{sys.executable} -m barchain"
 COMPARE = f"{BARCHAIN} compare basics/kepler_circular --engine reference --workers 1 --out out"
@@ -48,25 +47,6 @@ def test_a_current_folder_that_is_gone_is_one_line(tmp_path: Path) -> None:
     made = shell(f"rmdir {gone}; {BARCHAIN} simulate basics/kepler_circular --out {tmp_path}/x.csv", gone)
     assert (made.returncode, len(made.stderr.splitlines())) == (2, 1)
     assert "the current folder is gone" in made.stderr
-
-
-@posix
-@pytest.mark.parametrize("files", one_in(5, [8, 14, 20, 40, 64]))
-def test_few_open_files_are_enough_or_one_line(files: int, tmp_path: Path) -> None:
-    made = shell(f"ulimit -n {files}; {BARCHAIN} simulate basics/kepler_circular --out x.csv", tmp_path)
-    assert "Traceback" not in made.stderr
-    if made.returncode:
-        assert (made.returncode, len(made.stderr.splitlines())) == (2, 1)
-        assert "open files" in made.stderr
-    else:
-        assert (tmp_path / "x.csv").is_file()
-
-
-@pytest.mark.slow
-@posix
-def test_a_low_limit_that_may_be_raised_costs_nothing(tmp_path: Path) -> None:
-    made = shell(f"ulimit -Sn 20; {BARCHAIN} simulate basics/kepler_circular --out x.csv", tmp_path)
-    assert made.returncode == 0, made.stderr
 
 
 @posix

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from barchain.runs.call import Answer, CallEnd, joined, packed, parted, unpacked
+from barchain.runs.call import Answer, CallEnd, packed, unpacked
 from barchain.runs.job import Job, Role
 from barchain.runs.message import MessageError
 from barchain.runs.run import shared_result, shared_run
@@ -26,7 +26,7 @@ def test_an_answer_comes_back_as_it_was_sent(answer: Answer) -> None:
 
 
 def head(*entries: Any) -> bytes:
-    return joined([json.dumps(list(entries)).encode("ascii"), b""])
+    return json.dumps(list(entries)).encode("ascii") + b"\n"
 
 
 class Trap:
@@ -41,26 +41,18 @@ class Trap:
     [
         ({"outcome": "pass"}, "is a dict, expected bytes"),
         (None, "is a NoneType, expected bytes"),
-        (b"", "a wrong number of parts"),
-        (b"\xff" * 64, "a wrong number of parts"),
-        (pickle.dumps(Trap()), "a wrong number of parts"),
-        (packed(ANSWERS[0])[:-1], "wrong lengths of parts"),
-        (packed(ANSWERS[0]) + b"x", "wrong lengths of parts"),
-        (joined([b"no JSON"]), "its answer is damaged"),
-        (joined([b"no JSON", b""]), "its answer is damaged"),
-        (joined([head("answered", "", 0.0), b"", b""]), "its answer is damaged"),
-        (head("answered", ""), "its answer is damaged"),
-        (head("no such end", "", 0.0), "its answer is damaged"),
+        (b"", "its answer is damaged"),
+        (b"\xff" * 64, "its answer is damaged"),
+        (pickle.dumps(Trap()), "its answer is damaged"),
+        (packed(ANSWERS[0])[:-1], "6 of 7 bytes"),
+        (packed(ANSWERS[0]) + b"x", "8 of 7 bytes"),
+        (head("answered", "", 0.0), "its answer is damaged"),
+        (head("no such end", "", 0.0, 0), "its answer is damaged"),
     ],
 )
 def test_an_answer_that_is_none_is_told_in_one_line(content: object, words: str) -> None:
     with pytest.raises(MessageError, match=words):
         unpacked(content)
-
-
-def test_parts_are_joined_and_parted() -> None:
-    for parts in ([], [b""], [b"one", b"", b"three"]):
-        assert parted(joined(parts)) == parts
 
 
 def solution_job() -> Job:

@@ -42,6 +42,8 @@ JOINS = "Write tables and pages into this folder; beside a comparison, its repor
 OWN_PAGE = "Write tables and a page into this folder."
 CORE = ("paper", "basics")
 """Folders of the core suite, which can be named as one"""
+NONE = "none"
+"""No engine, where faults are inserted into none"""
 WORKERS = "Run N runs side by side; default: as many as there are cores."
 
 
@@ -93,19 +95,28 @@ class SceneType(click.ParamType):  # type: ignore[type-arg]  # generic from clic
 
 
 class EngineType(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.5 on
-    """Name of an installed engine; a missing one ends the command with its own exit code."""
+    """Name of an installed engine; a missing one ends the command with its own exit code.
+
+    `NONE`, where it may be given, and ``MODULE:CLASS``, whose import a run tells of, pass.
+    """
 
     name = "engine"
 
+    def __init__(self, *, none: bool = False, classes: bool = False) -> None:
+        self.none, self.classes = none, classes
+
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
         """Check that the engine is registered and installed."""
-        from adapters.registry import UnknownEngineError
+        from adapters.registry import TARGET, UnknownEngineError
 
+        given = str(value)
+        if (self.none and given == NONE) or (self.classes and re.fullmatch(TARGET, given)):
+            return given
         try:
-            need_engine(str(value))
+            need_engine(given)
         except UnknownEngineError as error:
             self.fail(str(error), param, ctx)
-        return str(value)
+        return given
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:  # noqa: ARG002
         """Registered names that begin with `incomplete`."""
@@ -118,28 +129,7 @@ class EngineType(click.ParamType):  # type: ignore[type-arg]  # generic from cli
         ]
 
 
-class EngineOrClassType(EngineType):
-    """Name of an installed engine, or ``MODULE:CLASS``, whose import a run tells of."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Check an engine's name; let a class pass."""
-        from adapters.registry import TARGET
-
-        return str(value) if re.fullmatch(TARGET, str(value)) else super().convert(value, param, ctx)
-
-
-class HostType(EngineType):
-    """Name of an installed engine, or "none"."""
-
-    name = "host"
-    NONE = "none"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Check an engine's name; let "none" pass."""
-        return self.NONE if value == self.NONE else super().convert(value, param, ctx)
-
-
-SCENE, ENGINE, HOST = SceneType(), EngineType(), HostType()
+SCENE, ENGINE, HOST = SceneType(), EngineType(), EngineType(none=True)
 
 
 def need_engine(name: str) -> None:
@@ -341,7 +331,7 @@ def engine_option(default: str, names: str = "names", *, classes: bool = False) 
     """
     named = click.option(
         "--engine", names, multiple=True, metavar="NAME|MODULE:CLASS" if classes else "NAME",
-        type=EngineOrClassType() if classes else ENGINE,
+        type=EngineType(classes=classes),
         help=f"Take this engine. May be repeated; default: {default}.",
     )  # fmt: skip
     return lambda command: named(programs_option(command))

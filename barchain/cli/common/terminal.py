@@ -16,8 +16,20 @@ PIPE_COLUMNS = 240  # without a terminal, wide enough never to break a line
 
 
 def say(text: object, *, err: bool = False) -> None:
-    """Print lines; hidden characters, which may come from an engine, a file or an argument, are escaped."""
-    click.echo(plain(str(text)), err=err)
+    """Print lines; hidden characters, which may come from an engine, a file or an argument, are escaped.
+
+    Raises
+    ------
+    ClickException
+        If standard output is full. A full standard error costs its lines alone.
+    """
+    try:
+        click.echo(plain(str(text)), err=err)
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        if not err:
+            raise click.ClickException(f"standard output is lost: {error.strerror}") from None
 
 
 def plain(text: str, but: str = "\n\t") -> str:

@@ -11,7 +11,7 @@ import atexit
 import json
 from typing import TYPE_CHECKING
 
-from barchain.runs.call import WrongWorkerError, joined, packed
+from barchain.runs.call import WrongWorkerError, packed
 from barchain.runs.pool import START_S, Slot, Slots
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def fresh_versions() -> dict[str, str]:
     SLOTS.close_idle()
     slot = Slot()
     try:
-        found: dict[str, str] = json.loads(slot.ask(joined([b""]), START_S))
+        found: dict[str, str] = json.loads(slot.ask(b"", b"", START_S))
     finally:
         slot.close()
     return found
