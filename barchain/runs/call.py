@@ -110,10 +110,13 @@ class CallLateError(CallFailedError):
     """Raised for a call that was ended at its limit of time."""
 
 
-def pickled(call: Call) -> bytes:
-    """Call for a worker, which trusts its sender: what it must know, and what only the answering process unpacks."""
+def pickled(call: Call, versions: dict[str, str] | None = None) -> bytes:
+    """Call for a worker, which trusts its sender: what it must know, and what only the answering process unpacks.
+
+    The answering process must have the `versions` of the sender's code, if they are given.
+    """
     known = replace(call, function=bytes, given=(), aside=(), worth_keeping=bool)
-    work = call.function, (*call.given, *call.aside), call.limit_s if call.own_work else None
+    work = versions, call.function, (*call.given, *call.aside), call.limit_s if call.own_work else None
     return pickle.dumps((known, pickle.dumps(work, protocol=5)), protocol=5)
 
 

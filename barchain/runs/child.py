@@ -18,6 +18,7 @@ from adapters.engine import EngineError
 from barchain.runs.call import FILE_B, MEMORY_B, Answer, CallEnd, WrongWorkerError, packed, read_frame, write_frame
 from barchain.runs.message import plain_text
 from barchain.runs.phases import PHASE, QUESTION, process_ended_after
+from barchain.runs.versions import code_versions, difference
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -100,12 +101,14 @@ def process_control(option: int, value: int) -> None:
 
 
 def called(content: bytes) -> Answer:
-    """Answer to a call of a trusted sender: its function, its arguments, and a limit of processor time, pickled."""
+    """Answer to a call of a trusted sender: versions, function, arguments, and a limit of processor time, pickled."""
     try:
-        function, given, processor_s = pickle.loads(content)
+        versions, function, given, processor_s = pickle.loads(content)
     except Exception as error:
         reason = f"can't load a call ({type(error).__name__}: {plain_text(error, 160)})"
         return Answer(end=CallEnd.OTHER_CODE, reason=reason)
+    if versions is not None and (differs := difference(code_versions(), versions)):
+        return Answer(end=CallEnd.OTHER_CODE, reason=differs)
     with process_ended_after(processor_s, processor=True):
         return answered(function, given)
 

@@ -21,7 +21,6 @@ from typing import TYPE_CHECKING, Any, Self
 from barchain.runs.call import (
     Answer,
     CallEnd,
-    WrongWorkerError,
     known_of,
     pickled,
     read_frame,
@@ -38,8 +37,6 @@ if TYPE_CHECKING:
     from barchain.runs.call import Call
 
 COMMAND = [sys.executable, "-m", "barchain.runs.worker"]
-OTHER = b"other code"
-"""Head of a reply of a worker whose code differs from its sender's"""
 START_S = 60.0  # for a worker to import barchain on a busy machine
 END_S = 10.0  # for a worker to end its processes
 
@@ -63,49 +60,38 @@ class Slot:
         self.process: subprocess.Popen[bytes] | None = None
         self.lock = threading.Lock()
 
-    def run(self, call: bytes, versions: bytes = b"") -> Answer:
-        """Answer to a call from :func:`barchain.runs.call.pickled`; one that kills its worker is answered as dead.
-
-        Raises
-        ------
-        WrongWorkerError
-            If versions of the sender's code are given, as JSON, and this machine has others.
-        """
-        begun, wall_s = time.monotonic(), known_of(call)[0].wall_s
+    def run(self, call: bytes) -> Answer:
+        """Answer to a call from :func:`barchain.runs.call.pickled`; one that kills its worker is answered as dead."""
+        begun = time.monotonic()
         try:
-            return unpacked(self.ask(versions, call, wall_s + START_S))
+            return unpacked(self.ask(call))
         except (WorkerLostError, MessageError) as error:
             self.close_worker()
             reason = f"its process died with the process that started it ({plain_text(error)})"
             return Answer(end=CallEnd.DIED, reason=reason, seconds=time.monotonic() - begun)
 
-    def ask(self, versions: bytes, call: bytes, limit_s: float) -> bytes:
-        """Reply to a call, or to none the worker's versions; a worker that takes longer than `limit_s` is killed.
+    def ask(self, call: bytes) -> bytes:
+        """Packed answer of the worker, which is killed if it takes longer than the call's limit and its own start.
 
         Raises
         ------
-        WrongWorkerError
-            If its code differs from the sender's.
         WorkerLostError
             If it dies.
         """
         process = self.started()
         assert process.stdin is not None
         assert process.stdout is not None
-        timer = threading.Timer(limit_s, process.kill)
+        timer = threading.Timer(known_of(call)[0].wall_s + START_S, process.kill)
         timer.start()
         try:
-            for part in (versions, call):
-                write_frame(process.stdin, part)
-            kind, content = read_frame(process.stdout), read_frame(process.stdout)
+            write_frame(process.stdin, call)
+            content = read_frame(process.stdout)
         except (OSError, ValueError) as error:
             raise WorkerLostError(plain_text(error)) from None
         finally:
             timer.cancel()
         if content is None:
             raise WorkerLostError("the worker died")
-        if kind == OTHER:
-            raise WrongWorkerError(content.decode())
         return content
 
     def started(self) -> subprocess.Popen[bytes]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +29,11 @@ def code_versions() -> dict[str, str]:
     """Versions that decide results, in this process: barchain with its sources, and libraries."""
     found = {name: package_version(name) for name in LIBRARIES}
     return {"barchain": f"{package_version('barchain')} (sources {digest_of(*SOURCES)})"} | found
+
+
+def versions_bytes() -> bytes:
+    """These versions as JSON."""
+    return json.dumps(code_versions()).encode("ascii")
 
 
 def version_of(registration: Registration) -> str:
@@ -112,8 +118,6 @@ def task_fault(error: BaseException) -> str:
         return f"a task was lost with its worker (deaths: {deaths}); logs or memory limits of workers may tell why"
     if name == "FutureCancelledError":
         return f"the scheduler dropped a task ({plain_text(error, 160)})"
-    if isinstance(error, WrongWorkerError):
-        return f"a worker {error}; {REMEDY}"
     if isinstance(error, (ImportError, AttributeError)):
         return f"a worker {import_words(error)}; {REMEDY}"
     return f"a task failed there ({name}: {plain_text(error, 200)})"

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import contextlib
 import itertools
-import json
 import os
 import select
 import shutil
@@ -42,11 +41,9 @@ from barchain.runs.child import FORKS, LOG, PR_SET_CHILD_SUBREAPER, called, proc
 from barchain.runs.environment import FOLDER, Watchman
 from barchain.runs.message import MessageError, plain_text
 from barchain.runs.phases import late_words
-from barchain.runs.pool import OTHER
 from barchain.runs.processes import descendants, last_line, tail_of
-from barchain.runs.versions import code_versions, difference
+from barchain.runs.versions import code_versions
 
-DONE = b"done"
 KEPT_POOLS = 3  # calls of several pools come mixed: solutions, other runs, verdicts
 POLL_S = 0.05  # between looks at time, memory and output: an engine fills some 100 MB in that time
 READ_B = 1 << 20
@@ -261,11 +258,12 @@ def main(idle_s: float | None = None) -> None:
     process_control(PR_SET_CHILD_SUBREAPER, 1)
     watchman = Watchman()
     os.environ[FOLDER] = watchman.folder
+    if idle_s is not None:  # beside a Dask worker: versions of the code that is loaded now, before a source changes
+        code_versions()
     children = Children(Path(watchman.folder), requests.fileno(), watchman.process.pid)
     try:
-        while (versions := next_frame(requests, idle_s)) is not None and (call := read_frame(requests)) is not None:
-            for part in reply(children, versions, call):
-                write_frame(replies, part)
+        while (call := next_call(requests, idle_s)) is not None:
+            write_frame(replies, packed(children.answer(*known_of(call))))
     except (SenderGoneError, BrokenPipeError):
         pass
     finally:
@@ -283,19 +281,11 @@ def protocol_files() -> tuple[BinaryIO, BinaryIO]:
     return found
 
 
-def next_frame(requests: BinaryIO, idle_s: float | None) -> bytes | None:
-    """First bytes of the next request; None at the end."""
+def next_call(requests: BinaryIO, idle_s: float | None) -> bytes | None:
+    """Next call; None at the end."""
     if idle_s is not None and not select.select([requests], [], [], idle_s)[0]:
         return None
     return read_frame(requests)
-
-
-def reply(children: Children, versions: bytes, call: bytes) -> tuple[bytes, bytes]:
-    """Kind and content of a reply: the answer to the call, without one all versions, or the one that differs."""
-    differs = difference(code_versions(), json.loads(versions)) if versions else ""
-    if differs:
-        return OTHER, differs.encode()
-    return DONE, packed(children.answer(*known_of(call))) if call else json.dumps(code_versions()).encode("ascii")
 
 
 if __name__ == "__main__":

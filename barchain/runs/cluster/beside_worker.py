@@ -9,46 +9,25 @@ from __future__ import annotations
 import asyncio
 import atexit
 import json
-from typing import TYPE_CHECKING
 
-from barchain.runs.call import WrongWorkerError, packed
+from barchain.runs.call import Call, CallEnd, packed, pickled
 from barchain.runs.pool import START_S, Slot, Slots
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
+from barchain.runs.versions import versions_bytes
 
 IDLE_S = 600.0  # without a call: the memory of its processes is given back
 SLOTS = Slots(IDLE_S)
 atexit.register(SLOTS.close_idle)
 
 
-def answer_call(versions: bytes, call: bytes) -> bytes:
-    """Answer to a call, on a Dask worker.
-
-    Parameters
-    ----------
-    versions : bytes
-        :func:`barchain.runs.versions.code_versions` of the sender, as JSON.
-    call : bytes
-        From :func:`barchain.runs.call.pickled`.
-
-    Returns
-    -------
-    bytes
-        From :func:`barchain.runs.call.packed`.
-
-    Raises
-    ------
-    WrongWorkerError
-        If this machine has other code than the sender.
-    """
-    try:
+def answer_call(call: bytes) -> bytes:
+    """Packed answer to a pickled call, on a Dask worker."""
+    with SLOTS.slot() as slot:
+        answer = slot.run(call)
+    if answer.end is CallEnd.OTHER_CODE:  # the worker may have old code in memory
+        SLOTS.close_idle()
         with SLOTS.slot() as slot:
-            return packed(slot.run(call, versions))
-    except WrongWorkerError:
-        SLOTS.close_idle()  # it may have old code in memory
-        with SLOTS.slot() as slot:
-            return packed(slot.run(call, versions))
+            answer = slot.run(call)
+    return packed(answer)
 
 
 async def worker_versions() -> dict[str, str]:
@@ -61,12 +40,7 @@ def fresh_versions() -> dict[str, str]:
     SLOTS.close_idle()
     slot = Slot()
     try:
-        found: dict[str, str] = json.loads(slot.ask(b"", b"", START_S))
+        found: dict[str, str] = json.loads(slot.run(pickled(Call(versions_bytes, (), START_S, pool=""))).needed())
     finally:
         slot.close()
     return found
-
-
-def versions_text(versions: Mapping[str, str]) -> bytes:
-    """Versions as they are sent."""
-    return json.dumps(dict(versions)).encode("ascii")

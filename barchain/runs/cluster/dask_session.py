@@ -13,7 +13,7 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 from barchain.runs.call import Answer, CallEnd, pickled, unpacked
-from barchain.runs.cluster.beside_worker import answer_call, versions_text
+from barchain.runs.cluster.beside_worker import answer_call
 from barchain.runs.cluster.connection import (
     CLOSE_S,
     ClusterError,
@@ -43,7 +43,6 @@ class DaskSession(Session):
         """Prepare; the thread starts when the session is entered."""
         super().__init__()
         self.cluster = cluster
-        self.versions = versions_text(code_versions())
         self.waiting: deque[tuple[Hashable, bytes]] = deque()
         self.threads = 1
         """Of all workers"""
@@ -59,7 +58,7 @@ class DaskSession(Session):
     def start(self, key: Hashable, call: Call) -> None:
         """Queue a call."""
         self.sent += 1
-        self.waiting.append((key, pickled(call)))
+        self.waiting.append((key, pickled(call, code_versions())))
         self.wake()
 
     def close(self) -> None:
@@ -122,7 +121,7 @@ class DaskSession(Session):
         """Send calls, as long as workers have less than they can take."""
         while self.waiting and len(at_work) < CALLS_PER_THREAD * self.threads:
             key, call = self.waiting.popleft()
-            future = client.submit(answer_call, self.versions, call, pure=False)
+            future = client.submit(answer_call, call, pure=False)
             at_work[self.followed(result_of(future))] = key
 
     def deliver(self, key: Hashable, task: asyncio.Task[Any], client: Any) -> None:
