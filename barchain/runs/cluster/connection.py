@@ -28,7 +28,7 @@ ANSWER_S = 10.0  # for a scheduler to connect
 SILENT_S = 30.0  # for a scheduler to answer: it may import this code for several seconds
 START_S = 120.0  # for workers to start a process beside them, which imports this code
 CLOSE_S = 5.0  # for the connection to be closed
-LOOK_S = 1.0  # between looks at the scheduler
+LOOK_S = 0.5  # between looks at the scheduler
 TALKATIVE = ("distributed", "tornado", "tornado.application", "tornado.general", "asyncio")
 
 
@@ -108,7 +108,7 @@ def import_distributed() -> Any:
 async def checked(cluster: DaskCluster) -> None:
     """Body of :func:`check_cluster`."""
     async with connected(cluster) as client:
-        await workers_there(client, cluster)
+        await watched(client, cluster)
         fault = protocol_fault(await answered(cluster, client.get_versions()))
         fault = fault or code_fault(await answered(cluster, client.run(worker_versions, on_error="return"), START_S))
     if fault:
@@ -183,48 +183,29 @@ async def answered(cluster: DaskCluster, question: Any, limit_s: float | None = 
         raise ClusterError(f"{cluster}: the scheduler was lost ({plain_text(error, 200)})") from None
 
 
-async def workers_there(client: Any, cluster: DaskCluster) -> None:
-    """Wait for the first worker."""
-    waited = Absence(cluster)
-    while not await waited.over(client):
-        await asyncio.sleep(LOOK_S / 5.0)
+async def watched(client: Any, cluster: DaskCluster, told: Callable[[int], None] | None = None) -> None:
+    """Look at the scheduler until it is lost; `told` gets the number of threads of its workers.
 
+    Without `told`, until there is a worker.
 
-class Absence:
-    """Time since a scheduler last had a worker."""
-
-    def __init__(self, cluster: DaskCluster) -> None:
-        self.cluster, self.since = cluster, asyncio.get_running_loop().time()
-        self.threads = 1
-        """Threads of all workers"""
-
-    async def over(self, client: Any) -> bool:
-        """Whether there is a worker.
-
-        Raises
-        ------
-        ClusterError
-            If there has been none for the stated time, or the scheduler is gone.
-        """
-        now = asyncio.get_running_loop().time
-        info = await answered(self.cluster, client.scheduler.identity())
-        if info["workers"]:
-            self.since = now()
-            self.threads = sum(int(w["nthreads"]) for w in info["workers"].values())
-            return True
-        if now() - self.since > self.cluster.workers_s:
+    Raises
+    ------
+    ClusterError
+        If there has been no worker for the stated time, or the scheduler is gone.
+    """
+    now = asyncio.get_running_loop().time
+    since = now()
+    while client.status == "running":
+        workers = (await answered(cluster, client.scheduler.identity()))["workers"]
+        if workers and told is None:
+            return
+        if workers and told is not None:
+            since = now()
+            told(sum(int(w["nthreads"]) for w in workers.values()))
+        elif now() - since > cluster.workers_s:
             raise ClusterError(
-                f"{self.cluster}: the scheduler has had no worker for {self.cluster.workers_s:g} s; "
+                f"{cluster}: the scheduler has had no worker for {cluster.workers_s:g} s; "
                 "start workers, or wait longer with --dask-wait"
             )
-        return False
-
-
-async def watched(client: Any, cluster: DaskCluster, told: Callable[[int], None]) -> None:
-    """Look at the scheduler until it is lost, or has had no worker for too long; `told` gets the number of threads."""
-    absence = Absence(cluster)
-    while client.status == "running":
-        await absence.over(client)
-        told(absence.threads)
         await asyncio.sleep(LOOK_S)
     raise ClusterError(f"{cluster}: the scheduler was lost")

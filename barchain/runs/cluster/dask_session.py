@@ -8,11 +8,10 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import threading
-from collections import deque
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
-from barchain.runs.call import Answer, CallEnd, pickled, unpacked
+from barchain.runs.call import CallEnd, pickled, unpacked
 from barchain.runs.cluster.beside_worker import answer_call
 from barchain.runs.cluster.connection import (
     CLOSE_S,
@@ -33,23 +32,21 @@ if TYPE_CHECKING:
     from barchain.runs.call import Call
     from barchain.runs.cluster import DaskCluster
 
-CALLS_PER_THREAD = 2  # at the cluster: a worker has the next one when it ends one
-
 
 class DaskSession(Session):
     """A client in a thread with an event loop of its own."""
 
     def __init__(self, cluster: DaskCluster) -> None:
-        """Prepare; the thread starts when the session is entered."""
+        """Start the thread."""
         super().__init__()
         self.cluster = cluster
-        self.waiting: deque[tuple[Hashable, bytes]] = deque()
         self.threads = 1
         """Of all workers"""
         self.sent = self.answered = 0
         self.closed = False
         self.loop = asyncio.new_event_loop()
-        self.events: asyncio.Queue[asyncio.Task[Any] | None] = asyncio.Queue()
+        self.waiting: asyncio.Queue[tuple[Hashable, bytes] | None] = asyncio.Queue()
+        """Calls that the loop has not taken; None ends it"""
         self.context = ExitStack()
         self.context.enter_context(quiet())
         self.thread = threading.Thread(target=self.serve, daemon=True)
@@ -58,24 +55,22 @@ class DaskSession(Session):
     def start(self, key: Hashable, call: Call) -> None:
         """Queue a call."""
         self.sent += 1
-        self.waiting.append((key, pickled(call, code_versions())))
-        self.wake()
+        self.hand_over((key, pickled(call, code_versions())))
 
     def close(self) -> None:
         """Forget the calls that are left, and end the connection."""
-        self.closed = True
-        self.wake()
+        self.hand_over(None)
         self.thread.join(3.0 * CLOSE_S)
         self.context.close()
+
+    def hand_over(self, one: tuple[Hashable, bytes] | None) -> None:
+        """Queue something for the loop."""
+        with contextlib.suppress(RuntimeError):  # the loop has ended with an error, which the next answer tells
+            self.loop.call_soon_threadsafe(self.waiting.put_nowait, one)
 
     def side_by_side(self) -> int:
         """Threads of all workers."""
         return self.threads
-
-    def wake(self) -> None:
-        """Let the loop look what there is to do."""
-        with contextlib.suppress(RuntimeError):  # the loop has ended with an error, which the next answer tells
-            self.loop.call_soon_threadsafe(self.events.put_nowait, None)
 
     def serve(self) -> None:
         """Body of the thread: an error is handed to the reader of answers."""
@@ -88,77 +83,57 @@ class DaskSession(Session):
             self.done.put(error)
 
     async def connection(self) -> None:
-        """Connect, and send calls until the session is closed."""
+        """Connect, and make calls until the session is closed, the scheduler is lost, or a call fails."""
         async with connected(self.cluster) as client:
-            at_work: dict[asyncio.Task[Any], Hashable] = {}
-            watch = self.followed(watched(client, self.cluster, self.note_threads))
+            taken = asyncio.ensure_future(self.waiting.get())
+            at_work: set[asyncio.Future[Any]] = {
+                taken,
+                asyncio.ensure_future(watched(client, self.cluster, self.note_threads)),
+            }
             try:
                 while not self.closed:
-                    self.fill(client, at_work)
-                    ended = await self.events.get()
-                    if ended is watch:
-                        watch.result()
-                    elif ended is not None:
-                        self.deliver(at_work.pop(ended), ended, client)
+                    ended, at_work = await asyncio.wait(at_work, return_when=asyncio.FIRST_COMPLETED)
+                    for task in ended:
+                        found = task.result()
+                        if task is taken:
+                            self.closed = found is None
+                            taken = asyncio.ensure_future(self.waiting.get())
+                            at_work.add(taken)
+                            if found is not None:
+                                at_work.add(asyncio.ensure_future(self.answer(client, *found)))
             finally:
-                for task in (watch, *at_work):
+                self.closed = True
+                for task in at_work:
                     task.cancel()
-                await asyncio.wait({watch, *at_work}, timeout=CLOSE_S)
+                await asyncio.wait(at_work, timeout=CLOSE_S)
 
     def note_threads(self, threads: int) -> None:
-        """Take the number of threads of all workers; more of them get more calls."""
-        if threads > self.threads:
-            self.events.put_nowait(None)
+        """Take the number of threads of all workers."""
         self.threads = threads
 
-    def followed(self, work: Any) -> asyncio.Task[Any]:
-        """Task that is an event when it ends."""
-        task: asyncio.Task[Any] = asyncio.ensure_future(work)
-        task.add_done_callback(self.events.put_nowait)
-        return task
-
-    def fill(self, client: Any, at_work: dict[asyncio.Task[Any], Hashable]) -> None:
-        """Send calls, as long as workers have less than they can take."""
-        while self.waiting and len(at_work) < CALLS_PER_THREAD * self.threads:
-            key, call = self.waiting.popleft()
-            future = client.submit(answer_call, call, pure=False)
-            at_work[self.followed(result_of(future))] = key
-
-    def deliver(self, key: Hashable, task: asyncio.Task[Any], client: Any) -> None:
-        """Hand out the answer to a call.
+    async def answer(self, client: Any, key: Hashable, call: bytes) -> None:
+        """Send a call, and hand out its answer; the cluster forgets it then.
 
         Raises
         ------
         ClusterError
             If there is none, if it is damaged, or if the worker has other code.
         """
+        future = client.submit(answer_call, call, pure=False)
         try:
-            answer = unpacked(self.value_of(task, client))
+            answer = unpacked(await future)
         except MessageError as error:
             raise ClusterError(f"{self.cluster}: a worker gave no answer: {error}") from None
-        self.need_same_code(answer)
-        self.answered += 1
-        self.done.put((key, answer))
-
-    def need_same_code(self, answer: Answer) -> None:
-        """Check that a call found the packages that its sender has."""
+        except (Exception, asyncio.CancelledError) as error:  # a lost scheduler cancels what it had
+            if self.closed:
+                raise
+            lost = isinstance(error, asyncio.CancelledError) or client.status != "running"
+            said = "the scheduler was lost" if lost else task_fault(error)
+            raise ClusterError(f"{self.cluster}: {said}") from None
+        finally:
+            with contextlib.suppress(Exception):
+                future.release()
         if answer.end is CallEnd.OTHER_CODE:
             raise ClusterError(f"{self.cluster}: a worker {answer.reason}; {REMEDY}")
-
-    def value_of(self, task: asyncio.Task[Any], client: Any) -> object:
-        """Result of a call, or an error with one line."""
-        error = asyncio.CancelledError("cancelled") if task.cancelled() else task.exception()
-        if error is None:
-            return task.result()
-        if isinstance(error, asyncio.CancelledError) or client.status != "running":
-            raise ClusterError(f"{self.cluster}: the scheduler was lost")
-        raise ClusterError(f"{self.cluster}: {task_fault(error)}")
-
-
-async def result_of(future: Any) -> Any:
-    """Result of a call; the cluster forgets it then."""
-    try:
-        return await future
-    finally:
-        with contextlib.suppress(Exception):
-            future.release()
+        self.answered += 1
+        self.done.put((key, answer))
