@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import platform
 import sys
 from typing import TYPE_CHECKING, Any
@@ -41,29 +40,22 @@ def doctor(as_json: bool) -> None:
 
 def diagnosis() -> dict[str, Any]:
     """Everything that the command tells, as JSON can hold it."""
+    import psutil
+
     from adapters.registry import engines
     from barchain.record.environment import environment, package_version, packages
 
+    memory = psutil.virtual_memory()
     return {
         "barchain": package_version("barchain"),
         "python": platform.python_version(),
         "executable": sys.executable,
-        "machine": environment() | memory(),
+        "machine": environment() | {"memory_GB": memory.total / GIGA, "available_GB": memory.available / GIGA},
         "packages": packages(),
         "engines": list(facts(engines())),
         "kernel": kernel(),
         "certified_solutions": solution_tables(),
     }
-
-
-def memory() -> dict[str, float | None]:
-    """Memory of the machine and its available part, GB; None where the system does not tell."""
-    try:
-        page = os.sysconf("SC_PAGE_SIZE")
-        total, free = (page * os.sysconf(name) / GIGA for name in ("SC_PHYS_PAGES", "SC_AVPHYS_PAGES"))
-    except (AttributeError, ValueError, OSError):  # Windows has no sysconf, macOS not all names
-        return {"memory_GB": None, "available_GB": None}
-    return {"memory_GB": total, "available_GB": free}
 
 
 def kernel() -> dict[str, Any]:
@@ -115,13 +107,12 @@ def show(found: Mapping[str, Any], wrong: list[str]) -> None:
     """Print versions, machine, compiled kernel, certified solutions, engines, and what is wrong or missing."""
     machine, compiled, tables = found["machine"], found["kernel"], found["certified_solutions"]
     library = compiled["missing"] or f"for {compiled['level']}, {compiled['library']}"
-    total, free = machine["memory_GB"], machine["available_GB"]
     whole = f"{tables['tables']} tables, {len(tables['faults'])} faulty, for {tables['scenes']} scenes,"
     say(f"barchain        {found['barchain']}")
     say(f"Python          {found['python']} ({found['executable']})")
     say(f"platform        {machine['platform']}")
     say(f"processor       {machine['cpu']}, {machine['cores']} cores")
-    say(f"memory          {'not known' if total is None else f'{total:.1f} GB, {free:.1f} GB available'}")
+    say(f"memory          {machine['memory_GB']:.1f} GB, {machine['available_GB']:.1f} GB available")
     say(f"kernel          {library}")
     say(f"solutions       {whole} in {tables['folder']}; computed ones are kept in {tables['cache']}")
     missing: dict[str, list[str]] = {}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -83,13 +82,13 @@ def chosen(folders: list[Path], conditions: tuple[str, ...]) -> list[pd.DataFram
 
     from barchain.api import rows
     from reports.tables.rows import spread
+    from scenarios import nearest
 
     found = spread(pd.concat([rows(folder) for folder in folders], keys=range(len(folders))))
     for condition in (part for given in conditions for part in given.split(",")):
         column, equals, value = (text.strip() for text in condition.partition("="))
         if not equals or column not in found:
-            near = difflib.get_close_matches(column, found.columns, 1)
-            advice = f" (did you mean {near[0]}?)" if near and equals else ""
+            advice = nearest(column, map(str, found)) if equals else ""
             allowed = f"{FORM}, with a column of these rows: {', '.join(map(str, found))}"
             raise click.UsageError(f"--where {condition}{advice}: allowed: {allowed}")
         found = found[agrees(found[column], column, value)]
@@ -100,6 +99,8 @@ def agrees(column: pd.Series[Any], name: str, value: str) -> pd.Series[bool]:
     """Rows whose column has a value; of numbers by their size, so that 1e-6 is 0.000001."""
     import pandas as pd
 
+    from scenarios import nearest
+
     if pd.api.types.is_numeric_dtype(column):
         try:
             return column == float(value)
@@ -107,9 +108,7 @@ def agrees(column: pd.Series[Any], name: str, value: str) -> pd.Series[bool]:
             raise click.UsageError(f"--where {name}={value}: allowed: a number, as {name} is one") from None
     same = column == value
     if not same.any() and len(column):
-        near = difflib.get_close_matches(value, sorted({str(v) for v in column}), 1)
-        advice = f"; did you mean {near[0]}?" if near else ""
-        raise click.UsageError(f"--where {name}={value}: no row has this {name}{advice}")
+        raise click.UsageError(f"--where {name}={value}: no row has this {name}{nearest(value, set(map(str, column)))}")
     return same
 
 

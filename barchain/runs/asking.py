@@ -232,22 +232,11 @@ class OutsideEngine(Engine, metaclass=OutsideEngineClass):
             raise EngineError(f"{question.__name__}: {reply.problem}")
         return reply
 
-    def build(self, scene: Scene, setting: Setting) -> None:
-        """Not here: runs are made in a process of their own."""
-        del scene, setting
-        self.refuse()
-
-    def simulate(self) -> None:
-        """Not here."""
-        self.refuse()
-
-    def read(self) -> Trajectory:
-        """Not here."""
-        self.refuse()
-
-    def refuse(self) -> NoReturn:
+    def refuse(self, *_: object) -> NoReturn:
         """Raise: code of another package is not run in this process."""
         raise RuntimeError(f"{self.registration.target} runs in a process of its own; use barchain.simulate")
+
+    build = simulate = read = refuse
 
 
 def noise_key(scene: Scene, setting: Setting, t_s: Array) -> str:

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
+import psutil
 
 from adapters.engine import EngineError
 from barchain.runs.message import DeclarationError, MessageError, plain_text
@@ -241,8 +242,5 @@ def mark() -> float:
 
 
 def installed() -> float:
-    """Memory of this machine, bytes; infinite where the system does not report it."""
-    try:
-        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
-    except (AttributeError, ValueError, OSError):
-        return math.inf
+    """Memory of this machine, bytes."""
+    return float(psutil.virtual_memory().total)

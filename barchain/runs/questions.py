@@ -17,7 +17,7 @@ from barchain.runs.message import DeclarationError, MessageError, plain_info, pl
 from barchain.runs.phases import Peak, enter, three_phases
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable
 
     from adapters.engine import Setting
     from adapters.registry import Registration
@@ -33,7 +33,7 @@ ARRAYS = tuple(f.name for f in dataclasses.fields(Trajectory) if f.name not in W
 HIGHEST_ORDER = 40.0
 """Taylor series in double precision have about half of it"""
 LARGEST_STEP_CONSTANT = 10.0
-NAME_LENGTH = 60
+NAME_LENGTH, TITLE_LENGTH = 60, 200
 
 
 @dataclass(frozen=True)
@@ -41,10 +41,8 @@ class Declaration:
     """One declaration of engines."""
 
     types: tuple[type, ...]
-    plain: Callable[[Any], Any]
-    """Form in a message"""
     meant: Callable[[Any], Any]
-    """Value of that form; raises for another form, as the message may come from a process gone astray"""
+    """Value of its form in a message; raises for another one, as the message may come from a process gone astray"""
     check: Callable[[Any], object] = bool
     """Raises for a value out of range"""
 
@@ -98,12 +96,19 @@ def check_sweep(sweep: AccuracySweep) -> None:
         )
 
 
-def plain_sweep(sweep: AccuracySweep) -> dict[str, Any]:
-    """Sweep as a message has it."""
-    return {
-        "parameter": str(sweep.parameter), "values": [float(v) for v in sweep.values], "default": float(sweep.default),
-        "finer_rtol": float(sweep.finer_rtol),
-    }  # fmt: skip
+def plain(value: Any) -> Any:
+    """Form of a declaration in a message."""
+    if isinstance(value, AccuracySweep):
+        return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    if isinstance(value, (set, frozenset)):
+        return sorted(plain_text(name, NAME_LENGTH) for name in value)
+    if isinstance(value, dict):
+        return {plain_text(name, NAME_LENGTH): plain_text(reason) for name, reason in value.items()}
+    if isinstance(value, (tuple, list)):
+        return [float(each) for each in value]
+    if value is None or isinstance(value, bool):
+        return value
+    return plain_text(value, TITLE_LENGTH) if isinstance(value, str) else float(value)
 
 
 def meant_sweep(said: dict[str, Any]) -> AccuracySweep:
@@ -114,45 +119,22 @@ def meant_sweep(said: dict[str, Any]) -> AccuracySweep:
     )
 
 
-def number_or_none(value: Any) -> float | None:
-    """Number as a float."""
-    return None if value is None else float(value)
-
-
-def plain_names(names: Iterable[object]) -> list[str]:
-    """Names, sorted."""
-    return sorted(plain_text(name, NAME_LENGTH) for name in names)
-
-
-def meant_names(names: Iterable[object]) -> frozenset[str]:
-    """Names of a message."""
-    return frozenset(map(str, names))
-
-
-def observables(names: Iterable[str]) -> frozenset[Observable]:
-    """Quantities; one that is unknown raises."""
-    return frozenset(map(Observable, names))
-
-
-def plain_reasons(reasons: dict[str, str]) -> dict[str, str]:
-    """Reasons by their names."""
-    return {plain_text(name, NAME_LENGTH): plain_text(reason) for name, reason in reasons.items()}
-
-
-NAMES = Declaration((frozenset, set), plain_names, meant_names)
-SWITCH = Declaration((bool,), bool, bool)
+NAMES = Declaration((frozenset, set), lambda names: frozenset(map(str, names)))
+SWITCH = Declaration((bool,), bool)
 DECLARED: dict[str, Declaration] = {
-    "title": Declaration((str,), lambda title: plain_text(title, 200), str),
-    "coordinates": Declaration((str,), str, Coordinates, Coordinates),
-    "order": Declaration((float, int, type(None)), number_or_none, number_or_none, check_order),
-    "sweep": Declaration((AccuracySweep,), plain_sweep, meant_sweep, check_sweep),
+    "title": Declaration((str,), str),
+    "coordinates": Declaration((str,), Coordinates, Coordinates),
+    "order": Declaration((float, int, type(None)), lambda n: None if n is None else float(n), check_order),
+    "sweep": Declaration((AccuracySweep,), meant_sweep, check_sweep),
     "effects": NAMES,
-    "observables": Declaration((frozenset, set), plain_names, observables, observables),
+    "observables": Declaration(
+        (frozenset, set), lambda names: frozenset(map(Observable, names)), lambda names: [*map(Observable, names)]
+    ),
     "options": NAMES,
     "joints_in_place": SWITCH,
     "track_by_length": SWITCH,
-    "step_constant": Declaration((float, int), float, float, check_step_constant),
-    "unsupported_reasons": Declaration((dict,), plain_reasons, plain_reasons),
+    "step_constant": Declaration((float, int), float, check_step_constant),
+    "unsupported_reasons": Declaration((dict,), lambda said: {str(name): str(reason) for name, reason in said.items()}),
 }
 """Declarations of an engine"""
 
@@ -160,7 +142,7 @@ DECLARED: dict[str, Declaration] = {
 def declarations(registration: Registration) -> Answer:
     """Declarations of an engine's class, checked."""
     engine = loaded(registration)
-    said = {name: form.plain(declared(engine, name)) for name, form in DECLARED.items()}
+    said = {name: plain(declared(engine, name)) for name in DECLARED}
     return said | {"asks": sorted(n for n in CLASS_METHODS if overrides(engine, n))}, {}
 
 
