@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -22,7 +23,15 @@ if TYPE_CHECKING:
 
 DEPENDS = "supports the scene if no bar turns its other face to the wind or the Sun, which a run tells"
 LOW_M = 80e3  # the air of the Earth ends an orbit below it within a revolution
-FILES = ("scene", "request", "result", "engines", "plan", "nightly")
+SCHEMAS = {
+    "scene": "scenarios:SceneFile",
+    "request": "adapters.request:request_schema",
+    "result": "adapters.request:result_schema",
+    "engines": "adapters.command.entries:EngineFile",
+    "plan": "barchain.nightly.plan:PlanFile",
+    "nightly": "reports.tables.nights.facts:NightlyFile",
+}
+"""Model, or function, that has the JSON Schema of each kind of file"""
 
 
 @click.group(invoke_without_command=True, short_help="List the scenes, or show one.")
@@ -230,37 +239,12 @@ def low_words(scene: Scene) -> str:
 
 
 @click.command(short_help="Print the JSON Schema of a kind of file.")
-@click.argument("file", type=click.Choice(FILES), default=FILES[0])
+@click.argument("file", type=click.Choice(list(SCHEMAS)), default="scene")
 def schema(file: str) -> None:
     """Print the JSON Schema of a kind of file; default: a scene file.
 
     A program in any language reads a request and writes a result; engines.toml names such programs.
     """
-    say(json.dumps(schema_of(file), indent=2))
-
-
-def schema_of(file: str) -> dict[str, object]:
-    """JSON Schema of a kind of file."""
-    if file == "plan":
-        from barchain.nightly.plan import PlanFile
-
-        return PlanFile.model_json_schema()
-    if file == "nightly":
-        from reports.tables.nights.facts import NightlyFile
-
-        return NightlyFile.model_json_schema()
-    if file == "request":
-        from adapters.request import request_schema
-
-        return request_schema()
-    if file == "result":
-        from adapters.request import result_schema
-
-        return result_schema()
-    if file == "engines":
-        from adapters.command.entries import EngineFile
-
-        return EngineFile.model_json_schema()
-    from scenarios import SceneFile
-
-    return SceneFile.model_json_schema()
+    module, name = SCHEMAS[file].split(":")
+    found = getattr(import_module(module), name)
+    say(json.dumps(found.model_json_schema() if isinstance(found, type) else found(), indent=2))
