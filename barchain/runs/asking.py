@@ -232,7 +232,7 @@ class OutsideEngine(Engine, metaclass=OutsideEngineClass):
             raise EngineError(f"{question.__name__}: {reply.problem}")
         return reply
 
-    def refuse(self, *_: object) -> NoReturn:
+    def refuse(self, *_: object, **__: object) -> NoReturn:
         """Raise: code of another package is not run in this process."""
         raise RuntimeError(f"{self.registration.target} runs in a process of its own; use barchain.simulate")
 
