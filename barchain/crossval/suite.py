@@ -34,8 +34,8 @@ from barchain.solutions.judging import (
     SolutionFailedError,
     judging_engine,
     judging_jobs,
-    judging_solution,
     shares_equations,
+    solution_case,
     why_not_certified,
 )
 from barchain.solutions.reference import ReferenceSolution, SolutionSource, closely_sampled
@@ -131,23 +131,19 @@ class Suite:
     def solution(self, progress: SceneProgress) -> Case[ReferenceSolution | None]:
         """Solution that judges a scene; None where it can't be had, which the scene's own row tells."""
         scene = progress.scene
-        while True:
-            jobs = judging_jobs(scene, progress.source)
-            made = yield [self.run_of(job) for job in jobs]
-            try:
-                runs = dict(zip((job.role for job in jobs), made, strict=True))
-                solution = judging_solution(scene, progress.source, runs)
-            except SolutionFailedError as error:
-                if progress.source is SolutionSource.HEYOKA:
-                    self.note(f"{scene.name}: no certified solution ({error}); the reference judges")
-                    progress.source = SolutionSource.REFERENCE
-                    continue
-                progress.solution_failed = f"the judging solution could not be run ({error})"
-                verdict = no_verdict(scene.name, JUDGING_SOLUTION, None, Outcome.FAILED, progress.solution_failed)
-                self.settle(scene.name, JUDGING_SOLUTION, verdict)
-                return None
-            self.establish(progress, solution)
-            return solution
+        try:
+            solution = yield from solution_case(scene, self.run_of, progress.source)
+        except SolutionFailedError as error:
+            if progress.source is SolutionSource.HEYOKA:
+                self.note(f"{scene.name}: no certified solution ({error}); the reference judges")
+                progress.source = SolutionSource.REFERENCE
+                return (yield from self.solution(progress))
+            progress.solution_failed = f"the judging solution could not be run ({error})"
+            verdict = no_verdict(scene.name, JUDGING_SOLUTION, None, Outcome.FAILED, progress.solution_failed)
+            self.settle(scene.name, JUDGING_SOLUTION, verdict)
+            return None
+        self.establish(progress, solution)
+        return solution
 
     def establish(self, progress: SceneProgress, solution: ReferenceSolution) -> None:
         """Store the solution that judges a scene, with its error amplification."""

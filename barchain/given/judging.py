@@ -16,11 +16,13 @@ from barchain.given.channels import read_channels
 from barchain.given.table import TableError
 from barchain.given.verdict import judge_file, placed
 from barchain.judge.written import Declared
+from barchain.runs.cases import run_cases
+from barchain.runs.executors import ALL_CORES
 from barchain.runs.job import Job, Role, RunResult
 from barchain.runs.run import keep_run
-from barchain.runs.tasks import run_jobs
-from barchain.solutions.judging import judging_jobs, judging_solution
-from barchain.solutions.reference import SolutionSource, closely_sampled
+from barchain.runs.tasks import limit_of, run_task
+from barchain.solutions.judging import solution_case
+from barchain.solutions.reference import closely_sampled
 from barchain.solutions.shipped import shipped_solution
 from barchain.studies.study import ignore, run_and_render
 from reports.tables.outcome import Outcome
@@ -144,9 +146,9 @@ def solution_of(scene: Scene, time_limit_s: float) -> ReferenceSolution:
     shipped = shipped_solution(scene)
     if shipped is not None:
         return shipped
-    jobs = judging_jobs(scene, SolutionSource.REFERENCE)
-    runs = {job.role: result for job, result in run_jobs(jobs, time_limit_s=time_limit_s)}
-    return judging_solution(scene, SolutionSource.REFERENCE, runs)
+    case = solution_case(scene, lambda job: run_task(job, limit_of(job, time_limit_s)))
+    ((_, found),) = run_cases([(scene.name, case)], ALL_CORES)
+    return found
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -26,7 +26,7 @@ class LeftOut:
     reason: str
 
 
-NOT_TRIED = frozenset({Outcome.UNSUPPORTED, Outcome.MISSING, Outcome.NOTHING_COMPARED})
+NOT_TRIED = frozenset({Outcome.UNSUPPORTED, Outcome.MISSING, NOT_RUN})
 """Outcomes of points that were not run; the reason is declared, or the limits that the study was given"""
 
 
@@ -52,7 +52,7 @@ def failures(points: Iterable[Mapping[str, Any]], named: Collection[str] = ()) -
     ran = {engine for (_, engine), own in by_engine.items() if passed(own)}
     lines = []
     for (scene, engine), own in by_engine.items():
-        tried = [p for p in own if Outcome(p["outcome"]) not in NOT_TRIED]
+        tried = [p for p in own if p["outcome"] not in NOT_TRIED]
         if not passed(own) and (tried or (engine in named and engine not in ran)):
             first = (tried or own)[0]
             lines.append(f"{scene} {engine}: {first['outcome']}: {first.get('reason', '')}".strip())
@@ -60,19 +60,14 @@ def failures(points: Iterable[Mapping[str, Any]], named: Collection[str] = ()) -
 
 
 def said(point: Mapping[str, Any]) -> str:
-    """Outcome of a point; of one that was not run the reason."""
-    reason = str(point.get("reason", ""))
-    return reason if reason.startswith(NOT_RUN) else str(point["outcome"])
-
-
-def counted(points: Iterable[Mapping[str, Any]]) -> tuple[str, ...]:
-    """Word for the end of each point."""
-    return tuple(NOT_RUN if said(p).startswith(NOT_RUN) else str(p["outcome"]) for p in points)
+    """Outcome of a point; of one that was not run with the reason."""
+    outcome = str(point["outcome"])
+    return f"{outcome}: {point['reason']}" if outcome == NOT_RUN else outcome
 
 
 def passed(points: Iterable[Mapping[str, Any]]) -> bool:
     """Whether one of some points passed."""
-    return any(Outcome(p["outcome"]) is Outcome.PASS for p in points)
+    return any(p["outcome"] == Outcome.PASS for p in points)
 
 
 def cannot(scene: Scene, engine: str, registration: Registration) -> LeftOut | None:

@@ -44,10 +44,11 @@ from barchain.solutions.reference import (
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from adapters.registry import Registration
     from adapters.trajectory import Array, Trajectory
+    from barchain.runs.cases import Case, Task
     from scenarios import Scene
 
 CERTIFIED_RTOL, CERTIFIED_CHECK_RTOL = 1e-30, 1e-28
@@ -237,22 +238,40 @@ def why_not_certified(scene: Scene) -> str:
     return certifier.load().unsupported(scene) or ""
 
 
-def judging_jobs(scene: Scene, source: SolutionSource) -> list[Job]:
+def judging_jobs(scene: Scene, source: SolutionSource, engine: str | None = None) -> list[Job]:
     """Runs for a solution that has to be made."""
-    return certified_jobs(scene) if source is SolutionSource.HEYOKA else solution_jobs(scene)
+    return certified_jobs(scene) if source is SolutionSource.HEYOKA else solution_jobs(scene, engine)
 
 
-def judging_solution(scene: Scene, source: SolutionSource, runs: Mapping[Role, RunResult]) -> ReferenceSolution:
-    """Solution of this kind from its runs.
+def solution_case(
+    scene: Scene,
+    run: Callable[[Job], Task],
+    source: SolutionSource = SolutionSource.REFERENCE,
+    engine: str | None = None,
+) -> Case[ReferenceSolution]:
+    """Solution that judges a scene, as a case that makes its runs.
+
+    Parameters
+    ----------
+    scene : Scene
+    run : callable
+        Task of a run.
+    source : SolutionSource
+        Kind of solution to be made.
+    engine : str, optional
+        Form of the reference, as for :func:`solution_jobs`.
 
     Raises
     ------
     SolutionFailedError
-        If one failed.
+        If a run failed.
     """
-    if source is SolutionSource.REFERENCE:
-        return solution_of(scene, runs)
-    return establish_certified(scene, *completed(runs, CERTIFIED_ROLES))
+    jobs = judging_jobs(scene, source, engine)
+    made = yield [run(job) for job in jobs]
+    runs = dict(zip((job.role for job in jobs), made, strict=True))
+    if source is SolutionSource.HEYOKA:
+        return establish_certified(scene, *completed(runs, CERTIFIED_ROLES))
+    return solution_of(scene, runs, engine)
 
 
 def shares_equations(registration: Registration, source: SolutionSource) -> bool:

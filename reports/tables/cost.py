@@ -70,7 +70,7 @@ TABLES = {
             "steps": Number("steps", COUNT),
             "value": Number("", "setting_value"),
         },
-        words=("kind", "parameter"),
+        words=("parameter",),
         flags=("on_front",),
     ),
     "orders": Table(
@@ -84,7 +84,6 @@ TABLES = {
             "error_to": Number("", "error_to"),
             "least_error": Number("", "least_error"),
         },
-        words=("kind",),
         prefix="order.",
     ),
     "reach": Table(
@@ -95,7 +94,6 @@ TABLES = {
             "over_fastest": Number("", "over_fastest", "1", "over_fastest_low", "over_fastest_high", "fastest"),
             "over_baseline": Number("", "over_baseline", "1", "over_baseline_low", "over_baseline_high"),
         },
-        words=("kind",),
         sizes=("target",),
         prefix="reach.",
     ),
@@ -103,7 +101,6 @@ TABLES = {
         ("scene", "engine", "quantity", "measure"),
         "price_of_a_digit",
         {"value": "factor", "low": "factor_low", "high": "factor_high"},
-        words=("kind",),
         prefix="price.",
     ),
     "loads": Table(
@@ -114,7 +111,6 @@ TABLES = {
             "seconds": Number("loads", "seconds", "s"),
             "seconds_twice": Number("loads", "seconds_twice", "s"),
         },
-        words=("kind",),
         prefix="loads.",
     ),
 }
@@ -139,9 +135,9 @@ def derived(tables: Frames, record: Mapping[str, Any]) -> Rows:
             orders["reason"] = np.where(orders["order"].notna(), "", "too few points")
         tables["orders"] = orders
     cut = {
-        (row["scene"], row["engine"]): row["reason"].removeprefix(NOT_RUN).removeprefix(": ")
+        (row["scene"], row["engine"]): row["reason"]
         for row in reversed(list(records(tables["points"]) if "points" in tables else ()))
-        if row["reason"].startswith(NOT_RUN)
+        if row["outcome"] == NOT_RUN
     }
     for row in records(tables["reach"]) if "reach" in tables else ():
         if row["measure"] == "seconds":
@@ -182,5 +178,12 @@ FILES = StudyFiles(
 
 
 def read_cost(folder: Path) -> StudyTables:
-    """Record and tables of the study in a result folder, without single times; errors as `FILES.contents`."""
-    return FILES.contents(folder, *TABLES)
+    """Record and tables of the study in a result folder, without single times; errors as `FILES.contents`.
+
+    Each table has a column ``kind`` besides, from the record; the reference stands there even where it was not timed.
+    """
+    found = FILES.contents(folder, *TABLES)
+    kinds = {name: facts.get("kind") for name, facts in (found.record.get("engines") or {}).items()}
+    for table in found.tables.values():
+        table["kind"] = table["engine"].map(kinds).fillna(OWN_EQUATIONS)
+    return found

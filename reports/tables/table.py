@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from reports.tables.rows import COLUMNS, NOT_RUN, NUMBERS, RELATIVE_TO, tag_text, typed
+from reports.tables.rows import COLUMNS, NUMBERS, RELATIVE_TO, tag_text, typed
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -116,9 +116,6 @@ class Table:
             main["tags"] = [tag_text(each | {RELATIVE_TO: self.relative_to}) for each in pairs]
         if "value" in self.said and "unit" not in self.said:
             main["unit"] = [self.unit if known else "" for known in main["value"].notna()]
-        late = main["reason"].str.startswith(NOT_RUN)
-        main.loc[late, "outcome"] = NOT_RUN
-        main.loc[late, "reason"] = main.loc[late, "reason"].str.removeprefix(NOT_RUN).str.removeprefix(": ")
         found = [main]
         for of, columns in self.kept():
             own = base.assign(metric=self.prefix + of.metric, **{kept: table[name] for name, kept in columns.items()})

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from adapters.registry import Registration
 from barchain.studies.cost.findings import front_of, orders_table, price_table, reach_table
-from reports.tables.cost import FILES, INDEPENDENT
-from tests.studies.cost_points import engine_points, point, table, times_of
+from reports.tables.cost import FILES
+from tests.studies.cost_points import engine_points, kind_of, point, table, times_of
 from tests.support.results import write_results
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ REFERENCE = Registration("adapters.reference.numpy_engines:Reference", ours=True
 
 def load_row(engine: str, share: float, low: float, high: float) -> dict[str, object]:
     """Share of the loads in an engine's time."""
-    named = {"scene": "s", "engine": engine, "setting": "steps_per_orbit=640", "kind": INDEPENDENT}
+    named = {"scene": "s", "engine": engine, "setting": "steps_per_orbit=640"}
     times = {"seconds": 0.01, "seconds_twice": 0.01 * (1.0 + share)}
     return named | times | {"share": share, "share_low": low, "share_high": high}
 
@@ -40,7 +40,7 @@ def write(folder: Path, points: pd.DataFrame, *, finished: bool = True) -> Path:
         "seconds": 12.0,
         "environment": {"cpu": "Example CPU", "cores": 2},
         "packages": {"numpy": "2"},
-        "engines": {e: {"version": "1", "title": e} for e in engines},
+        "engines": {e: {"version": "1", "title": e, "kind": kind_of(e)} for e in engines},
         "scenes": {s: {"title": f"Scene <{s}>", "orbits": 1.0} for s in dict.fromkeys(points.scene)},
         "certified_solutions": {
             s: {"source": "committed", "precision": "real128", "error": {"attitude": 1e-14}} for s in points.scene

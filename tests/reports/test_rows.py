@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from reports.tables import cost, scaling
+from reports.tables import cost
 from reports.tables.measured import STUDIES
 from reports.tables.outcome import Outcome
 from reports.tables.rows import NOT_RUN, RowError, Rows, parsed_tags, spread, tag_text
@@ -115,12 +115,6 @@ def test_all_tables_of_a_study_are_read_from_its_rows_as_they_were(study: StudyF
             pd.testing.assert_frame_equal(table.from_rows(rows), expected, check_exact=True, obj=name)
 
 
-def test_what_was_not_run_is_an_outcome_of_its_own_with_its_reason() -> None:
-    point = {"engine": "e", "bars": 2.0, "outcome": "nothing_compared", "reason": "not run: would take 300 s"}
-    rows = scaling.FILES.to_rows({"points": scaling.POINTS.framed([point])}, RECORD)
-    assert rows[["outcome", "reason"]].to_numpy().tolist() == [[NOT_RUN, "would take 300 s"]]
-
-
 @pytest.mark.parametrize("study", STUDIES, ids=lambda study: study.study)
 def test_tables_without_rows_are_read_without_rows(study: StudyFiles) -> None:
     rows = spread(study.to_rows({name: table.framed(()) for name, table in study.tables.items()}, RECORD))
@@ -128,7 +122,7 @@ def test_tables_without_rows_are_read_without_rows(study: StudyFiles) -> None:
 
 
 def test_an_interrupted_cost_study_has_no_orders() -> None:
-    order = {"scene": "s", "engine": "e", "quantity": "attitude", "against": "steps", "kind": cost.INDEPENDENT}
+    order = {"scene": "s", "engine": "e", "quantity": "attitude", "against": "steps"}
     table = cost.TABLES["orders"].framed([order | {"order": 4.0, "order_low": 3.9, "order_high": 4.1, "points": 6}])
 
     def rows(complete: bool) -> pd.DataFrame:

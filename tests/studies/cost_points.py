@@ -31,21 +31,19 @@ def point(engine: str, n: int, error: float, seconds: float, *, scene: str = "s"
     floors = {name: FLOOR for name in TABLES["points"].columns if "_floor_" in name}
     setting = {"setting": f"steps_per_orbit={n}", "parameter": "steps_per_orbit", "value": float(n)}
     spent = {"seconds": seconds, "evaluations": float(2 * n), "steps": float(n), "turns": 5}
-    kind = OWN_EQUATIONS if engine.startswith("reference") else INDEPENDENT
-    named = {
-        "scene": scene,
-        "engine": engine,
-        "kind": kind,
-        "outcome": "pass",
-        "reason": "",
-        "under_floor": "",
-    }
+    named = {"scene": scene, "engine": engine, "outcome": "pass", "reason": "", "under_floor": ""}
     return named | setting | errors | floors | spent
 
 
 def table(*rows: list[dict[str, Any]]) -> pd.DataFrame:
     """Points as the study has them."""
-    return TABLES["points"].framed(r for some in rows for r in some)
+    found = TABLES["points"].framed(r for some in rows for r in some)
+    return found.assign(kind=[kind_of(engine) for engine in found.engine])
+
+
+def kind_of(engine: str) -> str:
+    """Kind of a synthetic engine."""
+    return OWN_EQUATIONS if engine.startswith("reference") else INDEPENDENT
 
 
 def times_of(points: pd.DataFrame, spread: float = 0.05, turns: int = 7, seed: int = 1) -> dict[Any, np.ndarray]:

@@ -9,6 +9,7 @@ import pandas as pd
 from barchain.record.study_store import StudyStore
 from barchain.studies.defaults import BARS, FAST
 from barchain.studies.scaling.fit import add_fits, fits_table, targets
+from reports.tables.rows import NOT_RUN
 from reports.tables.scaling import FILES, POINTS
 from reports.tables.schema import KEY, SCHEMA_VERSION
 
@@ -35,7 +36,7 @@ def synthetic() -> pd.DataFrame:
             share=1.0 if n < 50 else 0.2, memory_B=3 * MEGABYTE * n)
         for n in (2, 5, 10, 20, 50, 100)
     ]  # fmt: skip
-    stop = {"outcome": "nothing_compared", "reason": "not run: would take about <300> s", "per": ""}
+    stop = {"outcome": NOT_RUN, "reason": "would take about <300> s", "per": ""}
     table = pd.DataFrame([*rows, row("stepper", 200) | stop])
     return table.reindex(columns=list(POINTS.columns))
 

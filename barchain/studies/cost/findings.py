@@ -25,7 +25,7 @@ from barchain.studies.timing.statistics import (
     on_front,
     parts,
 )
-from reports.tables.cost import BASELINE, OWN_EQUATIONS
+from reports.tables.cost import BASELINE
 from reports.tables.outcome import Outcome
 from reports.tables.rows import NOT_RUN
 
@@ -43,15 +43,15 @@ QUANTITIES = {
 }
 MEASURES = ("seconds", "evaluations")
 ORDER_COLUMNS = (
-    "scene", "engine", "kind", "quantity", "against", "order", "order_low", "order_high", "theory", "points",
+    "scene", "engine", "quantity", "against", "order", "order_low", "order_high", "theory", "points",
     "error_from", "error_to", "least_error",
 )  # fmt: skip
 REACH_COLUMNS = (
-    "scene", "quantity", "measure", "target", "engine", "kind", "status", "reason", "cost", "cost_low", "cost_high",
+    "scene", "quantity", "measure", "target", "engine", "status", "reason", "cost", "cost_low", "cost_high",
     "over_fastest", "over_fastest_low", "over_fastest_high",
     "over_baseline", "over_baseline_low", "over_baseline_high", "fastest",
 )  # fmt: skip
-PRICE_COLUMNS = ("scene", "engine", "kind", "quantity", "measure", "factor", "factor_low", "factor_high")
+PRICE_COLUMNS = ("scene", "engine", "quantity", "measure", "factor", "factor_low", "factor_high")
 
 
 def judged(rows: pd.DataFrame, quantity: str) -> pd.DataFrame:
@@ -71,7 +71,7 @@ def order_row(rows: pd.DataFrame, quantity: str, theory: float | None) -> dict[s
     fit = fit_order(x, error, STRAIGHT if fixed else SCATTERED) if len(told) else None
     against = "step" if fixed else "evaluations"
     first = rows.iloc[0]
-    found = {"scene": first.scene, "engine": first.engine, "kind": first.kind, "quantity": quantity, "against": against}
+    found = {"scene": first.scene, "engine": first.engine, "quantity": quantity, "against": against}
     return found | fit_columns(fit) | {"theory": theory, "least_error": least_error(rows, quantity)}
 
 
@@ -91,8 +91,7 @@ def fit_columns(fit: OrderFit | None) -> dict[str, Any]:
 
 def equal_steps_row(scene: str, step_s: Array, error: Array, theory: float) -> dict[str, Any]:
     """Order of the reference's method at equal steps."""
-    found = {"scene": scene, "engine": "reference", "kind": OWN_EQUATIONS, "quantity": "attitude"}
-    found["against"] = "equal steps"
+    found = {"scene": scene, "engine": "reference", "quantity": "attitude", "against": "equal steps"}
     return found | fit_columns(fit_order(step_s, error)) | {"theory": theory, "least_error": math.nan}
 
 
@@ -123,12 +122,12 @@ def reach_table(points: pd.DataFrame, times: Mapping[tuple[str, str, str], Array
 
 def price_table(points: pd.DataFrame) -> pd.DataFrame:
     """Price of one more digit, on every scene."""
-    rows, kinds = [], dict(zip(points.engine, points.kind, strict=True))
+    rows = []
     for scene in dict.fromkeys(points.scene):
         for measure in MEASURES:
             for engine, curve in curves_of(points, scene, "attitude", measure, {}).items():
                 price = price_of_a_digit(curve.error, curve.cost) or Interval(math.nan)
-                row = (scene, engine, kinds[engine], "attitude", measure, price.value, price.low, price.high)
+                row = (scene, engine, "attitude", measure, price.value, price.low, price.high)
                 rows.append(dict(zip(PRICE_COLUMNS, row, strict=True)))
     return pd.DataFrame(rows, columns=list(PRICE_COLUMNS))
 
@@ -218,7 +217,7 @@ def reach_rows(
         for engine in shown:
             columns = reached_columns(found.get(engine), fastest.get(kinds[engine]), found.get(BASELINE))
             reason = "" if columns or status == "no verdict" else reasons[engine]
-            named = {"engine": engine, "kind": kinds[engine], "status": status, "reason": reason}
+            named = {"engine": engine, "status": status, "reason": reason}
             rows.append(base | named | columns)
     return rows
 
@@ -230,7 +229,7 @@ def stopped(rows: pd.DataFrame) -> str:
     if not len(later):
         return ""
     outcome, reason = str(later.outcome.iloc[0]), str(later.reason.iloc[0])
-    if not reason.startswith(NOT_RUN):
+    if outcome != NOT_RUN:
         return outcome.replace("_", " ")
     if SHORTENED in reason:
         return f"{NOT_RUN}: budget"

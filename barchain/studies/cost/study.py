@@ -23,7 +23,7 @@ from barchain.runs.cases import run_cases
 from barchain.runs.choices import chosen_engines, engine_facts, unique_names
 from barchain.runs.estimate import need_runnable
 from barchain.runs.executors import ONE_BY_ONE
-from barchain.runs.left_out import counted, failures, said
+from barchain.runs.left_out import failures, said
 from barchain.studies.cost.errors import ORDER, errors_at_equal_steps, errors_of, under_floor
 from barchain.studies.cost.findings import equal_steps_row, front_of, orders_table, price_table, reach_table
 from barchain.studies.cost.plan import (
@@ -122,7 +122,7 @@ class CostStudy:
         left_out, ran = store.record["left_out"], {engine for _, engine, _ in run.rows}
         idle = {out["engine"]: out["reason"] for out in left_out if out["engine"] not in ran}
         ends = (*run.rows.values(), *left_out)
-        return StudyEnd(failures(ends, self.named), idle, counted(ends))
+        return StudyEnd(failures(ends, self.named), idle, tuple(str(end["outcome"]) for end in ends))
 
 
 def cost_study(
@@ -236,14 +236,14 @@ class CostRun:
         why = f", as {SHORTENED}" if limit_s < self.study.time_limit_s else ""
         reason = too_long(coarser, job, limit_s, why) or too_fine([row for _, row in coarser])
         if reason:
-            found: Row = {"outcome": str(Outcome.NOTHING_COMPARED), "reason": f"{NOT_RUN}: {reason}"}
+            found: Row = {"outcome": NOT_RUN, "reason": reason}
         else:
             (result,) = yield [self.bench.run(job, (1.0 + CHECK_SHARE) * 2.0 * self.study.time_limit_s)]
             found = columns_of(job, result, solution)
             if result.outcome is Outcome.PASS and result.seconds["simulate"] >= LONG_S:
                 self.times[name_of(job)] = [result.seconds["simulate"]]
         named = dict(zip(("scene", "engine", "setting"), name_of(job), strict=True))
-        named |= {"kind": kind_of(job.registration), "parameter": str(job.setting.parameter)}
+        named |= {"parameter": str(job.setting.parameter)}
         self.rows[name_of(job)] = named | {"value": job.setting.value} | found
         self.report(job.scene.name, f"{job.engine} {job.setting}", said(found))
 
@@ -280,6 +280,7 @@ class CostRun:
             timed = {"seconds": spread.value, "seconds_low": low, "seconds_high": high, "turns": len(found)}
             self.rows[name] |= timed
         points = self.store.frame("points", self.rows.values())
+        points["kind"] = points.engine.map({name: kind_of(r) for name, r in self.study.engines.items()})
         points["on_front"] = front_of(points)
         return points
 
@@ -346,7 +347,6 @@ def load_row(job: Job, once_s: Array, twice_s: Array) -> Row:
         "scene": job.scene.name,
         "engine": job.engine,
         "setting": str(job.setting),
-        "kind": kind_of(job.registration),
         "seconds": once,
         "seconds_twice": twice,
         "share": ratio.value - 1.0,

@@ -35,6 +35,7 @@ from barchain.studies.study import StudyEnd
 from reports.tables.crossval import PARTED_RAD
 from reports.tables.effects import FILES, UNITS
 from reports.tables.outcome import Outcome
+from reports.tables.rows import NOT_RUN
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -274,7 +275,8 @@ class Budget:
         found["engine"] = own.engine
         scene, switched = self.run_pair(own), self.run_pair(other)
         if scene is None or switched is None:
-            return found | {"reason": self.why_not(own, other)}
+            reason = self.why_not(own, other)
+            return found | ({"reason": reason} if reason else {"said": NOT_RUN})
         sizes = sizes_over(self.study.scene, switch, scene.tight)
         for when, of_all in zip(("start", "largest"), sizes or (), strict=bool(sizes)):
             found |= {f"{name}_{when}": value for name, value in of_all._asdict().items()}
@@ -289,7 +291,7 @@ class Budget:
         return found
 
     def why_not(self, *jobs: Job) -> str:
-        """Outcomes and reasons of failed runs."""
+        """Outcomes and reasons of failed runs; empty while runs are still to come."""
         results = [(j, self.results.get(r.key)) for j in jobs for r in (j, self.study.looser(j))]
         said = [f"{self.said(j)}: {r.outcome}, {r.reason}" for j, r in results if r and r.outcome is not Outcome.PASS]
-        return "; ".join(dict.fromkeys(said)) or "not run"
+        return "; ".join(dict.fromkeys(said))

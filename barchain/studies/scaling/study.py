@@ -21,7 +21,7 @@ from barchain.runs.cases import run_cases
 from barchain.runs.choices import chosen_engines, engine_facts
 from barchain.runs.executors import ONE_BY_ONE
 from barchain.runs.job import Job, Role
-from barchain.runs.left_out import cannot, counted, failures, said
+from barchain.runs.left_out import cannot, failures, said
 from barchain.runs.phases import installed
 from barchain.studies.defaults import BARS, SCALING
 from barchain.studies.scaling.fit import SHARES, add_fits, affordable, fits_table, predicted, targets
@@ -56,7 +56,7 @@ NEVER = (
     Outcome.UNSUPPORTED,
     Outcome.MISSING,
     Outcome.TIMED_OUT,
-    Outcome.NOTHING_COMPARED,
+    NOT_RUN,
 )  # what more bars don't change
 COMMON_BARS = 100
 PROCESS_S = 4.0  # that a point takes whatever it runs: a process, imports, warming up, evaluations
@@ -119,7 +119,7 @@ class ScalingStudy:
         out = (str(Outcome.MISSING), str(Outcome.UNSUPPORTED))
         ran = {row["engine"] for row in run.rows if row["outcome"] not in out}
         idle = {row["engine"]: row["reason"] for row in run.rows if row["engine"] not in ran}
-        return StudyEnd(failures(run.rows, self.named), idle, counted(run.rows))
+        return StudyEnd(failures(run.rows, self.named), idle, tuple(row["outcome"] for row in run.rows))
 
 
 def scaling_study(engine_names: Iterable[str] | None = None, bars: Iterable[int] = BARS, **limits: Any) -> ScalingStudy:
@@ -191,12 +191,11 @@ class ScalingRun:
     def point(self, engine: str, bars: int) -> Case[None]:
         """One engine at one number of bars; those that are not worth a try after it are reported with it."""
         columns = yield from self.columns(engine, bars)
-        outcome = Outcome(columns["outcome"])
         self.rows.append({"engine": engine, "bars": bars} | columns)
         self.report(self.study.scene.name, f"{engine}, {bars} bars", said(columns))
         self.done[engine] = self.done.get(engine, 0) + 1
-        self.failed[engine] = 0 if outcome is Outcome.PASS else self.failed.get(engine, 0) + 1
-        if outcome in NEVER or self.failed[engine] >= FAILURES:
+        self.failed[engine] = 0 if columns["outcome"] == Outcome.PASS else self.failed.get(engine, 0) + 1
+        if columns["outcome"] in NEVER or self.failed[engine] >= FAILURES:
             for more in self.study.bars[self.done[engine] :]:
                 self.report(self.study.scene.name, f"{engine}, {more} bars", f"{NOT_RUN}, as with {bars} bars")
             self.done[engine] = len(self.study.bars)
@@ -212,7 +211,7 @@ class ScalingRun:
             return {"outcome": str(Outcome.UNSUPPORTED), "reason": reason}
         share, reason = self.share(engine, bars)
         if not share and (engine not in DIRECT or self.over):
-            return {"outcome": str(Outcome.NOTHING_COMPARED), "reason": f"{NOT_RUN}: {reason}"}
+            return {"outcome": NOT_RUN, "reason": reason}
         job, warm = self.study.job(engine, bars, share or SHARES[-1]), self.study.job(engine, WARM_BARS, SHARES[-1])
         task = ScalingTask(job, warm, share, self.study.repeats)
         found = yield from measured_point(self.bench, task, self.study.time_limit_s)

@@ -20,7 +20,7 @@ from barchain.runs.cases import Case, Shared, Task, alone
 from barchain.runs.job import TIME_LIMIT_S, Job, Role, TimeLimit
 from barchain.runs.run import run_phases
 from barchain.runs.tasks import PoolGroup, limit_of, run_task
-from barchain.solutions.judging import SolutionFailedError, solution_jobs, solution_of
+from barchain.solutions.judging import SolutionFailedError, solution_case
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -151,10 +151,12 @@ class SceneRuns:
 
     def established(self, form: str | None) -> Case[ReferenceSolution | str]:
         """Find the reference solution."""
-        jobs = solution_jobs(self.scene, form)
-        made = yield [run_task(job, limit_of(job, self.limit_s)) for job in jobs]
         try:
-            return solution_of(self.scene, dict(zip((job.role for job in jobs), made, strict=True)), form)
+            return (
+                yield from solution_case(
+                    self.scene, lambda job: run_task(job, limit_of(job, self.limit_s)), engine=form
+                )
+            )
         except SolutionFailedError as error:
             return f"the reference solution could not be run ({error})"
 

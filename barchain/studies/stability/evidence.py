@@ -16,6 +16,7 @@ from barchain.studies.stability.rules import LEVEL_WORDS, OTHER
 from reference_impl.model.complex_vectors import unit_along
 from reference_impl.model.joints import condition_number, joint_matrix
 from reports.tables.outcome import Outcome
+from reports.tables.rows import NOT_RUN
 
 if TYPE_CHECKING:
     from adapters.engine import Setting
@@ -44,8 +45,8 @@ def evidence_row(engine_runs: EngineRuns, role: Role) -> dict[str, Any]:
         "engine": engine_runs.name,
         "level": LEVEL_WORDS[role],
         "setting": str(engine_runs.settings[role]),
-        "run": str(result.outcome),
-        "reason": result.reason,
+        "run": NOT_RUN if role in engine_runs.not_run else str(result.outcome),
+        "reason": result.reason.removeprefix(f"{NOT_RUN}: "),
         "mean_step_s": engine_runs.mean_step_s(role),
         "simulate_s": result.seconds.get("simulate"),
     }

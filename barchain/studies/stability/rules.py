@@ -64,6 +64,8 @@ class EngineRuns:
     runs: dict[Role, RunResult]
     solution: ReferenceSolution | None
     """None where it could not be run"""
+    not_run: frozenset[Role] = frozenset()
+    """Levels that were not run, as a coarser one was late"""
 
     @property
     def levels(self) -> tuple[Role, ...]:

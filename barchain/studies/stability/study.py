@@ -19,7 +19,7 @@ from barchain.runs.job import JUDGING_ROLES, Job, Role, RunResult, TimeLimit, fa
 from barchain.runs.left_out import cannot
 from barchain.runs.run import keep_run
 from barchain.runs.tasks import run_task
-from barchain.solutions.judging import SolutionFailedError, judging_engine, solution_jobs, solution_of
+from barchain.solutions.judging import SolutionFailedError, judging_engine, solution_case, solution_jobs
 from barchain.solutions.reference import SOLUTION_RTOL, ReferenceSolution
 from barchain.studies.defaults import STABILITY_LIMIT_S
 from barchain.studies.stability import expected
@@ -44,6 +44,7 @@ from barchain.studies.stability.rules import (
     finding,
 )
 from reports.tables.outcome import Outcome
+from reports.tables.rows import NOT_RUN
 from reports.tables.stability import FILES, Stability
 from scenarios import load_scene
 
@@ -199,10 +200,9 @@ class StabilityRun:
 
     def solution(self, scene: Scene) -> Case[ReferenceSolution | None]:
         """Reference solution of a scene; None where it can't be had."""
-        jobs, facts = solution_jobs(scene), self.store.record["scenes"][scene.name]
-        made = yield list(map(self.run_of, jobs))
+        facts = self.store.record["scenes"][scene.name]
         try:
-            solution = solution_of(scene, dict(zip((job.role for job in jobs), made, strict=True)))
+            solution = yield from solution_case(scene, self.run_of)
         except SolutionFailedError as error:
             facts["solution_failed"] = str(error)
             self.note(f"{scene.name} has no reference solution: {error}")
@@ -230,12 +230,16 @@ class StabilityRun:
         jobs = {role: Job(scene, engine, registration, each, role) for role, each in settings(scene, own).items()}
         coarsest, *finer = (role for role in LEVELS if role in jobs)
         runs: dict[Role, RunResult] = {}
+        skipped: set[Role] = set()
         for roles in ([coarsest, *jobs.keys() - set(LEVELS)], *([role] for role in finer)):
             late = next((role for role, result in runs.items() if role in LEVELS and timed_out(result)), None)
+            skipped |= set(roles) if late is not None else set()
             made = yield [self.run_of(jobs[role]) if late is None else self.not_run(jobs[role], late) for role in roles]
             runs |= dict(zip(roles, made, strict=True))
         (known,) = yield [solution]
-        engine_runs = EngineRuns(scene, engine, own, {role: job.setting for role, job in jobs.items()}, runs, known)
+        engine_runs = EngineRuns(
+            scene, engine, own, {role: job.setting for role, job in jobs.items()}, runs, known, frozenset(skipped)
+        )
         try:
             reason = None if known is None else own.unsupported_motion(known.scene, known.fine)
             found = finding(engine_runs) if reason is None else Finding(Stability.UNSUPPORTED, reason)
@@ -253,7 +257,7 @@ class StabilityRun:
 
     def not_run(self, job: Job, late: Role) -> Known:
         """Result of a run that is not made: a coarser one was late."""
-        said = f"not run: the {LEVEL_WORDS[late]} setting already took longer than {self.limit_s(job):g} s"
+        said = f"{NOT_RUN}: the {LEVEL_WORDS[late]} setting already took longer than {self.limit_s(job):g} s"
         result = failure(Outcome.TIMED_OUT, said)
         self.noted(job, result)
         return Known(result)
