@@ -5,7 +5,7 @@
 The bar of `hard/long_1000` is started at several angles and longitudes, and each engine's errors are taken as the root
 mean square of all: a single run's exponent tells of one random walk. Energy needs no judge; places are compared with
 heyoka's in long double, whose roundings are two thousand times smaller. Exponents are fitted as everywhere else
-(`barchain.studies.stability.growth`): the running maximum over the last decade of time. Needs the `certified` extra.
+(`barchain.studies.stability.rules`): the running maximum over the last decade of time. Needs the `certified` extra.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ import numpy as np
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import find_engine
 from barchain.metrics.quantities import differences, drifts
-from barchain.studies.stability.growth import law
+from barchain.studies.stability.rules import law
 from scenarios import load_scene
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
-    from barchain.studies.stability.growth import GrowthLaw
+    from barchain.studies.stability.rules import GrowthLaw
     from scenarios import Scene
 
 SCENE = "hard/long_1000"

@@ -21,11 +21,10 @@ from barchain.studies.cost.findings import curve_of
 from barchain.studies.cost.study import cost_study
 from barchain.studies.defaults import BARS, FAST
 from barchain.studies.ensemble.study import ensemble
-from barchain.studies.scaling.fit import FAST_BARS, exponent
+from barchain.studies.scaling.study import FAST_BARS, exponent
 from barchain.studies.study import Reporter, run_study
 from barchain.studies.timing.bench import pin, quietest_core
-from barchain.studies.timing.divided_chain import SCENE, divided
-from barchain.studies.timing.evaluation import evaluation_times, loop_of
+from barchain.studies.timing.evaluation import SCENE, divided, evaluation_times, loop_of
 from barchain.studies.timing.statistics import cost_at, locate
 from reports.tables.cost import FILES
 from reports.text.numerals import span_text

@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from barchain.runs.executors import Executor
     from barchain.studies.selftest.campaign import Campaign, CampaignStudy
     from barchain.studies.selftest.matrix import SelftestStudy
-    from barchain.studies.selftest.rating import Rate
     from barchain.studies.selftest.shrinking import KeptFinding
     from barchain.studies.study import StudyResult
     from reports.tables.faults.campaign import CellClass
@@ -165,7 +164,7 @@ def show_campaign(found: Campaign, *, kept: bool) -> None:
     for one in found.findings:
         say(finding_words(one, kept=kept))
     for rate in found.rates:
-        if rate.by in (ALL, "outcome"):
+        if rate["by"] in (ALL, "outcome"):
             say(rate_words(rate))
     say("passed" if found.passed else "not passed")
 
@@ -189,11 +188,11 @@ def finding_words(found: KeptFinding, *, kept: bool) -> str:
     return " ".join(f"{said} {cell.reason}".split()) + (f"; {found.path}" if kept else "")
 
 
-def rate_words(rate: Rate) -> str:
+def rate_words(rate: dict[str, Any]) -> str:
     """``false alarm: 2 of 400, 0.50 % (0.14 % to 1.80 %)``."""
     from reports.tables.faults.campaign import ALL
 
-    low, high = rate.interval
-    name = "" if rate.by == ALL else f", {rate.name}"
-    share = f"{100.0 * rate.rate:.2f} % ({100.0 * low:.2f} % to {100.0 * high:.2f} %)" if rate.n else "none tried"
-    return f"{rate.what}{name}: {rate.count} of {rate.n}, {share}"
+    name = "" if rate["by"] == ALL else f", {rate['name']}"
+    value, low, high = (100.0 * rate[key] for key in ("rate", "low", "high"))
+    share = f"{value:.2f} % ({low:.2f} % to {high:.2f} %)" if rate["n"] else "none tried"
+    return f"{rate['what']}{name}: {rate['count']} of {rate['n']}, {share}"

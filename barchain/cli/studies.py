@@ -153,19 +153,19 @@ def stability(
     SCENEs are names, files or folders; default: all of hard/ but those tagged huge. Exits with 1 if a form of the
     reference is not stable in a well-posed scene, or if an outcome differs from the recorded one.
     """
-    from barchain.studies.stability import expected
+    from barchain.studies.stability.plan import accept, recorded
     from barchain.studies.stability.study import stability_study
     from scenarios import scene_names
 
     study = stability_study(scenes, names, **how)
     if accepted:
-        expected.recorded(accepted)
+        recorded(accepted)
         need_writable(accepted, "--accept")
     result, rendered = run_shown(out, study, kept)
     show_stability(result)
     if accepted:
         shipped = set(scene_names())
-        expected.accept({pair: f for pair, f in result.findings.items() if pair[0] in shipped}, accepted)
+        accept({pair: f for pair, f in result.findings.items() if pair[0] in shipped}, accepted)
         say(f"recorded in {accepted}")
         result = dataclasses.replace(result, changes=())
     end_study(result, rendered.page)

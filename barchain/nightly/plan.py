@@ -230,7 +230,7 @@ class RoundoffTable(PartTable):
     def command(self, turn: int) -> tuple[tuple[str, ...], int]:
         """`barchain roundoff` of some sizes."""
         del turn
-        from barchain.studies.roundoff.plan import PARTS, check_sizes  # noqa: PLC0415
+        from barchain.studies.roundoff.study import PARTS, check_sizes  # noqa: PLC0415
 
         for name in self.parts:
             if name not in PARTS:

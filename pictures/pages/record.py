@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from barchain.studies.stability.expected import recorded
+from barchain.studies.stability.plan import recorded
 from pictures.record.files import read_runs, read_table
 
 if TYPE_CHECKING:

@@ -12,10 +12,10 @@ from barchain.cli.common.exit_codes import ExitCode
 from barchain.cli.common.result_folder import end_study
 from barchain.cli.main import run
 from barchain.runs.left_out import failures
-from barchain.studies.ensemble.statistics import RunTally
+from barchain.studies.ensemble.chunks import RunTally
 from barchain.studies.ensemble.study import EnsembleSummary
 from barchain.studies.selftest.trial import SceneRuns
-from barchain.studies.stability.expected import recorded
+from barchain.studies.stability.plan import recorded
 from barchain.studies.study import StudyEnd
 from reports.tables.reading import DamagedResultsError
 from reports.tables.schema import KEY, SCHEMA_VERSION

@@ -12,8 +12,8 @@ from unittest import mock
 
 import numpy as np
 
+from barchain.studies.roundoff.evaluation import EvaluationCase, StateKind, exact_case
 from barchain.studies.roundoff.formulations import FORMULATIONS, Turned, model_of
-from barchain.studies.roundoff.states import EvaluationCase, StateKind, exact_case
 from reference_impl.integrate.simulate import Simulation
 from reference_impl.integrate.stepper import Integration
 from reference_impl.kernel import layout

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from barchain.studies.selftest.random_scenes import draw
+from barchain.studies.selftest.scenes import draw
 from scenarios import Gravity, load_scene
 from scenarios.toml.writing import UnwrittenError, in_degrees, scene_toml
 from tests.studies.campaign.drawn import SEED

@@ -8,7 +8,7 @@ import pandas as pd
 
 from barchain.record.study_store import StudyStore
 from barchain.studies.defaults import BARS, FAST
-from barchain.studies.scaling.fit import add_fits, fits_table, targets
+from barchain.studies.scaling.study import add_fits, fits_table, targets
 from reports.tables.rows import NOT_RUN
 from reports.tables.scaling import FILES, POINTS
 from reports.tables.schema import KEY, SCHEMA_VERSION

@@ -12,8 +12,15 @@ from adapters.registry import ENGINES
 from barchain.studies.cost.errors import errors_of, under_floor
 from barchain.studies.cost.findings import front_of, order_row, price_table, reach_table
 from barchain.studies.cost.plan import LONGER, SHORTENED, distinct, shortened, sweeps
-from barchain.studies.timing.orders import SCATTERED, fit_order
-from barchain.studies.timing.statistics import interval, locate, lower_envelope, median_time, on_front
+from barchain.studies.timing.statistics import (
+    SCATTERED,
+    fit_order,
+    interval,
+    locate,
+    lower_envelope,
+    median_time,
+    on_front,
+)
 from reports.tables.rows import NOT_RUN
 from scenarios import load_scene
 from tests.studies.cost_points import FLOOR, engine_points, point, table, times_of

@@ -21,7 +21,7 @@ from barchain.studies.cost.findings import orders_table
 from barchain.studies.cost.plan import load_jobs, name_of, shortened, sweeps, too_fine, too_long
 from barchain.studies.cost.study import CostRun, columns_of, cost_study, load_row, load_rows
 from barchain.studies.study import Reporter, run_study
-from barchain.studies.timing.orders import fit_order
+from barchain.studies.timing.statistics import fit_order
 from reports.render import render_study
 from reports.tables.cost import FILES, TABLES, read_cost
 from reports.tables.outcome import Outcome

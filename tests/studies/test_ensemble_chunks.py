@@ -17,7 +17,7 @@ import pytest
 
 from barchain.runs.executors import LocalProcesses
 from barchain.studies.ensemble import chunks as chunks_module
-from barchain.studies.ensemble import statistics, study
+from barchain.studies.ensemble import study
 from barchain.studies.ensemble.chunks import LEAST_RUNS, MOST_CHUNKS, chunks, run_chunk
 from barchain.studies.ensemble.population import populations
 from barchain.studies.ensemble.study import EnsembleStudy, ensemble, ensemble_study
@@ -62,7 +62,7 @@ def test_quantiles_over_all_chunks_are_those_of_all_runs_on_any_number_of_worker
     assert one.angle_rad is not None
     middle = one.quantiles.query("quantity == 'attitude' and quantile == 0.5")["value"].to_numpy()
     np.testing.assert_array_equal(middle, np.quantile(one.angle_rad, 0.5, axis=0).ravel())
-    monkeypatch.setattr(statistics, "MOST_SORTED", 1)
+    monkeypatch.setattr(chunks_module, "MOST_SORTED", 1)
     monkeypatch.setattr(study, "MOST_HELD", 0)
     by_column = ensemble("paper/fig05", VARY, **options)
     assert by_column.quantiles.equals(one.quantiles)
@@ -173,7 +173,7 @@ def test_samples_that_the_file_system_has_no_room_for_are_told_beforehand(
 @pytest.mark.slow
 def test_memory_does_not_grow_with_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Allowed: more of the one column that is sorted at a time, and what is known of a file."""
-    monkeypatch.setattr(statistics, "MOST_SORTED", 1)
+    monkeypatch.setattr(chunks_module, "MOST_SORTED", 1)
     monkeypatch.setattr(chunks_module, "MOST_CHUNKS", 10**6)
     monkeypatch.setattr(chunks_module, "MOST_WAITING", 0)
     few, many = (planned(n, orbits=0.005, executor=LocalProcesses(1)) for n in (4000, 12_000))

@@ -13,13 +13,11 @@ from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES, Registration, UnknownEngineError
 from barchain.record.environment import provenance
 from barchain.record.study_store import StudyStore
-from barchain.studies.roundoff import plan, third_parties
-from barchain.studies.roundoff.engine_laws import NEAR, UNEXPLAINED, engine_laws
+from barchain.studies.roundoff import study, third_parties
 from barchain.studies.roundoff.engines import attempt, engine_rows, scene_at, setting_of
-from barchain.studies.roundoff.evaluation import errors, rows_of
-from barchain.studies.roundoff.laws import evaluation_laws, expected_exponent
-from barchain.studies.roundoff.plan import SWEEPS, tasks_of
-from barchain.studies.roundoff.states import EvaluationCase, StateKind, exact_case
+from barchain.studies.roundoff.evaluation import EvaluationCase, StateKind, errors, exact_case, rows_of
+from barchain.studies.roundoff.laws import NEAR, UNEXPLAINED, engine_laws, evaluation_laws, expected_exponent
+from barchain.studies.roundoff.study import SWEEPS, tasks_of
 from barchain.studies.roundoff.third_parties import THIRD_PARTIES, present
 from barchain.studies.roundoff.trajectories import ScaledScene, solution_of
 from reference_impl.precision.arithmetic import EXACT, FLOAT64, exact_numbers
@@ -150,8 +148,8 @@ def test_what_is_missing_or_refused_says_so(solution, monkeypatch):
     use(monkeypatch, missing)
     rows = engine_rows(solution, "reference", 0, 1e-6)
     assert {(row["outcome"], row["reason"]) for row in rows} == {("missing", missing.missing)}
-    monkeypatch.setitem(plan.ENGINES, "mujoco", missing)
-    assert [t.arguments for t in plan.engines(full=False) if t.arguments[0] == "mujoco"] == [("mujoco", 0, 4096)]
+    monkeypatch.setitem(study.ENGINES, "mujoco", missing)
+    assert [t.arguments for t in study.engines(full=False) if t.arguments[0] == "mujoco"] == [("mujoco", 0, 4096)]
 
 
 def curve(engine, frame, ratio, error, quantity="reaction"):

@@ -9,11 +9,16 @@ import pytest
 
 from barchain.runs.executors import LocalProcesses
 from barchain.studies.roundoff import laws
-from barchain.studies.roundoff.evaluation import longitude_rows, many_states, one_state, rows_of
+from barchain.studies.roundoff.evaluation import (
+    EvaluationCase,
+    StateKind,
+    longitude_rows,
+    many_states,
+    one_state,
+    rows_of,
+)
 from barchain.studies.roundoff.laws import best_laws, best_table, evaluation_laws, growth_laws
-from barchain.studies.roundoff.plan import DECADES, PARTS, RoundoffTask, tasks_of
-from barchain.studies.roundoff.states import EvaluationCase, StateKind
-from barchain.studies.roundoff.study import RoundoffStudy
+from barchain.studies.roundoff.study import DECADES, PARTS, RoundoffStudy, RoundoffTask, tasks_of
 from barchain.studies.roundoff.trajectories import (
     ScaledScene,
     chosen_step_rows,
@@ -274,7 +279,7 @@ def test_parts_are_known_to_the_command_line():
 def test_a_fresh_process_evaluates_every_form_of_the_product():
     code = (
         "from barchain.studies.roundoff.formulations import PRODUCTION\n"
-        "from barchain.studies.roundoff.states import EvaluationCase, StateKind\n"
+        "from barchain.studies.roundoff.evaluation import EvaluationCase, StateKind\n"
         "from barchain.studies.roundoff.evaluation import rows_of\n"
         "rows = rows_of(EvaluationCase(StateKind.GENERIC, 2, 1e-4, 2), tuple(PRODUCTION), ('float64',))\n"
         "print(sorted({row['formulation'] for row in rows}))\n"

@@ -17,20 +17,21 @@ from barchain.record.study_store import StudyStore
 from barchain.runs.job import Job, Role
 from barchain.runs.phases import Peak, mark
 from barchain.studies.defaults import FAST
-from barchain.studies.scaling.fit import (
+from barchain.studies.scaling.point import ScalingTask, own_point
+from barchain.studies.scaling.study import (
     LEAST_MEMORY_B,
     SHARES,
+    ScalingRun,
+    ScalingStudy,
     affordable,
     exponent,
     fits_table,
     predicted,
+    scaling_study,
     targets,
 )
-from barchain.studies.scaling.point import ScalingTask, own_point
-from barchain.studies.scaling.study import ScalingRun, ScalingStudy, scaling_study
 from barchain.studies.study import Reporter, run_study
-from barchain.studies.timing.divided_chain import divided
-from barchain.studies.timing.evaluation import DIRECT, calibrated, evaluation_times, loop_of
+from barchain.studies.timing.evaluation import DIRECT, calibrated, divided, evaluation_times, loop_of
 from reports.chapters.scaling import memory_text
 from reports.render import render, render_study
 from reports.tables.outcome import Outcome

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -16,13 +16,21 @@ from adapters.trajectory import ENDED
 from barchain.cli.main import run as command
 from barchain.faults import declarations, equations, events, forces, misprints, output, readings
 from barchain.faults.catalogue import CATALOGUE, CONTROLS, FIXED_SCENES, UNMODIFIED, find
-from barchain.faults.fault import Fault, FaultGroup, Size
+from barchain.faults.fault import FaultGroup, Size
 from barchain.judge.verdict import JUDGED_METRICS
 from barchain.solutions.judging import NUMPY
-from barchain.studies.selftest.fates import CHECKS, cell, moved_beyond_rounding, reading
-from barchain.studies.selftest.fates import tried as tried_on
-from barchain.studies.selftest.matrix import OCTAVES, Bracket, Matrix, selftest_study, settled
-from barchain.studies.selftest.stages import FALL, STAGES, find_scene
+from barchain.studies.selftest.matrix import (
+    CHECKS,
+    OCTAVES,
+    Matrix,
+    cell,
+    detection_edge,
+    moved_beyond_rounding,
+    reading,
+    selftest_study,
+)
+from barchain.studies.selftest.matrix import tried as tried_on
+from barchain.studies.selftest.scenes import FALL, STAGES, find_scene
 from barchain.studies.selftest.trial import SceneRuns, Trial, judged
 from barchain.studies.study import run_study
 from reference_impl.effects.slender import SlenderBarEffect
@@ -30,9 +38,9 @@ from reference_impl.model import relative
 from reports.chapters.selftest import CHECKS as SIGNS
 from reports.chapters.selftest import view_selftest
 from reports.render import render_study
-from reports.tables.faults.selftest import CAUGHT, FILES, MISSED, TABLES, FaultOutcome, read_selftest
+from reports.tables.faults.selftest import CAUGHT, FILES, KILLED, TABLES, FaultOutcome, read_selftest
 from reports.tables.outcome import Outcome
-from reports.tables.rows import Rows, spread
+from reports.tables.rows import spread
 from scenarios import load_scene
 from tests.support.here import result_of
 from tests.support.page_policy import check_policy
@@ -47,7 +55,7 @@ if TYPE_CHECKING:
     from barchain.runs.cases import Case
     from barchain.runs.job import RunResult
     from barchain.solutions.reference import ReferenceSolution
-    from barchain.studies.selftest.fates import FaultCell
+    from barchain.studies.selftest.matrix import FaultCell
     from scenarios import Scene
 
 CHEAP = ("basics/libration", "basics/two_bars_free", "paper/fig15", "effects/impulse", FALL, "paper/fig17")
@@ -151,7 +159,7 @@ def test_a_fault_that_nothing_kills_fails() -> None:
     assert found.fate is FaultOutcome.SURVIVES
     assert "of what is allowed" in found.reason
     lost = Matrix((found,))
-    assert [f.name for f in lost.unkilled] == ["scale-reaction"]
+    assert lost.unkilled == ("scale-reaction",)
     assert not lost.passed
     elsewhere = cell_on(stage("paper/fig15"), "scale-reaction")
     assert Matrix((found, elsewhere)).passed
@@ -191,7 +199,7 @@ def test_an_engine_that_runs_past_the_truths_end_is_judged() -> None:
     found = cell_on(stage(FALL), "surface-missed")
     assert found.fate is FaultOutcome.KILLED
     assert found.worst is not None
-    assert "ended" in found.worst.reason
+    assert "ended" in found.worst["reason"]
 
 
 def test_the_instant_of_landing_is_judged_by_the_errors_of_track_and_attitude() -> None:
@@ -232,48 +240,48 @@ def test_names_are_unique_and_words_are_there() -> None:
         assert not (fault.expected_failure and fault.invisible)
 
 
-def fake(most: float | None = None) -> Bracket:
-    """Bracket of a fault with a natural size of 1."""
-    fault = Fault("x", "x", "x", FaultGroup.OUTPUT, size=Size(1.0, most=most))
-    assert fault.size is not None
-    return Bracket(fault.size)
+def edge_of(least: float, most: float | None = None) -> tuple[Any, list[float]]:
+    """Edge of a fault with a natural size of 1 that is detected from a least size on, and the sizes that are tried."""
+    check, tries = {"quantity": "reaction"}, list[float]()
 
+    def killer(size: float) -> Case[dict[str, str] | None]:
+        yield []
+        tries.append(size)
+        return check if size >= least else None
 
-def sizes_of(bracket: Bracket) -> dict[str, float]:
-    """Sizes in the rows of a bracket, by their metric."""
-    found = Rows("selftest")
-    bracket.add_rows(found)
-    return {row["metric"]: row["value"] for row in found.found}
+    natural = check if least <= 1.0 else None
+    return result_of(detection_edge(Size(1.0, most=most), natural, killer)), tries
 
 
 @pytest.mark.parametrize("edge", [-OCTAVES, -30, -7, 0])
 def test_bisection_finds_the_edge(edge: int) -> None:
-    worst, pair, tries = cell_on(stage("basics/two_bars_free"), "sign-reaction").worst, fake(), 0
-    while (power := pair.next) is not None:
-        pair, tries = pair.told(power, worst if power >= edge else None), tries + 1
-    assert pair.caught == edge
-    assert tries <= 8
-    assert sizes_of(pair)[CAUGHT] == 2.0**edge
+    (caught, by, missed), tries = edge_of(2.0**edge)
+    assert (caught, by) == (2.0**edge, "reaction")
+    assert missed in (None, 2.0 ** (edge - 1))
+    assert len(tries) <= 7
 
 
 def test_a_natural_size_that_is_missed_is_tried_larger_where_that_makes_sense() -> None:
-    small, large = fake().told(0, None), fake(most=16.0).told(0, None)
-    assert small.next is None
-    assert large.next == 4
-    assert large.told(4, None).next is None
-    assert set(sizes_of(large.told(4, None))) == {MISSED}
+    assert edge_of(100.0) == ((None, "", 1.0), [])
+    assert edge_of(100.0, most=16.0) == ((None, "", 16.0), [16.0])
+    assert edge_of(4.0, most=16.0) == ((4.0, "reaction", 2.0), [16.0, 4.0, 2.0])
 
 
 def test_the_smallest_size_that_is_caught_lies_just_above_one_that_is_not() -> None:
     where = stage("basics/two_bars_free")
     size = find("scale-reaction").size
     assert size is not None
-    found = result_of(settled(Bracket(size), where, HOST, "scale-reaction"))
-    sizes = sizes_of(found)
-    assert sizes[MISSED] == sizes[CAUGHT] / 2.0
-    assert 1e-12 < sizes[CAUGHT] < 1e-7  # what is explained is some ten requests of 1e-10 and their response
-    assert cell_on(where, "scale-reaction", sizes[CAUGHT]).fate is FaultOutcome.KILLED
-    assert cell_on(where, "scale-reaction", sizes[MISSED]).fate is FaultOutcome.SURVIVES
+
+    def killer(at: float) -> Case[dict[str, Any] | None]:
+        found = yield from tried_on(where, Trial(where.scene, HOST, "scale-reaction", at))
+        return found.killer
+
+    natural = cell_on(where, "scale-reaction").killer
+    caught, _, missed = result_of(detection_edge(size, natural, killer))
+    assert missed == caught / 2.0
+    assert 1e-12 < caught < 1e-7  # what is explained is some ten requests of 1e-10 and their response
+    assert cell_on(where, "scale-reaction", caught).fate is FaultOutcome.KILLED
+    assert cell_on(where, "scale-reaction", missed).fate is FaultOutcome.SURVIVES
 
 
 def test_faults_of_the_scene_and_of_what_is_read_serve_any_engine() -> None:
@@ -348,7 +356,7 @@ def test_every_default_scene_is_short() -> None:
 @pytest.mark.exhaustive
 def test_the_full_matrix_has_no_survivor(tmp_path: Path) -> None:
     whole = run_study(selftest_study(), tmp_path)
-    assert whole.passed, ([f.name for f in whole.unkilled], whole.wrong)
+    assert whole.passed, (whole.unkilled, whole.wrong)
     tried_somewhere = {c.fault.name for c in whole.cells if c.fate is not FaultOutcome.NOTHING}
     assert tried_somewhere == set(FIXED_SCENES) | set(CONTROLS)
 
@@ -366,13 +374,13 @@ def test_a_run_that_only_its_extrapolation_rejects_is_a_detected_fault() -> None
     rejected, accepted = (reading(row | {"outcome": str(o)}) for o in (Outcome.INCONSISTENT, Outcome.PASS))
     assert rejected is not None
     assert accepted is not None
-    assert (rejected.check, rejected.ratio, rejected.killed) == ("extrapolated", 3.0, True)
-    assert not accepted.killed
+    assert (rejected["check"], rejected["ratio"], rejected["killed"]) == ("extrapolated", 3.0, KILLED)
+    assert not accepted["killed"]
 
 
 def test_too_small_a_judged_share_is_a_rejection_and_a_large_one_is_no_reading() -> None:
     row = {"quantity": "run", "metric": "judged_share", "value": 0.02, "tolerance": 0.1, "reason": "why"}
     rejected = reading(row | {"outcome": str(Outcome.NOTHING_COMPARED)})
     assert rejected is not None
-    assert rejected.killed
+    assert rejected["killed"]
     assert reading(row | {"value": 1.0, "tolerance": None, "outcome": str(Outcome.REPORTED)}) is None

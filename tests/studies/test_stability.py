@@ -14,15 +14,18 @@ from barchain.runs.cases import Known
 from barchain.runs.executors import LocalProcesses
 from barchain.runs.job import JUDGING_ROLES, Job, Role, failure
 from barchain.runs.pool import LocalSession
-from barchain.studies.stability import expected
-from barchain.studies.stability.expected import SLOW
 from barchain.studies.stability.plan import (
     HUGE,
+    SLOW,
+    accept,
+    change,
     chosen_engines,
     coarser,
     default_engines,
     hard_scenes,
+    recorded,
     settings,
+    stability_of,
 )
 from barchain.studies.stability.rules import Finding
 from barchain.studies.stability.study import StabilityStudy, stability_study
@@ -71,7 +74,7 @@ def test_recorded_time_outs_and_long_runs_in_numpy_are_left_to_a_full_study_or_t
         assert plan.engines_of(plan.scenes[1]) == plan.engines
         return set(plan.engines_of(plan.scenes[0]))
 
-    assert expected.recorded()["hard/whip", "exudyn"] == SLOW
+    assert recorded()["hard/whip", "exudyn"] == SLOW
     late = {"reference", "reference-absolute", "exudyn"}
     assert not late & long_runs()
     assert {COMPILED, "exudyn-tree"} <= long_runs()
@@ -84,7 +87,7 @@ def test_recorded_time_outs_and_long_runs_in_numpy_are_left_to_a_full_study_or_t
 
 def found_as(word: str) -> Finding:
     """Finding as it would be recorded by a word."""
-    return Finding(expected.stability_of(word), slow=word == SLOW)
+    return Finding(stability_of(word), slow=word == SLOW)
 
 
 @pytest.mark.parametrize(
@@ -104,7 +107,7 @@ def found_as(word: str) -> Finding:
 def test_a_change_either_way_is_told_and_time_outs_alone_are_none(
     before: str | None, now: str, direction: str | None
 ) -> None:
-    found = expected.change("hard/x", "exudyn", before, found_as(now))
+    found = change("hard/x", "exudyn", before, found_as(now))
     assert (found.direction if found else None) == direction
     if found:
         assert found.words == f"hard/x  exudyn: {before} before, {now} now ({direction})"
@@ -112,17 +115,17 @@ def test_a_change_either_way_is_told_and_time_outs_alone_are_none(
 
 def test_what_is_accepted_is_what_is_expected(tmp_path: Path) -> None:
     path = tmp_path / "expected.toml"
-    expected.accept({("hard/a", "exudyn"): found_as("drifting"), ("hard/b", "pymunk"): found_as(SLOW)}, path)
-    expected.accept({("hard/a", "exudyn"): found_as("stable")}, path)
-    assert expected.recorded(path) == {("hard/a", "exudyn"): "stable", ("hard/b", "pymunk"): SLOW}
+    accept({("hard/a", "exudyn"): found_as("drifting"), ("hard/b", "pymunk"): found_as(SLOW)}, path)
+    accept({("hard/a", "exudyn"): found_as("stable")}, path)
+    assert recorded(path) == {("hard/a", "exudyn"): "stable", ("hard/b", "pymunk"): SLOW}
 
 
 def test_what_is_recorded_is_of_scenes_and_engines_that_are_there() -> None:
     scenes = set(hard_scenes())
-    for (name, engine), word in expected.recorded().items():
+    for (name, engine), word in recorded().items():
         assert name in scenes or HUGE in load_scene(name).tags
         assert engine in ENGINES
-        assert expected.stability_of(word) in Stability
+        assert stability_of(word) in Stability
 
 
 @pytest.mark.slow

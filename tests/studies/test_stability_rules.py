@@ -16,9 +16,8 @@ from barchain.runs.job import Job, Role, RunResult, failure
 from barchain.runs.run import run_job
 from barchain.solutions.reference import FINE_RTOL, densely_sampled, establish, with_perturbed_start
 from barchain.studies.stability.evidence import evidence
-from barchain.studies.stability.growth import law, linear_rate
 from barchain.studies.stability.plan import settings
-from barchain.studies.stability.rules import EngineRuns, finding
+from barchain.studies.stability.rules import EngineRuns, finding, law, linear_rate
 from reports.tables.outcome import Outcome
 from reports.tables.stability import TABLES, Stability
 from scenarios import load_scene

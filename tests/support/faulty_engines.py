@@ -7,8 +7,7 @@ from typing import ClassVar
 
 from adapters.engine import Engine, EngineError
 from adapters.reference.numpy_engines import Reference
-from barchain.faults.catalogue import find
-from barchain.faults.insertion import engine_with_fault
+from barchain.faults.catalogue import engine_with_fault, find
 from barchain.runs.environment import THREADS
 
 TRACE = "BARCHAIN_TEST_TRACE"

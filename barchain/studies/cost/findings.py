@@ -13,17 +13,21 @@ from adapters.engine import AccuracyParameter
 from barchain.runs.asking import engine_class
 from barchain.studies.cost.errors import TELLS
 from barchain.studies.cost.plan import LONGER, SHORTENED
-from barchain.studies.timing.orders import SCATTERED, STRAIGHT, OrderFit, fit_order, price_of_a_digit
 from barchain.studies.timing.statistics import (
+    SCATTERED,
+    STRAIGHT,
     CurvePosition,
     Interval,
+    OrderFit,
     WorkPrecisionCurve,
     cost_at,
+    fit_order,
     interval,
     locate,
     lower_envelope,
     on_front,
     parts,
+    price_of_a_digit,
 )
 from reports.tables.cost import BASELINE
 from reports.tables.outcome import Outcome

@@ -39,8 +39,7 @@ from barchain.studies.cost.plan import (
 )
 from barchain.studies.defaults import COST
 from barchain.studies.study import StudyEnd
-from barchain.studies.timing.bench import LONG_S, TimingBench
-from barchain.studies.timing.load import OtherLoad
+from barchain.studies.timing.bench import LONG_S, OtherLoad, TimingBench
 from barchain.studies.timing.statistics import interval, median_time
 from reports.tables.cost import FILES
 from reports.tables.outcome import Outcome

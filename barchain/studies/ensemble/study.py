@@ -17,9 +17,17 @@ import pyarrow.parquet as pq
 from barchain.record.scene_description import scene_facts
 from barchain.runs.estimate import need_runnable
 from barchain.runs.executors import ALL_CORES, DaskCluster, KeptAnswers
-from barchain.studies.ensemble.chunks import LEAST_RUNS, SAMPLES, columns, run_chunks
+from barchain.studies.ensemble.chunks import (
+    LEAST_RUNS,
+    SAMPLES,
+    RunTally,
+    columns,
+    quantile_table,
+    run_chunks,
+    run_rows,
+    run_table,
+)
 from barchain.studies.ensemble.population import Ensemble, check_effects, populations
-from barchain.studies.ensemble.statistics import RunTally, quantile_table, run_rows, run_table
 from barchain.studies.ensemble.variation import VariationError, parse
 from reports.tables.ensemble import FILES
 from scenarios import Scene, load_scene
@@ -32,8 +40,7 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
     from barchain.record.study_store import StudyStore
     from barchain.runs.executors import Executor
-    from barchain.studies.ensemble.chunks import ChunkFiles
-    from barchain.studies.ensemble.statistics import RunColumns
+    from barchain.studies.ensemble.chunks import ChunkFiles, RunColumns
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
 

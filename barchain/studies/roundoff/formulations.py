@@ -26,7 +26,7 @@ from reference_impl.precision.steppers import extrapolated
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from barchain.studies.roundoff.states import Exact
+    from barchain.studies.roundoff.evaluation import Exact
     from reference_impl.precision.chain import AbsoluteState
 
 EXACT_SUBSTEPS = (2, 4, 6, 8)  # to the neighbouring instants: order 8, far below what differencing leaves

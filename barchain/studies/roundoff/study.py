@@ -5,43 +5,86 @@ Its tasks are cases that run side by side; then evaluations are timed alone.
 
 from __future__ import annotations
 
+import itertools
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from adapters.registry import ENGINES
 from barchain.record.environment import package_version
 from barchain.runs.call import Call, CallFailedError
 from barchain.runs.cases import Shared, Task, run_cases
 from barchain.runs.executors import ALL_CORES, KeptAnswers
-from barchain.runs.message import MessageError, message_bytes, plain_text, read_message
-from barchain.studies.roundoff.engine_laws import engine_laws
-from barchain.studies.roundoff.laws import best_laws, best_table, evaluation_laws, growth_laws
-from barchain.studies.roundoff.plan import PARTS, SCENE, tasks_of, timed_tasks
-from barchain.studies.roundoff.states import EQUATOR_M, MEMBERS
-from barchain.studies.roundoff.trajectories import solution_bytes, solution_from
+from barchain.runs.message import MessageError, message_bytes, read_message
+from barchain.studies.roundoff.engines import engine_rows
+from barchain.studies.roundoff.evaluation import (
+    EQUATOR_M,
+    MEMBERS,
+    EvaluationCase,
+    StateKind,
+    longitude_rows,
+    rows_of,
+    time_rows,
+)
+from barchain.studies.roundoff.laws import best_laws, best_table, engine_laws, evaluation_laws, growth_laws
+from barchain.studies.roundoff.third_parties import present
+from barchain.studies.roundoff.trajectories import (
+    ScaledScene,
+    chosen_step_rows,
+    equal_step_rows,
+    growth_rows,
+    solution_bytes,
+    solution_from,
+)
 from barchain.studies.study import StudyEnd
 from reference_impl.precision.arithmetic import ARITHMETICS, EXACT_DIGITS, long_doubles
 from reports.tables.outcome import Outcome
 from reports.tables.roundoff import FILES
+from scenarios import load_scene
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterable, Iterator, Sequence
+
+    import pandas as pd
 
     from barchain.record.study_store import StudyStore
     from barchain.runs.call import Answer
     from barchain.runs.cases import Case
     from barchain.runs.executors import Executor
-    from barchain.studies.roundoff.plan import RoundoffTask
-    from barchain.studies.roundoff.trajectories import HighPrecisionSolution, ScaledScene
+    from barchain.studies.roundoff.trajectories import HighPrecisionSolution
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
 
     Rows = list[dict[str, Any]]
 
+PARTS = ("evaluation", "trajectories", "engines", "times")
+SCENE = "paper/fig15"  # the 80° chain turning with its orbit, which stays regular: what grows is round-off alone
+DECADES = tuple(10.0**-k for k in range(2, 13))
+REACH = 0.1  # of the Earth's radius, that the chain may span: a longer one would touch the ground
+ALL, SHORT = ("float32", "float64", "long double"), ("float32", "float64")
+COORDINATES = ("minimal", "relative", "absolute")
+SWEEPS = {
+    "exudyn": (4096, 12288, 36864, 122880),
+    "exudyn-absolute": (4096, 12288, 36864, 122880),
+    "exudyn-index3": (4096, 12288, 28672, 61440, 122880),
+    "exudyn-absolute-index3": (4096, 12288, 28672, 61440, 122880),
+    "pymunk": (4096, 16384, 98304, 163840, 262144),
+    "pymunk-absolute": (4096, 16384, 57344, 102400, 163840),
+    "mujoco": (4096, 24576, 122880),
+    "pinocchio": (1e-6, 1e-9, 1e-12),
+    "reference": (1e-6, 1e-9, 1e-12),
+    "reference-absolute": (1e-6, 1e-9, 1e-12),
+}
+"""Steps in an orbit, or tolerances, of other engines: index 3 and pymunk from truncation far into round-off"""
+FULL_STEPS = tuple(1024 * 2**k for k in range(8))
+FULL_SWEEPS = {name: FULL_STEPS for name, values in SWEEPS.items() if values[0] > 1.0} | {
+    "pymunk": (*FULL_STEPS, 262144, 524288)
+}
+PART, FULL_PART = 1.0 / 256.0, 1.0 / 64.0  # of an orbit: noise is there from the first steps on, and steps cost
 TASK_LIMIT_S = 600.0
 SOLUTION_LIMIT_S = 3600.0  # without a high-precision solution none of its tasks is run
 FIRST, LATER = (0.0,), (1.0,)
 """Priorities of high-precision solutions and of tasks"""
-PLAIN = (str, int, float, type(None))
 OBJECTS = tuple(
     {"name": name, "length_m": length_m, "ratio": length_m / EQUATOR_M}
     for name, length_m in (
@@ -56,6 +99,19 @@ DERIVED = {
     "engine_laws": ("engines", engine_laws),
 }
 """Tables that follow from others"""
+
+
+@dataclass(frozen=True)
+class RoundoffTask:
+    """Some rows of a table, from a function that a process imports and calls."""
+
+    table: str
+    title: str
+    function: Callable[..., Rows]
+    """Of a module, so that a process can import it"""
+    arguments: tuple[Any, ...]
+    solution: ScaledScene | None = None
+    """Whose high-precision solution is the function's first argument"""
 
 
 @dataclass(frozen=True)
@@ -96,26 +152,37 @@ class RoundoffStudy:
         assert isinstance(self.executor, KeptAnswers)
         failed = store.record["failed"]
         rows: dict[str, dict[int, Rows]] = {}
+
+        def table(name: str) -> pd.DataFrame:
+            """Rows so far in the order of the tasks, whenever they came."""
+            return store.frame(name, [row for _, own in sorted(rows[name].items()) for row in own])
+
         try:
             for tasks, place in ((self.tasks, self.executor), (self.timed, self.executor.one_by_one())):
                 for k, found in run_cases(enumerate(cases_of(tasks)), place):
-                    table, title = tasks[k].table, tasks[k].title
+                    task = tasks[k]
                     if isinstance(found, str):
-                        failed.append({"table": table, "task": title, "reason": found})
-                        reporter.step(table, f"{title}: {found}", str(Outcome.FAILED))
+                        failed.append({"table": task.table, "task": task.title, "reason": found})
+                        reporter.step(task.table, f"{task.title}: {found}", str(Outcome.FAILED))
                     else:
-                        rows.setdefault(table, {})[k] = found
-                        store.write(table, in_order(rows[table]))
-                        reporter.step(table, title, str(Outcome.PASS))
+                        rows.setdefault(task.table, {})[k] = found
+                        store.write(task.table, table(task.table))
+                        reporter.step(task.table, task.title, str(Outcome.PASS))
         finally:
-            write_laws(store, rows)
+            for name, (source, laws) in DERIVED.items():
+                if source in rows:
+                    store.write(name, laws(table(source)))
+            if "trajectories" in rows:
+                best = best_table(table("trajectories"))
+                store.write("best", best)
+                store.write("best_laws", best_laws(best))
         return StudyEnd(tuple(f"{f['table']}: {f['task']}: {f['reason']}" for f in failed))
 
 
 def roundoff_study(
     parts: tuple[str, ...] = PARTS, sizes: tuple[float, ...] = (), *, full: bool = False, executor: Executor = ALL_CORES
 ) -> RoundoffStudy:
-    """Round-off study; `parts`, `sizes` and `full` are those of :func:`barchain.studies.roundoff.plan.tasks_of`.
+    """Round-off study; `parts`, `sizes` and `full` are those of :func:`tasks_of`.
 
     Raises
     ------
@@ -126,7 +193,9 @@ def roundoff_study(
     """
     tasks = tasks_of(parts, sizes, full=full)
     executor.check()
-    return RoundoffStudy(tasks, timed_tasks(parts, full=full), full, tuple(parts), executor)
+    bars = (5, 50, 500) if full else (5, 50)
+    timed = (RoundoffTask("times", "relative over absolute", time_rows, (bars,)),) if "times" in parts else ()
+    return RoundoffStudy(tasks, timed, full, tuple(parts), executor)
 
 
 def cases_of(tasks: tuple[RoundoffTask, ...]) -> Iterator[Case[Rows | str]]:
@@ -152,9 +221,15 @@ def task_case(task: RoundoffTask, solution: Shared | None) -> Case[Rows | str]:
         if isinstance(known, str):
             return f"no high-precision solution: {known}"
         given = (known, *given)
-    (found,) = yield [Task(Call(task_bytes, (task.function, given), TASK_LIMIT_S), checked(rows_from), LATER)]
+    read = checked(lambda content: read_message(content)[0]["rows"])
+    (found,) = yield [Task(Call(task_bytes, (task.function, given), TASK_LIMIT_S), read, LATER)]
     rows: Rows | str = found
     return rows
+
+
+def task_bytes(function: Callable[..., Rows], arguments: tuple[Any, ...]) -> bytes:
+    """Message with a task's rows; the function is called here."""
+    return message_bytes({"rows": function(*arguments)}, {})
 
 
 def checked(read: Callable[[bytes], Any]) -> Callable[[Answer], Any]:
@@ -169,40 +244,123 @@ def checked(read: Callable[[bytes], Any]) -> Callable[[Answer], Any]:
     return result
 
 
-def task_bytes(function: Callable[..., Rows], arguments: tuple[Any, ...]) -> bytes:
-    """Message with a task's rows; the function is called here."""
-    return message_bytes({"rows": function(*arguments)}, {})
+def tasks_of(parts: Sequence[str], sizes: Sequence[float] = (), *, full: bool = False) -> tuple[RoundoffTask, ...]:
+    """Tasks of some parts, which may run side by side; the times of evaluations are taken by others.
 
-
-def rows_from(content: bytes) -> Rows:
-    """Rows of a message.
+    Parameters
+    ----------
+    parts : sequence of str
+        Of :data:`PARTS`.
+    sizes : sequence of float
+        Sizes at which one evaluation is judged, of :data:`DECADES`; all by default.
+    full : bool
+        Every size, arithmetic and number of bars, finer steps, longer runs: half an hour instead of minutes.
 
     Raises
     ------
-    MessageError
-        If they are no rows of text and numbers.
+    ValueError
+        If a size is none of these.
     """
-    rows = read_message(content)[0].get("rows")
-    if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
-        raise MessageError("its answer holds no rows")
-    for row in rows:
-        wrong = next((name for name, value in row.items() if not isinstance(value, PLAIN)), None)
-        if wrong is not None:
-            raise MessageError(f"{plain_text(wrong)} is a {type(row[wrong]).__name__}, expected text or a number")
-    return rows
+    check_sizes(sizes)
+    tasks: list[RoundoffTask] = []
+    if "evaluation" in parts:
+        wanted = (
+            t for t in evaluations(full) if not sizes or any(math.isclose(t.arguments[0].ratio, r) for r in sizes)
+        )
+        tasks += [*wanted, *longitudes()]
+    if "trajectories" in parts:
+        tasks += [*growths(full), *trajectories(full)]
+    if "engines" in parts:
+        tasks += engines(full)
+    return tuple(tasks)
 
 
-def in_order(rows: dict[int, Rows]) -> Rows:
-    """Rows of tasks in the order of the tasks, whenever they came."""
-    return [row for _, own in sorted(rows.items()) for row in own]
+def check_sizes(sizes: Sequence[float]) -> None:
+    """Reject sizes at which no evaluation is judged.
+
+    Raises
+    ------
+    ValueError
+        If there is one.
+    """
+    for size in sizes:
+        if not any(math.isclose(size, known) for known in DECADES):
+            raise ValueError(f"{size:g} given, allowed: powers of ten from {min(DECADES):g} to {max(DECADES):g}")
 
 
-def write_laws(store: StudyStore, rows: dict[str, dict[int, Rows]]) -> None:
-    """Write the tables that follow from others."""
-    for name, (source, laws) in DERIVED.items():
-        if source in rows:
-            store.write(name, laws(store.frame(source, in_order(rows[source]))))
-    if "trajectories" in rows:
-        best = best_table(store.frame("trajectories", in_order(rows["trajectories"])))
-        store.write("best", best)
-        store.write("best_laws", best_laws(best))
+def evaluations(full: bool) -> Iterator[RoundoffTask]:
+    """One evaluation in all formulations; fewer where exact arithmetic takes long."""
+    few, every = ("relative", "absolute"), ("relative", "minimal", "absolute", "absolute accelerations")
+    ours = ("reference",) if ENGINES["reference-fast"].missing else ("reference", "reference-fast")
+    ordinary = (StateKind.GENERIC, StateKind.STRAIGHT, StateKind.HORIZONTAL)
+    some, short = (DECADES, ALL) if full else (DECADES[::2], SHORT)
+    rare = DECADES if full else DECADES[3::3]
+    hundreds = (StateKind, DECADES[2:], ALL) if full else (ordinary[:2], DECADES[3::3], ("float64",))
+    plan: list[tuple[Iterable[StateKind], int, tuple[float, ...], tuple[str, ...], tuple[str, ...]]] = [
+        (StateKind, 5, DECADES, every, ALL),
+        (StateKind, 2, some, every, ALL),
+        (StateKind, 5, DECADES, ours, ("float64",)),
+        (ordinary[:2] if present() else (), 5, DECADES, present(), ("float64",)),
+        ((StateKind.STRAIGHT,), 5, some, ("absolute positions", "relative positions"), short),
+        (StateKind if full else ordinary, 50, rare, few, short),
+        (hundreds[0], 500, hundreds[1], few, hundreds[2]),
+    ]
+    for kinds, bars, ratios, formulations, arithmetics in plan:
+        for kind, ratio in itertools.product(kinds, ratios):
+            if bars * ratio <= REACH:
+                arguments = (EvaluationCase(kind, bars, ratio), formulations, arithmetics)
+                yield RoundoffTask("evaluation", f"{kind}, {bars} bars, {ratio:.0e}", rows_of, arguments)
+
+
+def longitudes() -> Iterator[RoundoffTask]:
+    """Errors by sector of the longitude."""
+    for kind in (StateKind.GENERIC, StateKind.STRAIGHT):
+        arguments = (EvaluationCase(kind, 5, 1e-5, 256), ("relative", "absolute"), SHORT)
+        yield RoundoffTask("longitudes", f"longitudes, {kind}", longitude_rows, arguments)
+
+
+def trajectories(full: bool) -> list[RoundoffTask]:
+    """One orbit, at many steps and tolerances."""
+    ratios = DECADES[1::1] if full else (1e-3, 1e-5, 1e-7, 1e-9)
+    family = ScaledScene(load_scene(SCENE), ratios, 32)
+    finest = {("rk4", "float64"): 13 if full else 9, ("rk4", "float32"): 7, ("dop853", "float64"): 7 if full else 6,
+              ("dop853", "float32"): 4}  # fmt: skip
+    found = []
+    for (method, arithmetic), last in finest.items():
+        for name, power in itertools.product(COORDINATES, range(1, last + 1)):
+            if method == "rk4" and power > 8 and name != "absolute" and not full:
+                continue  # truncation, which is the same in all coordinates, still rules there
+            title = f"{name}, {arithmetic}, {method}, {2**power * family.samples} steps"
+            arguments = (arithmetic, name, method, 2**power)
+            found.append(RoundoffTask("trajectories", title, equal_step_rows, arguments, family))
+    exponents = {"float64": range(3, 16, 1 if full else 2), "float32": range(2, 8)}
+    for name, (arithmetic, powers) in itertools.product(COORDINATES, exponents.items()):
+        rtols = tuple(10.0**-k for k in powers)
+        title = f"{name}, {arithmetic}, dop853, own steps"
+        found.append(RoundoffTask("trajectories", title, chosen_step_rows, (arithmetic, name, rtols), family))
+    return found[::-1]  # the longest first
+
+
+def growths(full: bool) -> list[RoundoffTask]:
+    """Many orbits, at a step where truncation is below round-off."""
+    orbits, ratios = (32, (1e-3, 1e-5, 1e-7)) if full else (5, (1e-3, 1e-5))
+    family = ScaledScene(load_scene(SCENE), ratios, 32, orbits, 4 * orbits)
+    return [
+        RoundoffTask(
+            "growth", f"{name}, float64, {orbits} orbits", growth_rows, ("float64", name, "dop853", 64), family
+        )
+        for name in COORDINATES
+    ]
+
+
+def engines(full: bool) -> list[RoundoffTask]:
+    """Other engines, in both frames; an engine that is not installed gives a single row with the reason."""
+    ratios = DECADES[1:8] if full else (1e-3, 1e-5, 1e-7)
+    family = ScaledScene(load_scene(SCENE), ratios, 32, FULL_PART if full else PART)
+    found = []
+    for name, values in (SWEEPS | FULL_SWEEPS if full else SWEEPS).items():
+        runs = [(0, values[0])] if ENGINES[name].missing else itertools.product(range(len(ratios)), values)
+        for size, value in runs:
+            title = f"{name}, {ratios[size]:.0e}, {value:g}"
+            found.append(RoundoffTask("engines", title, engine_rows, (name, size, value), family))
+    return found

@@ -15,8 +15,7 @@ import gmpy2
 import numpy as np
 
 from barchain.runs.message import message_bytes, read_message
-from barchain.studies.roundoff.evaluation import quantiles
-from barchain.studies.roundoff.states import EQUATOR_M
+from barchain.studies.roundoff.evaluation import EQUATOR_M, quantiles
 from reference_impl.precision.arithmetic import ARITHMETICS, EXACT, LONG, Values, exact_numbers
 from reference_impl.precision.chain import ChainParameters
 from reference_impl.precision.coordinates import ChainObservables, InitialChains

@@ -16,8 +16,8 @@ from barchain.runs.choices import chosen_engines
 from barchain.runs.executors import ALL_CORES
 from barchain.runs.job import TIME_LIMIT_S
 from barchain.solutions.reference import closely_sampled
-from barchain.studies.selftest.random_scenes import draw
 from barchain.studies.selftest.rating import CampaignCell, passed, rated, rates
+from barchain.studies.selftest.scenes import draw
 from barchain.studies.selftest.shrinking import kept_findings, kinds
 from barchain.studies.selftest.trial import SceneRuns, Trial
 from reports.tables.crossval import JUDGING_SOLUTION
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from barchain.runs.cases import Case
     from barchain.runs.executors import Executor
     from barchain.solutions.reference import ReferenceSolution
-    from barchain.studies.selftest.rating import Rate
     from barchain.studies.selftest.shrinking import KeptFinding
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
@@ -50,7 +49,7 @@ class Campaign:
 
     study: CampaignStudy
     cells: list[CampaignCell]
-    rates: list[Rate]
+    rates: list[dict[str, Any]]
     findings: list[KeptFinding] = field(default_factory=list)
 
     @property
@@ -116,7 +115,7 @@ class CampaignStudy:
                 new = [cell for k in chunk for cell in found[k]]
                 cells += new
                 store.append("campaign", (cell.row() for cell in new))
-                found_rates = [rate.row() for rate in rates(cells)]
+                found_rates = rates(cells)
                 store.write("rates", (rate for rate in found_rates if rate["by"] == ALL))
                 store.write("rates_of_parts", (rate for rate in found_rates if rate["by"] != ALL))
         groups = kinds(cell for cell in cells if cell.is_finding)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -279,70 +279,43 @@ def changes(unmodified: Trajectory, faulty: Trajectory) -> dict[str, Array]:
     return found
 
 
-@dataclass(frozen=True)
-class Rate:
-    """Rate of an event, of n times that it could happen."""
-
-    what: str
-    by: str
-    """``engine``, ``fault`` or ``outcome``"""
-    name: str
-    n: int
-    count: int
-
-    @property
-    def rate(self) -> float:
-        """Share; not a number of nothing."""
-        return self.count / self.n if self.n else math.nan
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """Wilson's score interval of 95 %: it covers its confidence on average, and holds for counts of zero."""
-        if not self.n:
-            return 0.0, 1.0
-        found = binomtest(self.count, self.n).proportion_ci(CONFIDENCE, method="wilson")
-        return float(found.low), float(found.high)
-
-    def row(self) -> dict[str, Any]:
-        """Row of the table."""
-        low, high = self.interval
-        return asdict(self) | {"rate": self.rate, "low": low, "high": high}
-
-
-def rates(cells: list[CampaignCell]) -> list[Rate]:
-    """Rates of false alarms and of missed faults, those over everything first."""
+def rates(cells: list[CampaignCell]) -> list[dict[str, Any]]:
+    """Rates of false alarms and of missed faults, those over everything first: rows of the tables of rates."""
     unmodified = [c for c in cells if not c.fault and c.kind in UNMODIFIED]
     tried = [c for c in cells if c.fault and c.kind in TRIED]
     faulty = [c for c in cells if c.fault and c.kind in (*TRIED, CellClass.BELOW, CellClass.BEYOND)]
-    alarms = dict.fromkeys(c.outcome for c in unmodified if c.kind is CellClass.FALSE_ALARM)
-    return [
-        rate(CellClass.FALSE_ALARM, unmodified),
-        rate(CellClass.MISSED, tried),
-        *(
-            Rate(str(CellClass.FALSE_ALARM), "outcome", o, len(unmodified), sum(c.outcome == o for c in unmodified))
-            for o in alarms
-        ),
-        *each(CellClass.FALSE_ALARM, unmodified, "engine"),
-        *each(CellClass.LIMITED, unmodified, "engine"),
-        *each(CellClass.MISSED, tried, "engine"),
-        *each(CellClass.MISSED, tried, "fault"),
-        *each(CellClass.BELOW, faulty, "fault"),
-        *each(CellClass.BEYOND, faulty, "fault"),
+    alarms = [c for c in unmodified if c.kind is CellClass.FALSE_ALARM]
+    found = [
+        rate(kind, ALL, ALL, among) for kind, among in ((CellClass.FALSE_ALARM, unmodified), (CellClass.MISSED, tried))
     ]
+    for outcome in dict.fromkeys(c.outcome for c in alarms):
+        counted = sum(c.outcome == outcome for c in alarms)
+        found.append(rate(CellClass.FALSE_ALARM, "outcome", outcome, unmodified, counted))
+    for kind, among, by in (
+        (CellClass.FALSE_ALARM, unmodified, "engine"),
+        (CellClass.LIMITED, unmodified, "engine"),
+        (CellClass.MISSED, tried, "engine"),
+        (CellClass.MISSED, tried, "fault"),
+        (CellClass.BELOW, faulty, "fault"),
+        (CellClass.BEYOND, faulty, "fault"),
+    ):
+        names = dict.fromkeys(getattr(c, by) for c in among)
+        found += [rate(kind, by, name, [c for c in among if getattr(c, by) == name]) for name in names]
+    return found
 
 
-def rate(kind: CellClass, cells: list[CampaignCell], by: str = ALL, name: str = ALL) -> Rate:
-    """Rate of a class."""
-    return Rate(str(kind), by, name, len(cells), sum(c.kind is kind for c in cells))
+def rate(kind: CellClass, by: str, name: str, among: list[CampaignCell], count: int | None = None) -> dict[str, Any]:
+    """Rate of a class of cells, or of so many cells, with Wilson's score interval of 95 %.
 
-
-def each(kind: CellClass, cells: list[CampaignCell], by: str) -> list[Rate]:
-    """Rate of a class for each engine or fault, in the order in which they come."""
-    names = dict.fromkeys(getattr(c, by) for c in cells)
-    return [rate(kind, [c for c in cells if getattr(c, by) == name], by, name) for name in names]
+    The interval covers its confidence on average, and holds for counts of zero. A rate of nothing is not a number.
+    """
+    n, counted = len(among), sum(c.kind is kind for c in among) if count is None else count
+    low, high = binomtest(counted, n).proportion_ci(CONFIDENCE, method="wilson") if n else (0.0, 1.0)
+    said = {"what": str(kind), "by": by, "name": name, "n": n, "count": counted}
+    return said | {"rate": counted / n if n else math.nan, "low": float(low), "high": float(high)}
 
 
 def passed(cells: list[CampaignCell]) -> bool:
     """Whether no fault above its detection limit is missed, and false alarms are as rare as they have to be."""
     false, missed = rates(cells)[:2]
-    return missed.count == 0 and false.count <= math.ceil(MOST_FALSE_ALARMS * false.n)
+    return bool(missed["count"] == 0 and false["count"] <= math.ceil(MOST_FALSE_ALARMS * false["n"]))

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from barchain.runs.cases import Runner, Running
-from barchain.studies.selftest.random_scenes import draw
+from barchain.studies.selftest.scenes import draw
 from reports.tables.writing import write_atomically
 from scenarios import Gravity, SceneError, parse_scene
 from scenarios.toml.writing import TABLES, scene_data, scene_toml, toml

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 
 from adapters.common.equal_steps import finer_setting
 from adapters.registry import find_engine
-from barchain.faults.catalogue import find
-from barchain.faults.insertion import FaultRegistration, engine_with_fault, fault_registration
+from barchain.faults.catalogue import FaultRegistration, engine_with_fault, fault_registration, find
 from barchain.judge.compare import judge
 from barchain.judge.evidence import follow_up_jobs, gathered
 from barchain.judge.verdict import VERDICTS, Verdict

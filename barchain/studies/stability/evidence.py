@@ -11,8 +11,7 @@ from adapters.common.initial_state import chain_model
 from barchain.judge.checks.beyond_limit import kinetic_ratio
 from barchain.metrics.quantities import drifts
 from barchain.runs.job import Role
-from barchain.studies.stability.growth import attitude_error, growth_excess, law
-from barchain.studies.stability.rules import LEVEL_WORDS, OTHER
+from barchain.studies.stability.rules import LEVEL_WORDS, OTHER, attitude_error, growth_excess, law
 from reference_impl.model.complex_vectors import unit_along
 from reference_impl.model.joints import condition_number, joint_matrix
 from reports.tables.outcome import Outcome

@@ -22,16 +22,17 @@ from barchain.runs.tasks import run_task
 from barchain.solutions.judging import SolutionFailedError, judging_engine, solution_case, solution_jobs
 from barchain.solutions.reference import SOLUTION_RTOL, ReferenceSolution
 from barchain.studies.defaults import STABILITY_LIMIT_S
-from barchain.studies.stability import expected
 from barchain.studies.stability.evidence import condition_range, evidence, laws, plain_row
-from barchain.studies.stability.growth import linear_rate
 from barchain.studies.stability.plan import (
     LONG,
     SOLUTION_LIMIT_S,
+    OutcomeChange,
+    change,
     chosen_engines,
     exact_jobs,
     hard_scenes,
     left_to_a_full_study,
+    recorded,
     settings,
 )
 from barchain.studies.stability.rules import (
@@ -42,6 +43,7 @@ from barchain.studies.stability.rules import (
     EngineRuns,
     Finding,
     finding,
+    linear_rate,
 )
 from reports.tables.outcome import Outcome
 from reports.tables.rows import NOT_RUN
@@ -79,7 +81,7 @@ class StabilityResult:
     """Result of a study."""
 
     findings: dict[Pair, Finding]
-    changes: tuple[expected.OutcomeChange, ...]
+    changes: tuple[OutcomeChange, ...]
     ours: tuple[Pair, ...]
     """Scenes that are well-posed, and in which a form of the reference is not stable"""
     failures: tuple[str, ...] = ()
@@ -171,9 +173,9 @@ class StabilityRun:
         }
         """Rows of each case, in the order of the tables"""
         self.faults: dict[str, str] = {}
-        self.recorded = expected.recorded()
+        self.recorded = recorded()
         self.findings: dict[Pair, Finding] = {}
-        self.changes: list[expected.OutcomeChange] = []
+        self.changes: list[OutcomeChange] = []
 
     def run(self) -> StabilityResult:
         """Make all runs, and judge each engine in each scene as soon as its last one is there."""
@@ -280,7 +282,7 @@ class StabilityRun:
         """Write the rows of a case, and see whether its outcome is the one recorded."""
         if found is not None:
             before = self.recorded.get(pair)
-            changed = expected.change(*pair, before, found)
+            changed = change(*pair, before, found)
             self.findings[pair] = found
             if changed:
                 self.changes.append(changed)
@@ -318,9 +320,7 @@ def add_laws(rows: CaseRows, job: Job, trajectory: Trajectory | None, solution: 
     rows["long"] = rows.get("long", []) + [{str(k): v for k, v in row.items()} for row in series.to_dict("records")]
 
 
-def outcome_row(
-    pair: Pair, found: Finding, before: str | None, changed: expected.OutcomeChange | None
-) -> dict[str, Any]:
+def outcome_row(pair: Pair, found: Finding, before: str | None, changed: OutcomeChange | None) -> dict[str, Any]:
     """Row of the table of outcomes."""
     law = found.law
     return {

@@ -1,7 +1,8 @@
-"""Time of one evaluation of the right-hand side without a solver, for the forms of the reference."""
+"""Time of one evaluation of the right-hand side without a solver, for the forms of the reference; a chain to be cut."""
 
 from __future__ import annotations
 
+import dataclasses
 import gc
 from typing import TYPE_CHECKING
 
@@ -91,3 +92,25 @@ def batch_s(loop: Callable[[int], None], times: int) -> float:
     clock = Stopwatch()
     loop(times)
     return clock.seconds()
+
+
+SCENE = "paper/fig13"  # the 80° chain stays regular; a horizontal chain of many bars buckles at once
+SAMPLES = 11  # few, so that no engine is timed at its output
+
+
+def divided(scene: Scene, bars: int, share: float = 1.0) -> Scene:
+    """`scene` with its chain divided into equal slender bars, over a share of its first orbit.
+
+    The length, the mass, and the angle and rate of the first bar are kept.
+    """
+    mass, length = scene.mass_kg / bars, scene.size_m / bars
+    chain = dataclasses.replace(
+        scene.chain,
+        mass_kg=(mass,) * bars,
+        length_m=(length,) * bars,
+        inertia_kg_m2=(mass * length**2 / 12.0,) * bars,
+        angle_rad=scene.chain.angle_rad[:1] * bars,
+        rate_factor=scene.chain.rate_factor[:1] * bars,
+    )
+    run = dataclasses.replace(scene.run, duration_s=share * scene.period_s, samples=SAMPLES)
+    return dataclasses.replace(scene, name=f"{scene.name}, {bars} bars", chain=chain, run=run)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+import contextlib
+from typing import TYPE_CHECKING
 
 import pytest
 
@@ -10,14 +11,16 @@ from barchain.nightly.alarm import alarm_test
 from barchain.nightly.jobs import NightJob
 from barchain.nightly.night import result_of
 from barchain.runs.processes import Finished
-from barchain.studies.selftest import matrix
-from reports.tables.faults.selftest import FILES
+from barchain.studies.selftest.matrix import selftest_study
+from barchain.studies.study import Reporter, run_study
+from reports.tables.faults.selftest import FILES, read_selftest
 from reports.tables.nights.facts import AlarmTest, PartState
 from tests.nightly.history.synthetic import night
+from tests.support.here import HERE
 from tests.support.results import write_results
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterator
     from pathlib import Path
 
 SCENES = ("basics/a", "basics/b")
@@ -74,23 +77,16 @@ def test_a_night_that_misses_many_faults_names_some_and_counts_the_others(count:
     assert night(void=AlarmTest(1, (), 0, ("s" * 500,) * count).void).void
 
 
-def test_an_interrupted_self_test_keeps_the_cells_that_it_has() -> None:
-    written: dict[str, list[dict[str, str]]] = {}
+def test_an_interrupted_self_test_keeps_the_cells_that_it_has(tmp_path: Path) -> None:
+    @contextlib.contextmanager
+    def counted(what: str, total: int) -> Iterator[Callable[[int], None]]:
+        def done(number: int) -> None:
+            if what == "faults":
+                raise KeyboardInterrupt
 
-    class Cell:
-        row: ClassVar = {"fault": "cut"}
+        yield done
 
-        def reading_rows(self) -> list[dict[str, str]]:
-            return [{"check": "bound"}]
-
-    class Store:
-        def write(self, table: str, rows: Iterable[dict[str, str]]) -> None:
-            written[table] = list(rows)
-
-    def interrupted() -> None:
-        with matrix.kept_if_interrupted(Store(), {0: Cell()}):
-            raise KeyboardInterrupt
-
+    study = selftest_study(["basics/two_bars_free"], ["sign-reaction"], executor=HERE)
     with pytest.raises(KeyboardInterrupt):
-        interrupted()
-    assert written == {"fates": [{"fault": "cut"}], "readings": [{"check": "bound"}]}
+        run_study(study, tmp_path, reporter=Reporter(counted=counted))
+    assert read_selftest(tmp_path).fates["fault"].tolist() == ["unmodified"]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from barchain.studies.selftest.random_scenes import draw
+from barchain.studies.selftest.scenes import draw
 from tests.studies.campaign.drawn import SEED, seen
 
 if TYPE_CHECKING:

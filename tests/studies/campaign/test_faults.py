@@ -13,11 +13,10 @@ from adapters.exudyn.adapter import Exudyn
 from adapters.pymunk.adapter import Pymunk
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import find_engine
-from barchain.faults.catalogue import RANDOM_SCENES, UnknownFaultError, find
-from barchain.faults.insertion import engine_with_fault, fault_registration
+from barchain.faults.catalogue import RANDOM_SCENES, UnknownFaultError, engine_with_fault, fault_registration, find
 from barchain.faults.readings import LEAST, SHARES
 from barchain.runs.job import Role
-from barchain.studies.selftest.random_scenes import draw
+from barchain.studies.selftest.scenes import draw
 from scenarios import Gravity
 from tests.studies.campaign.drawn import EVENTS, FINER, MAIN, seen, with_fault
 

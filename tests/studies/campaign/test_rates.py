@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from barchain.studies.selftest.rating import Rate, passed, rates, sizes
+from barchain.studies.selftest.rating import passed, rate, rates, sizes
 from reports.tables.faults.campaign import TABLES, CellClass
 from reports.tables.outcome import Outcome
 from tests.studies.campaign.drawn import cells, with_fault
@@ -46,9 +46,11 @@ def test_rates_have_the_intervals_of_the_textbook() -> None:
         z, p = 1.959963984540054, k / n
         centre, half = p + z**2 / (2 * n), z * math.sqrt(p * (1 - p) / n + z**2 / (4 * n**2))
         expected = [(centre + s * half) / (1 + z**2 / n) for s in (-1.0, 1.0)]
-        assert Rate("missed", "all", "all", n, k).interval == pytest.approx(expected, abs=1e-12)
-    assert Rate("missed", "all", "all", 0, 0).interval == (0.0, 1.0)
-    assert set(Rate("missed", "all", "all", 2, 1).row()) == set(TABLES["rates_of_parts"].columns) - {"why"}
+        found = rate(CellClass.MISSED, "all", "all", cells(CellClass.CAUGHT, n, "mu"), k)
+        assert (found["low"], found["high"]) == pytest.approx(expected, abs=1e-12)
+    nothing = rate(CellClass.MISSED, "all", "all", [])
+    assert (nothing["low"], nothing["high"]) == (0.0, 1.0)
+    assert set(nothing) == set(TABLES["rates_of_parts"].columns) - {"why"}
 
 
 def test_rates_count_what_could_have_happened() -> None:
@@ -59,7 +61,7 @@ def test_rates_count_what_could_have_happened() -> None:
         *cells(CellClass.CAUGHT, 3, "mu"), *cells(CellClass.MISSED, 1, "mu"), *cells(CellClass.BELOW, 4, "mu"),
         *cells(CellClass.NOTHING, 9, "mu"), *cells(CellClass.BROKEN, 2, "mu"), *cells(CellClass.BEYOND, 2, "mu"),
     ]  # fmt: skip
-    by = {(r.what, r.by, r.name): (r.count, r.n) for r in rates(found)}
+    by = {(r["what"], r["by"], r["name"]): (r["count"], r["n"]) for r in rates(found)}
     assert by["false alarm", "all", "all"] == (1, 8)
     assert by["false alarm", "outcome", "inconsistent"] == (1, 8)
     assert by["limited", "engine", "pymunk"] == (1, 8)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from barchain.studies.selftest.random_scenes import draw
+from barchain.studies.selftest.scenes import draw
 from barchain.studies.selftest.shrinking import Form, alike, effects_of, kinds, simplest, simplified, whole
 from reports.tables.faults.campaign import CellClass
 from scenarios.toml.writing import scene_toml

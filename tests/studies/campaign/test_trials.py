@@ -13,8 +13,8 @@ from barchain.runs.cases import Known
 from barchain.solutions.reference import closely_sampled
 from barchain.studies.selftest import trial
 from barchain.studies.selftest.campaign import faulty_engine, on_scene, thinned
-from barchain.studies.selftest.random_scenes import draw
 from barchain.studies.selftest.rating import CampaignCell, rated
+from barchain.studies.selftest.scenes import draw
 from barchain.studies.selftest.trial import SceneRuns, Trial
 from reports.tables.faults.campaign import CellClass
 from reports.tables.outcome import Outcome

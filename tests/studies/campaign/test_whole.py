@@ -14,8 +14,8 @@ from barchain.faults.catalogue import RANDOM_SCENES
 from barchain.judge.verdict import no_verdict
 from barchain.studies.selftest import trial
 from barchain.studies.selftest.campaign import Campaign, CampaignStudy, alone_on
-from barchain.studies.selftest.random_scenes import draw
-from barchain.studies.selftest.rating import CampaignCell, Rate, rates
+from barchain.studies.selftest.rating import CampaignCell, rate, rates
+from barchain.studies.selftest.scenes import draw
 from barchain.studies.selftest.shrinking import kept_findings
 from barchain.studies.study import run_study
 from reports.chapters.campaign import size_rows
@@ -23,7 +23,7 @@ from reports.render import CHAPTERS, render_all
 from reports.tables.faults.campaign import CellClass
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
-from tests.studies.campaign.drawn import FREE, SEED
+from tests.studies.campaign.drawn import FREE, SEED, cells
 from tests.support.here import HERE
 from tests.support.results import read_record, read_table
 
@@ -96,7 +96,10 @@ def test_what_is_printed(small: tuple[Campaign, Path], capsys: pytest.CaptureFix
     said = capsys.readouterr().out
     for word in ("pymunk", "garbage-sudden-50-all", "false alarm: 0 of 6", "missed: 0 of", "passed"):
         assert word in said, word
-    assert rate_words(Rate("missed", "all", "all", 400, 2)) == "missed: 2 of 400, 0.50 % (0.14 % to 1.80 %)"
+    assert (
+        rate_words(rate(CellClass.MISSED, "all", "all", cells(CellClass.CAUGHT, 400, "mu"), 2))
+        == "missed: 2 of 400, 0.50 % (0.14 % to 1.80 %)"
+    )
 
 
 @pytest.mark.slow

@@ -1,18 +1,19 @@
-"""Sane scenes drawn at random: chains that somebody might fly, with every kind of effect.
+"""Scenes in which faults are inserted: short ones for the kill matrix, and sane ones drawn at random for the campaign.
 
-`tests/support/random_scenes.py` looks for what the reference does not survive, far beyond what anybody
-would fly. These scenes are what a user may write on an ordinary day; nobody tuned them, and no engine should be accused
-on them.
+The short ones have together something of everything. The random ones are what a user may write on an ordinary day:
+chains that somebody might fly, with every kind of effect; nobody tuned them, and no engine should be accused on them.
+`tests/support/random_scenes.py` looks for what the reference does not survive, far beyond what anybody would fly.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
+from scenarios import Scene, SceneError, load_scene, nearest, scene_names
 from scenarios.effect_types import (
     Actuator,
     Axes,
@@ -29,7 +30,7 @@ from scenarios.effect_types import (
     ThirdBody,
     Thrust,
 )
-from scenarios.scene import CentralBody, Chain, Orbit, Run, Scene
+from scenarios.scene import CentralBody, Chain, Orbit, Run
 from scenarios.toml.alignment import on_sample
 from scenarios.toml.effect_tables import EARTH_J2, EARTH_ROTATION_RAD_S, SUN_RATE_RAD_S, SUNLIGHT_PA, THIRD_BODIES
 from scenarios.toml.writing import writable
@@ -244,3 +245,80 @@ def choose(random: Generator, among: list[T], shares: list[float] | None = None)
 def listed(values: Array) -> tuple[float, ...]:
     """Values as plain floats."""
     return tuple(float(v) for v in values)
+
+
+FALL, BRIEF = "selftest/fall", "selftest/everything"
+SHRUNK = 0.2  # of the times of effects/everything: a run much shorter still meets all of its events
+DUSK_DEG = 58.0  # longitude from which the shadow's edge, at 67.2°, is met after some 140 s
+
+
+@dataclass(frozen=True)
+class Stage:
+    """Part of a shipped scene."""
+
+    name: str
+    duration_s: float
+    samples: int
+    shows: str
+    """Purpose of the scene"""
+
+    def scene(self) -> Scene:
+        """The scene, cut."""
+        made = {FALL: fall, BRIEF: everything}
+        whole = made[self.name]() if self.name in made else load_scene(self.name)
+        return replace(whole, run=Run(self.duration_s, self.samples))
+
+
+def fall() -> Scene:
+    """Three bars dropped from 50 km, on the surface after some two minutes."""
+    chain = load_scene("basics/point_chain")
+    low = replace(chain.orbit, altitude_m=50e3, speed_factor=0.3)
+    return replace(chain, name=FALL, title="Three bars that fall to the surface", orbit=low)
+
+
+def everything() -> Scene:
+    """All effects at once, their instants closer together, injected shortly before the shadow."""
+    scene = load_scene("effects/everything")
+    called, k = scene.effects, SHRUNK
+    effects = replace(
+        called,
+        thrust=tuple(replace(t, times_s=tuple(k * s for s in t.times_s)) for t in called.thrust),
+        impulse=tuple(replace(p, at_s=k * p.at_s) for p in called.impulse),
+        prescribed_rotation=tuple(
+            replace(p, start_s=k * p.start_s, duration_s=k * p.duration_s) for p in called.prescribed_rotation
+        ),
+    )
+    orbit = replace(scene.orbit, longitude_rad=math.radians(DUSK_DEG))
+    return replace(
+        scene, name=BRIEF, title="All effects at once, in less than three minutes", orbit=orbit, effects=effects
+    )
+
+
+STAGES = {
+    s.name: s
+    for s in (
+        Stage("basics/libration", 1500.0, 51, "one bar, the gravity torque alone"),
+        Stage("basics/two_bars_free", 400.0, 41, "no gravity: energy and angular momentum stay"),
+        Stage("paper/fig15", 900.0, 46, "the paper's chain on an ellipse"),
+        Stage("paper/fig17", 80.0, 41, "a slew against the local horizontal, torque from outside"),
+        Stage("effects/slews", 200.0, 41, "slews against inertial axes, a motor in a joint"),
+        Stage("effects/impulse", 400.0, 41, "an impulse, bars of different length"),
+        Stage(BRIEF, 160.0, 41, "all effects, exact bars, an entry into the shadow"),
+        Stage(FALL, 150.0, 61, "the surface ends the run"),
+    )
+}
+
+
+def find_scene(name: str) -> Scene:
+    """Stage of a name, cut; any other scene or file as it is.
+
+    Raises
+    ------
+    SceneError
+        If there is none.
+    """
+    if name in STAGES:
+        return STAGES[name].scene()
+    if name.startswith("selftest/"):
+        raise SceneError(f"{name}: no such scene{nearest(name, [*STAGES, *scene_names()])}")
+    return load_scene(name)
