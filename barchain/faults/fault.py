@@ -69,18 +69,6 @@ class Size:
     """Up to where a size that is caught is looked for if the natural one is not; None: not beyond it"""
 
 
-def everywhere(solution: ReferenceSolution) -> str:
-    """No reason: the fault changes something in every scene."""
-    del solution
-    return ""
-
-
-def in_any_engine(engine: type[Engine]) -> str:
-    """No engine into which it can't be put."""
-    del engine
-    return ""
-
-
 @dataclass(frozen=True)
 class Fault:
     """One fault.
@@ -109,9 +97,9 @@ class Fault:
     roles: frozenset[Role] | None = None
     """Runs that get the fault; None: all"""
     size: Size | None = None
-    nothing: NotApplicable = everywhere
+    nothing: NotApplicable = lambda _: ""
     """Reason why it changes nothing in the scene of a reference solution; empty if it changes something"""
-    foreign: Foreign = in_any_engine
+    foreign: Foreign = lambda _: ""
     """Why it can't be inserted into an engine, besides changes of the reference's code; empty if it can"""
     like: str = "unmodified"
     """Control that it is without its fault"""

@@ -12,8 +12,7 @@ from unittest import mock
 
 import numpy as np
 
-from barchain.studies.roundoff.evaluation import EvaluationCase, StateKind, exact_case
-from barchain.studies.roundoff.formulations import FORMULATIONS, Turned, model_of
+from barchain.studies.roundoff.formulations import FORMULATIONS, EvaluationCase, StateKind, Turned, exact_case, model_of
 from reference_impl.integrate.simulate import Simulation
 from reference_impl.integrate.stepper import Integration
 from reference_impl.kernel import layout

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from barchain.studies.roundoff.evaluation import BOTH, REACTION, EvaluationCase, StateKind, errors, exact_case
-from barchain.studies.roundoff.formulations import FORMULATIONS, PRODUCTION
+from barchain.studies.roundoff.evaluation import BOTH, REACTION, errors
+from barchain.studies.roundoff.formulations import FORMULATIONS, PRODUCTION, EvaluationCase, StateKind, exact_case
 from barchain.studies.roundoff.study import DECADES
 from reference_impl.precision.arithmetic import FLOAT32, FLOAT64, exact_numbers
 from tests.reference.cancellation import errors_of_all

@@ -9,8 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from barchain.studies.roundoff.evaluation import EvaluationCase, StateKind, exact_case
-from barchain.studies.roundoff.formulations import FORMULATIONS
+from barchain.studies.roundoff.formulations import FORMULATIONS, EvaluationCase, StateKind, exact_case
 from reference_impl.model import absolute as plain_absolute
 from reference_impl.model import relative as plain_relative
 from reference_impl.precision import steppers

@@ -15,7 +15,8 @@ from barchain.record.environment import provenance
 from barchain.record.study_store import StudyStore
 from barchain.studies.roundoff import study, third_parties
 from barchain.studies.roundoff.engines import attempt, engine_rows, scene_at, setting_of
-from barchain.studies.roundoff.evaluation import EvaluationCase, StateKind, errors, exact_case, rows_of
+from barchain.studies.roundoff.evaluation import errors, rows_of
+from barchain.studies.roundoff.formulations import EvaluationCase, StateKind, exact_case
 from barchain.studies.roundoff.laws import NEAR, UNEXPLAINED, engine_laws, evaluation_laws, expected_exponent
 from barchain.studies.roundoff.study import SWEEPS, tasks_of
 from barchain.studies.roundoff.third_parties import THIRD_PARTIES, present

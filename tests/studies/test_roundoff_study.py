@@ -9,14 +9,8 @@ import pytest
 
 from barchain.runs.executors import LocalProcesses
 from barchain.studies.roundoff import laws
-from barchain.studies.roundoff.evaluation import (
-    EvaluationCase,
-    StateKind,
-    longitude_rows,
-    many_states,
-    one_state,
-    rows_of,
-)
+from barchain.studies.roundoff.evaluation import longitude_rows, many_states, one_state, rows_of
+from barchain.studies.roundoff.formulations import EvaluationCase, StateKind
 from barchain.studies.roundoff.laws import best_laws, best_table, evaluation_laws, growth_laws
 from barchain.studies.roundoff.study import DECADES, PARTS, RoundoffStudy, RoundoffTask, tasks_of
 from barchain.studies.roundoff.trajectories import (
@@ -259,10 +253,9 @@ def test_an_interrupted_study_keeps_what_it_has(tmp_path):
     assert len(read_roundoff(tmp_path).evaluation) > 0
 
 
-@pytest.mark.parametrize("pair", [lambda: one_state(3), lambda: many_states("float32", 3)])
-def test_a_timing_is_a_ratio_with_an_interval(pair):
-    made = pair()
-    row = made.row()
+@pytest.mark.parametrize("timed", [lambda: one_state(3), lambda: many_states("float32", 3)])
+def test_a_timing_is_a_ratio_with_an_interval(timed):
+    row = timed()
     assert row["bars"] == 3
     assert 0.0 < row["relative_s"] < 1.0
     assert row["ratio"] == pytest.approx(row["relative_s"] / row["absolute_s"])
@@ -279,7 +272,7 @@ def test_parts_are_known_to_the_command_line():
 def test_a_fresh_process_evaluates_every_form_of_the_product():
     code = (
         "from barchain.studies.roundoff.formulations import PRODUCTION\n"
-        "from barchain.studies.roundoff.evaluation import EvaluationCase, StateKind\n"
+        "from barchain.studies.roundoff.formulations import EvaluationCase, StateKind\n"
         "from barchain.studies.roundoff.evaluation import rows_of\n"
         "rows = rows_of(EvaluationCase(StateKind.GENERIC, 2, 1e-4, 2), tuple(PRODUCTION), ('float64',))\n"
         "print(sorted({row['formulation'] for row in rows}))\n"

@@ -83,14 +83,8 @@ def fit_columns(fit: OrderFit | None) -> dict[str, Any]:
     """Columns of a fitted order; none of them without one."""
     if fit is None:
         return {}
-    return {
-        "order": fit.order.value,
-        "order_low": fit.order.low,
-        "order_high": fit.order.high,
-        "points": fit.points,
-        "error_from": fit.error_range[0],
-        "error_to": fit.error_range[1],
-    }
+    ends = {"points": fit.points, "error_from": fit.error_range[0], "error_to": fit.error_range[1]}
+    return fit.order.columns("order") | ends
 
 
 def equal_steps_row(scene: str, step_s: Array, error: Array, theory: float) -> dict[str, Any]:
@@ -131,8 +125,8 @@ def price_table(points: pd.DataFrame) -> pd.DataFrame:
         for measure in MEASURES:
             for engine, curve in curves_of(points, scene, "attitude", measure, {}).items():
                 price = price_of_a_digit(curve.error, curve.cost) or Interval(math.nan)
-                row = (scene, engine, "attitude", measure, price.value, price.low, price.high)
-                rows.append(dict(zip(PRICE_COLUMNS, row, strict=True)))
+                named = {"scene": scene, "engine": engine, "quantity": "attitude", "measure": measure}
+                rows.append(named | price.columns("factor"))
     return pd.DataFrame(rows, columns=list(PRICE_COLUMNS))
 
 
@@ -244,17 +238,10 @@ def reached_columns(mine: Reached | None, fastest: Reached | None, baseline: Rea
     """Columns of one engine at one target."""
     if mine is None:
         return {}
-    cost = mine.spread
-    found: dict[str, Any] = {
-        "status": "at most" if mine.position.at_most else "reached",
-        "cost": cost.value,
-        "cost_low": cost.low,
-        "cost_high": cost.high,
-    }
+    found: dict[str, Any] = {"status": "at most" if mine.position.at_most else "reached"} | mine.spread.columns("cost")
     for name, other in (("fastest", fastest), ("baseline", baseline)):
         if other is not None:
-            ratio = mine.over(other)
-            found |= {f"over_{name}": ratio.value, f"over_{name}_low": ratio.low, f"over_{name}_high": ratio.high}
+            found |= mine.over(other).columns(f"over_{name}")
     found["fastest"] = "" if fastest is None else fastest.engine
     return found
 

@@ -274,10 +274,7 @@ class CostRun:
     def points(self) -> pd.DataFrame:
         """All points so far, in the order in which they were run, with medians and intervals of their times."""
         for name, found in self.times.items():
-            spread = median_time(np.array(found))
-            low, high = (spread.low, spread.high) if len(found) > 1 else (np.nan, np.nan)
-            timed = {"seconds": spread.value, "seconds_low": low, "seconds_high": high, "turns": len(found)}
-            self.rows[name] |= timed
+            self.rows[name] |= median_time(np.array(found)).columns("seconds") | {"turns": len(found)}
         points = self.store.frame("points", self.rows.values())
         points["kind"] = points.engine.map({name: kind_of(r) for name, r in self.study.engines.items()})
         points["on_front"] = front_of(points)

@@ -20,7 +20,7 @@ from barchain.runs.call import Call
 from barchain.runs.message import message_bytes, read_message
 from barchain.studies.timing.bench import TimingBench, pin
 from barchain.studies.timing.evaluation import DIRECT, evaluation_times, loop_of
-from barchain.studies.timing.statistics import Interval, median_time
+from barchain.studies.timing.statistics import median_time
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -140,7 +140,7 @@ def price_columns(present: Timed, absent: Timed) -> dict[str, Any]:
     ratios = ratios[np.isfinite(ratios)]
     if not len(ratios) or not present.evaluations or not absent.evaluations:
         return {}
-    found = interval_columns("time_ratio", median_time(ratios)) | {
+    found = median_time(ratios).columns("time_ratio") | {
         "rounds": len(ratios),
         "evaluations_ratio": present.evaluations / absent.evaluations,
         "evaluations": present.evaluations,
@@ -148,12 +148,7 @@ def price_columns(present: Timed, absent: Timed) -> dict[str, Any]:
     }
     if present.evaluation_s and absent.evaluation_s:
         one = median_time(np.array(present.evaluation_s) / np.array(absent.evaluation_s))
-        found |= interval_columns("evaluation_ratio", one)
+        found |= one.columns("evaluation_ratio")
     if present.evaluation_s:
         found["evaluation_s"] = float(np.median(present.evaluation_s))
     return found
-
-
-def interval_columns(name: str, found: Interval) -> dict[str, float]:
-    """Columns of a ratio and where it lies."""
-    return {name: found.value, f"{name}_low": found.low, f"{name}_high": found.high}

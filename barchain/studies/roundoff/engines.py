@@ -19,7 +19,8 @@ from adapters.trajectory import Observable
 from barchain.runs.asking import engine_class
 from barchain.runs.phases import exception_words
 from barchain.runs.trajectory_checks import fault
-from barchain.studies.roundoff.evaluation import EQUATOR_M, SHARES, quantiles
+from barchain.studies.roundoff.evaluation import SHARES, quantiles
+from barchain.studies.roundoff.formulations import EQUATOR_M
 from barchain.studies.roundoff.trajectories import MARGIN, judged
 from reference_impl.precision.coordinates import ChainObservables
 from reports.tables.outcome import Outcome

@@ -7,31 +7,32 @@ together.
 
 from __future__ import annotations
 
-import zlib
-from dataclasses import dataclass
-from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-import gmpy2
 import numpy as np
 from scipy.stats import kruskal
 
-from barchain.studies.roundoff.formulations import FORMULATIONS, PRODUCTION
+from barchain.studies.roundoff.formulations import (
+    FORMULATIONS,
+    PRODUCTION,
+    EvaluationCase,
+    StateKind,
+    exact_case,
+    longitude_rad,
+)
 from barchain.studies.roundoff.third_parties import THIRD_PARTIES
 from barchain.studies.timing.evaluation import SCENE, divided, evaluation_times, numpy_loop
 from barchain.studies.timing.statistics import interval
 from reference_impl.precision.arithmetic import ARITHMETICS, EXACT, Values, exact_numbers
-from reference_impl.precision.chain import ChainParameters, RelativeState, consistent_chain_state
 from reference_impl.precision.formulations import absolute, relative
 from scenarios import load_scene
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from numpy.random import Generator
-
     from adapters.trajectory import Array
-    from barchain.studies.roundoff.formulations import Formulation
+    from barchain.studies.roundoff.formulations import Exact, Formulation
+    from reference_impl.integrate.coordinate_sets import CoordinateSet
     from reference_impl.precision.arithmetic import Arithmetic
 
 SHARES = {"q05": 0.05, "median": 0.5, "q95": 0.95, "largest": 1.0}
@@ -136,30 +137,28 @@ def sector_rows(head: dict[str, Any], groups: list[Array]) -> list[dict[str, Any
     return [head | {"sector_deg": 360.0 / SECTORS * k} | quantiles(own) | alike for k, own in enumerate(groups)]
 
 
-@dataclass(frozen=True)
-class Pair:
-    """One evaluation in both coordinates."""
+def timed(
+    code: str,
+    arithmetic: str,
+    bars: int,
+    relative: Callable[[int], None],
+    absolute: Callable[[int], None],
+    states: int = 1,
+) -> dict[str, Any]:
+    """Row of the table `times`: loops over an evaluation of some states in both coordinates.
 
-    code: str
-    arithmetic: str
-    bars: int
-    relative: Callable[[int], None]
-    absolute: Callable[[int], None]
-    states: int = 1
-    """Evaluated in one call"""
-
-    def row(self) -> dict[str, Any]:
-        """Row of the table `times`; both are timed in turn, so that disturbances meet both."""
-        times = evaluation_times((self.relative, self.absolute), TURNS, LEAST_S, batches=1) / self.states
-        ours, theirs = np.median(times, axis=0)
-        ratio = interval(float(ours / theirs), [(1.0, times[:, 0]), (-1.0, times[:, 1])])
-        head = {"code": self.code, "arithmetic": self.arithmetic, "bars": self.bars, "turns": TURNS}
-        spread = {"ratio": ratio.value, "low": ratio.low, "high": ratio.high}
-        return head | {"relative_s": float(ours), "absolute_s": float(theirs)} | spread
+    Both are timed in turn, so that disturbances meet both.
+    """
+    times = evaluation_times((relative, absolute), TURNS, LEAST_S, batches=1) / states
+    ours, theirs = np.median(times, axis=0)
+    ratio = interval(float(ours / theirs), [(1.0, times[:, 0]), (-1.0, times[:, 1])])
+    head = {"code": code, "arithmetic": arithmetic, "bars": bars, "turns": TURNS}
+    spread = {"ratio": ratio.value, "low": ratio.low, "high": ratio.high}
+    return head | {"relative_s": float(ours), "absolute_s": float(theirs)} | spread
 
 
-def many_states(arithmetic: str, bars: int) -> Pair:
-    """Both formulations of the study on many states at once."""
+def many_states(arithmetic: str, bars: int) -> dict[str, Any]:
+    """Times of both formulations of the study on many states at once."""
     a = ARITHMETICS[arithmetic]
     with exact_numbers():
         exact = exact_case(EvaluationCase(StateKind.GENERIC, bars, 1e-5, TIMED))
@@ -173,122 +172,24 @@ def many_states(arithmetic: str, bars: int) -> Pair:
         for _ in range(times):
             absolute(a, chain, places)
 
-    return Pair("many states at once", arithmetic, bars, by_relative, by_absolute, TIMED)
+    return timed("many states at once", arithmetic, bars, by_relative, by_absolute, TIMED)
 
 
-def one_state(bars: int) -> Pair:
-    """The reference's own right-hand sides, both with six unknowns a bar."""
+def one_state(bars: int, code: str = "reference", coordinates: CoordinateSet = "redundant") -> dict[str, Any]:
+    """Times of the reference's own right-hand sides, by default both with six unknowns a bar."""
     scene = divided(load_scene(SCENE), bars)
-    return Pair("reference", "float64", bars, numpy_loop(scene, "redundant"), numpy_loop(scene, "absolute"))
-
-
-def from_angles(bars: int) -> Pair:
-    """Evaluation with positions computed from the angles, as the reference runs by default."""
-    scene = divided(load_scene(SCENE), bars)
-    code = "reference, places from angles"
-    return Pair(code, "float64", bars, numpy_loop(scene, "minimal"), numpy_loop(scene, "absolute"))
+    return timed(code, "float64", bars, numpy_loop(scene, coordinates), numpy_loop(scene, "absolute"))
 
 
 def time_rows(bars: tuple[int, ...]) -> list[dict[str, Any]]:
-    """Rows of the table `times`."""
-    pairs = [make(n) for n in bars for make in (one_state, from_angles, lambda n: many_states("float64", n),
-                                                lambda n: many_states("float32", n))]  # fmt: skip
-    return [pair.row() for pair in pairs]
-
-
-MU_M3_S2, EQUATOR_M, ALTITUDE_M = 3.986004418e14, 6378e3, 350e3
-MASS_KG = 100.0
-SPIN_FACTOR = 100.0  # rates of the fast state over the orbital one
-MASS_RATIO = 1e6
-MEMBERS = 32
-
-
-class StateKind(StrEnum):
-    """Kinds of states."""
-
-    GENERIC = "generic"
-    """Any attitude and rates, lengths and masses of one order."""
-    STRAIGHT = "80°"
-    """The paper's straight chain at 80° from the horizontal, turning with the orbit."""
-    HORIZONTAL = "horizontal"
-    """The same exactly horizontal: reactions nearly vanish."""
-    SPIN = "fast spin"
-    """As generic, each bar turning a hundred times as fast as the orbit."""
-    UNEQUAL = "unequal masses"
-    """As generic, masses alternating 1 : 1e6."""
-
-
-@dataclass(frozen=True)
-class EvaluationCase:
-    """One point of the study: a state at a size ratio."""
-
-    kind: StateKind
-    bars: int
-    ratio: float
-    """epsilon: length of a bar over the Earth's radius"""
-    members: int = MEMBERS
-
-
-@dataclass(frozen=True)
-class Exact:
-    """A case's members in exact numbers."""
-
-    bars: ChainParameters
-    state: RelativeState
-
-    @property
-    def yard_N(self) -> Values:
-        """(B,) mean mass times n² times the longest bar: what reactions of an ordinary state are of the order of."""
-        com, bars = self.state.com_m, self.bars
-        r2 = com[0] * com[0] + com[1] * com[1]
-        rate2 = bars.mu_m3_s2 / (r2 * EXACT.sqrt(r2))
-        return bars.mass_kg.sum(axis=0) / len(bars.mass_kg) * rate2 * bars.length_m.max(axis=0)
-
-
-def exact_case(case: EvaluationCase) -> Exact:
-    """Members of a case; to be called where exact numbers are in force.
-
-    The same draw serves all size ratios, so that they differ by nothing else.
-    """
-    random = np.random.default_rng(zlib.crc32(f"{case.kind} {case.bars}".encode()))
-    mass, length, angle, factor = configuration(case, random)
-    blurred = case.kind is not StateKind.HORIZONTAL  # which must stay exactly so
-    shape = (case.bars, case.members)
-    lengths = EXACT.cast(length)[:, None] * gmpy2.mpfr(case.ratio) * EQUATOR_M * ulps(random, shape)
-    masses = EXACT.cast(mass)[:, None] * ulps(random, shape)
-    radius = gmpy2.mpfr(EQUATOR_M + ALTITUDE_M) * ulps(random, shape[1:])
-    longitude = EXACT.cast(random.uniform(0.0, 2.0 * np.pi, case.members))
-    from_horizontal = EXACT.cast(angle)[:, None] * (ulps(random, shape) if blurred else EXACT.cast(np.ones(shape)))
-    mu = EXACT.cast(np.full(case.members, MU_M3_S2))
-    rate = EXACT.sqrt(mu / radius) / radius * (EXACT.cast(factor)[:, None] * EXACT.cast(np.ones(shape)))
-    bars = ChainParameters(mu, masses, lengths, masses * lengths * lengths / 12)
-    com = np.stack([radius * EXACT.cos(longitude), radius * EXACT.sin(longitude)])
-    turned = from_horizontal + (longitude - gmpy2.const_pi() / 2)
-    return Exact(bars, consistent_chain_state(EXACT, bars, com, turned, rate * (ulps(random, shape) if blurred else 1)))
-
-
-def configuration(case: EvaluationCase, random: Generator) -> tuple[Array, Array, Array, Array]:
-    """Masses, lengths over the nominal one, angles from the horizontal and rates over the orbital one, each (N,)."""
-    n = case.bars
-    if case.kind in (StateKind.STRAIGHT, StateKind.HORIZONTAL):
-        angle = np.radians(80.0) if case.kind is StateKind.STRAIGHT else 0.0
-        return np.full(n, MASS_KG), np.ones(n), np.full(n, angle), np.ones(n)
-    mass, length = MASS_KG * 10.0 ** random.uniform(-0.5, 0.5, n), random.uniform(0.5, 1.0, n)
-    angle, factor = random.uniform(-np.pi, np.pi, n), random.uniform(-3.0, 3.0, n)
-    if case.kind is StateKind.SPIN:
-        factor = np.full(n, SPIN_FACTOR)
-    if case.kind is StateKind.UNEQUAL:
-        mass[1::2] /= MASS_RATIO
-    return mass, length, angle, factor
-
-
-def ulps(random: Generator, shape: tuple[int, ...]) -> Values:
-    """Exact factors of 1, or a unit in a double's last place more or less."""
-    return EXACT.cast(1.0 + random.integers(-1, 2, shape) * np.finfo(float).eps)
-
-
-def longitude_rad(exact: Exact) -> Array:
-    """Longitudes of a case's members, (B,), in [0, 2 pi)."""
-    x, y = (v.astype(float) for v in exact.state.com_m)
-    found: Array = np.arctan2(y, x) % (2.0 * np.pi)
-    return found
+    """Rows of the table `times`; those of places from angles are what the reference runs by default."""
+    return [
+        row
+        for n in bars
+        for row in (
+            one_state(n),
+            one_state(n, "reference, places from angles", "minimal"),
+            many_states("float64", n),
+            many_states("float32", n),
+        )
+    ]

@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 
 from barchain.studies.roundoff.engines import INERTIAL
-from barchain.studies.roundoff.evaluation import BOTH, FORMULA, INPUT, REACTION, StateKind
-from barchain.studies.roundoff.formulations import LONGEST_STEP
+from barchain.studies.roundoff.evaluation import BOTH, FORMULA, INPUT, REACTION
+from barchain.studies.roundoff.formulations import LONGEST_STEP, StateKind
 from barchain.studies.roundoff.third_parties import FALLS, THIRD_PARTIES
 from barchain.studies.roundoff.trajectories import GROWS_FROM
 from barchain.studies.timing.statistics import FEWEST, LEAST_SLOPE, SCATTERED, STRAIGHT, slope, straight_run

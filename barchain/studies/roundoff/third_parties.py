@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from adapters.trajectory import Array
-    from barchain.studies.roundoff.evaluation import Exact
+    from barchain.studies.roundoff.formulations import Exact
 
 TEMPLATE = "paper/fig15"  # a scene of the paper's gravity; chain and body are exchanged
 MOVING, INERTIAL, PLACES = "moving frame", "inertial", "inertial places"

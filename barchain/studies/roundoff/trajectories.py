@@ -15,7 +15,8 @@ import gmpy2
 import numpy as np
 
 from barchain.runs.message import message_bytes, read_message
-from barchain.studies.roundoff.evaluation import EQUATOR_M, quantiles
+from barchain.studies.roundoff.evaluation import quantiles
+from barchain.studies.roundoff.formulations import EQUATOR_M
 from reference_impl.precision.arithmetic import ARITHMETICS, EXACT, LONG, Values, exact_numbers
 from reference_impl.precision.chain import ChainParameters
 from reference_impl.precision.coordinates import ChainObservables, InitialChains

@@ -158,6 +158,4 @@ def counted(trajectory: Trajectory | None) -> dict[str, float]:
 
 def spread(name: str, times: np.ndarray) -> dict[str, float]:
     """Median with its interval, as columns."""
-    found = median_time(times)
-    low, high = (found.low, found.high) if len(times) > 1 else (np.nan, np.nan)
-    return {f"{name}_s": found.value, f"{name}_low": low, f"{name}_high": high}
+    return median_time(times).columns(name, f"{name}_s")

@@ -285,12 +285,6 @@ def affordable(orbit_s: float, limit_s: float) -> float:
     return next((share for share in SHARES if share * orbit_s <= limit_s), 0.0)
 
 
-def fit_range(engine: str, quantity: str) -> tuple[float, float]:
-    """Least and largest N of a fit."""
-    fast = engine == FAST and quantity == "evaluation"
-    return (float(FAST_BARS[0]), float(FAST_BARS[1])) if fast else (float(LEAST_BARS), math.inf)
-
-
 def exponent(bars: Array, cost: Array) -> Interval | None:
     """Exponent p of ``cost = C N^p`` by least squares in both logarithms, with Student's interval.
 
@@ -306,7 +300,8 @@ def exponent(bars: Array, cost: Array) -> Interval | None:
 
 def fit_row(rows: pd.DataFrame, quantity: str) -> dict[str, Any] | None:
     """One engine's exponent of one quantity; None if there are too few points."""
-    engine, (least, most) = str(rows.engine.iloc[0]), fit_range(str(rows.engine.iloc[0]), quantity)
+    engine = str(rows.engine.iloc[0])
+    least, most = FAST_BARS if engine == FAST and quantity == "evaluation" else (LEAST_BARS, math.inf)
     floor = LEAST_MEMORY_B if quantity == "memory" else 0.0
     bars, cost = rows.bars.to_numpy(float), rows[QUANTITIES[quantity]].to_numpy(float)
     used = (bars >= least) & (bars <= most) & (cost > floor)

@@ -53,7 +53,9 @@ def quietest_core() -> int | None:
 
 
 def turn(job: Job, least_s: float, simulate_s: float | None = None) -> RunResult:
-    """Run `job` in this process until `least_s` of `simulate` are measured; `simulate_s` as in `run_job`.
+    """Run `job` in this process until `least_s` of `simulate`, or five times that of all phases, are measured.
+
+    A failure ends the turn; `simulate_s` is as in `run_job`.
 
     Returns
     -------
@@ -70,32 +72,20 @@ def turn(job: Job, least_s: float, simulate_s: float | None = None) -> RunResult
     gc.collect()
     gc.freeze()  # the next collection skips objects of now, which saves 60 ms
     gc.disable()
+    found, simulated_s, spent_s = cold, 0.0, 0.0
     try:
-        found = repeated(job, least_s, simulate_s)
+        while True:
+            last = run_job(job, simulate_s)
+            if last.outcome is not Outcome.PASS:
+                return last
+            found = [*found, last]
+            simulated_s += last.seconds["simulate"]
+            spent_s += sum(last.seconds.values())
+            enough = simulated_s >= least_s or spent_s >= 5.0 * least_s
+            if enough or len(found) - len(cold) == MOST_RUNS:
+                break
     finally:
         gc.enable()
-    return summed_up([*cold, *found])
-
-
-def repeated(job: Job, least_s: float, simulate_s: float | None = None) -> list[RunResult]:
-    """Run until `simulate` has taken `least_s`, or all phases five times that; a failure ends the turn."""
-    found: list[RunResult] = []
-    while len(found) < MOST_RUNS:
-        found.append(run_job(job, simulate_s))
-        if found[-1].outcome is not Outcome.PASS:
-            break
-        if sum(r.seconds["simulate"] for r in found) >= least_s:
-            break
-        if sum(sum(r.seconds.values()) for r in found) >= 5.0 * least_s:
-            break
-    return found
-
-
-def summed_up(found: list[RunResult]) -> RunResult:
-    """Result of the last run of a turn, with the least times of the turn."""
-    last = found[-1]
-    if last.outcome is not Outcome.PASS:
-        return last
     seconds = {phase: min(r.seconds[phase] for r in found) for phase in PHASES}
     seconds["runs"] = float(len(found))
     if len(found) > 1:

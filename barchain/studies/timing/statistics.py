@@ -36,6 +36,10 @@ class Interval:
     low: float = float("nan")
     high: float = float("nan")
 
+    def columns(self, name: str, value: str = "") -> dict[str, float]:
+        """Columns of a table: the number under its own name or another one, and the ends of its interval."""
+        return {value or name: self.value, f"{name}_low": self.low, f"{name}_high": self.high}
+
 
 @dataclass(frozen=True)
 class WorkPrecisionCurve:
