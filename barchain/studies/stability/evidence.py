@@ -20,7 +20,6 @@ from reports.tables.rows import NOT_RUN
 if TYPE_CHECKING:
     from adapters.engine import Setting
     from adapters.trajectory import Array, Trajectory
-    from barchain.judge.verdict import Row
     from barchain.solutions.reference import ReferenceSolution
     from barchain.studies.stability.rules import EngineRuns
     from scenarios import Scene
@@ -32,57 +31,39 @@ SERIES_POINTS = 400  # evenly spaced in log t
 
 
 def evidence(engine_runs: EngineRuns) -> list[dict[str, Any]]:
-    """A row for each run."""
-    return [evidence_row(engine_runs, role) for role in engine_runs.levels]
-
-
-def evidence_row(engine_runs: EngineRuns, role: Role) -> dict[str, Any]:
-    """Numbers of one run."""
-    result, trajectory, solution = engine_runs.runs[role], engine_runs.trajectory(role), engine_runs.solution
-    row: dict[str, Any] = {
-        "scene": engine_runs.scene.name,
-        "engine": engine_runs.name,
-        "level": LEVEL_WORDS[role],
-        "setting": str(engine_runs.settings[role]),
-        "run": NOT_RUN if role in engine_runs.not_run else str(result.outcome),
-        "reason": result.reason.removeprefix(f"{NOT_RUN}: "),
-        "mean_step_s": engine_runs.mean_step_s(role),
-        "simulate_s": result.seconds.get("simulate"),
-    }
-    if trajectory is not None:
-        row |= {"steps": trajectory.info.get("steps")} | drift_numbers(engine_runs.scene, trajectory)
-    if trajectory is not None and solution is not None:
-        row |= against_solution(trajectory, solution)
-    return row | judged_numbers(engine_runs.rows(role))
-
-
-def drift_numbers(scene: Scene, trajectory: Trajectory) -> dict[str, float]:
-    """Largest drift of each kind, and the exponent of the energy's."""
-    found = drifts(scene, trajectory)
-    row = {"gap_m" if k == "gap" else k: float(found[k].max()) for k in FOLLOWED if k in found}
-    grown = law(trajectory.t_s, found["energy"]) if "energy" in found else None
-    return row | ({"energy_exponent": grown.exponent} if grown else {})
-
-
-def against_solution(trajectory: Trajectory, solution: ReferenceSolution) -> dict[str, float | None]:
-    """Differences from the reference solution that need no tolerance."""
-    error = attitude_error(trajectory, solution)
-    return {
-        "attitude_rad": None if error is None else float(error[1].max()),
-        "kinetic_ratio": kinetic_ratio(trajectory, solution),
-        "growth_excess": growth_excess(trajectory, solution),
-    }
-
-
-def judged_numbers(rows: list[Row]) -> dict[str, Any]:
-    """Worst ratio of each kind of check, the quantity it is of, and the predictability limit."""
-    found: dict[str, Any] = {}
-    for metric, name in (("normalised_error", "normalised_error_of"), ("bound_ratio", "bound_of")):
-        own = [r for r in rows if r["metric"] == metric]
-        if own:
-            row = max(own, key=lambda r: float(r["value"]))
-            found |= {metric: float(row["value"]), name: row["quantity"], "limit_s": row["limit_s"]}
-    return found
+    """A row for each run: drifts, differences from the reference solution that need no tolerance, worst ratios."""
+    rows = []
+    for role in engine_runs.levels:
+        result, trajectory, solution = engine_runs.runs[role], engine_runs.trajectory(role), engine_runs.solution
+        row: dict[str, Any] = {
+            "scene": engine_runs.scene.name,
+            "engine": engine_runs.name,
+            "level": LEVEL_WORDS[role],
+            "setting": str(engine_runs.settings[role]),
+            "run": NOT_RUN if role in engine_runs.not_run else str(result.outcome),
+            "reason": result.reason.removeprefix(f"{NOT_RUN}: "),
+            "mean_step_s": engine_runs.mean_step_s(role),
+            "simulate_s": result.seconds.get("simulate"),
+        }
+        if trajectory is not None:
+            found = drifts(engine_runs.scene, trajectory)
+            row |= {"gap_m" if k == "gap" else k: float(found[k].max()) for k in FOLLOWED if k in found}
+            grown = law(trajectory.t_s, found["energy"]) if "energy" in found else None
+            row |= {"steps": trajectory.info.get("steps"), "energy_exponent": grown and grown.exponent}
+        if trajectory is not None and solution is not None:
+            error = attitude_error(trajectory, solution)
+            row |= {
+                "attitude_rad": None if error is None else float(error[1].max()),
+                "kinetic_ratio": kinetic_ratio(trajectory, solution),
+                "growth_excess": growth_excess(trajectory, solution),
+            }
+        for metric, name in (("normalised_error", "normalised_error_of"), ("bound_ratio", "bound_of")):
+            own = [r for r in engine_runs.rows(role) if r["metric"] == metric]
+            if own:
+                largest = max(own, key=lambda r: float(r["value"]))
+                row |= {metric: float(largest["value"]), name: largest["quantity"], "limit_s": largest["limit_s"]}
+        rows.append(row)
+    return rows
 
 
 def condition_range(scene: Scene, solution: ReferenceSolution) -> tuple[float, float] | None:

@@ -1,4 +1,4 @@
-"""Scenes and engines of a stability study, pairs left to a full one, and each engine's settings in a scene."""
+"""Scenes and engines of a stability study, pairs left to a full one, settings, and the outcomes recorded of them."""
 
 from __future__ import annotations
 
@@ -159,15 +159,11 @@ def recorded(path: Path = PATH) -> dict[Pair, str]:
         found = tomllib.loads(path.read_text(encoding="utf-8"))
     except (ValueError, RecursionError) as error:  # no TOML, or no UTF-8
         raise damaged(path, f"it is no TOML ({brief(error)})") from error
-    return {(scene, engine): word for scene, by in found.items() for engine, word in words_of(path, scene, by)}
-
-
-def words_of(path: Path, scene: str, by: object) -> list[tuple[str, str]]:
-    """Engines and recorded words of a scene, each an outcome."""
     allowed = (*Stability, SLOW)
-    if not isinstance(by, dict) or any(word not in allowed for word in by.values()):
-        raise damaged(path, f"of {brief(scene)}: expected an engine and one of {', '.join(allowed)} in each line")
-    return list(by.items())
+    for scene, by in found.items():
+        if not isinstance(by, dict) or any(word not in allowed for word in by.values()):
+            raise damaged(path, f"of {brief(scene)}: expected an engine and one of {', '.join(allowed)} in each line")
+    return {(scene, engine): word for scene, by in found.items() for engine, word in by.items()}
 
 
 def word_of(finding: Finding) -> str:

@@ -1,6 +1,7 @@
 """All runs of one engine in one scene, judged as in every comparison, and their outcome by rules applied in turn.
 
-docs/studies/stability.md has the rules in words.
+docs/studies/stability.md has the rules in words. Drifts and errors grow as a power of time, which is fitted, or faster
+than the scene's own error amplification.
 """
 
 from __future__ import annotations

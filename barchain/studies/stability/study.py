@@ -234,7 +234,8 @@ class StabilityRun:
         runs: dict[Role, RunResult] = {}
         skipped: set[Role] = set()
         for roles in ([coarsest, *jobs.keys() - set(LEVELS)], *([role] for role in finer)):
-            late = next((role for role, result in runs.items() if role in LEVELS and timed_out(result)), None)
+            timed_out = (r for r, result in runs.items() if r in LEVELS and result.outcome is Outcome.TIMED_OUT)
+            late = next(timed_out, None)
             skipped |= set(roles) if late is not None else set()
             made = yield [self.run_of(jobs[role]) if late is None else self.not_run(jobs[role], late) for role in roles]
             runs |= dict(zip(roles, made, strict=True))
@@ -286,7 +287,21 @@ class StabilityRun:
             self.findings[pair] = found
             if changed:
                 self.changes.append(changed)
-            rows["outcomes"] = [outcome_row(pair, found, before, changed)]
+            law = found.law
+            rows["outcomes"] = [{
+                "scene": pair[0],
+                "engine": pair[1],
+                "stability": str(found.stability),
+                "slow": found.slow,
+                "reason": found.reason,
+                "quantity": found.quantity,
+                "exponent": law and law.exponent,
+                "low": law and law.low,
+                "high": law and law.high,
+                "at_end": law and law.at_end,
+                "expected": before or "",
+                "change": changed.direction if changed else "",
+            }]  # fmt: skip
         self.rows[pair] = rows
         for table in (name for name, own in rows.items() if own):
             self.store.write(table, [row for case in self.rows.values() for row in case.get(table, ())])
@@ -301,11 +316,6 @@ class StabilityRun:
         )
 
 
-def timed_out(result: RunResult) -> bool:
-    """Whether a run was late."""
-    return result.outcome is Outcome.TIMED_OUT
-
-
 def with_samples(result: RunResult) -> Trajectory | None:
     """Finite samples of a run, if there are any."""
     return result.trajectory if result.outcome in WITH_TRAJECTORY else None
@@ -318,25 +328,6 @@ def add_laws(rows: CaseRows, job: Job, trajectory: Trajectory | None, solution: 
     fitted, series = laws(job.scene, job.engine, LEVEL_WORDS[job.role], job.setting, trajectory, solution)
     rows["laws"] = rows.get("laws", []) + fitted
     rows["long"] = rows.get("long", []) + [{str(k): v for k, v in row.items()} for row in series.to_dict("records")]
-
-
-def outcome_row(pair: Pair, found: Finding, before: str | None, changed: OutcomeChange | None) -> dict[str, Any]:
-    """Row of the table of outcomes."""
-    law = found.law
-    return {
-        "scene": pair[0],
-        "engine": pair[1],
-        "stability": str(found.stability),
-        "slow": found.slow,
-        "reason": found.reason,
-        "quantity": found.quantity,
-        "exponent": law and law.exponent,
-        "low": law and law.low,
-        "high": law and law.high,
-        "at_end": law and law.at_end,
-        "expected": before or "",
-        "change": changed.direction if changed else "",
-    }
 
 
 def solution_facts(solution: ReferenceSolution) -> dict[str, Any]:
