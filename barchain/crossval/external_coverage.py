@@ -106,9 +106,15 @@ def unaligned_instants(scene: Scene, independent: Mapping[str, type[Engine]]) ->
 
 def instants_advice(scene: Scene, requested: Mapping[str, Registration]) -> str:
     """Advice for a scene that some engines reject for its instants alone; empty where another run helps none."""
-    advice = run_advice(scene)
-    rejecting = external_coverage(scene, requested)["instants"].get("engines") if advice else None
-    return f"instants alone stop {', '.join(rejecting)}: {advice}" if rejecting else ""
+    rejecting = None if misalignment(scene) is None else external_coverage(scene, requested)["instants"].get("engines")
+    if not rejecting:
+        return ""
+    run, half_s = fitting_run(scene), half_interval_s(scene)
+    said = f"instants alone stop {', '.join(rejecting)}: engines of equal steps support instants at samples or midway "
+    said += f"between two, multiples of {half_s:g} s here"
+    if run is None:
+        return f"{said}; no run of up to {MAX_SUGGESTED_SAMPLES} samples has each instant at one: move the instants"
+    return f"{said}; with duration_s = {run.duration_s:.12g} and samples = {run.samples} in [run] each instant is one"
 
 
 def unchecked_attitudes(
@@ -168,17 +174,6 @@ def fitting_run(scene: Scene) -> Run | None:
         if run.samples <= max(MAX_SUGGESTED_SAMPLES, scene.run.samples):
             return run
     return None
-
-
-def run_advice(scene: Scene) -> str:
-    """Advice on instants at which engines of equal steps reject a scene, without a full stop; empty without any."""
-    if misalignment(scene) is None:
-        return ""
-    run, half_s = fitting_run(scene), half_interval_s(scene)
-    said = f"engines of equal steps support instants at samples or midway between two, multiples of {half_s:g} s here"
-    if run is None:
-        return f"{said}; no run of up to {MAX_SUGGESTED_SAMPLES} samples has each instant at one: move the instants"
-    return f"{said}; with duration_s = {run.duration_s:.12g} and samples = {run.samples} in [run] each instant is one"
 
 
 def common_denominator(values: list[Fraction]) -> int:

@@ -104,22 +104,18 @@ def claim_results(
     DamagedResultsError, SchemaVersionError
         If tables of other parts shall stay beside a record that can't be read.
     """
-    places = places_of(files, out, parts)
+    answers = out / ANSWERS / files.study
+    # the record first, so that no record is left without its rows
+    places = [files.record_path(out), out / files.rows_name, out / SERIES / files.study, answers]
+    if parts is not None and not set(files.parts) <= set(parts) and files.has_record(out):
+        before = set(files.read_record(out).get("parts") or ())
+        if before - set(parts):  # rows of other parts stay, beside those that are made anew
+            places = [answers] if before & set(parts) else []
     rendered = [out / name for name in files.pages] if overwrite else []
     what = f"results of {files.study}" if not files.parts else f"results of these parts of {files.study}"
     claim(places, f"{out} holds {what}", resume=resume, overwrite=overwrite)
     for page in (p for p in rendered if os.path.lexists(p)):
         delete(page)
-
-
-def places_of(files: StudyFiles, out: Path, parts: Collection[str] | None) -> list[Path]:
-    """Files and folders that a study replaces: the record first, so that no record is left without its rows."""
-    answers = out / ANSWERS / files.study
-    if parts is not None and not set(files.parts) <= set(parts) and files.has_record(out):
-        before = set(files.read_record(out).get("parts") or ())
-        if before - set(parts):  # rows of other parts stay, beside those that are made anew
-            return [answers] if before & set(parts) else []
-    return [files.record_path(out), out / files.rows_name, out / SERIES / files.study, answers]
 
 
 def claim(places: Iterable[Path], holds: str, *, resume: bool | None = None, overwrite: bool) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,7 +15,6 @@ from barchain.studies.cost.plan import LONGER, SHORTENED
 from barchain.studies.timing.statistics import (
     SCATTERED,
     STRAIGHT,
-    CurvePosition,
     Interval,
     OrderFit,
     WorkPrecisionCurve,
@@ -142,32 +140,6 @@ def front_of(points: pd.DataFrame) -> Array:
     return found
 
 
-@dataclass(frozen=True)
-class Reached:
-    """One engine at one target."""
-
-    engine: str
-    curve: WorkPrecisionCurve
-    position: CurvePosition
-
-    @property
-    def cost(self) -> float:
-        """Interpolated cost."""
-        return cost_at(self.curve, self.position)
-
-    @property
-    def spread(self) -> Interval:
-        """Cost with its interval."""
-        return interval(self.cost, parts(self.curve, self.position))
-
-    def over(self, other: Reached) -> Interval:
-        """Cost relative to the other's, with the interval of the ratio."""
-        if other.engine == self.engine:
-            return Interval(1.0, 1.0, 1.0)
-        made_of = [*parts(self.curve, self.position), *parts(other.curve, other.position, -1.0)]
-        return interval(self.cost / other.cost, made_of)
-
-
 def curve_of(
     rows: pd.DataFrame, quantity: str, measure: str, times: Mapping[tuple[str, str, str], Array]
 ) -> WorkPrecisionCurve:
@@ -208,15 +180,30 @@ def reach_rows(
     least = TELLS * floor_of(points[points.scene == scene], quantity)
     rows: list[dict[str, Any]] = []
     for target in TARGETS:
-        status = "no verdict" if target < least else "not reached"
-        found = {e: Reached(e, c, p) for e, c in curves.items() if (p := locate(c, target)) is not None}
-        fastest = {kinds[r.engine]: r for r in sorted(found.values(), key=lambda r: r.cost, reverse=True)}
-        base = {"scene": scene, "quantity": quantity, "measure": measure, "target": target}
+        found = {e: (c, p) for e, c in curves.items() if (p := locate(c, target)) is not None}
+        cost = {e: cost_at(*at) for e, at in found.items()}
+        fastest = {kinds[e]: e for e in sorted(found, key=lambda e: cost[e], reverse=True)}
         for engine in shown:
-            columns = reached_columns(found.get(engine), fastest.get(kinds[engine]), found.get(BASELINE))
-            reason = "" if columns or status == "no verdict" else reasons[engine]
-            named = {"engine": engine, "status": status, "reason": reason}
-            rows.append(base | named | columns)
+            row: dict[str, Any] = {"scene": scene, "quantity": quantity, "measure": measure, "target": target}
+            row |= {"engine": engine, "status": "no verdict" if target < least else "not reached", "reason": ""}
+            if engine in found:
+                row |= interval(cost[engine], parts(*found[engine])).columns("cost")
+                row |= {
+                    "status": "at most" if found[engine][1].at_most else "reached",
+                    "fastest": fastest[kinds[engine]],
+                }
+                for name, other in (("fastest", row["fastest"]), ("baseline", BASELINE)):
+                    if other in found:
+                        made_of = [*parts(*found[engine]), *parts(*found[other], -1.0)]
+                        ratio = (
+                            interval(cost[engine] / cost[other], made_of)
+                            if other != engine
+                            else Interval(1.0, 1.0, 1.0)
+                        )
+                        row |= ratio.columns(f"over_{name}")
+            elif row["status"] == "not reached":
+                row["reason"] = reasons[engine]
+            rows.append(row)
     return rows
 
 
@@ -232,18 +219,6 @@ def stopped(rows: pd.DataFrame) -> str:
     if SHORTENED in reason:
         return f"{NOT_RUN}: budget"
     return f"{NOT_RUN}: time limit" if LONGER in reason else ""
-
-
-def reached_columns(mine: Reached | None, fastest: Reached | None, baseline: Reached | None) -> dict[str, Any]:
-    """Columns of one engine at one target."""
-    if mine is None:
-        return {}
-    found: dict[str, Any] = {"status": "at most" if mine.position.at_most else "reached"} | mine.spread.columns("cost")
-    for name, other in (("fastest", fastest), ("baseline", baseline)):
-        if other is not None:
-            found |= mine.over(other).columns(f"over_{name}")
-    found["fastest"] = "" if fastest is None else fastest.engine
-    return found
 
 
 def floor_of(rows: pd.DataFrame, quantity: str) -> float:

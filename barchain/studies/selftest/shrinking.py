@@ -148,21 +148,16 @@ def simplest(
     """
     end, known = time.monotonic() + seconds, {scene.digest: True}
 
-    def simpler_than(form: Form) -> tuple[Form, Scene] | None:
-        for simpler in simpler_forms(form):
-            candidate = simplified(scene, simpler)
-            if candidate is None:
-                continue
-            if candidate.digest not in known:
-                if time.monotonic() >= end:
-                    return None
-                known[candidate.digest] = shows(candidate)
-            if known[candidate.digest]:
-                return simpler, candidate
-        return None
+    def tried(form: Form) -> Scene | None:
+        candidate = simplified(scene, form)
+        if candidate is None:
+            return None
+        if candidate.digest not in known:
+            known[candidate.digest] = time.monotonic() < end and shows(candidate)
+        return candidate if known[candidate.digest] else None
 
     form, best = whole(scene), scene
-    while (found := simpler_than(form)) is not None:
+    while (found := next(((f, one) for f in simpler_forms(form) if (one := tried(f)) is not None), None)) is not None:
         form, best = found
         told(best)
     return best
