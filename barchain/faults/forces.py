@@ -20,6 +20,7 @@ from scenarios import Actuator, Axes, End, Frame, Gravity
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from contextlib import AbstractContextManager
+    from enum import Enum
 
     from barchain.faults.fault import SceneChange
     from barchain.solutions.reference import ReferenceSolution
@@ -59,6 +60,11 @@ def stronger(name: str, *fields: str) -> SceneChange:
 def times(value: Any, factor: float) -> Any:
     """Number, or each of several, times a factor."""
     return tuple(v * factor for v in value) if isinstance(value, tuple) else value * factor
+
+
+def exchanged(name: str, field: str, words: type[Enum]) -> SceneChange:
+    """Effect with the other one of two words in a field."""
+    return effect(name, lambda one, _: replace(one, **{field: next(w for w in words if w is not getattr(one, field))}))
 
 
 def set_to(name: str, **values: Any) -> SceneChange:
@@ -116,37 +122,9 @@ def stronger_pull(scene: Scene, size: float) -> Scene:
     )
 
 
-def simpler_gravity(scene: Scene, size: float) -> Scene:
-    """Scene with the next simpler model of gravity."""
-    del size
-    return replace(scene, effects=replace(scene.effects, gravity=SIMPLER[scene.effects.gravity]))
-
-
 def simplest(solution: ReferenceSolution) -> str:
     """Scenes whose gravity has a simpler model."""
     return "" if solution.scene.effects.gravity in SIMPLER else "gravity has no simpler model that is not none at all"
-
-
-def swapped_axes(one: Any, _: float) -> Any:
-    """Direction in the other axes."""
-    return replace(one, axes=Axes.BODY if one.axes is Axes.INERTIAL else Axes.INERTIAL)
-
-
-def swapped_frame(one: Any, _: float) -> Any:
-    """Angle against the other direction."""
-    local = one.frame is Frame.LOCAL_HORIZONTAL
-    return replace(one, frame=Frame.INERTIAL if local else Frame.LOCAL_HORIZONTAL)
-
-
-def swapped_actuator(one: Any, _: float) -> Any:
-    """Torque from outside instead of from the neighbour, or the other way round."""
-    outside = one.actuator is Actuator.EXTERNAL
-    return replace(one, actuator=Actuator.JOINT if outside else Actuator.EXTERNAL)
-
-
-def other_end(one: Any, _: float) -> Any:
-    """Other end of the bar."""
-    return replace(one, end=End.LEFT if one.end is End.RIGHT else End.RIGHT)
 
 
 OBLATE = reasons.needs("oblateness", "oblateness")
@@ -166,7 +144,8 @@ FAULTS = (
     Fault("mu", "mu too large in the pull, the start right", "another body, or a rounded constant", FORCES,
           scene=stronger_pull, size=Size(1e-6, most=1.0), nothing=reasons.gravity),
     Fault("gravity-model", "the next simpler model of gravity", "a load not switched on", FORCES,
-          scene=simpler_gravity, nothing=simplest),
+          scene=lambda s, _: replace(s, effects=replace(s.effects, gravity=SIMPLER[s.effects.gravity])),
+          nothing=simplest),
     Fault("j2", "J2 too large", "another field model", FORCES, scene=stronger("oblateness", "j2"), size=PERCENT,
           nothing=OBLATE),
     Fault("third-body", "Moon and Sun too heavy", "a wrong ephemeris constant", FORCES,
@@ -188,20 +167,21 @@ FAULTS = (
     Fault("thrust", "thrust too strong", "a wrong calibration", FORCES, scene=stronger("thrust", "force_N"),
           size=PERCENT, nothing=THRUST),
     Fault("thrust-axes", "thrust's direction in the other axes", "body axes for inertial ones", FORCES,
-          scene=effect("thrust", swapped_axes), nothing=THRUST),
+          scene=exchanged("thrust", "axes", Axes), nothing=THRUST),
     Fault("thrust-end", "thrust on the bar's other end", "left for right", FORCES,
-          scene=effect("thrust", other_end), nothing=THRUST),
+          scene=exchanged("thrust", "end", End), nothing=THRUST),
     Fault("impulse-size", "impulses too strong", "a wrong size", FORCES,
           scene=stronger("impulse", "impulse_N_s"), size=PERCENT, nothing=reasons.impulses),
     Fault("impulse-reaction-sign", "impulsive reactions turn the bars the wrong way", "a sign in the jump", FORCES,
           code=impulse_lever, nothing=reasons.impulses),
     Fault("impulse-end", "impulses on the bar's other end", "left for right", FORCES,
-          scene=effect("impulse", other_end), nothing=reasons.impulses),
+          scene=exchanged("impulse", "end", End), nothing=reasons.impulses),
     Fault("slew", "slews by too large an angle", "a wrong amplitude of eq. (28)", FORCES,
           scene=stronger("prescribed_rotation", "amplitude_rad"), size=PERCENT, nothing=reasons.SLEW),
     Fault("slew-frame", "slews against the other direction: inertial axes or the local horizontal",
-          "the paper leaves it open", FORCES, scene=effect("prescribed_rotation", swapped_frame), nothing=reasons.SLEW),
+          "the paper leaves it open", FORCES, scene=exchanged("prescribed_rotation", "frame", Frame),
+          nothing=reasons.SLEW),
     Fault("slew-counter-torque", "the torque of a slew from outside for a motor in the joint, and the other way round",
-          "a counter-torque forgotten", FORCES, scene=effect("prescribed_rotation", swapped_actuator),
+          "a counter-torque forgotten", FORCES, scene=exchanged("prescribed_rotation", "actuator", Actuator),
           nothing=reasons.first_of(reasons.SLEW, reasons.joints)),
 )  # fmt: skip
