@@ -58,9 +58,9 @@ class Switch:
     kind: EffectKind
     on: bool
     """Whether the scene as it is has it"""
-    said: str
+    said: str = ""
     """Assumption on the effect, in words"""
-    scene: Scene | None
+    scene: Scene | None = None
     """The scene with it switched on, or off; None if that can't be"""
     part: Effects | None = None
     """The effect by itself, under the scene's own gravity: what its push is told from; None if it pushes nothing"""
@@ -76,31 +76,17 @@ class NoDefaultError(ValueError):
     """An effect has no sensible default in this scene; the message gives the reason."""
 
 
-@dataclass(frozen=True)
-class Default:
-    """An effect that a scene does not call for."""
-
-    value: Any
-    """Of the scene's `Effects`"""
-    said: str
-    """Assumption, in words"""
-    caveat: str = ""
-    """Limit of the assumption in this scene, in a sentence"""
-    width_m: tuple[float, ...] = ()
-    """Width of each bar that it was taken for; empty where the width has no influence"""
+Default = tuple[Any, dict[str, Any]]
+"""An effect that a scene does not call for: its value in the scene's `Effects`, and what its switch says of it"""
 
 
-def need_earth(scene: Scene) -> None:
-    """Reject another central body for the Earth's air, flattening, Moon and Sun."""
+def need_earth(scene: Scene, *, pull: bool = False) -> None:
+    """Reject another central body for the Earth's air, flattening, Moon and Sun, and where asked one without a pull."""
     body = scene.central_body
     pairs = ((body.mu_m3_s2, EARTH_MU_M3_S2), (body.radius_m, EARTH_RADIUS_M))
     if any(abs(given / earth - 1.0) > EARTH_SLACK for given, earth in pairs):
         raise NoDefaultError("the defaults are the Earth's, and this scene has another body: name the effect in it")
-
-
-def need_pull(scene: Scene) -> None:
-    """Reject third bodies and oblateness where there is no central body."""
-    if scene.effects.gravity is Gravity.NONE:
+    if pull and scene.effects.gravity is Gravity.NONE:
         raise NoDefaultError('the central body does not pull (gravity = "none")')
 
 
@@ -122,21 +108,18 @@ def widths_m(scene: Scene, width_m: float | None) -> tuple[float, ...]:
 
 def default_oblateness(scene: Scene) -> Default:
     """The Earth's J2."""
-    need_earth(scene)
-    need_pull(scene)
-    return Default(Oblateness(EARTH_J2, scene.central_body.radius_m), f"J2 = {EARTH_J2:g}")
+    need_earth(scene, pull=True)
+    return Oblateness(EARTH_J2, scene.central_body.radius_m), {"said": f"J2 = {EARTH_J2:g}"}
 
 
 def default_third_body(scene: Scene, body: Literal["moon", "sun"]) -> Default:
     """Moon or Sun at longitude 0."""
-    need_earth(scene)
-    need_pull(scene)
+    need_earth(scene, pull=True)
     try:
-        return Default(
-            resolve_third_body(ThirdBodyTable(body=body), scene.central_body, scene.radius0_m), "at longitude 0"
-        )
+        found = resolve_third_body(ThirdBodyTable(body=body), scene.central_body, scene.radius0_m)
     except ValueError as error:
         raise NoDefaultError(str(error)) from None
+    return found, {"said": "at longitude 0"}
 
 
 def default_drag(scene: Scene, heights: Heights, width_m: float | None = None) -> Default:
@@ -158,16 +141,15 @@ def default_drag(scene: Scene, heights: Heights, width_m: float | None = None) -
         density_kg_m3=layer.density_kg_m3, altitude_m=1e3 * layer.base_km, scale_height_m=1e3 * layer.scale_height_km,
         width_m=list(width),
     )  # fmt: skip
-    return Default(converted(Drag, air, scene.bars), said, caveat(layer, heights), width)
+    return converted(Drag, air, scene.bars), {"said": said, "caveat": caveat(layer, heights), "width_m": width}
 
 
 def default_solar_pressure(scene: Scene, width_m: float | None = None) -> Default:
     """Sunlight from longitude 0 on black bars, with the Earth's shadow."""
     need_earth(scene)
     width = widths_m(scene, width_m)
-    table = SolarPressureTable(width_m=list(width))
-    said = f"{SUNLIGHT_PA:g} Pa from longitude 0, black, with the shadow"
-    return Default(converted(SolarPressure, table, scene.bars), said, width_m=width)
+    light = converted(SolarPressure, SolarPressureTable(width_m=list(width)), scene.bars)
+    return light, {"said": f"{SUNLIGHT_PA:g} Pa from longitude 0, black, with the shadow", "width_m": width}
 
 
 def switches(scene: Scene, heights: Heights | None = None, width_m: float | None = None) -> tuple[Switch, ...]:
@@ -201,10 +183,9 @@ def gravities(scene: Scene) -> Iterator[Switch]:
         if model is own or (model is Gravity.NONE and scene.bound):
             continue
         reason = why_not_gravity(scene, model)
-        yield Switch(
-            f"gravity.{model}", f"Gravity {model}", EffectKind.GRAVITY, False, f"instead of {own}",
-            None if reason else switched(scene, gravity=model), None if reason else Effects(model), reason,
-        )  # fmt: skip
+        other: dict[str, Any] = {} if reason else {"scene": switched(scene, gravity=model), "part": Effects(model)}
+        kind, said = EffectKind.GRAVITY, f"instead of {own}"
+        yield Switch(f"gravity.{model}", f"Gravity {model}", kind, on=False, said=said, reason=reason, **other)
 
 
 def why_not_gravity(scene: Scene, model: Gravity) -> str:
@@ -221,13 +202,21 @@ def why_not_gravity(scene: Scene, model: Gravity) -> str:
 
 
 def nature(scene: Scene, heights: Heights, width_m: float | None) -> Iterator[Switch]:
-    """Nature's effects: off where they are on, by default where they are off."""
+    """Nature's effects: off where they are on, by default where they are off; the shadow where there is sunlight."""
     yield one(scene, "oblateness", lambda: default_oblateness(scene))
     yield from third_bodies(scene)
     yield one(scene, "drag", lambda: default_drag(scene, heights, width_m))
     yield one(scene, "solar_pressure", lambda: default_solar_pressure(scene, width_m))
-    if scene.effects.solar_pressure:
-        yield shadow(scene)
+    light = scene.effects.solar_pressure
+    if light:
+        other = switched(scene, solar_pressure=dataclasses.replace(light, shadow=not light.shadow))
+        said = "cylinder, edges found as events"
+        yield natural("solar_pressure.shadow", on=light.shadow, said=said, scene=other, width_m=light.width_m)
+
+
+def natural(effect: str, title: str = "", **of: Any) -> Switch:
+    """Switch of one of nature's effects."""
+    return Switch(effect, title or TITLES[effect], EffectKind.NATURE, **of)
 
 
 def one(scene: Scene, effect: str, default: Callable[[], Default]) -> Switch:
@@ -235,26 +224,20 @@ def one(scene: Scene, effect: str, default: Callable[[], Default]) -> Switch:
     own = getattr(scene.effects, effect)
     if not own:
         return offered(scene, effect, default)
-    return Switch(
-        effect, TITLES[effect], EffectKind.NATURE, True, IN_SCENE, switched(scene, **{effect: None}),
-        alone(scene, **{effect: own}), width_m=getattr(own, "width_m", ()),
-    )  # fmt: skip
+    without, part = switched(scene, **{effect: None}), alone(scene, **{effect: own})
+    return natural(effect, on=True, said=IN_SCENE, scene=without, part=part, width_m=getattr(own, "width_m", ()))
 
 
 def offered(scene: Scene, effect: str, default: Callable[[], Default]) -> Switch:
     """Effect that a scene does not have, with its default; or why it has none."""
     field = effect.partition(".")[0]
     try:
-        taken = default()
+        value, said = default()
     except NoDefaultError as error:
-        return Switch(effect, TITLES[effect], EffectKind.NATURE, False, "", None, None, str(error))
+        return natural(effect, on=False, reason=str(error))
     others = getattr(scene.effects, field)
-    several = isinstance(others, tuple)
-    more, part = ((*others, taken.value), (taken.value,)) if several else (taken.value, taken.value)
-    return Switch(
-        effect, TITLES[effect], EffectKind.NATURE, False, taken.said, switched(scene, **{field: more}),
-        alone(scene, **{field: part}), caveat=taken.caveat, width_m=taken.width_m,
-    )  # fmt: skip
+    more, part = ((*others, value), (value,)) if isinstance(others, tuple) else (value, value)
+    return natural(effect, on=False, scene=switched(scene, **{field: more}), part=alone(scene, **{field: part}), **said)
 
 
 def third_bodies(scene: Scene) -> Iterator[Switch]:
@@ -263,26 +246,13 @@ def third_bodies(scene: Scene) -> Iterator[Switch]:
     for k, body in enumerate(bodies):
         same = [b for b in bodies[:k] if b.name == body.name]
         effect = f"third_body.{body.name}" + (f".{len(same) + 1}" if same else "")
-        rest = bodies[:k] + bodies[k + 1 :]
         title = TITLES.get(effect, f"Third body ({effect.removeprefix('third_body.')})")
-        part = alone(scene, third_body=(body,))
-        yield Switch(effect, title, EffectKind.NATURE, True, IN_SCENE, switched(scene, third_body=rest), part)
+        without = switched(scene, third_body=bodies[:k] + bodies[k + 1 :])
+        yield natural(effect, title, on=True, said=IN_SCENE, scene=without, part=alone(scene, third_body=(body,)))
     names: tuple[Literal["moon", "sun"], ...] = ("moon", "sun")
     for name in names:
         if name not in {b.name for b in bodies}:
             yield offered(scene, f"third_body.{name}", partial(default_third_body, scene, name))
-
-
-def shadow(scene: Scene) -> Switch:
-    """The shadow in sunlight that is there."""
-    light = scene.effects.solar_pressure
-    assert light is not None
-    other = dataclasses.replace(light, shadow=not light.shadow)
-    effect = "solar_pressure.shadow"
-    return Switch(
-        effect, TITLES[effect], EffectKind.NATURE, light.shadow, "cylinder, edges found as events",
-        switched(scene, solar_pressure=other), width_m=light.width_m,
-    )  # fmt: skip
 
 
 def design(scene: Scene) -> Iterator[Switch]:
@@ -294,4 +264,5 @@ def design(scene: Scene) -> Iterator[Switch]:
         off, pushes = (() if isinstance(own, tuple) else None), effect in ("joint_spring_damper", "thrust")
         part = alone(scene, **{effect: own}) if pushes else None
         said = f"{len(own)} of them" if isinstance(own, tuple) and len(own) > 1 else IN_SCENE
-        yield Switch(effect, TITLES[effect], EffectKind.DESIGN, True, said, switched(scene, **{effect: off}), part)
+        other = switched(scene, **{effect: off})
+        yield Switch(effect, TITLES[effect], EffectKind.DESIGN, on=True, said=said, scene=other, part=part)
