@@ -8,7 +8,7 @@ steps, rejections and a last step cut short, and their slope is no order. Equal 
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.integrate import DOP853
@@ -24,7 +24,12 @@ from scenarios import Gravity
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
+    from barchain.solutions.certified import CertifiedSolution
+    from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
+
+    BoundedSolution = CertifiedSolution | ReferenceSolution
+    """Solution with a bound of its error at each sample, (n,) for each quantity: SI units"""
 
 TELLS = MARGIN  # times the certified solution's own error, below which it does not resolve an engine's
 VANISHING = 1e-9  # of m n² l: reactions below it are round-off of zero
@@ -32,22 +37,6 @@ STEPS_PER_ORBIT = (16, 20, 25, 32, 40, 50, 64, 80)
 ORDER = 8.0
 """Of DOP853"""
 UNITS = {"attitude": "rad", "reaction": "N", "com": "m"}
-
-
-class BoundedSolution(Protocol):
-    """Members of a certified solution that the study uses."""
-
-    @property
-    def scene(self) -> Scene:
-        """Scene it is of."""
-
-    @property
-    def trajectory(self) -> Trajectory:
-        """Motion at the scene's samples."""
-
-    @property
-    def error(self) -> dict[str, Array]:
-        """Bound of its error at each sample, (n,) for each quantity: SI units."""
 
 
 def compared(solution: BoundedSolution) -> int:

@@ -4,6 +4,9 @@ A run's time leaves out the wait for a processor (:mod:`barchain.runs.phases`). 
 adds to its time. The time of a turn is therefore the least of its runs, and the time of a point the median over turns
 that lie apart. An engine's process lives through the whole study: imports and compiled code stay warm. A crash or a
 timed-out run costs its own point; the next process runs untimed once before it is timed.
+
+Times without the wait for a processor still grow on a busy machine, by up to a tenth: caches and cores are shared. So a
+study of times records how busy the machine was (:class:`OtherLoad`).
 """
 
 from __future__ import annotations
@@ -26,7 +29,7 @@ from barchain.runs.tasks import PoolGroup, pool_group
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
 
     from barchain.runs.call import Answer
 
@@ -152,20 +155,14 @@ def busy_s() -> float:
 
 def own_s() -> float:
     """Time that this process and those that it started have used so far, s."""
-    found = 0.0
-    for process in own_processes():
+    found, processes = 0.0, [psutil.Process()]
+    with contextlib.suppress(psutil.Error):
+        processes += processes[0].children(recursive=True)
+    for process in processes:
         with contextlib.suppress(psutil.Error):
             spent = process.cpu_times()
             found += spent.user + spent.system + spent.children_user + spent.children_system
     return found
-
-
-def own_processes() -> Iterator[psutil.Process]:
-    """The calling process and all below it."""
-    this = psutil.Process()
-    yield this
-    with contextlib.suppress(psutil.Error):
-        yield from this.children(recursive=True)
 
 
 class OtherLoad:
