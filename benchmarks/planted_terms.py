@@ -24,7 +24,7 @@ from adapters.common.initial_state import initial_state
 from adapters.trajectory import Trajectory
 from barchain.judge.diagnosis.agreement import agreed
 from barchain.judge.diagnosis.diagnose import Diagnosis
-from barchain.judge.diagnosis.explanation import indistinguishable
+from barchain.judge.diagnosis.mistake import indistinguishable
 from barchain.judge.diagnosis.own_motion import OwnMotion
 from barchain.solutions.reference import closely_sampled
 from scenarios import Axes, End, load_scene

@@ -10,7 +10,7 @@ from barchain.conform.noise import COMMON_SHARE
 from barchain.conform.physics import unsupported_check
 from barchain.conform.runs import TIME_LIMITS
 from barchain.conform.scenes import PARTICLE, REPEATED
-from barchain.judge.diagnosis.words import QUANTITY_WORDS, SINGLE_PRECISION, looks_single
+from barchain.judge.diagnosis.mistake import QUANTITY_WORDS, SINGLE_PRECISION, looks_single
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:

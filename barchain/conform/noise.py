@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from adapters.engine import Coordinates, Engine, EngineError
 from barchain.conform.checks import FAILED, WARNING, CheckState
 from barchain.judge.compare import judge
-from barchain.judge.diagnosis.words import QUANTITY_WORDS
+from barchain.judge.diagnosis.mistake import QUANTITY_WORDS
 from barchain.judge.scales import declared_noise, max_noise, scales
 from barchain.judge.verdict import JUDGED_METRICS
 from barchain.metrics.quantities import FIELDS, TRACK, differences

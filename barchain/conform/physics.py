@@ -16,13 +16,11 @@ from barchain.conform.runs import TIME_LIMITS, results
 from barchain.conform.scenes import STAGES, TOGETHER, candidates, left_out, rejection, setting_of, solved
 from barchain.judge.compare import judge
 from barchain.judge.diagnosis.agreement import agreed, in_common
-from barchain.judge.diagnosis.channels import sizes_of
-from barchain.judge.diagnosis.fit import QUANTITY_OF
+from barchain.judge.diagnosis.mistake import QUANTITY_WORDS, looks_single, relative_difference, single_words
 from barchain.judge.diagnosis.own_motion import OwnMotion
 from barchain.judge.diagnosis.verdicts import diagnosis_of_verdict
-from barchain.judge.diagnosis.words import QUANTITY_WORDS, looks_single, relative_difference, single_words
 from barchain.judge.evidence import Evidence, follow_up_jobs, gathered
-from barchain.metrics.quantities import differences
+from barchain.metrics.quantities import differences, sizes
 from barchain.runs.asking import OutsideEngine
 from barchain.runs.job import Role
 from reports.tables.crossval import QUANTITY_UNITS
@@ -320,7 +318,7 @@ def same_numbers(one: Trajectory, other: Trajectory) -> bool:
         return False
     apart = differences(one, other)
     return all(
-        float(apart[QUANTITY_OF[field]].max(initial=0.0)) <= SAME * float(size.max(initial=0.0))
-        for field, size in sizes_of(one).items()
-        if QUANTITY_OF[field] in apart
+        float(apart[quantity].max(initial=0.0)) <= SAME * float(size.max(initial=0.0))
+        for quantity, size in sizes(one).items()
+        if quantity in apart
     )

@@ -43,6 +43,7 @@ FIELDS = {
     "impulse": "impulse_N_s",
 }
 """Compared quantities, and their arrays in a trajectory"""
+QUANTITY_OF = {array: quantity for quantity, array in FIELDS.items()}
 TRACK = ("com", "com_velocity")
 GAUSS, WEIGHTS = np.polynomial.legendre.leggauss(3)
 """Nodes of an interval: of a higher degree than the splines between samples"""
@@ -52,6 +53,11 @@ MOST_TURNED_RAD = 0.5
 """Largest turn of a bar, or of the centre of mass about the body, between samples: torques turn twice as far, and twice
 that without every second sample"""
 MODES_PER_BAR = 2.1  # fastest oscillation of a chain of N bars, over N times its rate (radial chain: 2.1 N n)
+
+
+def arrays(trajectory: Trajectory) -> dict[str, Array]:
+    """Compared arrays of a trajectory that are there, by their names."""
+    return {name: v for name in QUANTITY_OF if (v := getattr(trajectory, name)) is not None}
 
 
 def components(trajectory: Trajectory) -> dict[str, Array]:
@@ -81,10 +87,14 @@ def differences(a: Trajectory, b: Trajectory) -> dict[str, Array]:
     return {name: np.linalg.norm(x[:n] - y[:n], axis=-1).max(axis=-1) for name, (x, y) in pairs.items()}
 
 
+def sizes(trajectory: Trajectory) -> dict[str, Array]:
+    """Largest value of each quantity at each sample, over bars or joints, (n,)."""
+    return {name: np.linalg.norm(x, axis=-1).max(axis=-1) for name, x in components(trajectory).items()}
+
+
 def largest(trajectory: Trajectory) -> dict[str, Array]:
     """Largest value of each quantity so far, (n,), which scales its round-off."""
-    values = components(trajectory)
-    return {name: np.maximum.accumulate(np.linalg.norm(x, axis=-1).max(axis=-1)) for name, x in values.items()}
+    return {name: np.maximum.accumulate(size) for name, size in sizes(trajectory).items()}
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from barchain.judge.diagnosis.readings.catalogue import READINGS, TIMINGS
-from barchain.judge.diagnosis.start import STARTS
+from barchain.judge.diagnosis.readings import READINGS, TIMINGS
+from barchain.judge.diagnosis.starts import STARTS
 
 if TYPE_CHECKING:
     from collections.abc import Callable

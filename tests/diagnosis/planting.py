@@ -12,11 +12,10 @@ from adapters.common.equal_steps import finer_setting
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
 from barchain.judge.compare import judge
-from barchain.judge.diagnosis.channels import channels_of
-from barchain.judge.diagnosis.mistake import ReadingMistake, TimingMistake
-from barchain.judge.diagnosis.readings.timing import delayed
+from barchain.judge.diagnosis.readings import Reading, Timing
 from barchain.judge.diagnosis.verdicts import diagnosis_of_verdict
 from barchain.judge.evidence import Evidence
+from barchain.metrics.quantities import arrays
 from barchain.runs.job import RunResult
 from barchain.solutions.judging import solution_engine
 from barchain.solutions.reference import densely_sampled, establish, with_perturbed_start
@@ -70,11 +69,11 @@ def solution(scene: Scene) -> ReferenceSolution:
 
 def planted(scene: Scene, mistake: Mistake, rtol: float, motion: Trajectory | None = None) -> Trajectory | None:
     """Result with a mistake of reading, of a right or a given motion; None if it changes nothing in the scene."""
-    if isinstance(mistake, ReadingMistake):
+    if isinstance(mistake, Reading):
         right = motion or run(scene, rtol)
         read = mistake.read(scene, right)
         return None if read is right else with_known_samples(read, right)
-    assert isinstance(mistake, TimingMistake)
+    assert isinstance(mistake, Timing)
     return late(scene, mistake, rtol)
 
 
@@ -92,18 +91,18 @@ def diagnosis_of_scene(scene: Scene, change: Callable[[Scene], Scene]) -> Diagno
     return diagnosis_of_verdict(verdict_on(main, finer, solved), main, solved, dense_runs(change))
 
 
-def late(scene: Scene, mistake: TimingMistake, rtol: float) -> Trajectory:
+def late(scene: Scene, mistake: Timing, rtol: float) -> Trajectory:
     """Result with delayed samples; the sample outside the run is the right one."""
     right = run(scene, rtol)
     halves = dataclasses.replace(scene, run=dataclasses.replace(scene.run, samples=2 * scene.run.samples - 1))
-    read = delayed(mistake, right, run(halves, rtol))
+    read = mistake.read(right, run(halves, rtol))
     assert read is not None
     return with_known_samples(read, right)
 
 
 def with_known_samples(read: Trajectory, right: Trajectory) -> Trajectory:
     """Altered reading with right values at the samples of which it says nothing."""
-    known = {name: (values, getattr(right, name)) for name, values in channels_of(read).items()}
+    known = {name: (values, getattr(right, name)) for name, values in arrays(read).items()}
     return read.replace(**{name: np.where(np.isnan(a), b, a) for name, (a, b) in known.items()})
 
 

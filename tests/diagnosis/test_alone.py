@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from barchain.judge.diagnosis.diagnose import Diagnosis, diagnose
-from barchain.judge.diagnosis.readings.catalogue import READINGS, TIMINGS
-from barchain.judge.diagnosis.start import STARTS
+from barchain.judge.diagnosis.readings import READINGS, TIMINGS
+from barchain.judge.diagnosis.starts import STARTS
 from barchain.judge.diagnosis.verdicts import verdict_tolerance
 from scenarios import Scene, load_scene
 from tests.diagnosis.planting import RTOL, diagnosis_of_scene, planted, solution, unequal_chain, verdict_on
@@ -16,7 +16,7 @@ from tests.support.slow import one_in
 
 if TYPE_CHECKING:
     from barchain.judge.diagnosis.mistake import Mistake
-    from barchain.judge.diagnosis.start import Start
+    from barchain.judge.diagnosis.starts import Start
 
 SCENE = unequal_chain()
 WITHOUT_TRACE = {"torque-sign", "torques-in-kn-m", "impulses-in-kn-s", "impulses-of-each-interval", "torques-twice",

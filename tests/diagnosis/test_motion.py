@@ -11,9 +11,9 @@ import pytest
 
 from adapters.common.equal_steps import finer_setting
 from adapters.registry import ENGINES
-from barchain.judge.diagnosis.motion.alternatives import alternatives
 from barchain.judge.diagnosis.motion.balance import motion_of
 from barchain.judge.diagnosis.motion.numbers import numbers
+from barchain.judge.diagnosis.motion.others import others
 from barchain.judge.diagnosis.motion.quadrature import quadrature
 from barchain.judge.diagnosis.motion.residual import Residual
 from barchain.judge.diagnosis.own_motion import densely
@@ -134,4 +134,4 @@ def test_a_wrong_number_of_an_effect_is_named(case: tuple[str, str]) -> None:
 @pytest.mark.parametrize("case", one_in(4, OTHERS, "-".join))
 def test_another_scene_is_named(case: tuple[str, str]) -> None:
     scene, name = loaded(case[0]), case[1]
-    check_scene_named(scene, name, next(a.scene for a in alternatives(scene) if a.name == name))
+    check_scene_named(scene, name, next(a.scene for a in others(scene) if a.name == name))

@@ -9,15 +9,14 @@ import pytest
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
-from barchain.judge.diagnosis.channels import channels_of
 from barchain.judge.diagnosis.diagnose import diagnose
-from barchain.judge.diagnosis.fit import QUANTITY_OF
 from barchain.judge.diagnosis.verdicts import (
     diagnosed_verdict,
     diagnosis_of_verdict,
     needs_diagnosis,
     verdict_tolerance,
 )
+from barchain.metrics.quantities import QUANTITY_OF, arrays
 from barchain.solutions.judging import solution_engine
 from barchain.solutions.reference import closely_sampled
 from barchain.solutions.shipped import shipped_solution
@@ -77,7 +76,7 @@ def noisy(times: float, seed: int) -> tuple[Trajectory, dict[str, np.ndarray]]:
     right, solved = run(SCENE, RTOL), solution(SCENE)
     tolerance = dict(verdict_tolerance(verdict_on(right, run(SCENE, 0.1 * RTOL), solved)))
     rng, changes = np.random.default_rng(seed), {}
-    for field, values in channels_of(solved.trajectory).items():
+    for field, values in arrays(solved.trajectory).items():
         size = tolerance[QUANTITY_OF[field]] if QUANTITY_OF[field] in tolerance else np.zeros(len(right.t_s))
         size = np.where(np.isfinite(size), size, 0.0).reshape(-1, *[1] * (values.ndim - 1))
         changes[field] = values + times * size * rng.uniform(-1.0, 1.0, values.shape)

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from barchain.judge.diagnosis.diagnose import Diagnosis, diagnose
-from barchain.judge.diagnosis.mistake import ReadingMistake
-from barchain.judge.diagnosis.motion.alternatives import alternatives
-from barchain.judge.diagnosis.readings.catalogue import READINGS
-from barchain.judge.diagnosis.start import STARTS
+from barchain.judge.diagnosis.motion.others import others
+from barchain.judge.diagnosis.readings import READINGS, Reading
+from barchain.judge.diagnosis.starts import STARTS
 from barchain.judge.diagnosis.verdicts import verdict_tolerance
 from tests.diagnosis.planting import RTOL, planted, run, solution, unequal_chain, verdict_on
 from tests.support.slow import one_in
@@ -30,9 +29,7 @@ PAIRS = (
     ("angles-wrapped", "rates-in-degrees"),
     ("track-in-km", "reactions-of-next-joint"),
 )
-SCENE_CHANGES = {m.name: m.change for m in STARTS} | {
-    a.name: (lambda s, n=a.name: other(s, n)) for a in alternatives(SCENE)
-}
+SCENE_CHANGES = {m.name: m.change for m in STARTS} | {a.name: (lambda s, n=a.name: other(s, n)) for a in others(SCENE)}
 """Wrong starts and other scenes, by name"""
 SCENE_PAIRS = (
     ("initial-rates-missing-orbital", "reaction-sign"),
@@ -44,7 +41,7 @@ SCENE_PAIRS = (
 
 def other(scene: Scene, name: str) -> Scene:
     """Another scene of a name."""
-    return next(a.scene for a in alternatives(scene) if a.name == name)
+    return next(a.scene for a in others(scene) if a.name == name)
 
 
 def diagnosis_of(names: tuple[str, ...]) -> Diagnosis:
@@ -126,4 +123,4 @@ def test_an_unknown_constant_angle_is_fitted() -> None:
 def test_every_mistake_of_a_named_pair_is_needed() -> None:
     found = diagnosis_of(("reaction-sign",))
     assert found.names == {("reaction-sign",)}
-    assert isinstance(found.explanations[0].mistakes[0], ReadingMistake)
+    assert isinstance(found.explanations[0].mistakes[0], Reading)

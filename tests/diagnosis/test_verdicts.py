@@ -13,12 +13,11 @@ from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES, Registration
 from barchain.crossval.run import run_comparison
 from barchain.judge.diagnosis.diagnose import diagnose
-from barchain.judge.diagnosis.mistake import ReadingMistake
-from barchain.judge.diagnosis.motion.alternatives import alternatives
-from barchain.judge.diagnosis.readings.catalogue import READINGS
-from barchain.judge.diagnosis.start import STARTS
+from barchain.judge.diagnosis.mistake import WrongQuantity
+from barchain.judge.diagnosis.motion.others import others
+from barchain.judge.diagnosis.readings import READINGS, Reading
+from barchain.judge.diagnosis.starts import STARTS
 from barchain.judge.diagnosis.verdicts import diagnosed_verdict, needs_diagnosis, verdict_tolerance
-from barchain.judge.diagnosis.words import WrongQuantity, inconsistent_line
 from barchain.judge.verdict import verdict_bytes, verdict_from
 from reports.tables.outcome import Outcome
 from tests.diagnosis.planting import RTOL, planted, run, solution, unequal_chain, verdict_on
@@ -75,9 +74,9 @@ def test_a_mistake_in_an_engine_with_independent_physics_is_named(engine: str, n
 
     def made(scene: Scene, at: Setting) -> Trajectory:
         mistake = BY_NAME.get(name)
-        if isinstance(mistake, ReadingMistake):
+        if isinstance(mistake, Reading):
             return mistake.read(scene, loaded().run(scene, at))
-        altered = mistake.change(scene) if mistake else next(a.scene for a in alternatives(scene) if a.name == name)
+        altered = mistake.change(scene) if mistake else next(a.scene for a in others(scene) if a.name == name)
         return loaded().run(altered, at)
 
     finer = finer_setting(SCENE, loaded.sweep, setting)
@@ -106,14 +105,11 @@ def test_the_sentence_addresses_the_author_and_gives_the_runner_up() -> None:
     assert str(found).startswith("Your reactions have the opposite sign (explained to ")
     assert found.next_best is not None
     assert found.next_best.fit.relative_error > 1e3 * found.explanations[0].fit.relative_error
-    line = inconsistent_line(found.wrong[0], found.explanations, found.next_best)
-    assert line.startswith("reactions: ")
-    assert "explained by: the reactions have the opposite sign" in line
 
 
-def test_the_line_of_a_late_difference_gives_its_instant() -> None:
+def test_the_words_of_a_late_difference_give_its_instant() -> None:
     wrong = WrongQuantity("com_velocity", 0.25, 7700.0, 3, 54.9)
-    assert inconsistent_line(wrong) == "velocity of the centre of mass: 0.25 m/s of 7.7e+03 m/s, from t = 54.9 s on"
+    assert wrong.words == "0.25 m/s of 7.7e+03 m/s, from t = 54.9 s on"
 
 
 def test_a_result_inside_its_tolerances_says_so() -> None:

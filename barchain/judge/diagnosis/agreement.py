@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.judge.diagnosis.motion.search import MotionSearch, NumberCandidate
+from barchain.judge.diagnosis.motion.search import MotionSearch
 from scenarios.plural import plural
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    from adapters.trajectory import Array
     from barchain.judge.diagnosis.diagnose import Diagnosis
     from barchain.judge.diagnosis.motion.search import Fitted
     from barchain.judge.diagnosis.own_motion import OwnMotion
@@ -78,18 +77,13 @@ def lacks(own: OwnMotion, fit: Fitted) -> bool:
         same = here.get(candidate.name)
         if same is None:
             continue
-        rows = same.of(float(amounts[0])) if isinstance(same, NumberCandidate) else same.rows @ amounts
-        effect, value = (x[residual.known] / noise for x in (rows, residual.value))
+        effect, value = (x[residual.known] / noise for x in (same.effect(amounts), residual.value))
         if not np.isfinite(effect).all() or np.sqrt(np.mean(effect**2)) < VISIBLE:
             continue
-        if abs(share_of(effect, value) - 1.0) > PRESENT:
+        share = float(np.vdot(effect, value)) / float(np.vdot(effect, effect))  # by least squares
+        if abs(share - 1.0) > PRESENT:
             return True
     return False
-
-
-def share_of(effect: Array, value: Array) -> float:
-    """Share of an effect that a value has, by least squares."""
-    return float(np.vdot(effect, value)) / float(np.vdot(effect, effect))
 
 
 TRAITS: tuple[tuple[str, Callable[[Scene], object]], ...] = (

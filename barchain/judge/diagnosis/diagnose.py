@@ -12,22 +12,19 @@ import numpy as np
 from adapters.common.initial_state import initial_state
 from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.registry import ENGINES
-from barchain.judge.diagnosis.channels import sizes_of
-from barchain.judge.diagnosis.explanation import Explanation, indistinguishable
-from barchain.judge.diagnosis.fit import QUANTITY_OF, given_result
+from barchain.judge.diagnosis.mistake import Explanation, WrongQuantity, diagnosis_words, indistinguishable
 from barchain.judge.diagnosis.own_motion import OwnMotion, with_right_reactions
-from barchain.judge.diagnosis.search import ReadingSearch
-from barchain.judge.diagnosis.start import off_start
-from barchain.judge.diagnosis.words import WrongQuantity, diagnosis_words
-from barchain.metrics.quantities import differences
+from barchain.judge.diagnosis.search import ReadingSearch, given_result
+from barchain.judge.diagnosis.starts import off_start
+from barchain.metrics.quantities import differences, sizes
 from barchain.solutions.judging import solution_engine
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from adapters.trajectory import Trajectory
-    from barchain.judge.diagnosis.fit import GivenResult, Tolerance
     from barchain.judge.diagnosis.own_motion import OwnRuns
+    from barchain.judge.diagnosis.search import GivenResult, Tolerance
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 
@@ -39,8 +36,6 @@ REACTION_FACTORS = ("reactions-times-a-factor",)
 """Fitted readings that other masses in the equations of the reactions make, too"""
 FEW_SAMPLES = 3
 """Samples up to which one wrong sample is nothing special"""
-
-
 START_TOLERANCES = 10.0
 """Tolerances of the first sample within which a result starts as a scene does"""
 ROUNDINGS = 1e-13
@@ -141,16 +136,13 @@ def half_way(judging: ReferenceSolution) -> Trajectory | None:
 def searched(search: ReadingSearch, own: OwnMotion, wrong: tuple[WrongQuantity, ...]) -> Diagnosis:
     """Diagnosis by a search: readings and starts, then the equations of motion, then both together."""
     others = [e for e in search.alone if not e.explains(search.unaltered.own_error)]
-    explaining = causes(search, own)
-    equal = indistinguishable(explaining)
+    equal = indistinguishable(causes(search, own))
     if equal:
         return Diagnosis(wrong, equal, next((e for e in others if e not in equal), None))
-    parts, outside = search.in_parts, search.unaltered.outside
-    if parts and outside == frozenset().union(*(t.altered for t in parts)):
-        every = Explanation(tuple(t.mistake for t in parts), search.merged_parts())
-        return Diagnosis(wrong, (every,), next(iter(others), None))
-    alone = tuple(Explanation((t.mistake,), t.fit.of(t.altered)) for t in parts)
-    return Diagnosis(wrong, (), next(iter(others), None), alone, own.nearest)
+    next_best, together = next(iter(others), None), search.parts_together
+    if together is not None:
+        return Diagnosis(wrong, (together,), next_best)
+    return Diagnosis(wrong, (), next_best, tuple(t.of_altered for t in search.in_parts), own.nearest)
 
 
 def causes(search: ReadingSearch, own: OwnMotion) -> list[Explanation]:
@@ -194,14 +186,14 @@ def readings_of(search: ReadingSearch, right: Trajectory) -> list[Explanation]:
     """Readings of another right motion that explain the result."""
     result = search.result
     size = {q: np.full(result.n, NEARLY * scale) for q, scale in result.scale.items() if q in result.tolerance}
-    again = dataclasses.replace(result, right=right, tolerance=size, right_tolerance=None)
+    again = dataclasses.replace(result, right=right, tolerance=size)
     return ReadingSearch(again).explaining[:1]
 
 
 def wrong_quantities(result: GivenResult) -> tuple[WrongQuantity, ...]:
     """Quantities outside their tolerances, with the size of the difference; not-a-number is outside."""
     apart = differences(result.given, result.right)
-    sizes = {QUANTITY_OF[field]: size for field, size in sizes_of(result.right).items()}
+    size = sizes(result.right)
     found = []
     for name in (n for n in apart if n in result.quantities):
         inside = np.isfinite(result.tolerance[name])
@@ -210,6 +202,6 @@ def wrong_quantities(result: GivenResult) -> tuple[WrongQuantity, ...]:
             first = int(np.argmax(over))
             alone = result.n > FEW_SAMPLES and np.count_nonzero(over) == 1
             counted = over if alone else inside
-            largest, size = float(apart[name][counted].max()), float(sizes[name][inside].max(initial=0.0))
-            found.append(WrongQuantity(name, largest, size, first, float(result.right.t_s[first]), alone))
+            largest, whole = float(apart[name][counted].max()), float(size[name][inside].max(initial=0.0))
+            found.append(WrongQuantity(name, largest, whole, first, float(result.right.t_s[first]), alone))
     return tuple(found)

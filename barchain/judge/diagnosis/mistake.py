@@ -1,19 +1,37 @@
-"""Mistakes that engines make: in what is read out of the right motion, in its start, or in its equations."""
+"""Mistakes that engines make, explanations of a result by one or several, and their words."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
+
+from reports.tables.crossval import QUANTITY_UNITS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from adapters.trajectory import Trajectory
-    from scenarios import Scene
-
-    ReadingChange = Callable[[Scene, Trajectory], Trajectory]
+    from collections.abc import Iterable
 
 PAGE = "docs/explanation/engine_conventions.md"
+MIN_GAIN = 4.0
+"""Least ratio of the residuals without and with a mistake: noise at the tolerance does not fall by it"""
+EQUAL_FACTOR = 10.0
+"""Explanations whose residuals differ by less are indistinguishable"""
+QUANTITY_WORDS = {
+    "com": "centre of mass",
+    "com_velocity": "velocity of the centre of mass",
+    "attitude": "angles",
+    "rate": "rates",
+    "reaction": "reactions",
+    "torque": "torques",
+    "impulse": "impulses",
+}
+NEAR = 1e-2
+"""Share of the difference below which the nearest explanation is a hint"""
+SINGLE = (2.0**-25, 2.0**-18)
+"""Relative differences that single precision leaves: half a unit in the last place, amplified up to a hundred times"""
+SINGLE_PRECISION = "Single precision inside an engine leaves differences of this size."
+MOST_LISTED = 3
+"""Indistinguishable explanations that a sentence lists"""
 
 
 @dataclass(frozen=True)
@@ -33,21 +51,176 @@ class Mistake:
         return f"{PAGE}#{self.section}"
 
 
+class Left(NamedTuple):
+    """Largest difference that is left of a quantity."""
+
+    ratio: float
+    """Over its tolerance"""
+    own_ratio: float
+    """Over the tolerance of the right motion, not carried through a reading"""
+    relative: float
+    """Over the quantity's scale"""
+
+
+class Fit(dict[str, Left]):
+    """Residuals of a given trajectory against a supposed one, of each quantity."""
+
+    @property
+    def normalised_error(self) -> float:
+        """Largest difference over its tolerance, of all quantities."""
+        return max((left.ratio for left in self.values()), default=math.inf)
+
+    @property
+    def own_error(self) -> float:
+        """Largest difference over the tolerance of the right motion, of all quantities."""
+        return max((left.own_ratio for left in self.values()), default=math.inf)
+
+    @property
+    def relative_error(self) -> float:
+        """Largest difference over its quantity's scale, of all quantities."""
+        return max((left.relative for left in self.values()), default=math.inf)
+
+    @property
+    def outside(self) -> frozenset[str]:
+        """Quantities outside their tolerances."""
+        return frozenset(name for name, left in self.items() if not left.ratio <= 1.0)
+
+    def of(self, names: frozenset[str]) -> Fit:
+        """Residuals of some quantities."""
+        return Fit({q: self[q] for q in sorted(names)})
+
+
 @dataclass(frozen=True)
-class ReadingMistake(Mistake):
-    """Altered reading of the right motion, computed on arrays."""
+class Explanation:
+    """One mistake or several together, and the residuals of the result against them."""
 
-    read: ReadingChange
-    """Trajectory of an engine with this mistake, from the scene and the right trajectory"""
-    any_turns: bool = False
-    """Whether the angles may differ by whole turns, 2 pi times a constant integer for each bar"""
+    mistakes: tuple[Mistake, ...]
+    fit: Fit
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the mistakes."""
+        return tuple(m.name for m in self.mistakes)
+
+    @property
+    def words(self) -> str:
+        """Sentences of the mistakes, joined, without a full stop."""
+        return ", and ".join(m.sentence for m in self.mistakes)
+
+    def explains(self, without: float) -> bool:
+        """Whether the result is inside the tolerances, and its difference far below that `without` the mistakes.
+
+        Both differences count in the tolerance of the right motion: a reading that only widens tolerances explains
+        nothing.
+        """
+        return self.fit.normalised_error <= 1.0 and without >= MIN_GAIN * self.fit.own_error
+
+
+def ranked(found: Iterable[Explanation]) -> list[Explanation]:
+    """Explanations by their residuals, smallest first; of the same mistakes in several orders, the best order."""
+    order = sorted(found, key=lambda e: (e.fit.normalised_error, e.fit.relative_error, len(e.mistakes), e.names))
+    best: dict[frozenset[str], Explanation] = {}
+    for each in order:
+        best.setdefault(frozenset(each.names), each)
+    return list(best.values())
+
+
+def indistinguishable(explaining: list[Explanation]) -> tuple[Explanation, ...]:
+    """The first of some ranked explanations, and those with equal residuals."""
+    if not explaining:
+        return ()
+    most = EQUAL_FACTOR * explaining[0].fit.normalised_error
+    return tuple(e for e in explaining if e.fit.normalised_error <= most)
 
 
 @dataclass(frozen=True)
-class TimingMistake(Mistake):
-    """Samples of some channels taken too late or too early."""
+class WrongQuantity:
+    """A quantity outside its tolerance."""
 
-    late_samples: float
-    """Delay of the reading: sample k holds the state of sample k minus this number; -1, -1/2, 1/2 or 1"""
-    fields: tuple[str, ...]
-    """Arrays of `Trajectory` that are delayed"""
+    quantity: str
+    difference: float
+    """Largest difference from the judging solution, in the quantity's unit; that of the sample if it is alone"""
+    size: float
+    """Largest value of the judging solution, in the quantity's unit"""
+    first: int
+    """First sample outside the tolerance, from 0"""
+    first_s: float
+    """Its instant, s"""
+    alone: bool = False
+    """Whether no other sample is outside the tolerance"""
+
+    @property
+    def words(self) -> str:
+        """Size of the difference, and its beginning."""
+        unit = QUANTITY_UNITS[self.quantity]
+        when = "the first sample" if self.first == 0 else f"t = {self.first_s:.4g} s"
+        where = f"at {when} alone" if self.alone else f"from {when} on"
+        return f"{self.difference:.2g} {unit} of {self.size:.2g} {unit}, {where}"
+
+
+def diagnosis_words(
+    wrong: tuple[WrongQuantity, ...],
+    explanations: tuple[Explanation, ...],
+    next_best: Explanation | None,
+    parts: tuple[Explanation, ...],
+    motion: str = "",
+) -> str:
+    """Sentences of a diagnosis."""
+    if not wrong:
+        return "The result is inside the tolerances."
+    if explanations:
+        return f"{addressed(explained_words(explanations, next_best))}."
+    left = motion or ("" if next_best is None else nearest_words(wrong, next_best))
+    return f"No known mistake explains the result.{left}{''.join(f' {part_words(p)}.' for p in parts)}"
+
+
+def relative_difference(wrong: tuple[WrongQuantity, ...]) -> float:
+    """Largest difference over its quantity's size."""
+    return max((w.difference / w.size for w in wrong if w.size > 0.0), default=0.0)
+
+
+def looks_single(relative: float) -> bool:
+    """Whether a relative difference is one that single precision inside an engine leaves."""
+    return SINGLE[0] <= relative <= SINGLE[1]
+
+
+def single_words(relative: float) -> str:
+    """Sentence on a relative difference that single precision leaves: the digits that are left."""
+    return f"{-math.log10(relative):.1f} digits left. {SINGLE_PRECISION}"
+
+
+def nearest_words(wrong: tuple[WrongQuantity, ...], nearest: Explanation) -> str:
+    """Residual of the nearest explanation, and its name if it makes the difference far smaller."""
+    left = f"{remainder(nearest)} of the quantity's size"
+    if nearest.fit.relative_error > NEAR * relative_difference(wrong):
+        return f" With the nearest one, a difference of {left} is left."
+    return f" Near, but not inside the tolerances: {nearest.words} (leaves {left})."
+
+
+def addressed(words: str) -> str:
+    """Words about a result as a sentence to its author: "the reactions" becomes "Your reactions"."""
+    return f"Your{words.removeprefix('the')}" if words.startswith("the ") else words[:1].upper() + words[1:]
+
+
+def explained_words(explanations: tuple[Explanation, ...], next_best: Explanation | None) -> str:
+    """Best explanation with its residual, and the indistinguishable ones."""
+    best, others = explanations[0], explanations[1:]
+    beside = "" if next_best is None else f"; next best {remainder(next_best)}"
+    said = f"{best.words} (explained to {remainder(best)}{beside})"
+    if not others:
+        return said
+    listed = "; or ".join(e.words for e in others[:MOST_LISTED])
+    more = f"; or one of {len(others) - MOST_LISTED} more" if len(others) > MOST_LISTED else ""
+    return f"{said}; on this scene indistinguishable: {listed}{more}"
+
+
+def part_words(part: Explanation) -> str:
+    """Explanation of some quantities alone."""
+    names = " and ".join(QUANTITY_WORDS[q] for q in part.fit)
+    return f"Of these, {names} alone: {part.words} (explained to {remainder(part)})"
+
+
+def remainder(explanation: Explanation) -> str:
+    """Largest remaining difference relative to its quantity's scale."""
+    left = explanation.fit.relative_error
+    return f"{left:.0e}".replace("e-0", "e-") if 0.0 < left < 0.01 else f"{left:.2g}" if math.isfinite(left) else "all"

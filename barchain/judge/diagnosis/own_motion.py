@@ -12,13 +12,12 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 
 from adapters.common.initial_state import chain_model
-from barchain.judge.diagnosis.explanation import Explanation
-from barchain.judge.diagnosis.fit import Fit
-from barchain.judge.diagnosis.mistake import Mistake
+from barchain.judge.diagnosis.mistake import Explanation, Fit, Left
 from barchain.judge.diagnosis.motion.balance import CENTRE, JOINTS, motion_of
 from barchain.judge.diagnosis.motion.residual import Residual
-from barchain.judge.diagnosis.motion.search import AT_NOISE, MotionSearch
-from barchain.judge.diagnosis.start import starts
+from barchain.judge.diagnosis.motion.search import MotionSearch
+from barchain.judge.diagnosis.starts import starts
+from barchain.metrics.quantities import arrays
 from reference_impl.model.kinematics import consistent_state
 from reference_impl.model.relative import accelerations
 
@@ -121,15 +120,13 @@ class OwnMotion:
     @property
     def explaining(self) -> list[Explanation]:
         """Explanations of the residual."""
-        return [explanation_of(f) for f in self.fits if f.explains]
+        return [f.explanation for f in self.fits if f.explains]
 
     def explaining_from(self, starts: Callable[[Scene], bool]) -> list[Explanation]:
         """Explanations of the residual; where the scene does not explain the start, those by a scene that does."""
         if starts(self.given_scene):
             return self.explaining
-        alone = [f for f in self.fits if f.explains and len(f.candidates) == 1]
-        scenes = [(f, f.candidates[0].scene) for f in alone]
-        return [explanation_of(f) for f, of in scenes if of is not None and starts(of(float(f.amounts[0][0])))]
+        return [f.explanation for f in self.fits if f.explains and f.scene is not None and starts(f.scene)]
 
     @cached_property
     def starts(self) -> list[Explanation]:
@@ -137,17 +134,16 @@ class OwnMotion:
         found = starts(self.given, self.given_scene)
         if not found or self.residual is None or not self.residual.moves_right:
             return []
-        return [Explanation((m,), Fit({"start": 0.0}, {"start": 0.0}, {"start": 0.0})) for m in found]
+        return [Explanation((m,), Fit(start=Left(0.0, 0.0, 0.0))) for m in found]
 
     @cached_property
     def moves_as(self) -> list[tuple[Explanation, Scene]]:
         """Explanations of the motion by other scenes, where the reactions do not belong to the motion."""
         found = []
         for f in self.fits:
-            scene = f.candidates[0].scene
-            if f.explains and f.alone and len(f.candidates) == 1 and scene is not None:
-                other = dataclasses.replace(scene(float(f.amounts[0][0])), run=self.given_scene.run)
-                found.append((explanation_of(dataclasses.replace(f, alone="")), other))
+            if f.explains and f.alone and f.scene is not None:
+                other = dataclasses.replace(f.scene, run=self.given_scene.run)
+                found.append((dataclasses.replace(f, alone="").explanation, other))
         if self.starts and self.residual is not None and JOINTS in self.residual.wrong:
             found += [(e, self.given_scene) for e in self.starts]
         return found
@@ -159,23 +155,13 @@ class OwnMotion:
             return ""
         said = f" Against the right equations at its own states, the motion has {self.residual.place} too much."
         if self.fits and self.fits[0].share < 1.0:
-            said += f" Nearest: {self.fits[0].words} (leaves {self.fits[0].share:.1%} of that)."
+            said += f" Nearest: {self.fits[0].explanation.words} (leaves {self.fits[0].share:.1%} of that)."
         return said
-
-
-def explanation_of(f: Fitted) -> Explanation:
-    """Explanation by a fit of the residual."""
-    said = [c.words(a) for c, a in zip(f.candidates, f.amounts, strict=True)]
-    said[-1] += f" {f.alone}" if f.alone else ""
-    mistakes = tuple(Mistake(c.name, words, c.section) for c, words in zip(f.candidates, said, strict=True))
-    left = {"motion": f.left / AT_NOISE}
-    return Explanation(mistakes, Fit(left, left, {"motion": f.share}))
 
 
 def finite(t: Trajectory) -> bool:
     """Whether the values that a balance needs are numbers."""
-    values = (t.com_m, t.com_velocity_m_s, t.angle_rad, t.rate_rad_s, t.reaction_N, t.torque_N_m, t.impulse_N_s)
-    return all(v is None or bool(np.isfinite(v).all()) for v in values)
+    return all(bool(np.isfinite(v).all()) for v in arrays(t).values())
 
 
 def with_right_reactions(scene: Scene, t: Trajectory) -> Trajectory:

@@ -1,49 +1,197 @@
-"""Search for mistakes of reading that explain a result: each alone, in pairs, with a fitted number, in parts."""
+"""Mistakes of reading that explain a result: each alone, in pairs, with a fitted number, in parts."""
 
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.judge.diagnosis.explanation import Explanation, ranked
-from barchain.judge.diagnosis.fit import merged
-from barchain.judge.diagnosis.readings.angles import WHOLE_TURNS
-from barchain.judge.diagnosis.readings.catalogue import READINGS, TIMINGS
-from barchain.judge.diagnosis.readings.fitted import fitted
-from barchain.judge.diagnosis.readings.timing import delayed
-from barchain.metrics.quantities import differences
+from barchain.judge.diagnosis.fitted import fitted
+from barchain.judge.diagnosis.mistake import Explanation, Fit, Left, ranked
+from barchain.judge.diagnosis.readings import READINGS, TIMINGS, VECTORS, WHOLE_TURNS, Reading
+from barchain.judge.residuals import worst
+from barchain.judge.scales import scales
+from barchain.metrics.quantities import QUANTITY_OF, arrays, differences
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator, Mapping
 
-    from adapters.trajectory import Trajectory
-    from barchain.judge.diagnosis.fit import Fit, GivenResult
-    from barchain.judge.diagnosis.mistake import Mistake, ReadingMistake
+    from numpy.typing import NDArray
 
+    from adapters.trajectory import Array, Trajectory
+    from barchain.judge.diagnosis.readings import Timing
+    from barchain.solutions.reference import ReferenceSolution
+    from scenarios import Scene
+
+    Tolerance = Mapping[str, Array]
+
+SPREAD = 3.0
+"""Slack of a tolerance carried through a reading: one perturbation of random signs may meet a weak direction"""
+MOST_CARRIED = 1e5
+"""Largest factor by which a reading may widen tolerances; micronewtons would be 1e6"""
+MOST_UNKNOWN = 2
+"""Samples about which a supposed trajectory may say nothing: central differences leave both ends"""
 SCREENED = 48
 """Samples at which combinations are tried first"""
+
+
+@dataclass(frozen=True)
+class GivenResult:
+    """A trajectory to be explained and the right motion, at n common samples.
+
+    A tolerance is infinite where a quantity is not compared, beyond the predictability limit.
+    """
+
+    scene: Scene
+    given: Trajectory
+    right: Trajectory
+    """Judging solution"""
+    tolerance: Tolerance
+    """(n,) for each quantity, SI units"""
+    scale: dict[str, float]
+    """Size of each quantity in the scene"""
+
+    @property
+    def n(self) -> int:
+        """Number of compared samples."""
+        return len(self.right.t_s)
+
+    @cached_property
+    def quantities(self) -> frozenset[str]:
+        """Compared quantities."""
+        return frozenset(differences(self.given, self.right)) & frozenset(self.tolerance)
+
+    @property
+    def finite(self) -> bool:
+        """Whether all compared values are numbers."""
+        return all(bool(np.isfinite(v).all()) for v in arrays(self.given).values())
+
+    def at(self, rows: NDArray[np.intp]) -> GivenResult:
+        """Result at some samples."""
+        tolerance = {name: values[rows] for name, values in self.tolerance.items()}
+        return GivenResult(self.scene, self.given.samples(rows), self.right.samples(rows), tolerance, self.scale)
+
+    def perturbed(self, motion: Trajectory) -> Trajectory:
+        """A motion with every value off by the tolerance of its quantity, with random signs."""
+        rng = np.random.default_rng(0)
+        changes: dict[str, Array | tuple[int, ...] | None] = {}
+        for field, values in arrays(motion).items():
+            tolerance = self.tolerance.get(QUANTITY_OF[field])
+            if tolerance is not None:
+                size = np.where(np.isfinite(tolerance), tolerance, 0.0)
+                size = size / (math.sqrt(2.0) if field in VECTORS else 1.0)
+                signs = rng.choice([-1.0, 1.0], values.shape)
+                changes[field] = values + signs * size.reshape(-1, *[1] * (values.ndim - 1))
+        return motion.replace(**changes)
+
+    def read(self, reading: Reading, motion: Trajectory) -> tuple[Trajectory, Tolerance]:
+        """Altered reading of a motion, and tolerances carried through the reading: at least the motion's own."""
+        supposed = reading.read(self.scene, motion)
+        carried = differences(supposed, reading.read(self.scene, self.perturbed(motion)))
+        widened = {
+            name: np.fmax(values, SPREAD * carried[name]) if name in carried else values
+            for name, values in self.tolerance.items()
+        }
+        return supposed, widened
+
+    def fit(self, supposed: Trajectory, *, any_turns: bool = False, tolerance: Tolerance | None = None) -> Fit:
+        """Residuals against a supposed trajectory.
+
+        Parameters
+        ----------
+        supposed : Trajectory
+            NaN where the supposition says nothing: such values are not compared. A run that ends too early does not
+            fit.
+        any_turns : bool
+            Whether angles may differ by whole turns, the same at all samples.
+        tolerance : mapping, optional
+            (n,) for each quantity; that of the right motion by default.
+        """
+        allowed, n = tolerance or self.tolerance, self.n
+        if any_turns:
+            supposed = self.with_turns(supposed)
+        apart = differences(self.given, supposed) if len(supposed.t_s) >= n else {}
+        found = Fit()
+        for name in sorted(self.quantities):
+            size = known(apart[name][:n]) if name in apart else np.full(n, math.inf)
+            inside = np.isfinite(allowed[name])
+            ratio, own = (max(0.0, worst(size, each[name], inside)[0]) for each in (allowed, self.tolerance))
+            found[name] = Left(ratio, own, float(size[inside].max(initial=0.0)) / self.scale[name])
+        return found
+
+    def hopeless(self, supposed: Trajectory, *, any_turns: bool = False) -> bool:
+        """Whether no tolerance carried through a reading explains the differences: a quick look before :meth:`fit`.
+
+        The median sample decides: a wrapped angle may jump at a single one.
+        """
+        apart = differences(self.given, self.with_turns(supposed) if any_turns else supposed)
+        over = (apart[q] > MOST_CARRIED * self.tolerance[q] for q in self.quantities if q in apart)
+        return any(2 * int(np.count_nonzero(each)) > len(each) for each in over)
+
+    def with_turns(self, supposed: Trajectory) -> Trajectory:
+        """Supposed trajectory with whole turns added to each bar's angle, as at the first known sample."""
+        if supposed.angle_rad is None or self.given.angle_rad is None:
+            return supposed
+        rows = np.nonzero(~np.isnan(supposed.angle_rad).any(axis=1))[0]
+        if not len(rows):
+            return supposed
+        apart = self.given.angle_rad[rows[0]] - supposed.angle_rad[rows[0]]
+        turns = 2.0 * math.pi * np.rint(apart / (2.0 * math.pi))
+        return supposed.replace(angle_rad=supposed.angle_rad + turns)
+
+
+def known(size: Array) -> Array:
+    """Differences (n,) with 0 at one or two unknown samples, NaN; infinite throughout if more are unknown."""
+    if np.count_nonzero(np.isnan(size)) > MOST_UNKNOWN:
+        return np.full_like(size, math.inf)
+    return np.nan_to_num(size, posinf=math.inf)
+
+
+def given_result(trajectory: Trajectory, judging: ReferenceSolution, tolerance: Tolerance) -> GivenResult:
+    """A trajectory and its judging solution at their common samples.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    judging : ReferenceSolution
+    tolerance : mapping
+        (k,) for each quantity, SI units; infinite where the quantity is not compared.
+    """
+    lengths = [len(values) for values in tolerance.values()]
+    rows = np.arange(min([len(trajectory.t_s), len(judging.trajectory.t_s), *lengths]))
+    whole = GivenResult(judging.scene, trajectory, judging.trajectory, tolerance, scales(judging))
+    return whole.at(rows)
+
+
+def together(parts: list[tuple[frozenset[str], Fit]]) -> Fit:
+    """Fit that has some quantities of each of several fits."""
+    return Fit({q: left for names, fit in parts for q, left in fit.of(names).items()})
 
 
 @dataclass(frozen=True)
 class Tried:
     """A mistake that was tried alone: the trajectory that it makes of the right motion, and its fit."""
 
-    mistake: Mistake
+    mistake: Reading | Timing
     supposed: Trajectory
     fit: Fit
+    altered: frozenset[str] = frozenset()
+    """Quantities that a mistake of reading alters"""
+    any_turns: bool = False
 
+    @property
+    def explanation(self) -> Explanation:
+        """The mistake alone."""
+        return Explanation((self.mistake,), self.fit)
 
-@dataclass(frozen=True)
-class TriedReading(Tried):
-    """A mistake of reading that was tried alone."""
-
-    mistake: ReadingMistake
-    altered: frozenset[str]
-    """Quantities that the mistake alters"""
+    @property
+    def of_altered(self) -> Explanation:
+        """The mistake as explanation of the quantities that it alters."""
+        return Explanation((self.mistake,), self.fit.of(self.altered))
 
 
 class ReadingSearch:
@@ -56,34 +204,36 @@ class ReadingSearch:
         self.few_rows = np.unique(np.linspace(0, result.n - 1, SCREENED).astype(np.intp))
         self.few = result.at(self.few_rows)
 
-    @cached_property
-    def readings(self) -> list[TriedReading]:
+    def tried(self, mistakes: Iterable[Reading]) -> list[Tried]:
         """Mistakes of reading alone, those that change something."""
-        tried = (self.tried_reading(mistake) for mistake in READINGS)
-        return [each for each in tried if each.altered]
+        found = []
+        for mistake in mistakes:
+            supposed, tolerance = self.result.read(mistake, self.result.right)
+            fit = self.result.fit(supposed, any_turns=mistake.any_turns, tolerance=tolerance)
+            apart = differences(self.result.right, supposed)
+            altered = frozenset(name for name in self.result.quantities if name not in apart or apart[name].any())
+            if mistake.any_turns and (altered or mistake.name == WHOLE_TURNS):  # of one bar, "relative" alters nothing
+                altered |= {"attitude"} & self.result.quantities
+            if altered:
+                found.append(Tried(mistake, supposed, fit, altered, mistake.any_turns))
+        return found
 
-    def tried_reading(self, mistake: ReadingMistake) -> TriedReading:
-        """Try a mistake of reading alone."""
-        supposed, tolerance = self.result.read(mistake, self.result.right)
-        fit = self.result.fit(supposed, any_turns=mistake.any_turns, tolerance=tolerance)
-        apart = differences(self.result.right, supposed)
-        altered = frozenset(name for name in self.result.quantities if name not in apart or apart[name].any())
-        if mistake.any_turns and (altered or mistake.name == WHOLE_TURNS):  # of one bar, "relative" alters nothing
-            altered |= {"attitude"} & self.result.quantities
-        return TriedReading(mistake, supposed, fit, altered)
+    @cached_property
+    def readings(self) -> list[Tried]:
+        """Known mistakes of reading alone."""
+        return self.tried(READINGS)
 
     @cached_property
     def timings(self) -> list[Tried]:
         """Late and early samples alone."""
         halves = self.halves()
-        made = [(m, delayed(m, self.result.right, halves)) for m in TIMINGS]
+        made = [(m, m.read(self.result.right, halves)) for m in TIMINGS]
         return [Tried(m, s, self.result.fit(s)) for m, s in made if s is not None]
 
     @cached_property
     def alone(self) -> list[Explanation]:
         """All mistakes alone, ranked."""
-        tried: list[Tried] = [*self.readings, *self.timings]
-        return ranked(Explanation((t.mistake,), t.fit) for t in tried)
+        return ranked(t.explanation for t in (*self.readings, *self.timings))
 
     @cached_property
     def explaining(self) -> list[Explanation]:
@@ -93,20 +243,15 @@ class ReadingSearch:
     @cached_property
     def fitted(self) -> list[Explanation]:
         """Readings with a fitted number that explain the result, ranked."""
-        tried = (self.tried_reading(m) for m in fitted(self.result.scene, self.result.given, self.result.right))
-        found = (Explanation((t.mistake,), t.fit) for t in tried if t.altered)
-        return ranked(e for e in found if e.explains(self.unaltered.own_error))
+        tried = self.tried(fitted(self.result.scene, self.result.given, self.result.right))
+        return ranked(t.explanation for t in tried if t.explanation.explains(self.unaltered.own_error))
 
     @cached_property
     def pairs(self) -> list[Explanation]:
         """Pairs of mistakes that explain the result far better than either mistake alone, ranked."""
-        return ranked(self.needed([*self.reading_pairs(), *self.pairs_with_timing()]))
-
-    def needed(self, pairs: Iterable[Explanation]) -> list[Explanation]:
-        """Pairs that explain the result, and whose mistakes both are needed."""
-        alone = {e.names: e.fit.own_error for e in self.alone}
-        without = self.unaltered.own_error
-        return [e for e in pairs if e.explains(min([without, *(alone[(name,)] for name in e.names)]))]
+        alone, without = {e.names: e.fit.own_error for e in self.alone}, self.unaltered.own_error
+        found = [*self.reading_pairs(), *self.pairs_with_timing()]
+        return ranked(e for e in found if e.explains(min([without, *(alone[(name,)] for name in e.names)])))
 
     def reading_pairs(self) -> Iterator[Explanation]:
         """Pairs of mistakes of reading that leave no quantity outside its tolerance."""
@@ -114,49 +259,51 @@ class ReadingSearch:
             both = a.altered & b.altered
             parts = [(a.altered - both, a.fit), (b.altered - both, b.fit)]
             parts.append((self.result.quantities - a.altered - b.altered, self.unaltered))
-            if any(fit.ratio[q] > 1.0 for names, fit in parts for q in names):
+            if any(fit[q].ratio > 1.0 for names, fit in parts for q in names):
                 continue
             if not both:
-                yield Explanation((a.mistake, b.mistake), merged(parts))
+                yield Explanation((a.mistake, b.mistake), together(parts))
             else:
-                yield from self.composed(a, b.mistake, any_turns=a.mistake.any_turns)
-                yield from self.composed(b, a.mistake, any_turns=b.mistake.any_turns)
+                yield from self.composed(a, b)
+                yield from self.composed(b, a)
 
     def pairs_with_timing(self) -> Iterator[Explanation]:
         """Pairs of a delay with a mistake of reading."""
         for base in self.timings:
             for reading in self.readings:
                 if base.fit.outside <= reading.altered:
-                    yield from self.composed(base, reading.mistake)
+                    yield from self.composed(base, reading)
 
-    def composed(self, first: Tried, second: ReadingMistake, *, any_turns: bool = False) -> Iterator[Explanation]:
+    def composed(self, first: Tried, second: Tried) -> Iterator[Explanation]:
         """A mistake of reading on top of another mistake, if they explain the result at some samples."""
-        turns = second.any_turns or any_turns
-        some = second.read(self.result.scene, first.supposed.samples(self.few_rows))
+        turns, reading = first.any_turns or second.any_turns, second.mistake
+        assert isinstance(reading, Reading)
+        some = reading.read(self.result.scene, first.supposed.samples(self.few_rows))
         if self.few.hopeless(some, any_turns=turns):
             return
         for result, rows in ((self.few, self.few_rows), (self.result, np.arange(self.result.n))):
-            supposed, tolerance = result.read(second, first.supposed.samples(rows))
+            supposed, tolerance = result.read(reading, first.supposed.samples(rows))
             fit = result.fit(supposed, any_turns=turns, tolerance=tolerance)
             if fit.outside:
                 return
-        yield Explanation((first.mistake, second), fit)
+        yield Explanation((first.mistake, reading), fit)
 
     @cached_property
-    def in_parts(self) -> list[TriedReading]:
+    def in_parts(self) -> list[Tried]:
         """Mistakes of reading that each explain some wrong quantities and alter no others."""
-        outside, found = self.unaltered.outside, []
-        left = set(outside)
+        left, found = set(self.unaltered.outside), []
         for t in sorted(self.readings, key=lambda t: (-len(t.altered), t.fit.normalised_error)):
-            if t.altered <= left and Explanation((t.mistake,), t.fit.of(t.altered)).explains(
-                self.unaltered.of(t.altered).own_error
-            ):
+            if t.altered <= left and t.of_altered.explains(self.unaltered.of(t.altered).own_error):
                 found.append(t)
                 left -= t.altered
         return found
 
-    def merged_parts(self) -> Fit:
-        """Fit of all mistakes of :attr:`in_parts` together."""
+    @property
+    def parts_together(self) -> Explanation | None:
+        """All mistakes of :attr:`in_parts` together, if they alter all wrong quantities."""
         parts = [(t.altered, t.fit) for t in self.in_parts]
-        rest = self.result.quantities.difference(*(names for names, _ in parts))
-        return merged([*parts, (rest, self.unaltered)])
+        altered = frozenset().union(*(names for names, _ in parts))
+        if not parts or self.unaltered.outside != altered:
+            return None
+        rest = self.result.quantities - altered
+        return Explanation(tuple(t.mistake for t in self.in_parts), together([*parts, (rest, self.unaltered)]))

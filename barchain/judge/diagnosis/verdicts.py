@@ -8,15 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from barchain.judge.diagnosis.diagnose import Diagnosis, diagnose
-from barchain.judge.diagnosis.fit import QUANTITY_OF
-from barchain.judge.diagnosis.words import inconsistent_reason
-from barchain.metrics.quantities import TRACK
+from barchain.judge.diagnosis.mistake import explained_words
+from barchain.metrics.quantities import FIELDS, TRACK
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
-    from barchain.judge.diagnosis.fit import Tolerance
     from barchain.judge.diagnosis.own_motion import OwnRuns
+    from barchain.judge.diagnosis.search import Tolerance
     from barchain.judge.verdict import Row, Verdict
     from barchain.solutions.reference import ReferenceSolution
 
@@ -78,35 +77,30 @@ def verdict_tolerance(verdict: Verdict, *, bounds: bool = True) -> Tolerance:
     series = verdict.series
     limits = {row["quantity"]: row["limit_s"] for row in verdict.rows if row["metric"] == NORMALISED}
     found: dict[str, Array] = {}
-    for name in (q for q in QUANTITY_OF.values() if f"{q}_tolerance" in series):
+    for name in (q for q in FIELDS if f"{q}_tolerance" in series):
         explained = series[f"{name}_tolerance"].to_numpy(float)
         larger = np.fmax(explained, series[f"{name}_bound"].to_numpy(float)) if bounds else explained
         beyond = np.isnan(larger)
         if name not in TRACK and limits.get(name) is not None:
             beyond |= series["t_s"].to_numpy(float) > limits[name]
         found[name] = np.where(beyond, np.inf, larger)
-    return until_open(found)
-
-
-def until_open(tolerance: dict[str, Array]) -> dict[str, Array]:
-    """Tolerances that are infinite, but for the track, from the sample on at which the attitude's is open."""
-    if "attitude" not in tolerance:
-        return tolerance
-    known = np.isfinite(tolerance["attitude"])  # a sample that is left out opens nothing
-    opened = np.logical_or.accumulate(known & (tolerance["attitude"] >= OPEN_RAD))
-    return {q: v if q in TRACK else np.where(opened, np.inf, v) for q, v in tolerance.items()}
+    if "attitude" in found:
+        known = np.isfinite(found["attitude"])  # a sample that is left out opens nothing
+        opened = np.logical_or.accumulate(known & (found["attitude"] >= OPEN_RAD))
+        found = {q: v if q in TRACK else np.where(opened, np.inf, v) for q, v in found.items()}
+    return found
 
 
 def diagnosed_rows(rows: list[Row], diagnosis: Diagnosis) -> list[Row]:
     """Rows of a verdict with a diagnosis in the reasons of the inconsistent ones."""
     wrong = {w.quantity: w for w in diagnosis.wrong}
-    new, explanations = [], diagnosis.explanations
-    further = "" if explanations else UNEXPLAINED
+    told, new = bool(diagnosis.explanations), []
+    said = f"; explained by: {explained_words(diagnosis.explanations, diagnosis.next_best)}" if told else UNEXPLAINED
     for row in rows:
         if is_inconsistent(row) and row["quantity"] in wrong:
-            said = inconsistent_reason(wrong[row["quantity"]], explanations, diagnosis.next_best) + further
-            new.append(row | {"reason": f"{said}; {row['reason']}" if row["reason"] else said})
-            explanations, further = (), ""  # told once
+            reasons = (f"{wrong[row['quantity']].words}{said}", row["reason"])
+            new.append(row | {"reason": "; ".join(filter(None, reasons))})
+            said = ""  # told once
         else:
             new.append(row)
     return new

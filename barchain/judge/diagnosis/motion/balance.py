@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from barchain.judge.diagnosis.motion.equations import ENDS, Equations, Load, Shape, States, mode_changes
-from barchain.judge.diagnosis.motion.quadrature import quadrature
+from barchain.judge.diagnosis.motion.quadrature import SAME_INSTANT, quadrature
 from reference_impl.model.complex_vectors import as_complex, unit_along
 from scenarios import Actuator, Axes, Frame
 
@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 CENTRE, BARS, JOINTS, LAWS = "the centre of mass", "the bars", "the joints", "the prescribed angles"
 FEWEST = 8
 """Samples without which a motion has no balance"""
-EXTRAPOLATED = 8
-"""Samples before an impulse from which the angles at it follow"""
 
 
 @dataclass(frozen=True)
@@ -103,24 +101,17 @@ class Balance:
         found[:, :2] = real((self.shape.whole * (centre + load.common + mean))[:, None])
         found[:, self.columns[BARS]] = self.shape.generalised(states, load)
         if JOINTS in self.columns:
-            apart = load.force - self.shape.mass * mean[:, None]
-            found[:, self.columns[JOINTS]] = real(np.cumsum(apart, axis=1)[:, :-1])
+            found[:, self.columns[JOINTS]] = real(np.cumsum(self.shape.apart(load.force), axis=1)[:, :-1])
         return found
 
     def rows(self, load: Load) -> Array:
         """Gains of momentum by a load, (n - 1, c)."""
         return self.rule.integral(self.blocks(self.equations.states, load))
 
-    def bar_rows(self, torque: Array) -> Array:
-        """Gains by generalised torques (k, N) on the bars' angles, (n - 1, c)."""
-        found = np.zeros((len(self.motion.states.t_s) - 1, self.width))
-        found[:, self.columns[BARS]] = self.rule.integral(torque)
-        return found
-
-    def gained(self, momenta: Array) -> Array:
-        """Rows of a gain of the bars' momenta (n, N)."""
-        found = np.zeros((len(momenta) - 1, self.width))
-        found[:, self.columns[BARS]] = np.diff(momenta, axis=0)
+    def block(self, name: str, values: Array) -> Array:
+        """Rows (n - 1, c) with values in the columns of one block alone."""
+        found = np.zeros((len(values), self.width))
+        found[:, self.columns[name]] = values
         return found
 
     @cached_property
@@ -172,16 +163,15 @@ class Balance:
         return self.rule.error(self._integrand)
 
     def subtract_impulse(self, found: Array, push: Impulse) -> None:
-        """Subtract the momentum of an impulse from the rows of its interval."""
-        s, bar = self.motion.states, push.bar - 1
-        k = int(np.searchsorted(s.t_s, push.at_s * (1.0 - 1e-12), side="left")) - 1
-        k = max(k, 0) if s.t_s[max(k, 0)] <= push.at_s else -1
-        # a sample at the impulse holds the state before it
-        if k + 1 < len(s.t_s) and abs(s.t_s[k + 1] - push.at_s) <= 1e-9 * (s.t_s[1] - s.t_s[0]):
-            k += 1
+        """Subtract the momentum of an impulse from the row of its interval; a sample at it holds the state before."""
+        s, bar, near = self.motion.states, push.bar - 1, SAME_INSTANT * float(np.diff(self.motion.states.t_s[:2])[0])
+        k = int(np.searchsorted(s.t_s, push.at_s + near)) - 1
         if not 0 <= k < len(found):
             return
-        angle = self.angle_at(k, push.at_s)
+        before = [p for p, (_, end) in enumerate(self.rule.pieces) if abs(end - push.at_s) <= near]
+        angle = s.angle[k]
+        if before:
+            angle = angle + self.rule.curve(s.rate[self.rule.rows], before[0]).integrate(s.t_s[k], push.at_s)
         unit = unit_along(angle)
         way = push.impulse_N_s * np.exp(1j * push.direction_rad) * (unit[bar] if push.axes is Axes.BODY else 1.0)
         arm = self.shape.right[bar] if push.end.sign > 0.0 else -self.shape.left[bar]
@@ -189,23 +179,6 @@ class Balance:
         force[0, bar], torque[0, bar] = way, arm * (unit[bar].conj() * way).imag
         state = States(np.array([push.at_s]), s.com[k : k + 1], s.velocity[k : k + 1], angle[None], s.rate[k : k + 1])
         found[k] -= self.blocks(state, Load(np.zeros(1, complex), force, torque))[0]
-
-    def angle_at(self, k: int, t_s: float) -> Array:
-        """Angles at an instant after sample k, from the rates before it, (N,) rad."""
-        s = self.motion.states
-        pieces = [a for a, b in self.rule.pieces if a <= s.t_s[k] + 1e-9 and b >= s.t_s[k] - 1e-9]
-        start = pieces[0] if pieces else s.t_s[0]
-        first = max(
-            k + 1 - EXTRAPOLATED,
-            int(np.searchsorted(s.t_s, start + 1e-9 * (s.t_s[1] - s.t_s[0]))) if start > s.t_s[0] else 0,
-        )
-        first = min(first, k)
-        step = s.t_s[1] - s.t_s[0]
-        x = (s.t_s[first : k + 1] - s.t_s[k]) / step
-        rates = np.polynomial.polynomial.polyfit(x, s.rate[first : k + 1], len(x) - 1)
-        angles = np.polynomial.polynomial.polyint(rates, axis=0)
-        found: Array = s.angle[k] + step * np.polynomial.polynomial.polyval((t_s - s.t_s[k]) / step, angles)
-        return found
 
     def law_errors(self) -> Array:
         """Prescribed angles less their laws, (n, P) rad, up to a constant."""

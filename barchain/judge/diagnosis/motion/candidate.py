@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from barchain.judge.diagnosis.fitted import factor_words as number_words
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -16,6 +18,8 @@ if TYPE_CHECKING:
     from barchain.judge.diagnosis.motion.balance import Balance
     from barchain.judge.diagnosis.motion.equations import Load
     from scenarios import Scene
+
+    Rows = Callable[[], Array]
 
 GRAVITY, LOADS, BODIES = "gravity", "loads", "masses-lengths-and-inertia"
 """Anchors of the conventions that equations of motion break"""
@@ -27,8 +31,8 @@ FACTORS = {
 """Factors of a right value that have words"""
 NICE = 1e-4
 """Difference from a number that has words, relative to it, below which a fitted number is that number"""
-NEAR_ONE = 1e-3
-"""Departure from 1 below which a factor is told by the departure"""
+SMALL = 0.02
+"""Largest relative amount of a mass or length whose effect is linear enough for a pair"""
 
 
 def nice_factor(factor: float) -> str:
@@ -38,21 +42,17 @@ def nice_factor(factor: float) -> str:
 
 def factor_words(factor: float) -> str:
     """Words after "is" for a factor of the right value."""
-    departure = factor - 1.0
-    said = (
-        f"(1 {'-' if departure < 0.0 else '+'} {abs(departure):.3g})" if abs(departure) < NEAR_ONE else f"{factor:.6g}"
-    )
-    return nice_factor(factor) or f"{said} times the right value"
+    return nice_factor(factor) or f"{number_words(factor)} times the right value"
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """A change of the right equations, linear in its amounts or fixed."""
+    """A change of the right equations: fixed, linear in its amounts, or of a number whose effect is not linear."""
 
     name: str
     section: str
     """Anchor of the convention"""
-    make: Callable[[], Array]
+    make: Rows
     """Rows (n - 1, c) or (n - 1, c, m) that the change adds to the balance for a unit of each amount"""
     words: Callable[[Array], str]
     """Sentence of the amounts (m,), without a full stop; begins with `the`"""
@@ -62,12 +62,43 @@ class Candidate:
     """Whether the amounts are ones that a slip would give"""
     scene: Callable[[float], Scene] | None = None
     """Scene whose right motion has the change, of an amount; None of a change that no scene has"""
+    of: Callable[[float], Array] | None = None
+    """Rows (n - 1, c) of an amount of a number"""
+    probe: float = 0.0
+    """Amount of a number that is small enough for a linear effect"""
+    range: tuple[float, float] = (-math.inf, math.inf)
+    """Least and largest amount"""
 
     @cached_property
     def rows(self) -> Array:
         """Rows (n - 1, c, m)."""
         made = self.make()
         return made[..., None] if made.ndim == 2 else made
+
+    def effect(self, amounts: Array) -> Array:
+        """Rows (n - 1, c) of amounts (m,)."""
+        return self.rows @ amounts if self.of is None else self.of(float(amounts[0]))
+
+    def possible(self, amounts: Array) -> bool:
+        """Whether the amounts are in their range."""
+        return bool(np.all((self.range[0] <= amounts) & (amounts <= self.range[1])))
+
+    def linear(self, amounts: Array) -> bool:
+        """Whether the effect of possible amounts is linear: of masses and lengths, of small amounts alone."""
+        nearly = self.of is None or self.section != BODIES or abs(float(amounts[0])) <= SMALL
+        return nearly and self.possible(amounts)
+
+
+def number(
+    name: str, section: str, of: Callable[[float], Array], words: Callable[[float], str], probe: float,
+    within: tuple[float, float], nice: Callable[[float], bool] = lambda _: False,
+    scene: Callable[[float], Scene] | None = None,
+) -> Candidate:  # fmt: skip
+    """Change by a number, linear about the right value."""
+    return Candidate(
+        name, section, lambda: of(probe) / probe, lambda a: words(float(a[0])), nice=lambda a: nice(float(a[0])),
+        scene=scene, of=of, probe=probe, range=within,
+    )  # fmt: skip
 
 
 class Candidates:
@@ -78,44 +109,30 @@ class Candidates:
         self.balance = balance
         self.found: list[Candidate] = []
 
-    def rows(self, load: Load | Callable[[], Array]) -> Callable[[], Array]:
+    def rows(self, load: Load | Rows) -> Rows:
         """Maker of the rows of a load."""
         return load if callable(load) else partial(self.balance.rows, load)
 
-    def times(self, name: str, subject: str, section: str, load: Load | Callable[[], Array]) -> None:
+    def times(self, name: str, subject: str, section: str, load: Load | Rows) -> None:
         """Add a term of the right equations that the engine has another number of times; subject with its verb."""
-        self.found.append(
-            Candidate(
-                name, section, self.rows(load), lambda a: f"{subject} {factor_words(1.0 + float(a[0]))}",
-                nice=lambda a: bool(nice_factor(1.0 + float(a[0]))),
-            )
-        )  # fmt: skip
 
-    def added(self, name: str, words: str, unit: str, section: str, load: Load | Callable[[], Array]) -> None:
+        def words(amounts: Array) -> str:
+            return f"{subject} {factor_words(1.0 + float(amounts[0]))}"
+
+        nice = lambda a: bool(nice_factor(1.0 + float(a[0])))  # noqa: E731
+        self.found.append(Candidate(name, section, self.rows(load), words, nice=nice))
+
+    def added(self, name: str, words: str, unit: str, section: str, load: Load | Rows) -> None:
         """Add a term that no scene has; words with `{}` for the amount."""
-        self.found.append(
-            Candidate(name, section, self.rows(load), lambda a: words.format(f"{float(a[0]):.4g} {unit}".rstrip()))
-        )
 
-    def fixed(self, name: str, words: str, section: str, load: Load | Callable[[], Array]) -> None:
+        def said(amounts: Array) -> str:
+            return words.format(f"{float(amounts[0]):.4g} {unit}".rstrip())
+
+        self.found.append(Candidate(name, section, self.rows(load), said))
+
+    def fixed(self, name: str, words: str, section: str, load: Load | Rows, scene: Scene | None = None) -> None:
         """Add a change without an amount."""
-        self.found.append(fixed(name, section, self.rows(load), words))
-
-
-def fixed(name: str, section: str, make: Callable[[], Array], words: str) -> Candidate:
-    """Change without an amount."""
-    return Candidate(name, section, make, lambda _: words, fixed=True, nice=lambda _: True)
-
-
-def uniform_words(amount: Array) -> str:
-    """Words for a uniform field (2,) m/s²."""
-    size, parts = float(np.hypot(*amount)), [(v, f"z{k + 1}") for k, v in enumerate(amount.tolist())]
-    along = [f"{'+' if v > 0.0 else '-'}{axis}" for v, axis in parts if abs(v) > NEAR_ONE * size]
-    way = f"along {along[0]}" if len(along) == 1 else f"({parts[0][0]:.4g}, {parts[1][0]:.4g}) m/s^2"
-    own = ": the engine's own gravity is left on" if is_own_gravity(amount) else ""
-    return f"the motion has a uniform gravity of {size:.5g} m/s^2 {way}{own}"
-
-
-def is_own_gravity(amount: Array) -> bool:
-    """Whether a uniform field is that of the Earth's surface, with which libraries begin."""
-    return any(abs(float(np.hypot(*amount)) / g - 1.0) < NICE for g in (9.81, 9.80665, 9.8, 10.0))
+        of = None if scene is None else lambda _: scene
+        self.found.append(
+            Candidate(name, section, self.rows(load), lambda _: words, fixed=True, nice=lambda _: True, scene=of)
+        )

@@ -128,6 +128,11 @@ class Shape:
         """Vectors from the chain's centre to the bars', of vectors (k, N) along the bars in lengths."""
         return along @ self.reach.T
 
+    def apart(self, force: ComplexArray) -> ComplexArray:
+        """Forces (k, N) less each bar's share of their sum, by mass."""
+        found: ComplexArray = force - self.mass * (force.sum(axis=1) / self.whole)[:, None]
+        return found
+
     def coupled(self, s: States) -> Array:
         """G_ji cos(th_j - th_i), (k, N, N)."""
         return self.coupling * np.cos(s.angle[:, :, None] - s.angle[:, None, :])
@@ -215,11 +220,10 @@ class Equations:
         """Torques (k, N) N m on the bars."""
         return self.zero._replace(torque=values + 0.0 * self.zero.torque)
 
-    def on_joint(self, joint: int, torque: Array) -> Load:
-        """Torque (k,) on the bar before a joint, from 0, and the opposite one on the bar after it."""
-        values = np.zeros_like(self.zero.torque)
-        values[:, joint], values[:, joint + 1] = torque, -torque
-        return self.torque(values)
+    def on_joints(self, torque: Array, before: float = 1.0, after: float = 1.0) -> Load:
+        """Torques (k, N - 1) of all joints on the bars before them, the opposite ones on those after, times shares."""
+        left, right = np.pad(torque, ((0, 0), (0, 1))), np.pad(torque, ((0, 0), (1, 0)))
+        return self.torque(before * left - after * right)
 
     @cached_property
     def centre(self) -> ComplexArray:

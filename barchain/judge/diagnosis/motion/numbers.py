@@ -42,12 +42,15 @@ KNOWN = {
 """Values that engines take instead of a scene's, by field"""
 KNOWN_DIGITS = 3e-7
 """Relative difference below which a fitted number is a known value"""
-PER_BAR = {"mass_kg": "mass", "length_m": "length", "inertia_kg_m2": "moment of inertia"}
-WITH_INERTIA = (("mass_kg", 1), ("length_m", 2))
-"""Properties from which an engine may compute moments of inertia, m l²/12, and the power of each"""
 FACTOR, ANGLE, TIME = "factor", "angle", "time"
 """What is fitted: a factor, an angle that is added, or a time that is added"""
-FIELDS: dict[str, tuple[tuple[str, str, str], ...]] = {
+CHAIN = (
+    ("mass_kg", "mass", 1),
+    ("length_m", "length", 2),
+    ("inertia_kg_m2", "moment of inertia", 0),
+)
+"""Properties of bars: field, noun, and the power of each in moments of inertia, which an engine may compute from it"""
+EFFECTS: dict[str, tuple[tuple[str, str, str], ...]] = {
     "oblateness": (("j2", "coefficient J2", FACTOR), ("radius_m", "reference radius of J2", FACTOR)),
     "third_body": (
         ("mu_m3_s2", "gravitational parameter", FACTOR), ("distance_m", "distance", FACTOR),
@@ -77,10 +80,11 @@ FIELDS: dict[str, tuple[tuple[str, str, str], ...]] = {
     ),
 }  # fmt: skip
 """Numbers of effects: field, noun, and what is fitted"""
-OWNERS = {"thrust": "thrust", "impulse": "impulse", "prescribed_rotation": "prescribed rotation"}
+OWNERS = {"third_body": ("", "third bodies"), "prescribed_rotation": ("prescribed rotation", "prescribed rotations")}
+"""Nouns of an effect of which a scene may have several, where they are not its name"""
 BODY_WORDS = {"moon": "Moon", "sun": "Sun"}
-PROBES = {FACTOR: 1e-5, ANGLE: 1e-5}
-"""Amounts that are small enough for a linear effect"""
+PLACES = {"joint_spring_damper": "joint", "drag": "bar", "solar_pressure": "bar"}
+"""What the entries of an effect's tuples belong to"""
 
 
 @dataclass(frozen=True)
@@ -95,8 +99,8 @@ class Number:
     """Right scene"""
     paths: tuple[Path, ...]
     kind: str = FACTOR
-    powers: tuple[int, ...] = ()
-    """Power of the factor in each number; 1 by default"""
+    powers: tuple[int, ...] = (1,)
+    """Power of the factor in each number"""
     peers: tuple[float, ...] = ()
     """Other values that may have come in its place"""
 
@@ -108,7 +112,7 @@ class Number:
     @property
     def probe(self) -> float:
         """Amount that is small enough for a linear effect."""
-        return PROBES.get(self.kind, 1e-3 * self.interval_s)
+        return 1e-3 * self.interval_s if self.kind == TIME else 1e-5
 
     @property
     def range(self) -> tuple[float, float]:
@@ -119,9 +123,9 @@ class Number:
     def change(self, amount: float) -> Scene:
         """Scene with an amount; 0: the right scene."""
         found = self.scene
-        for path, power in zip(self.paths, self.powers or (1,) * len(self.paths), strict=True):
+        for k, path in enumerate(self.paths):
 
-            def one(v: Any, power: int = power) -> Any:
+            def one(v: Any, power: int = self.powers[k % len(self.powers)]) -> Any:
                 if isinstance(v, tuple):
                     return tuple(map(one, v))
                 return v * (1.0 + amount) ** power if self.kind == FACTOR else v + amount
@@ -129,27 +133,23 @@ class Number:
             found = replaced(found, path, one)
         return found
 
-    @property
-    def value(self) -> float | None:
-        """Right value; None of several numbers."""
+    def value(self, amount: float) -> float | None:
+        """Value that an amount makes; None of several numbers, of zero, and of what is no factor."""
         found = read(self.scene, self.paths[0])
-        return found if len(self.paths) == 1 and isinstance(found, float) else None
+        alone = len(self.paths) == 1 and isinstance(found, float) and self.kind == FACTOR
+        return found * (1.0 + amount) if alone and found else None
 
     def known(self, amount: float) -> str:
         """Known value that an amount makes; empty without one."""
-        if self.kind != FACTOR or not self.value:
-            return ""
-        value = self.value * (1.0 + amount)
-        near = [(abs(value / right - 1.0), words) for words, right in KNOWN.get(str(self.paths[0][-1]), ())]
-        best = min(near, default=(1.0, ""))
-        return best[1] if best[0] < KNOWN_DIGITS else ""
+        value = self.value(amount)
+        near = KNOWN.get(str(self.paths[0][-1]), ()) if value is not None else ()
+        apart, words = min(((abs((value or 0.0) / right - 1.0), words) for words, right in near), default=(1.0, ""))
+        return words if apart < KNOWN_DIGITS else ""
 
     def peer(self, amount: float) -> bool:
         """Whether an amount makes the value of another place."""
-        if self.kind != FACTOR or not self.value:
-            return False
-        value = self.value * (1.0 + amount)
-        return any(abs(value - p) <= NICE * abs(p) for p in self.peers if p != self.value)
+        value, right = self.value(amount), self.value(0.0)
+        return value is not None and any(abs(value - p) <= NICE * abs(p) for p in self.peers if p != right)
 
     def nice(self, amount: float) -> bool:
         """Whether an amount is one that a slip would give."""
@@ -194,56 +194,47 @@ def numbers(scene: Scene) -> Iterator[Number]:
         mu = ("central_body", "mu_m3_s2")
         yield Number("gravitational-parameter", "the gravitational parameter", "orbit", scene, (mu,))
     yield from of_chain(scene)
-    for effect, fields in FIELDS.items():
+    for effect, fields in EFFECTS.items():
         given = getattr(scene.effects, effect)
-        if isinstance(given, tuple):
-            for k in range(len(given)):
-                yield from of_effect(scene, effect, ("effects", effect, k), owner(effect, given, k))
-            for field, noun, kind in fields if len(given) > 1 else ():
-                every = tuple(("effects", effect, k, field) for k in range(len(given)))
-                owners = "third bodies" if effect == "third_body" else f"{OWNERS[effect]}s"
-                yield Number(f"{effect}s-{field}", f"the {noun} of all {owners}", LOADS, scene, every, kind)
-        elif given is not None:
-            yield from of_effect(scene, effect, ("effects", effect), "")
-
-
-def owner(effect: str, given: tuple[Any, ...], k: int) -> str:
-    """Words for the effect of a number, one of several."""
-    if effect == "third_body":
-        return f" of the {BODY_WORDS.get(given[k].name, given[k].name)}"
-    return f" of the {OWNERS[effect]}{f' {k + 1}' if len(given) > 1 else ''}"
+        if given is None or given == ():
+            continue
+        one, every = OWNERS.get(effect, (effect, f"{effect}s"))
+        if not isinstance(given, tuple):
+            yield from of_effect(scene, ("effects", effect), "")
+            continue
+        for k, each in enumerate(given):
+            owner = one or BODY_WORDS.get(each.name, each.name)
+            several = f" {k + 1}" if one and len(given) > 1 else ""
+            yield from of_effect(scene, ("effects", effect, k), f" of the {owner}{several}")
+        for field, noun, kind in fields if len(given) > 1 else ():
+            paths: tuple[Path, ...] = tuple(("effects", effect, k, field) for k in range(len(given)))
+            yield Number(f"{effect}s-{field}", f"the {noun} of all {every}", LOADS, scene, paths, kind)
 
 
 def of_chain(scene: Scene) -> Iterator[Number]:
     """Masses, lengths and moments of inertia of one bar or all, alone or with the moments of inertia that follow."""
-    several = range(scene.bars) if scene.bars > 1 else range(0)
-    for field, noun in PER_BAR.items():
-        peers = getattr(scene.chain, field)
-        for j in several:
-            yield Number(
-                f"{field}-{j + 1}", f"the {noun} of bar {j + 1}", BODIES, scene, (("chain", field, j),), peers=peers
+    for bar in (*(range(scene.bars) if scene.bars > 1 else ()), None):
+        of, ending = (" of all bars", "") if bar is None else (f" of bar {bar + 1}", f"-{bar + 1}")
+        inertias = "moments" if bar is None else "moment"
+        for field, noun, power in CHAIN:
+            paths: tuple[Path, ...] = tuple(
+                ("chain", f) if bar is None else ("chain", f, bar) for f in (field, "inertia_kg_m2")
             )
-        yield Number(field, f"the {noun} of all bars", BODIES, scene, (("chain", field),))
-    for field, power in WITH_INERTIA:
-        noun, both, powers = PER_BAR[field], (field, "inertia_kg_m2"), (1, power)
-        for j in several:
-            subject = f"the {noun} of bar {j + 1}, in the moment of inertia too,"
-            paths: tuple[Path, ...] = tuple(("chain", f, j) for f in both)
-            yield Number(f"{field}-with-inertia-{j + 1}", subject, BODIES, scene, paths, powers=powers)
-        subject = f"the {noun} of all bars, in the moments of inertia too,"
-        every: tuple[Path, ...] = tuple(("chain", f) for f in both)
-        yield Number(f"{field}-with-inertia", subject, BODIES, scene, every, powers=powers)
+            peers = getattr(scene.chain, field)
+            yield Number(f"{field}{ending}", f"the {noun}{of}", BODIES, scene, paths[:1], peers=peers)
+            if power:
+                subject = f"the {noun}{of}, in the {inertias} of inertia too,"
+                yield Number(f"{field}-with-inertia{ending}", subject, BODIES, scene, paths, powers=(1, power))
 
 
-def of_effect(scene: Scene, effect: str, at: Path, of: str) -> Iterator[Number]:
+def of_effect(scene: Scene, at: Path, of: str) -> Iterator[Number]:
     """Numbers of one effect; of a tuple, each value and all together."""
-    for field, noun, kind in FIELDS[effect]:
+    effect = str(at[1])
+    for field, noun, kind in EFFECTS[effect]:
         value = read(scene, (*at, field))
         name = "-".join([effect, *(str(k + 1) for k in at if isinstance(k, int)), field])
-        if isinstance(value, tuple) and len(value) > 1:
-            for j in range(len(value)):
-                place = "joint " if effect == "joint_spring_damper" else "bar " if field == "width_m" else "entry "
-                subject = f"the {noun} of {place}{j + 1}{of}"
-                yield Number(f"{name}-{j + 1}", subject, LOADS, scene, ((*at, field, j),), kind, peers=value)
-        yield Number(name, f"the {noun}{of or (' of all joints' if effect == 'joint_spring_damper' else '')}", LOADS,
-                     scene, ((*at, field),), kind)  # fmt: skip
+        for j in range(len(value)) if isinstance(value, tuple) and len(value) > 1 else ():
+            subject = f"the {noun} of {PLACES.get(effect, 'entry')} {j + 1}{of}"
+            yield Number(f"{name}-{j + 1}", subject, LOADS, scene, ((*at, field, j),), kind, peers=value)
+        all_joints = " of all joints" if effect == "joint_spring_damper" else ""
+        yield Number(name, f"the {noun}{of or all_joints}", LOADS, scene, ((*at, field),), kind)

@@ -4,26 +4,25 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property, partial
+from operator import attrgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.judge.diagnosis.motion.alternatives import alternatives
+from barchain.judge.diagnosis.mistake import Explanation, Fit, Left, Mistake
 from barchain.judge.diagnosis.motion.balance import BARS, CENTRE, JOINTS, LAWS, Balance
-from barchain.judge.diagnosis.motion.candidate import BODIES, Candidate, fixed
+from barchain.judge.diagnosis.motion.candidate import BODIES, Candidate, Candidates, number
 from barchain.judge.diagnosis.motion.equations import ENDS
 from barchain.judge.diagnosis.motion.numbers import numbers
-from barchain.judge.diagnosis.motion.reactions import of_reactions
-from barchain.judge.diagnosis.motion.terms import terms
+from barchain.judge.diagnosis.motion.others import others
+from barchain.judge.diagnosis.motion.terms import of_reactions, terms
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from adapters.trajectory import Array
-    from barchain.judge.diagnosis.motion.alternatives import Alternative
-    from barchain.judge.diagnosis.motion.numbers import Number
     from barchain.judge.diagnosis.motion.residual import Residual
     from scenarios import Scene
 
@@ -43,8 +42,6 @@ PAIRS = 40
 """Pairs that are fitted exactly, the best of all by their linear effects"""
 MOST_PAIRS = 8
 """Pairs that leave noise alone, of which more say nothing"""
-SMALL = 0.02
-"""Largest relative amount of a mass or length whose effect is linear enough for a pair"""
 REACH_PROBE = 1e-5
 """Distance of a joint from its place, in lengths, that is small enough for a linear effect"""
 REACHES = (
@@ -65,33 +62,38 @@ class Fitted:
 
     candidates: tuple[Candidate, ...]
     amounts: tuple[Array, ...]
-    left: float
+    left: float = math.inf
     """What is left over its noise, root mean square"""
-    share: float
+    share: float = 1.0
     """Share of the residual over its noise that is left, in the block with the largest share"""
     alone: str = ""
     """Words if the candidates act in some blocks alone"""
-
-    @property
-    def words(self) -> str:
-        """Sentences of the candidates."""
-        said = " and ".join(c.words(a) for c, a in zip(self.candidates, self.amounts, strict=True))
-        return f"{said}{self.alone and ' '}{self.alone}"
-
-    @property
-    def nice(self) -> bool:
-        """Whether all amounts are ones that a slip would give."""
-        return all(c.nice(a) for c, a in zip(self.candidates, self.amounts, strict=True))
 
     @property
     def explains(self) -> bool:
         """Whether noise is all that is left."""
         return self.left <= AT_NOISE and self.share * GAIN <= 1.0
 
+    @property
+    def order(self) -> tuple[bool, bool, float]:
+        """Key by which fits are sorted: those that leave noise, of these the nice ones; then by what is left."""
+        nice = all(c.nice(a) for c, a in zip(self.candidates, self.amounts, strict=True))
+        return not self.explains, self.explains and not nice, 0.0 if self.explains else self.share
 
-def ranked(found: Sequence[Fitted]) -> list[Fitted]:
-    """Fits that leave noise alone, those that a slip would give first; then the others by what they leave."""
-    return sorted(found, key=lambda f: (not f.explains, f.explains and not f.nice, 0.0 if f.explains else f.share))
+    @property
+    def scene(self) -> Scene | None:
+        """Scene whose right motion a single candidate is; None of a change that no scene has."""
+        of = self.candidates[0].scene
+        return of(float(self.amounts[0][0])) if of is not None and len(self.candidates) == 1 else None
+
+    @property
+    def explanation(self) -> Explanation:
+        """The candidates as mistakes."""
+        said = [c.words(a) for c, a in zip(self.candidates, self.amounts, strict=True)]
+        said[-1] += f" {self.alone}" if self.alone else ""
+        mistakes = (Mistake(c.name, words, c.section) for c, words in zip(self.candidates, said, strict=True))
+        left = Left(self.left / AT_NOISE, self.left / AT_NOISE, self.share)
+        return Explanation(tuple(mistakes), Fit(motion=left))
 
 
 class MotionSearch:
@@ -103,39 +105,26 @@ class MotionSearch:
 
     @cached_property
     def candidates(self) -> list[Candidate]:
-        """All candidates: terms, numbers of the scene, other scenes."""
-        other = map(self.of_alternative, alternatives(self.scene))
-        found = [*terms(self.balance), *map(self.of_number, numbers(self.scene)), *other]
-        if self.scene.bars > 1:
-            found += [self.of_reach(*each) for each in REACHES]
-        if JOINTS in self.residual.wrong:
-            found += of_reactions(self.balance)
-        return found
+        """All candidates: terms, numbers of the scene, other scenes, places of the joints."""
+        found = Candidates(self.balance)
+        found.found += terms(self.balance)
+        for n in numbers(self.scene):
+            of = partial(self.of_change, n.change)
+            found.found.append(number(n.name, n.section, of, n.words, n.probe, n.range, n.nice, n.change))
+        for name, words, section, scene in others(self.scene):
+            found.fixed(name, words, section, partial(self.of_scene, scene), scene)
+        for name, words, left, right in REACHES if self.scene.bars > 1 else ():
+            of, said = partial(self.of_reach, left, right), partial(reach_words, words)
+            found.found.append(number(name, BODIES, of, said, REACH_PROBE, (-0.5, 0.5)))
+        return [*found.found, *(of_reactions(self.balance) if JOINTS in self.residual.wrong else ())]
 
-    def of_alternative(self, a: Alternative) -> Candidate:
-        """Candidate of another scene."""
-        found = fixed(a.name, a.section, partial(self.of_scene, a.scene), a.words)
-        return dataclasses.replace(found, scene=lambda _: a.scene)
+    def of_change(self, change: Callable[[float], Scene], amount: float) -> Array:
+        """Rows of another scene by an amount."""
+        return self.of_scene(change(amount))
 
-    def of_number(self, n: Number) -> NumberCandidate:
-        """Candidate of a number, linear about the right value."""
-        return NumberCandidate(
-            n.name, n.section, lambda: self.of_scene(n.change(n.probe)) / n.probe, lambda a: n.words(float(a[0])),
-            nice=lambda a: n.nice(float(a[0])), scene=n.change, of=lambda a: self.of_scene(n.change(a)),
-            probe=n.probe, range=n.range,
-        )  # fmt: skip
-
-    def of_reach(self, name: str, words: str, left: float, right: float) -> NumberCandidate:
-        """Candidate of joints beside the bars' ends: reaches of 1/2 + amount, times `left` and `right`, in lengths."""
-
-        def of(amount: float) -> Array:
-            return self.of_scene(self.scene, (0.5 + left * amount, 0.5 + right * amount))
-
-        return NumberCandidate(
-            name, BODIES, lambda: of(REACH_PROBE) / REACH_PROBE,
-            lambda a: f"the joints are {words.format(f'{0.5 + float(a[0]):.6g}')} of the length from the bars' centres",
-            of=of, probe=REACH_PROBE, range=(-0.5, 0.5),
-        )  # fmt: skip
+    def of_reach(self, left: float, right: float, amount: float) -> Array:
+        """Rows of joints beside the bars' ends: reaches of 1/2 + amount, times `left` and `right`, in lengths."""
+        return self.of_scene(self.scene, (0.5 + left * amount, 0.5 + right * amount))
 
     def of_scene(self, scene: Scene, reach: tuple[float, float] = ENDS) -> Array:
         """Rows (n - 1, c) that make the residual under another scene's equations; NaN where these fail.
@@ -164,17 +153,16 @@ class MotionSearch:
     @cached_property
     def best(self) -> list[Fitted]:
         """Fits of all wrong blocks, best first; of some blocks alone where nothing explains all."""
-        wrong = self.residual.wrong
-        every = self.fits(tuple(self.balance.columns))
-        if any(f.explains for f in every):
-            return every
-        found = list(every)
-        sets = [wrong, tuple(name for name in wrong if name != JOINTS)]
-        for blocks in dict.fromkeys(s for s in sets if s and s != tuple(self.balance.columns)):
-            found += [self.told_alone(f, blocks) for f in self.fits(blocks)]
+        wrong, whole = self.residual.wrong, tuple(self.balance.columns)
+        found = self.fits(whole)
+        for blocks in dict.fromkeys((wrong, tuple(name for name in wrong if name != JOINTS))):
             if any(f.explains for f in found):
                 break
-        return ranked(found)
+            if blocks and blocks != whole:
+                found = sorted(
+                    [*found, *(self.told_alone(f, blocks) for f in self.fits(blocks))], key=attrgetter("order")
+                )
+        return found
 
     def fits(self, blocks: tuple[str, ...]) -> list[Fitted]:
         """Fits of single candidates and, where none explains the residual, of two."""
@@ -196,24 +184,9 @@ class MotionSearch:
         return dataclasses.replace(f, alone=f"{' and '.join(places)} alone")
 
 
-@dataclass(frozen=True)
-class NumberCandidate(Candidate):
-    """A number of the scene."""
-
-    of: Callable[[float], Array] = field(kw_only=True)
-    """Rows (n - 1, c) of an amount"""
-    probe: float = field(kw_only=True)
-    """Amount that is small enough for a linear effect"""
-    range: tuple[float, float] = field(kw_only=True)
-    """Least and largest amount"""
-
-    def possible(self, amount: float) -> bool:
-        """Whether the number can be wrong by an amount."""
-        return self.range[0] <= amount <= self.range[1]
-
-    def linear(self, amount: float) -> bool:
-        """Whether the effect of an amount is linear: of masses and lengths, of small amounts alone."""
-        return self.possible(amount) and (self.section != BODIES or abs(amount) <= SMALL)
+def reach_words(words: str, amount: float) -> str:
+    """Sentence on joints beside the bars' ends."""
+    return f"the joints are {words.format(f'{0.5 + amount:.6g}')} of the length from the bars' centres"
 
 
 class Problem:
@@ -221,7 +194,7 @@ class Problem:
 
     def __init__(self, search: MotionSearch, blocks: tuple[str, ...]) -> None:
         """Weigh the residual."""
-        self.search, residual = search, search.residual
+        residual = search.residual
         columns = residual.balance.columns
         self.known = residual.known
         self.columns = np.concatenate([np.arange(columns[name].start, columns[name].stop) for name in blocks])
@@ -234,47 +207,48 @@ class Problem:
             least[part] = FLOOR * np.sqrt(np.mean(self.value[:, part] ** 2))
         self.weight = 1.0 / np.hypot(self.noise, least)
         self.right = (self.value * self.weight).ravel()
+        made = ((c, self.vectors(c.rows)) for c in search.candidates)
+        self.effects = [(c, x) for c, x in made if np.isfinite(x).all() and x.any()]
+        """Candidates that have an effect, with it"""
 
     def vectors(self, rows: Array) -> Array:
         """Weighted rows (n - 1, c, m) as (k, m)."""
         found: Array = (rows[self.known][:, self.columns] * self.weight[..., None]).reshape(len(self.right), -1)
         return found
 
-    @cached_property
-    def linear(self) -> list[tuple[Candidate, Array]]:
-        """Candidates that have an effect, with it."""
-        made = ((c, self.vectors(c.rows)) for c in self.search.candidates)
-        return [(c, x) for c, x in made if np.isfinite(x).all() and x.any()]
-
-    def fitted(self, candidates: tuple[Candidate, ...], amounts: tuple[Array, ...], rest: Array) -> Fitted:
+    def fitted(self, candidates: Sequence[Candidate], amounts: Sequence[Array], rest: Array) -> Fitted:
         """Fit that leaves a weighted rest (k,)."""
         weighted, whole = rest.reshape(self.value.shape), self.value * self.weight
         left = float(np.sqrt(np.mean((weighted / self.weight / self.noise) ** 2)))
         shares = [np.linalg.norm(weighted[:, p]) / np.linalg.norm(whole[:, p]) for p in self.parts]
-        return Fitted(candidates, amounts, left, float(max(shares, default=1.0)))
+        return Fitted(tuple(candidates), tuple(amounts), left, float(max(shares, default=1.0)))
 
-    def single(self, c: Candidate, x: Array) -> Fitted:
-        """Fit of one candidate."""
-        a = np.ones(1) if c.fixed else amounts_of(x, self.right)
-        if isinstance(c, NumberCandidate) and not c.possible(float(a[0])):
-            return Fitted((c,), (a,), math.inf, 1.0)
-        return self.fitted((c,), (a,), self.right - x @ a)
+    def linear_fit(self, effects: Sequence[tuple[Candidate, Array]]) -> Fitted:
+        """Fit of candidates by their linear effects: amounts of least squares, 1 where they are fixed."""
+        free = [x for c, x in effects if not c.fixed]
+        rest = self.right - sum((x[:, 0] for c, x in effects if c.fixed), np.zeros(len(self.right)))
+        found = iter(least_squares(np.concatenate(free, axis=1), rest).tolist() if free else ())
+        amounts = [np.ones(1) if c.fixed else np.array([next(found) for _ in range(x.shape[1])]) for c, x in effects]
+        left = self.right - sum(x @ a for (_, x), a in zip(effects, amounts, strict=True))
+        return self.fitted([c for c, _ in effects], amounts, left)
 
     @cached_property
     def singles(self) -> list[Fitted]:
         """Fits of single candidates, best first; the best numbers beyond their linear effect."""
-        found = sorted((self.single(c, x) for c, x in self.linear), key=lambda f: f.share)
-        numbers = [f for f in found if isinstance(f.candidates[0], NumberCandidate)][:REFINED]
+        found = [f if f.candidates[0].possible(f.amounts[0]) else dataclasses.replace(f, left=math.inf, share=1.0)
+                 for f in (self.linear_fit([each]) for each in self.effects)]  # fmt: skip
+        found.sort(key=lambda f: f.share)
+        numbers = [f for f in found if f.candidates[0].of is not None][:REFINED]
         refined = {id(f): self.refined(f) for f in numbers}
-        return ranked([refined.get(id(f), f) for f in found])
+        return sorted((refined.get(id(f), f) for f in found), key=attrgetter("order"))
 
     def refined(self, f: Fitted) -> Fitted:
         """Number fitted beyond its linear effect, by Gauss and Newton."""
         c, a = f.candidates[0], float(f.amounts[0][0])
-        assert isinstance(c, NumberCandidate)
-        best = dataclasses.replace(f, left=math.inf, share=1.0)
+        assert c.of is not None
+        best = Fitted(f.candidates, f.amounts)
         for _ in range(ROUNDS):
-            if not c.possible(a):
+            if not c.possible(np.array([a])):
                 break
             here, there = (self.vectors(c.of(v)[..., None])[:, 0] for v in (a, a + c.probe))
             rest = self.right - here
@@ -284,7 +258,7 @@ class Problem:
             if not now.left < best.left:
                 break
             best, done = now, now.left > 0.9 * best.left
-            step = float(amounts_of(((there - here) / c.probe)[:, None], rest)[0])
+            step = float(least_squares(((there - here) / c.probe)[:, None], rest)[0])
             if done or abs(step) < 1e-13 * max(abs(a), 1e-3):
                 break
             a += step
@@ -293,39 +267,23 @@ class Problem:
     @cached_property
     def pairs(self) -> list[Fitted]:
         """Fits of two candidates, best first."""
-        one = [(c, x[:, 0]) for c, x in self.linear if x.shape[1] == 1]
+        one = [(c, x) for c, x in self.effects if x.shape[1] == 1]
         if len(one) < 2:
             return []
-        x = np.stack([v / np.linalg.norm(v) for _, v in one], axis=1)
+        x = np.concatenate([v / np.linalg.norm(v) for _, v in one], axis=1)
         gram, dots = x.T @ x, x.T @ self.right
         apart = 1.0 - gram**2
         with np.errstate(divide="ignore", invalid="ignore"):
             gain = (dots[:, None] ** 2 - 2.0 * gram * np.outer(dots, dots) + dots[None] ** 2) / apart
         gain[apart < PARALLEL] = -1.0
         upper = np.triu_indices(len(one), 1)
-        found = []
-        for k in np.argsort(gain[upper])[::-1][:PAIRS]:
-            (ci, xi), (cj, xj) = one[upper[0][k]], one[upper[1][k]]
-            ai, aj = pair_amounts(xi, xj, self.right, ci.fixed, cj.fixed)
-            if not all(c.linear(a) for c, a in ((ci, ai), (cj, aj)) if isinstance(c, NumberCandidate)):
-                continue
-            found.append(self.fitted((ci, cj), (np.array([ai]), np.array([aj])), self.right - ai * xi - aj * xj))
-        return ranked(found)
+        best = np.argsort(gain[upper])[::-1][:PAIRS]
+        found = (self.linear_fit([one[upper[0][k]], one[upper[1][k]]]) for k in best)
+        linear = (f for f in found if all(map(Candidate.linear, f.candidates, f.amounts)))
+        return sorted(linear, key=attrgetter("order"))
 
 
-def pair_amounts(x: Array, y: Array, r: Array, x_fixed: bool, y_fixed: bool) -> tuple[float, float]:
-    """Amounts of two effects; 1 where they are fixed."""
-    if x_fixed and y_fixed:
-        return 1.0, 1.0
-    if x_fixed:
-        return 1.0, float(amounts_of(y[:, None], r - x)[0])
-    if y_fixed:
-        return float(amounts_of(x[:, None], r - y)[0]), 1.0
-    a = amounts_of(np.stack([x, y], axis=1), r)
-    return float(a[0]), float(a[1])
-
-
-def amounts_of(x: Array, r: Array) -> Array:
+def least_squares(x: Array, r: Array) -> Array:
     """Amounts (m,) of least squares."""
     found: Array = np.asarray(np.linalg.lstsq(x, r, rcond=None)[0], float)
     return found

@@ -3,33 +3,34 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.judge.diagnosis.motion.candidate import (
-    BODIES,
-    GRAVITY,
-    LOADS,
-    Candidate,
-    Candidates,
-    is_own_gravity,
-    uniform_words,
-)
+from barchain.judge.diagnosis.motion.balance import BARS, JOINTS, real
+from barchain.judge.diagnosis.motion.candidate import BODIES, GRAVITY, LOADS, NICE, Candidate, Candidates
 from barchain.judge.diagnosis.motion.equations import Load
-from barchain.judge.diagnosis.motion.stray import stray
+from barchain.judge.diagnosis.motion.numbers import BODY_WORDS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator
 
+    from adapters.trajectory import Array
     from barchain.judge.diagnosis.motion.balance import Balance
+    from reference_impl.model.arrays import ComplexArray
 
 NAMES = {
     "quadrupole": "force of the central field on the bars' second moments",
     "slender": "gravity on slender bars beyond that on point masses",
 }
 """Nouns of effects whose names are none"""
-BODY_WORDS = {"moon": "Moon", "sun": "Sun"}
+SIDES = (("before", 1.0, 0.0), ("after", 0.0, 1.0))
+"""Bars beside a joint, and the shares of a joint's torque on both"""
+ENDS = ((1.0, "first"), (-1.0, "last"))
+"""Bars from which reactions are summed"""
+AXIS_SHARE = 1e-3
+"""Share of a uniform field across an axis from which on its direction is told by components"""
 
 
 def terms(b: Balance) -> list[Candidate]:
@@ -45,8 +46,12 @@ def terms(b: Balance) -> list[Candidate]:
         simplified_gradient(found)
     if b.scene.effects.joint_spring_damper is not None:
         springs_and_dampers(found)
-    velocity_terms(found)
-    stray(found)
+    damping(found)
+    on_bars(found)
+    if b.scene.bars > 1:
+        velocity_terms(found)
+        in_joints(found)
+        armature(found)
     return found.found
 
 
@@ -55,28 +60,26 @@ def pieces(b: Balance) -> Iterator[tuple[str, str, Load]]:
     e = b.equations
     yield "the tidal force", GRAVITY, e.tide
     yield "the torque of the gravity gradient", GRAVITY, e.gradient
-    thrusts, bodies = iter(range(len(b.scene.effects.thrust))), iter(b.scene.effects.third_body)
-    pushes = []
+    bodies, several = iter(b.scene.effects.third_body), len(b.scene.effects.thrust) > 1
+    thrusts: list[Load] = []
     for effect, load in zip(e.model.effects, e.effects, strict=True):
         if effect.name == "thrust":
-            pushes.append(load)
-            number = next(thrusts) + 1
-            yield f"the thrust {number}" if len(b.scene.effects.thrust) > 1 else "the thrust", LOADS, load
+            thrusts.append(load)
+            yield f"the thrust {len(thrusts)}" if several else "the thrust", LOADS, load
         elif effect.name == "third_body":
             body = next(bodies).name
             yield f"the attraction of the {BODY_WORDS.get(body, body)} as third body", LOADS, load
         elif effect.name != "joint_spring_damper":
             yield f"the {NAMES.get(effect.name, effect.name.replace('_', ' '))}", LOADS, load
-    if len(pushes) > 1:
-        yield "the sum of all thrusts", LOADS, summed(pushes)
+    if several:
+        yield "the sum of all thrusts", LOADS, sum_of(e.zero, thrusts)
 
 
-def summed(loads: Sequence[Load]) -> Load:
+def sum_of(zero: Load, loads: list[Load]) -> Load:
     """Sum of loads."""
-    found = loads[0]
-    for load in loads[1:]:
-        found = found.plus(load)
-    return found
+    for load in loads:
+        zero = zero.plus(load)
+    return zero
 
 
 def named(label: str) -> str:
@@ -119,9 +122,26 @@ def at_ends(found: Candidates, name: str, label: str, section: str, load: Load) 
 def uniform_field(found: Candidates) -> None:
     """The same acceleration everywhere: a library's own gravity."""
     e, k = found.balance.equations, len(found.balance.equations.states.t_s)
-    along = [found.balance.rows(e.zero._replace(common=np.full(k, way))) for way in (1.0 + 0.0j, 1j)]
-    rows = np.stack(along, axis=-1)
-    found.found.append(Candidate("uniform-gravity", GRAVITY, lambda: rows, uniform_words, nice=is_own_gravity))
+
+    def rows() -> Array:
+        along = [found.balance.rows(e.zero._replace(common=np.full(k, way))) for way in (1.0 + 0.0j, 1j)]
+        return np.stack(along, axis=-1)
+
+    found.found.append(Candidate("uniform-gravity", GRAVITY, rows, uniform_words, nice=is_own_gravity))
+
+
+def uniform_words(amount: Array) -> str:
+    """Words for a uniform field (2,) m/s²."""
+    size, parts = float(np.hypot(*amount)), [(v, f"z{k + 1}") for k, v in enumerate(amount.tolist())]
+    along = [f"{'+' if v > 0.0 else '-'}{axis}" for v, axis in parts if abs(v) > AXIS_SHARE * size]
+    way = f"along {along[0]}" if len(along) == 1 else f"({parts[0][0]:.4g}, {parts[1][0]:.4g}) m/s^2"
+    own = ": the engine's own gravity is left on" if is_own_gravity(amount) else ""
+    return f"the motion has a uniform gravity of {size:.5g} m/s^2 {way}{own}"
+
+
+def is_own_gravity(amount: Array) -> bool:
+    """Whether a uniform field is that of the Earth's surface, with which libraries begin."""
+    return any(abs(float(np.hypot(*amount)) / g - 1.0) < NICE for g in (9.81, 9.80665, 9.8, 10.0))
 
 
 def simplified_tide(found: Candidates) -> None:
@@ -148,11 +168,8 @@ def simplified_gradient(found: Candidates) -> None:
     turning = ((s.velocity * s.com.conj()).imag[:, None] / r**2) ** 2
     for name, product, words in (
         ("at-centre", mu / r**3 * here.real * here.imag, "is that at the chain's centre of mass"),
-        (
-            "of-start",
-            mu / start**3 * both,
-            "has the mean motion of a circular orbit at the start, from mu over r0 cubed",
-        ),
+        ("of-start", mu / start**3 * both,
+         "has the mean motion of a circular orbit at the start, from mu over r0 cubed"),
         ("of-mean-motion", b.scene.mean_motion_rad_s**2 * both, "has the mean motion of the orbit at the start"),
         ("of-orbital-rate", b.scene.orbital_rate_rad_s**2 * both, "has the orbital rate v0/r0 for the mean motion"),
         ("of-longitude", turning * both, "has the rate of the longitude for the mean motion"),
@@ -160,9 +177,15 @@ def simplified_gradient(found: Candidates) -> None:
         ("of-sine", n2 * seen.real, "has the sine of the angle without the cosine"),
         ("of-cosine", n2 * seen.imag, "has the cosine of the angle without the sine"),
         ("of-angle", n2 * np.arcsin(np.clip(seen.real, -1.0, 1.0)), "is linear in the angle"),
-    ):
+    ):  # fmt: skip
         change = e.torque(3.0 * product * b.shape.inertia - e.gradient.torque)
         found.fixed(f"gradient-{name}", f"the torque of the gravity gradient {words}", GRAVITY, change)
+
+
+def at_joint(values: Array, joint: int) -> Array:
+    """Values (k, N - 1) of one joint alone, from 0."""
+    found: Array = values * (np.arange(values.shape[1]) == joint)
+    return found
 
 
 def springs_and_dampers(found: Candidates) -> None:
@@ -171,52 +194,157 @@ def springs_and_dampers(found: Candidates) -> None:
     given = b.scene.effects.joint_spring_damper
     assert given is not None
     k, c, rest = (np.array(v) for v in (given.stiffness_N_m_rad, given.damping_N_m_s_rad, given.rest_rad))
-    bent, turning, joints = np.diff(s.angle, axis=1), np.diff(s.rate, axis=1), range(s.bars - 1)
-    torques = {"spring": k * (bent - rest), "damper": c * turning, "rest angle": -k * rest + 0.0 * bent}
-    for one, torque in torques.items():
-        each = [e.on_joint(j, torque[:, j]) for j in joints]
+    bent, turning = np.diff(s.angle, axis=1), np.diff(s.rate, axis=1)
+    spring, damper = k * (bent - rest), c * turning
+    for one, torque in (("spring", spring), ("damper", damper), ("rest angle", -k * rest + 0.0 * bent)):
         name = named(one)
-        found.times(f"{name}s", f"the joints' {one}s are", LOADS, summed(each))
-        for side, where in ((0, "before"), (1, "after")):
-            half = summed([load.on(j + side) for j, load in enumerate(each)])
-            found.times(f"{name}s-{where}", f"the torque of the {one}s on the bar {where} the joint is", LOADS, half)
-        for j in joints if len(each) > 1 else ():
-            found.times(f"{name}-{j + 1}", f"the {one} of joint {j + 1} is", LOADS, each[j])
-            for bar in (j, j + 1):
+        found.times(f"{name}s", f"the joints' {one}s are", LOADS, e.on_joints(torque))
+        for where, *shares in SIDES:
+            words = f"the torque of the {one}s on the bar {where} the joint is"
+            found.times(f"{name}s-{where}", words, LOADS, e.on_joints(torque, *shares))
+        for j in range(s.bars - 1) if s.bars > 2 else ():
+            found.times(f"{name}-{j + 1}", f"the {one} of joint {j + 1} is", LOADS, e.on_joints(at_joint(torque, j)))
+            for bar, (_, *shares) in zip((j, j + 1), SIDES, strict=True):
                 words = f"the torque of the {one} of joint {j + 1} on bar {bar + 1} is"
-                found.times(f"{name}-{j + 1}-on-bar-{bar + 1}", words, LOADS, each[j].on(bar))
-    whole = [e.on_joint(j, (torques["spring"] + torques["damper"])[:, j]) for j in joints]
-    own = summed([e.on_joint(j, torques["damper"][:, j]) for j in joints])
-    for side, where, alone in ((0, "before", s.rate[:, 1:]), (1, "after", -s.rate[:, :-1])):
-        lost = summed([load.on(j + side).times(-1.0) for j, load in enumerate(whole)])
+                load = e.on_joints(at_joint(torque, j), *shares)
+                found.times(f"{name}-{j + 1}-on-bar-{bar + 1}", words, LOADS, load)
+    neighbours = (("after", s.rate[:, 1:]), ("before", -s.rate[:, :-1]))
+    for (where, *shares), (other, alone) in zip(SIDES, neighbours, strict=True):
         words = f"the springs and dampers have no torque on the bar {where} the joint"
-        found.fixed(f"springs-without-bar-{where}", words, LOADS, lost)
-        one_rate = summed([e.on_joint(j, (c * alone)[:, j]) for j in joints])
-        other = "after" if side == 0 else "before"
-        words = (
-            f"the dampers take the inertial rate of the bar {other} the joint alone, not the difference of both rates"
-        )
-        found.fixed(f"dampers-of-bar-{other}", words, LOADS, one_rate.plus(own.times(-1.0)))
-    inertial = e.torque(-(np.pad(c, (0, 1)) + np.pad(c, (1, 0))) * s.rate).plus(own.times(-1.0))
+        found.fixed(f"springs-without-bar-{where}", words, LOADS, e.on_joints(-spring - damper, *shares))
+        words = f"the dampers take the inertial rate of the bar {other} the joint alone, not the difference of both"
+        found.fixed(f"dampers-of-bar-{other}", f"{words} rates", LOADS, e.on_joints(c * alone - damper))
+    inertial = e.torque(-(np.pad(c, (0, 1)) + np.pad(c, (1, 0))) * s.rate).plus(e.on_joints(-damper))
     found.fixed("dampers-by-inertial-rates", "the dampers act on the bars' inertial rates, not on their differences",
                 LOADS, inertial)  # fmt: skip
     for name, angle, words in (("", bent, ""), ("-from-rest", bent - rest, "from their rest ")):
         lost_turns = -k * 2.0 * math.pi * np.round(angle / (2.0 * math.pi))
-        jumps = summed([e.on_joint(j, lost_turns[:, j]) for j in joints])
         found.fixed(f"springs-wrapped{name}", f"the springs' angles {words}are wrapped to half a turn either way",
-                    LOADS, jumps)  # fmt: skip
+                    LOADS, e.on_joints(lost_turns))  # fmt: skip
 
 
 def velocity_terms(found: Candidates) -> None:
     """Terms of the rates squared, which couple the bars."""
     b, e, s = found.balance, found.balance.equations, found.balance.equations.states
-    if s.bars == 1:
-        return
     found.times("centrifugal", "the centrifugal torque of the bars' rates squared is", BODIES,
-                lambda: b.bar_rows(b.shape.centrifugal(s)))  # fmt: skip
+                lambda: b.block(BARS, b.rule.integral(b.shape.centrifugal(s))))  # fmt: skip
     found.times("kinetic-slope", "the slope of the kinetic energy with the angles is", BODIES,
-                lambda: b.bar_rows(b.shape.kinetic_slope(s)))  # fmt: skip
+                lambda: b.block(BARS, b.rule.integral(b.shape.kinetic_slope(s))))  # fmt: skip
     from_root = np.tril(np.tile(b.shape.left + b.shape.right, (s.bars, 1)), -1) + np.diag(b.shape.left)
     pull = b.shape.mass * ((s.unit * s.rate**2) @ from_root.T)
     words = "the velocity-dependent terms (centrifugal and Coriolis', of all bars from the first bar's end on) are"
     found.times("velocity-terms", words, BODIES, e.force(pull))
+
+
+def damping(found: Candidates) -> None:
+    """Damping of all velocities and rates, as engines for games add it."""
+    b, e, s = found.balance, found.balance.equations, found.balance.equations.states
+    turning, drift = e.torque(-b.shape.inertia * s.rate), e.force(-b.shape.mass * e.drift)
+    share = "damped by a share of {} in a second"
+    for name, words, load in (
+        ("angular-damping", f"the bars' rates are {share}", turning),
+        ("linear-damping", f"the bars' velocities relative to the centre of mass are {share}", drift),
+        ("body-damping", f"the bars' rates and velocities are {share}", turning.plus(drift)),
+        ("track-damping", f"the velocity of the centre of mass is {share}", e.zero._replace(common=-s.velocity)),
+    ):
+        found.added(name, words, "", LOADS, load)
+    words = "the bars' inertial rates have a damping of {} each"
+    found.added("rate-damping", words, "N m s/rad", LOADS, e.torque(-s.rate))
+
+
+def on_bars(found: Candidates) -> None:
+    """Torques on single bars: damping against inertial axes, a constant, more inertia."""
+    b, e, s, own = found.balance, found.balance.equations, found.balance.equations.states, found.balance.motion.states
+    for bar in range(s.bars):
+        one = 1.0 * (np.arange(s.bars) == bar)
+        where = "root joint, of bar 1" if bar == 0 else f"bar {bar + 1}"
+        found.added(f"damping-of-bar-{bar + 1}", f"the {where} against inertial axes, has a damping of {{}}",
+                    "N m s/rad", LOADS, e.torque(-one * s.rate))  # fmt: skip
+        found.added(f"torque-on-bar-{bar + 1}", f"the bar {bar + 1} has a constant torque of {{}}", "N m", LOADS,
+                    e.torque(one + 0.0 * s.rate))  # fmt: skip
+        if s.bars > 1:
+            found.added(f"inertia-of-bar-{bar + 1}", f"the bar {bar + 1} has an additional moment of inertia of {{}}",
+                        "kg m^2", BODIES, partial(b.block, BARS, -one * np.diff(own.rate, axis=0)))  # fmt: skip
+
+
+def in_joints(found: Candidates) -> None:
+    """Torques in all joints, or in one, that no scene has."""
+    e, s = found.balance.equations, found.balance.equations.states
+    bent, turning = np.diff(s.angle, axis=1), np.diff(s.rate, axis=1)
+    more = "more" if found.balance.scene.effects.joint_spring_damper else "that the scene lacks"
+    for name, what, unit, values in (
+        ("friction", "a friction (damping)", "N m s/rad", turning),
+        ("stiffness", "a stiffness", "N m/rad", bent),
+        ("dry-friction", "a dry friction", "N m", np.sign(turning)),
+        ("bias", "a constant torque", "N m", np.ones_like(turning)),
+    ):
+        said = f"have {what} of {{}} {more}"
+        found.added(f"joint-{name}", f"the joints {said}", unit, LOADS, e.on_joints(values))
+        for j in range(s.bars - 1) if s.bars > 2 else ():
+            words = f"the joint {j + 1} has{said.removeprefix('have')}"
+            found.added(f"joint-{j + 1}-{name}", words, unit, LOADS, e.on_joints(at_joint(values, j)))
+
+
+def armature(found: Candidates) -> None:
+    """Moments of inertia that turn with the joints, and with the root."""
+    b, own = found.balance, found.balance.motion.states
+    gained = np.diff(own.rate, axis=0)
+    turning, root = np.diff(gained, axis=1), gained * (np.arange(own.bars) == 0)
+
+    def added(name: str, words: str, turning: Array, more: Array | float = 0.0) -> None:
+        momenta = np.pad(turning, ((0, 0), (1, 0))) - np.pad(turning, ((0, 0), (0, 1))) + more
+        said = f"the {words} an armature of {{}} that no scene has"
+        found.added(name, said, "kg m^2", BODIES, partial(b.block, BARS, -momenta))
+
+    added("armature", "joints have", turning)
+    added("armature-with-root", "joints and the root have", turning, root)
+    for j in range(own.bars - 1) if own.bars > 2 else ():
+        added(f"armature-{j + 1}", f"joint {j + 1} has", at_joint(turning, j))
+
+
+def of_reactions(b: Balance) -> list[Candidate]:
+    """Candidates that act in the reactions alone."""
+    found = Candidates(b)
+    for label, section, load in pieces(b):
+        if load.acts.any():
+            words = f"the reactions lack {label}: their equations are solved without this load"
+            found.fixed(f"reactions-without-{named(label)}", words, section, partial(response, b, load))
+        for side, end in ENDS if load.force.any() else ():
+            words = f"the reactions, summed from the {end} bar, lack {label}"
+            found.fixed(f"reactions-from-{end}-without-{named(label)}", words, section, partial(summed, b, load, side))
+    mass, bars = np.array(b.scene.chain.mass_kg), b.scene.bars
+    for name, words, other in (
+        ("reversed", "in reversed order", mass[::-1]),
+        ("mean", "all the mean mass", np.full(bars, b.scene.mass_kg / bars)),
+        ("first", "all the first bar's", np.full(bars, mass[0])),
+    ):
+        for side, end in ENDS:
+            found.fixed(f"reactions-with-masses-{name}-from-{end}", f"the masses are {words} in the reactions alone",
+                        BODIES, partial(with_masses, b, other / mass, side))  # fmt: skip
+    return found.found
+
+
+def response(b: Balance, load: Load) -> Array:
+    """Reactions to a load, integrated: of the accelerations that it gives, less the load itself."""
+    s, shape = b.equations.states, b.shape
+    matrix = shape.coupled(s) + np.diag(shape.inertia)
+    turning = np.linalg.solve(matrix, shape.generalised(s, load)[..., None])[..., 0]
+    moved: ComplexArray = shape.mass * shape.centres(1j * s.unit * turning)
+    summed_up: ComplexArray = np.cumsum(moved - shape.apart(load.force), axis=1)[:, :-1]
+    return b.block(JOINTS, real(b.rule.integral(summed_up)))
+
+
+def summed(b: Balance, load: Load, side: float) -> Array:
+    """Load summed over the bars before each joint (side 1) or after it (-1), integrated, with the opposite sign."""
+    before: ComplexArray = np.cumsum(load.force, axis=1)
+    found: ComplexArray = -before[:, :-1] if side > 0.0 else before[:, -1:] - before[:, :-1]
+    return b.block(JOINTS, real(b.rule.integral(found)))
+
+
+def with_masses(b: Balance, ratio: Array, side: float) -> Array:
+    """Momentum gained by joint forces before (side 1) or after (-1) each joint, less that with other masses."""
+    s, shape = b.motion.states, b.shape
+    gained = shape.mass * np.diff(shape.centres(1j * s.unit * s.rate), axis=0)
+    each = (1.0 - ratio) * (gained - b.rule.integral(shape.apart(b.equations.total.force)))
+    before = np.cumsum(each, axis=1)
+    return b.block(JOINTS, real(before[:, :-1] if side > 0.0 else before[:, :-1] - before[:, -1:]))

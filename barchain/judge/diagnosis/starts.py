@@ -13,6 +13,7 @@ import numpy as np
 from adapters.common.initial_state import initial_state
 from barchain.judge.diagnosis.mistake import Mistake
 from barchain.judge.diagnosis.motion.candidate import factor_words
+from barchain.metrics.quantities import FIELDS
 from scenarios.toml.scene_tables import EARTH_MU_M3_S2, EARTH_RADIUS_M
 
 if TYPE_CHECKING:
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 
 ANGLES, RATES, ORBIT = "initial-angles", "initial-rates", "orbit"
 QUARTER_RAD = 0.5 * math.pi
+STATE = ("com", "com_velocity", "attitude", "rate")
+"""Quantities of a state"""
 SAME = 1e-9
 """Relative difference of two starts that are the same: an engine may close its joints, or start on its own grid"""
 MOST_FITTED = 2
@@ -129,8 +132,8 @@ ORBIT_CHANGES: tuple[tuple[str, str, SceneChange], ...] = (
      part("orbit", speed_factor=lambda s: math.sqrt(abs(s.orbit.speed_factor)))),
     *((f"radius-{name}", f"the altitude counts from {words}", part("central_body", radius_m=constant(value)))
       for name, words, value in RADIUS_M),
-    *((f"mu-{name}", f"the gravitational parameter is that of {words}", part("central_body", mu_m3_s2=constant(value)))
-      for name, words, value in MU_M3_S2),
+    *((f"mu-{name}", f"the gravitational parameter is that of {words}",
+       part("central_body", mu_m3_s2=constant(value))) for name, words, value in MU_M3_S2),
 )  # fmt: skip
 STARTS = (
     *(Start(f"initial-angles-{n}", f"the initial angles {words}", ANGLES, c) for n, words, c in ANGLE_CHANGES),
@@ -139,21 +142,17 @@ STARTS = (
 )
 
 
-STATE = {"com": "com_m", "com_velocity": "com_velocity_m_s", "attitude": "angle_rad", "rate": "rate_rad_s"}
-"""Quantities of a state, and their arrays"""
-
-
 def off_start(first: Trajectory, right: InitialState) -> dict[str, Array]:
     """Difference of the first sample of a trajectory from a start, for each quantity that it has."""
-    given = {quantity: getattr(first, array) for quantity, array in STATE.items()}
-    return {q: values[0] - getattr(right, STATE[q]) for q, values in given.items() if values is not None}
+    given = {quantity: getattr(first, FIELDS[quantity]) for quantity in STATE}
+    return {q: values[0] - getattr(right, FIELDS[q]) for q, values in given.items() if values is not None}
 
 
 def same_start(first: Trajectory, right: InitialState, scene: Scene) -> bool:
     """Whether the first sample of a trajectory is a given start."""
     sizes = {"com": scene.radius0_m, "com_velocity": 0.0, "attitude": 1.0, "rate": scene.fastest_rate_rad_s}
     return all(
-        bool(np.all(np.abs(off) <= SAME * max(sizes[q], float(np.abs(getattr(right, STATE[q])).max()))))
+        bool(np.all(np.abs(off) <= SAME * max(sizes[q], float(np.abs(getattr(right, FIELDS[q])).max()))))
         for q, off in off_start(first, right).items()
     )
 

@@ -1,0 +1,117 @@
+"""Readings with a number that is fitted to the result: a factor or a constant, of all bars and joints or of one."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from barchain.judge.diagnosis.readings import PARTS, VECTORS, Reading, of, plus, times
+from barchain.metrics.quantities import arrays
+from scenarios import Gravity
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from adapters.trajectory import Array, Trajectory
+    from barchain.judge.diagnosis.readings import Change
+    from scenarios import Scene
+
+SCALED = ("reactions", "angles", "rates", "torques", "centre-of-mass", "velocity")
+"""Parts with an unknown factor"""
+UNITS = {"reactions": "N", "rates": "rad/s", "centre-of-mass": "m", "velocity": "m/s"}
+"""Parts with an unknown constant, and its unit"""
+PLACES = {"reactions": "at joint", "angles": "of bar", "rates": "of bar"}
+"""Parts with an unknown factor at one place"""
+SAME = 1e-6
+"""Departure of a fitted factor from -1 that is not worth a number"""
+NEAR_ONE = 1e-3
+"""Departure from 1 below which a factor is told by the departure"""
+DIGITS = 3
+"""Digits of a fitted constant"""
+
+
+def fitted(scene: Scene, given: Trajectory, right: Trajectory) -> Iterator[Reading]:
+    """Readings whose number fits a result best, at n common samples.
+
+    Parameters
+    ----------
+    scene : Scene
+    given : Trajectory
+        The result.
+    right : Trajectory
+        The right motion.
+    """
+    own, known = arrays(given), arrays(right)
+    both = {p: (own[f], known[f]) for p in SCALED if (f := PARTS[p].fields[0]) in own and f in known}
+    for part, (mine, true) in both.items():
+        if np.any(true):
+            factor = fitted_factor(mine, true)
+            also = same_factor(scene) if part == "reactions" else ""
+            said = f"are {factor_words(factor)} times the right values{also}"
+            yield of(part, "times-a-factor", said, times(factor))
+        constant: Array = np.median(mine - true, axis=0)
+        if part == "angles":
+            whole = math.remainder(float(np.median(mine - true)), 2.0 * math.pi)
+            said = f"are off by a constant {math.degrees(whole):.6g} degrees"
+            yield of(part, "off-by-a-constant", said, plus(whole), turns=True)
+        elif part in UNITS and np.any(constant):
+            rows = constant.reshape(-1, 2 if PARTS[part].fields[0] in VECTORS else 1)
+            said = f"are off by a constant {constant_words(rows)} {UNITS[part]}"
+            yield of(part, "off-by-a-constant", said, plus(constant))
+    for part in both.keys() & PLACES.keys():
+        yield from at_one_place(part, *both[part])
+
+
+def at_one_place(part: str, given: Array, right: Array) -> Iterator[Reading]:
+    """Readings that are wrong by a factor at one bar or joint only."""
+    who, fields, section = PARTS[part]
+    for k in range(right.shape[1]) if right.shape[1] > 1 else ():
+        there = right[:, k]
+        if not np.any(there) or np.array_equal(given[:, k], there):
+            continue
+        factor = fitted_factor(given[:, k], there)
+        opposite = abs(factor + 1.0) < SAME
+        how = "have the opposite sign" if opposite else f"are {factor_words(factor)} times the right values"
+        place = PLACES[part]
+        said = f"the {who} {place} {k + 1} {how}"
+        name = f"{part}-{place.partition(' ')[2]}-{k + 1}"
+        yield Reading(name, said, section, dict.fromkeys(fields, times_at(k, factor)))
+
+
+def same_factor(scene: Scene) -> str:
+    """Properties of all bars whose common factor has reactions as its only trace in a scene, in words."""
+    effects = scene.effects
+    if effects.beyond_basic or effects.prescribed_rotation:
+        return ""
+    lengths = " or the lengths" if effects.gravity is Gravity.NONE else ""
+    return f", or the masses{lengths} of all bars are, in the moments of inertia too"
+
+
+def constant_words(places: Array) -> str:
+    """Values or vectors of all bars or joints as text, (k, 1) or (k, 2); one where all are the same.
+
+    The largest value has three digits, and the others have no further ones.
+    """
+    decimals = DIGITS - 1 - math.floor(math.log10(np.abs(places).max()))
+    rows = [", ".join(f"{round(v, decimals) + 0.0:.{DIGITS}g}" for v in place) for place in places.tolist()]
+    each = [f"({row})" if places.shape[1] > 1 else row for row in rows]
+    return each[0] if len(set(each)) == 1 else f"({', '.join(each)})"
+
+
+def fitted_factor(given: Array, right: Array) -> float:
+    """Factor of the right values that comes nearest to the given ones, by least squares."""
+    return 1.0 + float(np.vdot(right, given - right)) / float(np.vdot(right, right))
+
+
+def factor_words(factor: float) -> str:
+    """Factor as text; one near 1 as its departure from 1."""
+    departure = factor - 1.0
+    near = abs(departure) < NEAR_ONE
+    return f"(1 {'-' if departure < 0.0 else '+'} {abs(departure):.3g})" if near else f"{factor:.6g}"
+
+
+def times_at(place: int, factor: float) -> Change:
+    """Values (n, k, ...) with those of one bar or joint times a factor."""
+    return lambda v, _: np.concatenate([v[:, :place], factor * v[:, place : place + 1], v[:, place + 1 :]], axis=1)

@@ -1,1 +1,0 @@
-"""Altered readings of the right motion: one module for each kind."""
