@@ -22,8 +22,8 @@ Values = TypeVar("Values", "Array", "ComplexArray")
 
 DEGREE = 9
 """Degree of the splines: with ten samples a radian, the error of their integrals is below that of most engines"""
-LOWER = 7
-"""Degree of the splines that show the error"""
+LOWER = 5
+"""Degree of the splines that show the error: where a chain folds fast, one nearer to the other would hide it"""
 FEWEST = 4
 """Samples between two breaks without which nothing is said of the intervals there"""
 SAME_INSTANT = 1e-9
@@ -51,7 +51,8 @@ class Quadrature:
     def curve(self, values: Array | ComplexArray, number: int, degree: int = DEGREE) -> BSpline:
         """Spline through values (k, c) in a smooth piece, which goes on to the ends of the piece."""
         at = self.piece == number
-        return make_interp_spline(self.t_s[self.rows[at]], values[at], min(degree, int(np.count_nonzero(at)) - 1))
+        most = int(np.count_nonzero(at)) - (1 if degree == DEGREE else 3)  # of few samples too, the error shows
+        return make_interp_spline(self.t_s[self.rows[at]], values[at], min(degree, most))
 
     def integral(self, values: Values, degree: int = DEGREE) -> Values:
         """Integral of values (k, c) over each interval, (n - 1, c); zero in unknown intervals."""
