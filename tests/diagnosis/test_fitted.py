@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
 
 from barchain.judge.diagnosis.diagnose import diagnose
@@ -53,6 +54,26 @@ def test_a_sign_that_is_wrong_at_one_place_is_named_with_the_place(field: str, w
 
     found = diagnosis_of(SCENE, wrong(RTOL), wrong(0.1 * RTOL))
     assert str(found).startswith(f"Your {words} have the opposite sign (explained to ")
+
+
+@pytest.mark.parametrize(
+    ("field", "change", "words"),
+    [
+        ("angle_rad", np.degrees, "angles of bar 2 are in degrees"),
+        ("angle_rad", lambda v: v + 0.3, "angles of bar 2 are off by a constant 17.1887 degrees"),
+        ("reaction_N", lambda v: v[:, ::-1], "reactions at joint 2 have exchanged axes"),
+        ("reaction_N", lambda v: 1.3 * v, "reactions at joint 2 are 1.3 times the right values"),
+    ],
+)
+def test_a_mistake_at_one_place_is_named_with_the_place(field: str, change: Any, words: str) -> None:
+    def wrong(rtol: float) -> Trajectory:
+        right = run(SCENE, rtol)
+        values = getattr(right, field).copy()
+        values[:, 1] = change(values[:, 1])
+        return right.replace(**{field: values})
+
+    found = diagnosis_of(SCENE, wrong(RTOL), wrong(0.1 * RTOL))
+    assert str(found).startswith(f"Your {words} (explained to "), str(found)
 
 
 @pytest.mark.parametrize("rtol", one_in(4, [1e-3, 1e-4, 1e-5, 1e-6]))

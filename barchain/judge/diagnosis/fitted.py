@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.judge.diagnosis.readings import PARTS, VECTORS, Reading, of, plus, times
+from barchain.judge.diagnosis.readings import PARTS, READINGS, VECTORS, Reading, of, plus, times
 from barchain.metrics.quantities import arrays
 from scenarios import Gravity
 
@@ -15,17 +15,15 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from adapters.trajectory import Array, Trajectory
-    from barchain.judge.diagnosis.readings import Change
+    from barchain.judge.diagnosis.readings import Change, Right
     from scenarios import Scene
 
 SCALED = ("reactions", "angles", "rates", "torques", "centre-of-mass", "velocity")
 """Parts with an unknown factor"""
 UNITS = {"reactions": "N", "rates": "rad/s", "centre-of-mass": "m", "velocity": "m/s"}
 """Parts with an unknown constant, and its unit"""
-PLACES = {"reactions": "at joint", "angles": "of bar", "rates": "of bar"}
+PLACES = ("reactions", "angles", "rates")
 """Parts with an unknown factor at one place"""
-SAME = 1e-6
-"""Departure of a fitted factor from -1 that is not worth a number"""
 NEAR_ONE = 1e-3
 """Departure from 1 below which a factor is told by the departure"""
 DIGITS = 3
@@ -53,31 +51,50 @@ def fitted(scene: Scene, given: Trajectory, right: Trajectory) -> Iterator[Readi
             yield of(part, "times-a-factor", said, times(factor))
         constant: Array = np.median(mine - true, axis=0)
         if part == "angles":
-            whole = math.remainder(float(np.median(mine - true)), 2.0 * math.pi)
-            said = f"are off by a constant {math.degrees(whole):.6g} degrees"
-            yield of(part, "off-by-a-constant", said, plus(whole), turns=True)
+            for k in (None, *(range(true.shape[1]) if true.shape[1] > 1 else ())):
+                apart = mine - true if k is None else (mine - true)[:, k]
+                turn = math.remainder(float(np.median(apart)), 2.0 * math.pi)
+                said = f"are off by a constant {math.degrees(turn):.6g} degrees"
+                found = of(part, "off-by-a-constant", said, plus(turn), turns=True)
+                yield found if k is None else at_place(found, part, k)
         elif part in UNITS and np.any(constant):
             rows = constant.reshape(-1, 2 if PARTS[part].fields[0] in VECTORS else 1)
             said = f"are off by a constant {constant_words(rows)} {UNITS[part]}"
             yield of(part, "off-by-a-constant", said, plus(constant))
-    for part in both.keys() & PLACES.keys():
-        yield from at_one_place(part, *both[part])
+    for part in (p for p in PLACES if p in both):
+        mine, true = both[part]
+        for k in range(true.shape[1]) if true.shape[1] > 1 else ():
+            if np.any(true[:, k]) and not np.array_equal(mine[:, k], true[:, k]):
+                factor = fitted_factor(mine[:, k], true[:, k])
+                said = f"are {factor_words(factor)} times the right values"
+                yield at_place(of(part, "times-a-factor", said, times(factor)), part, k)
 
 
-def at_one_place(part: str, given: Array, right: Array) -> Iterator[Reading]:
-    """Readings that are wrong by a factor at one bar or joint only."""
-    who, fields, section = PARTS[part]
-    for k in range(right.shape[1]) if right.shape[1] > 1 else ():
-        there = right[:, k]
-        if not np.any(there) or np.array_equal(given[:, k], there):
-            continue
-        factor = fitted_factor(given[:, k], there)
-        opposite = abs(factor + 1.0) < SAME
-        how = "have the opposite sign" if opposite else f"are {factor_words(factor)} times the right values"
-        place = PLACES[part]
-        said = f"the {who} {place} {k + 1} {how}"
-        name = f"{part}-{place.partition(' ')[2]}-{k + 1}"
-        yield Reading(name, said, section, dict.fromkeys(fields, times_at(k, factor)))
+def at_places(scene: Scene) -> Iterator[Reading]:
+    """Known mistakes of reading at one bar or joint only."""
+    for part, count in (("angles", scene.bars), ("rates", scene.bars), ("angles-and-rates", scene.bars),
+                        ("reactions", scene.bars - 1), ("joint-forces", scene.bars - 1)):  # fmt: skip
+        who, fields, _ = PARTS[part]
+        for reading in READINGS if count > 1 else ():
+            if set(reading.changes) == set(fields) and reading.sentence.startswith(f"the {who} "):
+                yield from (at_place(reading, part, k) for k in range(count))
+
+
+def at_place(reading: Reading, part: str, place: int) -> Reading:
+    """A reading of a part, at one bar or joint alone."""
+    who, words = PARTS[part].who, f"{'at joint' if part in ('reactions', 'joint-forces') else 'of bar'} {place + 1}"
+
+    def alone(change: Change) -> Change:
+        def changed(values: Array, right: Right) -> Array:
+            found = values.copy()
+            found[:, place] = change(values, right)[:, place]
+            return found
+
+        return changed
+
+    name, said = f"{reading.name}-{words.replace(' ', '-')}", reading.sentence.replace(who, f"{who} {words}", 1)
+    changes = {field: alone(change) for field, change in reading.changes.items()}
+    return Reading(name, said, reading.section, changes, reading.any_turns)
 
 
 def same_factor(scene: Scene) -> str:
@@ -110,8 +127,3 @@ def factor_words(factor: float) -> str:
     departure = factor - 1.0
     near = abs(departure) < NEAR_ONE
     return f"(1 {'-' if departure < 0.0 else '+'} {abs(departure):.3g})" if near else f"{factor:.6g}"
-
-
-def times_at(place: int, factor: float) -> Change:
-    """Values (n, k, ...) with those of one bar or joint times a factor."""
-    return lambda v, _: np.concatenate([v[:, :place], factor * v[:, place : place + 1], v[:, place + 1 :]], axis=1)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.judge.diagnosis.fitted import fitted
+from barchain.judge.diagnosis.fitted import at_places, fitted
 from barchain.judge.diagnosis.mistake import Explanation, Fit, Left, ranked
 from barchain.judge.diagnosis.readings import READINGS, TIMINGS, VECTORS, WHOLE_TURNS, Reading
 from barchain.judge.residuals import worst
@@ -242,9 +242,13 @@ class ReadingSearch:
 
     @cached_property
     def fitted(self) -> list[Explanation]:
-        """Readings with a fitted number that explain the result, ranked."""
-        tried = self.tried(fitted(self.result.scene, self.result.given, self.result.right))
-        return ranked(t.explanation for t in tried if t.explanation.explains(self.unaltered.own_error))
+        """Readings at one bar or joint alone, or else with a fitted number, that explain the result, ranked."""
+        r, without = self.result, self.unaltered.own_error
+        for mistakes in (at_places(r.scene), fitted(r.scene, r.given, r.right)):
+            found = ranked(e for t in self.tried(mistakes) if (e := t.explanation).explains(without))
+            if found:
+                return found
+        return []
 
     @cached_property
     def pairs(self) -> list[Explanation]:
