@@ -221,20 +221,25 @@ def stray(stiffness: float, damping: float) -> SceneChange:
     return change
 
 
+def gravity_as(change: Callable[[tuple[float, float, float]], tuple[float, float, float]]) -> EngineChange:
+    """Another load of gravity on each bar (m/s^2, m/s^2, rad/s^2), from the right one."""
+
+    def planted(engine: Any, _: Scene) -> None:
+        gravity = engine.chain.loads.gravity
+        if gravity is not None:
+            right = gravity.load
+            gravity.load = lambda *given: change(right(*given))
+
+    return planted
+
+
 def spin_times(factor: float) -> EngineChange:
     """Torque of the gravity gradient times a number, in Pinocchio's loads."""
-
-    def change(engine: Any, _: Scene) -> None:
-        right = engine.chain.loads.spin
-        engine.chain.loads.spin = lambda *given: factor * right(*given)
-
-    return change
+    return gravity_as(lambda load: (load[0], load[1], factor * load[2]))
 
 
-def no_tides(engine: Any, _: Scene) -> None:
-    """The same gravity on all bars, that at the frame's origin."""
-    right = engine.chain.loads.load
-    engine.chain.loads.load = lambda *given: (0.0, 0.0, right(*given)[2])
+no_tides = gravity_as(lambda load: (0.0, 0.0, load[2]))
+"""The same gravity on all bars, that at the frame's origin"""
 
 
 def no_velocity_terms(engine: Any, _: Scene) -> None:
@@ -252,7 +257,7 @@ def loads_on_joints(engine: Any, _: Scene) -> None:
 
     def put(angle: Any, loads: Any) -> None:
         bars = engine.chain.bars
-        engine.chain.bars = [bar._replace(half=0.0) for bar in bars]
+        engine.chain.bars = [bar._replace(half_length_m=0.0) for bar in bars]
         right(angle, loads)
         engine.chain.bars = bars
 
