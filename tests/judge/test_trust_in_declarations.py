@@ -14,7 +14,24 @@ from barchain.judge.scales import believed_noise, believed_steps, scales
 from barchain.runs.job import RunResult
 from barchain.runs.trajectory_checks import fault
 from reports.tables.outcome import Outcome
-from tests.judge.trust_cases import SETTING, JustBelieved, NoisyReference, garbage, judged, run, three_settings
+from scenarios import load_scene
+from tests.judge.trust_cases import (
+    SETTING,
+    JustBelieved,
+    NoisyReference,
+    garbage,
+    judged,
+    run,
+    solution_of,
+    three_settings,
+)
+
+NOISE_RAD = 3e-6
+
+
+@pytest.fixture(scope="module")
+def free():
+    return solution_of(load_scene("conform/three_bars_free"))
 
 
 def test_declared_noise_of_rates_does_not_switch_off_restarts(chaotic, unmodified):
@@ -139,3 +156,17 @@ def test_noise_declared_for_the_start_alone_does_not_loosen_restarts(chaotic, un
 def test_a_track_may_not_be_declared_noisier_than_a_millionth(chaotic):
     n = len(chaotic.amplification)
     assert not believed_noise({"com": np.full(n, 6e4)}, scales(chaotic))["com"].any()
+
+
+def test_declared_noise_of_angles_counts_in_energy_and_angular_momentum(free):
+    class Shaking(NoisyReference):
+        @classmethod
+        def noise(cls, scene, setting, t_s):
+            return {"attitude": np.full(len(t_s), NOISE_RAD)}
+
+    runs = [run(free.scene, rtol) for rtol in (1e-9, 1e-10)]
+    shaken = NOISE_RAD * np.random.default_rng(3).uniform(-1.0, 1.0, runs[0].angle_rad.shape)
+    shaken[0] = 0.0
+    noisy = [seen.replace(angle_rad=seen.angle_rad + shaken) for seen in runs]
+    assert judged(free, *noisy, engine=Shaking).outcome is Outcome.PASS
+    assert not judged(free, *noisy).outcome.ok

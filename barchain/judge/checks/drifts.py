@@ -100,7 +100,8 @@ def invariant_bounds(model: ErrorModel, main: Drifts, finer: Drifts) -> dict[str
         k = min(n, len(finer[name]))
         promised = carried(model, name, model.bound)
         change = np.maximum.accumulate(np.abs(main[name][:k] - finer[name][:k]))
-        floor = QUADRATIC * scene.bars * (invariant_walk(model, name) + requested)
+        turned = inner_share(model.solution, name) * model.noise.get("attitude", np.zeros(n))
+        floor = QUADRATIC * scene.bars * (invariant_walk(model, name) + turned + requested)
         found[name] = np.minimum(promised[:k], RICHARDSON * change + floor[:k]) + written_share(model, name)[:k]
     return found
 
