@@ -12,7 +12,15 @@ import numpy as np
 from adapters.common.initial_state import initial_state
 from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.registry import ENGINES
-from barchain.judge.diagnosis.mistake import Explanation, WrongQuantity, diagnosis_words, indistinguishable
+from barchain.judge.diagnosis.mistake import (
+    Explanation,
+    WrongQuantity,
+    addressed,
+    explained_words,
+    indistinguishable,
+    nearest_words,
+    part_words,
+)
 from barchain.judge.diagnosis.own_motion import OwnMotion, with_right_reactions
 from barchain.judge.diagnosis.search import ReadingSearch, given_result
 from barchain.judge.diagnosis.starts import off_start
@@ -71,7 +79,13 @@ class Diagnosis:
 
     def __str__(self) -> str:
         """The diagnosis in one sentence, or a sentence for each explanation."""
-        return diagnosis_words(self.wrong, self.explanations, self.next_best, self.parts, self.nearest)
+        if self.inside_tolerances:
+            return "The result is inside the tolerances."
+        if self.explanations:
+            return f"{addressed(explained_words(self.explanations, self.next_best))}."
+        left = "" if self.next_best is None else nearest_words(self.wrong, self.next_best)
+        parts = "".join(f" {part_words(part)}." for part in self.parts)
+        return f"No known mistake explains the result.{self.nearest or left}{parts}"
 
 
 def diagnose(

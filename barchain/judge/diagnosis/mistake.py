@@ -158,22 +158,6 @@ class WrongQuantity:
         return f"{self.difference:.2g} {unit} of {self.size:.2g} {unit}, {where}"
 
 
-def diagnosis_words(
-    wrong: tuple[WrongQuantity, ...],
-    explanations: tuple[Explanation, ...],
-    next_best: Explanation | None,
-    parts: tuple[Explanation, ...],
-    motion: str = "",
-) -> str:
-    """Sentences of a diagnosis."""
-    if not wrong:
-        return "The result is inside the tolerances."
-    if explanations:
-        return f"{addressed(explained_words(explanations, next_best))}."
-    left = motion or ("" if next_best is None else nearest_words(wrong, next_best))
-    return f"No known mistake explains the result.{left}{''.join(f' {part_words(p)}.' for p in parts)}"
-
-
 def relative_difference(wrong: tuple[WrongQuantity, ...]) -> float:
     """Largest difference over its quantity's size."""
     return max((w.difference / w.size for w in wrong if w.size > 0.0), default=0.0)
@@ -204,14 +188,14 @@ def addressed(words: str) -> str:
 
 def explained_words(explanations: tuple[Explanation, ...], next_best: Explanation | None) -> str:
     """Best explanation with its residual, and the indistinguishable ones."""
-    best, others = explanations[0], explanations[1:]
+    best = explanations[0]
     beside = "" if next_best is None else f"; next best {remainder(next_best)}"
     said = f"{best.words} (explained to {remainder(best)}{beside})"
+    others = [words for words in dict.fromkeys(e.words for e in explanations) if words != best.words]
     if not others:
         return said
-    listed = "; or ".join(e.words for e in others[:MOST_LISTED])
     more = f"; or one of {len(others) - MOST_LISTED} more" if len(others) > MOST_LISTED else ""
-    return f"{said}; on this scene indistinguishable: {listed}{more}"
+    return f"{said}; on this scene indistinguishable: {'; or '.join(others[:MOST_LISTED])}{more}"
 
 
 def part_words(part: Explanation) -> str:
