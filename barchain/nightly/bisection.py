@@ -6,11 +6,11 @@ import itertools
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 from packaging.version import Version
 
-from barchain.nightly.cells import NO_SCENES, Cells, depends_of, shows, swaps_of
+from barchain.nightly.cells import NO_SCENES, Cells, middle, shows, swaps_of
 from barchain.nightly.changes import result_words
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import STEPPED
@@ -33,9 +33,6 @@ if TYPE_CHECKING:
     Cell = frozenset[str]
 
 
-ItemT = TypeVar("ItemT")
-
-
 class AttributionVerdict(StrEnum):
     """Result of an attribution."""
 
@@ -49,21 +46,10 @@ class AttributionVerdict(StrEnum):
     """All suspects together don't make the change in a fresh environment"""
 
 
-@dataclass(frozen=True)
-class Causes:
-    """Causes of a change: each a smallest set of suspects that makes the change."""
-
-    verdict: AttributionVerdict
-    sets: tuple[frozenset[str], ...] = ()
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """All suspects that belong to a cause, sorted."""
-        return tuple(sorted({name for one in self.sets for name in one}))
-
-
-def find_causes(suspects: Sequence[str], shows: Callable[[Cell], bool]) -> Causes:
-    """Causes of a change among suspects.
+def find_causes(
+    suspects: Sequence[str], shows: Callable[[Cell], bool]
+) -> tuple[AttributionVerdict, tuple[frozenset[str], ...]]:
+    """Causes of a change among suspects: the verdict, and the smallest sets of suspects that make the change.
 
     Parameters
     ----------
@@ -83,46 +69,37 @@ def find_causes(suspects: Sequence[str], shows: Callable[[Cell], bool]) -> Cause
             known[cell] = shows(cell)
         return known[cell]
 
-    rest = frozenset(suspects)
-    if not rest or not seen(rest):
-        return Causes(AttributionVerdict.NOT_REPRODUCED)
-    found: list[frozenset[str]] = []
-    while rest and seen(rest):
-        smallest = minimal(sorted(rest), seen)
-        found.append(smallest)
-        rest -= smallest
+    rest, found = frozenset(suspects), list[frozenset[str]]()
+    while seen(rest):
+        found.append(minimal(sorted(rest), seen))
+        rest -= found[-1]
+    if not found:
+        return AttributionVerdict.NOT_REPRODUCED, ()
     if len(found) > 1:
-        return Causes(AttributionVerdict.BOTH, tuple(found))
+        return AttributionVerdict.BOTH, tuple(found)
     alone = len(found[0]) == 1
-    return Causes(AttributionVerdict.CONFIRMED if alone else AttributionVerdict.INTERACTION, tuple(found))
+    return AttributionVerdict.CONFIRMED if alone else AttributionVerdict.INTERACTION, tuple(found)
 
 
 def minimal(suspects: Sequence[str], shows: Callable[[Cell], bool]) -> frozenset[str]:
     """Smallest set that shows the change: without any one of its members it does not (ddmin)."""
     current, parts = list(suspects), 2
     while len(current) >= 2:
-        chunks = split(current, parts)
+        bounds = [round(k * len(current) / parts) for k in range(parts + 1)]
+        chunks = [current[a:b] for a, b in itertools.pairwise(bounds) if b > a]
         smaller = next((chunk for chunk in chunks if shows(frozenset(chunk))), None)
         if smaller is not None:
             current, parts = smaller, 2
             continue
-        without = next(
-            (rest for chunk in chunks if (rest := [s for s in current if s not in chunk]) and shows(frozenset(rest))),
-            None,
-        )
-        if without is not None:
-            current, parts = without, max(parts - 1, 2)
+        without = ([s for s in current if s not in chunk] for chunk in chunks)
+        fewer = next((rest for rest in without if rest and shows(frozenset(rest))), None)
+        if fewer is not None:
+            current, parts = fewer, max(parts - 1, 2)
         elif parts < len(current):
             parts = min(len(current), 2 * parts)
         else:
             break
     return frozenset(current)
-
-
-def split(items: Sequence[str], parts: int) -> list[list[str]]:
-    """Items in `parts` pieces of nearly equal sizes."""
-    bounds = [round(k * len(items) / parts) for k in range(parts + 1)]
-    return [list(items[a:b]) for a, b in itertools.pairwise(bounds) if b > a]
 
 
 @dataclass(frozen=True)
@@ -167,8 +144,7 @@ def bisect(count: int, is_bad: Callable[[int], bool | None]) -> Bisected:
         between = [k for k in range(good + 1, bad) if k not in dead]
         if not between:
             return Bisected(good, bad, tuple(sorted(k for k in dead if good < k < bad)), tried)
-        middle = (good + bad) / 2.0
-        k = min(between, key=lambda n: (abs(n - middle), n))
+        k = min(between, key=lambda n: (abs(n - (good + bad) / 2.0), n))  # called at once
         said, tried = is_bad(k), tried + 1
         if said is None:
             dead.add(k)
@@ -178,33 +154,11 @@ def bisect(count: int, is_bad: Callable[[int], bool | None]) -> Bisected:
             good = k
 
 
-@dataclass(frozen=True)
-class FoundStep:
-    """State of a part since which a figure has its new value."""
-
-    figure: str
-    part: str
-    last_good: str
-    first_bad: str
-    skipped: tuple[str, ...]
-    tried: int
-    between: int
-
-    @property
-    def words(self) -> str:
-        """Result in one line."""
-        skipped = f"; {len(self.skipped)} between them do not run: {', '.join(self.skipped)}" if self.skipped else ""
-        return (
-            f"{self.figure}: new since {self.part} {self.first_bad}; {self.last_good} still has the old value "
-            f"({self.tried} of {self.between} tried){skipped}"
-        )
-
-
 def bisect_nights(
     store: NightStore, figure: str, good: str, bad: str, part: str | None = None, note: Callable[[str], None] = ignore,
     scenes: OwnScenes = NO_SCENES,
-) -> FoundStep:  # fmt: skip
-    """Bisect a figure between two nights.
+) -> str:  # fmt: skip
+    """Bisect a figure between two nights; the state of a part since which it has its new value, in one line.
 
     Parameters
     ----------
@@ -227,25 +181,21 @@ def bisect_nights(
     """
     was, now = figure_of(store, good, figure), figure_of(store, bad, figure)
     last, since = store.summary(good), store.summary(bad)
-    swaps, fixed = swaps_of(differing(last, since, depends_of(was, now)), scenes)
+    swaps, fixed = swaps_of(differing(last, since, {*was.depends, *now.depends}), scenes)
     swap = the_one([one for one in swaps if not one.scenes], fixed, part)
     with scratch_folder() as scratch:
         cells = Cells(was, now, last, since, swaps, scenes, scratch)
         states = releases_between(swap, scratch) if swap.distribution else commits_between(last, since, swap)
-        walk = Walk(was, now, swap, states, cells, note)
         try:
-            found = bisect(len(states), walk.is_bad)
+            found = bisect(len(states), walk(was, now, swap, states, cells, note))
         except EndsError as error:
             raise HistoryError(f"{figure}: {error}") from None
-    return told(figure, swap, states, found)
-
-
-def told(figure: str, swap: Swap, states: list[str], found: Bisected) -> FoundStep:
-    """Result with the names of the states."""
     words = [state_words(state) for state in states]
-    skipped = tuple(words[k] for k in found.skipped)
-    return FoundStep(
-        figure, swap.name, words[found.last_good], words[found.first_bad], skipped, found.tried, len(states)
+    skipped = [words[k] for k in found.skipped]
+    dead = f"; {len(skipped)} between them do not run: {', '.join(skipped)}" if skipped else ""
+    return (
+        f"{figure}: new since {swap.name} {words[found.first_bad]}; {words[found.last_good]} still has the old value "
+        f"({found.tried} of {len(states)} tried){dead}"
     )
 
 
@@ -311,33 +261,27 @@ def commits_between(last: NightSummary, since: NightSummary, swap: Swap) -> list
     return [last.commit, *given.split()] if given else [last.commit, since.commit]
 
 
-@dataclass
-class Walk:
-    """Figure at each state of one part; all other parts that differ have the good night's state."""
+def walk(
+    was: Figure, now: Figure, swap: Swap, states: list[str], cells: Cells, note: Callable[[str], None]
+) -> Callable[[int], bool | None]:
+    """Whether a state of one part has the new value, None if it does not run; the first state gives the old value.
 
-    was: Figure
-    now: Figure
-    swap: Swap
-    states: list[str]
-    cells: Cells
-    note: Callable[[str], None]
-    base: Figure | None = None
+    All other parts that differ have the good night's state. The good night's own figure should be found again only on
+    its machine class, and if it is not a time.
+    """
+    factor = now.value / was.value if now.value and was.value else None
+    alike = capture().machine_class == cells.last.environment.machine_class and was.identity.kind not in STEPPED
+    base: list[Figure] = []
 
-    def is_bad(self, k: int) -> bool | None:
-        """Whether a state has the new value; None if it does not run. The first state gives the old value."""
-        found = self.cells.middle((self.swap, self.states[k]))
+    def is_bad(k: int) -> bool | None:
+        found = middle([cells.figure(repeat=repeat, walked=(swap, states[k])) for repeat in range(cells.repeats)])
         why = f" ({found.reason})" if found.missing else ""
-        self.note(f"{self.swap.name} {state_words(self.states[k])}: {result_words(found)}{why}")
-        if found.missing and not self.now.missing:
+        note(f"{swap.name} {state_words(states[k])}: {result_words(found)}{why}")
+        if found.missing and not now.missing:
             return None
-        factor = self.now.value / self.was.value if self.now.value and self.was.value else None
-        if self.base is None:
-            self.base = found
-            return self.comparable and shows(self.was.identity, self.was, found, factor)
-        return shows(self.was.identity, self.base, found, factor)
+        if not base:
+            base.append(found)
+            return alike and shows(was.identity, was, found, factor)
+        return shows(was.identity, base[0], found, factor)
 
-    @property
-    def comparable(self) -> bool:
-        """Whether the good night's figure should be found again here: on its machine class, and not a time."""
-        here = capture().machine_class == self.cells.last.environment.machine_class
-        return here and self.was.identity.kind not in STEPPED
+    return is_bad

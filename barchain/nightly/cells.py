@@ -7,25 +7,56 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from adapters.registry import find_engine
+from adapters.registry import engines, find_engine
 from barchain.nightly.changes import OTHER_STUDIES, RULES, Direction, compared
 from barchain.nightly.environments import commit_tree, installed_tree, pinned_environment, replace_packages, run_in
 from barchain.nightly.faults import HistoryError, PinnedEnvironmentError
 from barchain.nightly.figures import STEPPED, Figure, FigureIdentity, FigureKind
 from barchain.nightly.origins import can_be_installed, requirement_of
-from barchain.nightly.parts import SOURCES, installed_parts, scene_part
+from barchain.nightly.parts import SOURCES, installed_parts
 from barchain.nightly.results import read_figures_of
 from scenarios import load_scene, scene_names
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from barchain.nightly.figures import NightPart, NightSummary
+    from barchain.nightly.figures import NightSummary
     from barchain.nightly.suspects import Suspect
 
 
 DISTRIBUTIONS = ("engine:", "library:")
-ADAPTER, SCENE, SOLUTION = "adapter:", "scene:", "solution:"
+SCENE = "scene:"
+OWN_SOURCES = {"adapter": "adapters.{}", "scene": "scenarios", "solution": "barchain.solutions"}
+"""Packages of barchain behind parts of these kinds"""
+LIMIT_S = 300.0
+REPEATS = 3
+"""Measurements of a ratio in each cell; cells are measured in turns"""
+HALF = 0.5
+"""A ratio shows a change if it moved by more than this part of the change, as a logarithm"""
+MINUTES = 0.2
+FINER = "finer"
+"""End of the quantities of runs at the finer setting"""
+BY_SCENE = ("cost", "stability")
+"""Studies of one scene and engine beside the comparison"""
+
+OwnScenes = dict[str, str]
+"""Files of scenes of one's own by the digests of the scenes"""
+NO_SCENES: OwnScenes = {}
+
+
+class CellError(HistoryError):
+    """Raised for a figure that can't be measured by itself; the message is one line."""
+
+
+def own_scenes(files: Iterable[str]) -> OwnScenes:
+    """Scenes of some files.
+
+    Raises
+    ------
+    SceneError
+        If a file is none of a scene.
+    """
+    return {load_scene(Path(file)).digest: str(Path(file).resolve()) for file in files}
 
 
 @dataclass(frozen=True)
@@ -53,9 +84,16 @@ class Swap:
         return self.suspect.before.version, self.suspect.after.version
 
 
+def swaps_of(suspects: Iterable[Suspect], scenes: OwnScenes = NO_SCENES) -> tuple[list[Swap], list[str]]:
+    """Exchanges of suspects, and the reasons why others can't be exchanged; `scenes` are one's own."""
+    found = [swap_of(suspect, scenes) for suspect in suspects]
+    return [one for one in found if isinstance(one, Swap)], [one for one in found if isinstance(one, str)]
+
+
 def swap_of(suspect: Suspect, scenes: OwnScenes) -> Swap | str:
     """Exchange of a suspect, or why it can't be exchanged; `scenes` are one's own."""
     name, before, after = suspect.name, suspect.before, suspect.after
+    kind, _, rest = name.partition(":")
     if before is None or after is None:
         return f"{name}: was not there on one of the nights"
     if name.startswith(DISTRIBUTIONS):
@@ -63,68 +101,12 @@ def swap_of(suspect: Suspect, scenes: OwnScenes) -> Swap | str:
             return f"{name}: its sources of a night are in no commit, so that they can't be installed again"
         if before.version == after.version:
             return f"{name}: has the same version on both nights; other files of one version can't be installed again"
-        return Swap(suspect, distribution=name.partition(":")[2])
-    if name.startswith(SCENE) and name.removeprefix(SCENE) not in scene_names():
+        return Swap(suspect, distribution=rest)
+    if name.startswith(SCENE) and rest not in scene_names():
         files = tuple(scenes.get(part.digest, "") for part in (before, after))
         return Swap(suspect, scenes=files) if all(files) else f"{name}: give both of its files with --scene-file"
-    packages = packages_of(name)
+    packages = SOURCES.get(name) or ((OWN_SOURCES[kind].format(rest),) if kind in OWN_SOURCES else ())
     return Swap(suspect, packages=packages) if packages else f"{name}: can't be exchanged here"
-
-
-def packages_of(name: str) -> tuple[str, ...]:
-    """Packages of barchain behind a part; none of Python, BLAS, the machine."""
-    if name in SOURCES:
-        return SOURCES[name]
-    kind, _, rest = name.partition(":")
-    if kind == "adapter":
-        return (f"adapters.{rest}",)
-    if kind == "scene":
-        return ("scenarios",)
-    return ("barchain.solutions",) if kind == "solution" else ()
-
-
-OwnScenes = dict[str, str]
-"""Files of scenes of one's own by the digests of the scenes"""
-NO_SCENES: OwnScenes = {}
-
-
-def own_scenes(files: Iterable[str]) -> OwnScenes:
-    """Scenes of some files.
-
-    Raises
-    ------
-    SceneError
-        If a file is none of a scene.
-    """
-    return {load_scene(Path(file)).digest: str(Path(file).resolve()) for file in files}
-
-
-def swaps_of(suspects: Iterable[Suspect], scenes: OwnScenes = NO_SCENES) -> tuple[list[Swap], list[str]]:
-    """Exchanges of suspects, and the reasons why others can't be exchanged; `scenes` are one's own."""
-    found: list[Swap] = []
-    reasons = []
-    for suspect in suspects:
-        one = swap_of(suspect, scenes)
-        if isinstance(one, str):
-            reasons.append(one)
-        else:
-            found.append(one)
-    return found, reasons
-
-
-LIMIT_S = 300.0
-REPEATS = 3
-"""Measurements of a ratio in each cell; cells are measured in turns"""
-HALF = 0.5
-"""A ratio shows a change if it moved by more than this part of the change, as a logarithm"""
-MINUTES = 0.2
-FINER = "finer"
-"""End of the quantities of runs at the finer setting"""
-STUDIES = {"cost": "cost", "stability": "stability"}
-
-
-class CellError(HistoryError):
-    """Raised for a figure that can't be measured by itself; the message is one line."""
 
 
 class Cells:
@@ -146,7 +128,7 @@ class Cells:
             If no command measures the figure by itself.
         """
         self.identity, self.last, self.since, self.swaps, self.scenes = was.identity, last, since, swaps, scenes
-        self.depends = depends_of(was, now)
+        self.depends = sorted({*was.depends, *now.depends})
         self.scratch, self.trees = scratch, dict[str, Path]()
         self.repeats = REPEATS if self.identity.kind in STEPPED else 1
         self.measured: dict[tuple[Any, ...], Mapping[FigureIdentity, Figure] | str] = {}
@@ -173,24 +155,23 @@ class Cells:
         """
         pins, scene = tuple(self.pins(new, walked)), self.scene(new)
         commit = walked[1] if walked is not None and not walked[0].distribution else ""
-        key = pins, commit or self.tree_name(new), scene, repeat
+        old = [swap for swap in self.swaps if swap.packages and swap.name not in new]
+        key = pins, commit or tuple(sorted(swap.name for swap in old)), scene, repeat
         if key not in self.measured:
-            self.measured[key] = self.measure(pins, self.of_commit(commit) if commit else self.tree(new), scene)
+            self.measured[key] = self.measure(pins, self.tree(commit, old), scene)
         found = self.measured[key]
         if isinstance(found, str):
             return Figure(self.identity, reason=found)
         return found.get(self.identity, Figure(self.identity, reason="the run gave no such figure"))
 
-    def middle(self, walked: tuple[Swap, str]) -> Figure:
-        """Figure at a state of a suspect, of several measurements the one with the median value."""
-        return middle([self.figure(repeat=repeat, walked=walked) for repeat in range(self.repeats)])
-
     def measure(self, pins: tuple[str, ...], tree: Path, scene: str) -> Mapping[FigureIdentity, Figure] | str:
         """All figures of a run in a cell, or why there are none."""
         folder = self.scratch / f"cell-{len(self.measured)}"
         folder.mkdir(parents=True)
+        registrations = [find_engine(name) for name in (self.identity.engine, self.identity.anchor) if name]
+        also = sorted({name for r in registrations for name in (r.requires, r.distribution)} - {""})
         try:
-            environment = pinned_environment(pins, also=needed_by(self.identity))
+            environment = pinned_environment(pins, also=also)
         except PinnedEnvironmentError as error:
             return str(error)
         line = ("-m", "barchain", "-q", *command_of(self.identity, scene), "--out", str(folder / "out"))
@@ -225,47 +206,34 @@ class Cells:
         name = self.identity.scene
         if name in scene_names():
             return name
-        swapped = next((swap for swap in self.swaps if swap.name == scene_part(name)), None)
-        if swapped is not None:
-            return swapped.scenes[swapped.name in new]
-        part = self.since.part_named.get(scene_part(name))
+        for swap in self.swaps:
+            if swap.name == SCENE + name:
+                return swap.scenes[swap.name in new]
+        part = self.since.part_named.get(SCENE + name)
         if part is None or part.digest not in self.scenes:
             said = "belongs to a scene of a file; give the file as it was on the night with --scene-file"
             raise CellError(f"{self.identity.name}: {said}")
         return self.scenes[part.digest]
 
-    def tree_name(self, new: frozenset[str]) -> str:
-        """Name of a mixture of sources: the suspects that have their old state; empty of the later night's."""
-        return "+".join(sorted(swap.name for swap in self.swaps if swap.packages and swap.name not in new))
-
-    def tree(self, new: frozenset[str]) -> Path:
-        """Sources of a cell: those of the later night, and in them old ones of suspects outside of the cell."""
-        name = self.tree_name(new)
-        if not name:
-            return self.whole(self.since)
+    def tree(self, commit: str, old: Sequence[Swap] = ()) -> Path:
+        """Sources of a commit; else of the later night, with some packages of the earlier one."""
+        name = commit or "+".join(sorted(swap.name for swap in old)) or self.since.name
         if name not in self.trees:
-            tree = self.copy(self.since)
-            for swap in self.swaps:
-                if swap.packages and swap.name not in new:
-                    replace_packages(tree, self.whole(self.last), swap.packages)
-            self.trees[name] = tree
+            target = self.scratch / f"tree-{len(self.trees)}"
+            self.trees[name] = commit_tree(commit, target) if commit else self.sources(self.since, target)
+            for swap in old if not commit else ():
+                replace_packages(target, self.earlier, swap.packages)
         return self.trees[name]
 
-    def whole(self, night: NightSummary) -> Path:
-        """Sources of a night."""
-        if night.name not in self.trees:
-            self.trees[night.name] = self.copy(night)
-        return self.trees[night.name]
+    @property
+    def earlier(self) -> Path:
+        """Sources of the earlier night."""
+        if self.last.name not in self.trees:
+            self.trees[self.last.name] = self.sources(self.last, self.scratch / "tree-earlier")
+        return self.trees[self.last.name]
 
-    def of_commit(self, commit: str) -> Path:
-        """Sources of a commit."""
-        if commit not in self.trees:
-            self.trees[commit] = commit_tree(commit, self.scratch / f"commit-{commit}")
-        return self.trees[commit]
-
-    def copy(self, night: NightSummary) -> Path:
+    def sources(self, night: NightSummary, target: Path) -> Path:
         """New tree of a night's sources: those of this installation if they are the same, else those of its commit."""
-        target = self.scratch / f"tree-{len(list(self.scratch.glob('tree-*')))}"
         if same_sources(night, self.depends):
             return installed_tree(target)
         if not night.commit:
@@ -274,43 +242,17 @@ class Cells:
         return commit_tree(night.commit, target)
 
 
-def depends_of(was: Figure, now: Figure) -> tuple[str, ...]:
-    """Parts that a figure depends on, on either night."""
-    return tuple(sorted({*was.depends, *now.depends}))
-
-
 def same_sources(night: NightSummary, depends: Iterable[str]) -> bool:
-    """Whether barchain's sources behind some parts are those of this installation."""
-    here = {part.name: part for part in installed_here(night)}
-    shipped = scene_names()
-    own = [
-        name for name in depends
-        if name in SOURCES or name.startswith(ADAPTER)
-        or (name.startswith((SCENE, SOLUTION)) and name.partition(":")[2] in shipped)
-    ]  # fmt: skip
-    return all(name in here and alike(here[name], night.part_named.get(name)) for name in own)
-
-
-def alike(here: NightPart, there: NightPart | None) -> bool:
-    """Whether a part has the same known digest here and there."""
-    return there is not None and bool(there.digest) and here.digest == there.digest
-
-
-def installed_here(night: NightSummary) -> tuple[NightPart, ...]:
-    """Parts of this installation, of the kinds that a night has."""
-    from adapters.registry import engines  # noqa: PLC0415
-    from scenarios import scene_names  # noqa: PLC0415
-
-    names = set(night.part_named)
-    shipped = [name for name in scene_names() if f"{SCENE}{name}" in names]
-    return installed_parts(engines(), shipped, night.environment)
-
-
-def needed_by(identity: FigureIdentity) -> tuple[str, ...]:
-    """Distributions that the engines of a figure need."""
-    registrations = [find_engine(name) for name in (identity.engine, identity.anchor) if name]
-    names = {name for r in registrations for name in (r.requires, r.distribution)}
-    return tuple(sorted(names - {""}))
+    """Whether barchain's sources behind some parts have the same known digests on a night and in this installation."""
+    shipped, there = set(scene_names()), night.part_named
+    scenes = [name for name in shipped if SCENE + name in there]
+    here = {part.name: part.digest for part in installed_parts(engines(), scenes, night.environment)}
+    for name in depends:
+        kind, _, rest = name.partition(":")
+        own = name in SOURCES or kind == "adapter" or (kind in {"scene", "solution"} and rest in shipped)
+        if own and (name not in there or not there[name].digest or here.get(name) != there[name].digest):
+            return False
+    return True
 
 
 def command_of(identity: FigureIdentity, scene: str = "") -> tuple[str, ...]:
@@ -327,13 +269,13 @@ def command_of(identity: FigureIdentity, scene: str = "") -> tuple[str, ...]:
         raise CellError(f"{identity.name}: belongs to a run at the finer setting, which no command makes by itself")
     if not identity.scene or not identity.engine:
         raise CellError(f"{identity.name}: belongs to no scene and engine, so that it can't be measured by itself")
-    if study in OTHER_STUDIES - STUDIES.keys():
-        raise CellError(f"{identity.name}: figures of {study} are not measured by themselves")
     scene = scene or identity.scene
-    if study in STUDIES:
+    if study in BY_SCENE:
         anchor = ("--engine", identity.anchor) if identity.anchor else ()
-        line = (STUDIES[study], scene, "--engine", identity.engine, *anchor)
-        return (*line, "--repeats", "5", "--minutes", f"{MINUTES}") if study == "cost" else line
+        times = ("--repeats", "5", "--minutes", f"{MINUTES}") if study == "cost" else ()
+        return (study, scene, "--engine", identity.engine, *anchor, *times)
+    if study in OTHER_STUDIES:
+        raise CellError(f"{identity.name}: figures of {study} are not measured by themselves")
     setting = ("--set", identity.setting) if "=" in identity.setting else ()
     return ("compare", scene, "--engine", identity.engine, *setting)
 

@@ -111,6 +111,11 @@ class JudgedNight:
     """Settings and scenes that have other names since this night"""
 
     @property
+    def by_name(self) -> dict[str, NightSummary]:
+        """All of these nights by name."""
+        return {night.name: night for night in (*self.compared_with, self.night)}
+
+    @property
     def replanned(self) -> bool:
         """Whether the night before had another plan."""
         return bool(self.compared_with) and self.compared_with[-1].plan != self.night.plan

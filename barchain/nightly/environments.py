@@ -38,9 +38,16 @@ if TYPE_CHECKING:
 VARIABLE = "BARCHAIN_ENVIRONMENTS"
 INSTALL_S = 900.0
 """Longest installation"""
+RESOLVE_S = 120.0
+MONTH = timedelta(days=30)
+"""Time after a release within which its dependencies were found to be wrong, if they were"""
 READY = "ready.txt"
 LONGEST_REASON = 300
 ADDRESS = re.compile(r"https?://\S+")
+REMOVED = ("PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV")
+"""Variables of this Python that another one must not have"""
+LEFT_OUT = shutil.ignore_patterns("__pycache__", "*.pyc", ".git")
+UV = (sys.executable, "-m", "uv", "--quiet")
 
 
 @dataclass(frozen=True)
@@ -56,10 +63,6 @@ class PinnedEnvironment:
     def python(self) -> Path:
         """Its interpreter."""
         return self.folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
-
-
-REMOVED = ("PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV")
-"""Variables of this Python that another one must not have"""
 
 
 def run_in(
@@ -112,9 +115,8 @@ def pinned_environment(pins: Sequence[str], *, also: Sequence[str] = ()) -> Pinn
     """
     wanted, others = requirements(pins, also), constraints(pins)
     key = content_digest([sys.version, sys.platform, sorted(wanted), sorted(others)])[:20]
-    root = environments_folder()
-    root.mkdir(parents=True, exist_ok=True)
-    folder = root / key
+    folder = environments_folder() / key
+    folder.parent.mkdir(parents=True, exist_ok=True)
     if not (folder / READY).is_file():
         make(folder, wanted, others)
     return PinnedEnvironment(folder, tuple(pins), tuple((folder / READY).read_text("utf-8").splitlines()))
@@ -133,8 +135,7 @@ def needed() -> Iterator[str]:
         declared = metadata.requires("barchain") or []
     except metadata.PackageNotFoundError:
         raise PinnedEnvironmentError("barchain is not installed here, so that its requirements are not known") from None
-    for text in declared:
-        one = Requirement(text)
+    for one in map(Requirement, declared):
         if one.marker is None or one.marker.evaluate({"extra": ""}):
             yield as_installed(one.name)
 
@@ -171,18 +172,24 @@ def make(folder: Path, wanted: Sequence[str], others: Sequence[str]) -> None:
     It is made beside its place and renamed when it is whole. If another command made the same one meanwhile, that one
     stays.
     """
+    named = {name_of(one) for one in wanted if "==" in one or AT in one}
+    held = [one for one in others if name_of(one) not in named]
     with tempfile.TemporaryDirectory(dir=folder.parent, prefix="new-") as scratch:
-        failed = ""
-        for limits in (others, ()):
-            new = Path(scratch) / f"{'held' if limits else 'free'}"
-            names = {name_of(one) for one in wanted if "==" in one or AT in one} if limits else set()
-            asked = wanted if limits else loosened(wanted)
-            failed = install(new, asked, [one for one in limits if name_of(one) not in names])
-            if not failed:
-                write_ready(new)
-                relocate(new, folder)
-                return
-    raise PinnedEnvironmentError(failed)
+        new = Path(scratch) / "held"
+        failed = install(new, wanted, held)
+        if failed:
+            new = Path(scratch) / "free"
+            failed = install(new, loosened(wanted), ())
+        if failed:
+            raise PinnedEnvironmentError(failed)
+        (new / READY).write_text("".join(f"{line}\n" for line in moved_in(new)), "utf-8")
+        if not (folder / READY).is_file():
+            shutil.rmtree(folder, ignore_errors=True)  # half removed, by a command that was ended
+        try:
+            new.rename(folder)  # an interpreter finds its packages by its own place
+        except OSError:
+            if not (folder / READY).is_file():
+                raise
 
 
 def loosened(wanted: Sequence[str]) -> list[str]:
@@ -195,46 +202,23 @@ def install(folder: Path, wanted: Sequence[str], limits: Sequence[str]) -> str:
     """Make an environment in a folder; the reason of a failure, or an empty text."""
     held = folder.parent / "constraints.txt"
     held.write_text("\n".join(limits), "utf-8")
-    more = ["--constraint", str(held), *(word for each in wheel_folders() for word in ("--find-links", str(each)))]
+    beside = (word for each in wheel_folders() for word in ("--find-links", str(each)))
     base = str(getattr(sys, "_base_executable", sys.executable))
     python = str(PinnedEnvironment(folder, ()).python)
-    if find_spec("uv") is not None:
-        uv = [sys.executable, "-m", "uv", "--quiet", "--no-progress"]
-        steps = [
-            [*uv, "venv", "--python", base, str(folder)],
-            [*uv, "pip", "install", "--python", python, *more, *wanted],
-        ]
-    else:
-        pip = [python, "-m", "pip", "--disable-pip-version-check", "--quiet", "install"]
-        steps = [
-            [base, "-m", "venv", str(folder)],
-            [*pip, "--only-binary", ":all:", *more, *wanted],
-        ]
-    for step in steps:
-        done = run(step, limit_s=INSTALL_S)
+    for step in (
+        ("--no-progress", "venv", "--python", base, str(folder)),
+        ("--no-progress", "pip", "install", "--python", python, "--constraint", str(held), *beside, *wanted),
+    ):
+        done = run([*UV, *step], limit_s=INSTALL_S)
         if done.reason:
             return brief(done.said or done.reason)
     return ""
 
 
-def relocate(new: Path, folder: Path) -> None:
-    """Put an environment in its place; interpreters of virtual environments find their packages by their own place."""
-    with contextlib.suppress(FileNotFoundError):
-        shutil.rmtree(new / "__pycache__")
-    if not (folder / READY).is_file():
-        shutil.rmtree(folder, ignore_errors=True)  # half removed, by a command that was ended
-    try:
-        new.rename(folder)
-    except OSError:
-        if not (folder / READY).is_file():
-            raise
-
-
-def write_ready(folder: Path) -> None:
-    """Mark an environment as whole; the file lists versions that differ from this installation's."""
+def moved_in(folder: Path) -> list[str]:
+    """Distributions of an environment whose versions differ from this installation's."""
     script = "from importlib import metadata\nfor d in metadata.distributions(): print(d.metadata['Name'], d.version)\n"
-    python = str(PinnedEnvironment(folder, ()).python)
-    done = run([python, "-I", "-c", script], limit_s=INSTALL_S)
+    done = run([PinnedEnvironment(folder, ()).python, "-I", "-c", script], limit_s=INSTALL_S)
     if done.reason:
         raise PinnedEnvironmentError(done.reason)
     moved = []
@@ -243,7 +227,7 @@ def write_ready(folder: Path) -> None:
         with contextlib.suppress(metadata.PackageNotFoundError):
             if metadata.version(name) != version:
                 moved.append(f"{canonicalize_name(name)} {version} (here {metadata.version(name)})")
-    (folder / READY).write_text("\n".join(moved) + "\n" if moved else "", "utf-8")
+    return moved
 
 
 def brief(said: str) -> str:
@@ -252,21 +236,6 @@ def brief(said: str) -> str:
     text = ADDRESS.sub("(address)", " ".join(lines))
     text = "".join(c for c in text if c.isprintable())
     return text if len(text) <= LONGEST_REASON else f"{text[: LONGEST_REASON - 3]}..."
-
-
-def prune_environments() -> int:
-    """Remove all environments, and return their number."""
-    root, count = environments_folder(), 0
-    for folder in root.iterdir() if root.is_dir() else ():
-        if folder.is_dir():
-            shutil.rmtree(folder, ignore_errors=True)
-            count += 1
-    return count
-
-
-MONTH = timedelta(days=30)
-"""Time after a release within which its dependencies were found to be wrong, if they were"""
-RESOLVE_S = 120.0
 
 
 def dependencies_at(pin: str, released: str) -> list[str]:
@@ -287,23 +256,17 @@ def dependencies_at(pin: str, released: str) -> list[str]:
     Raises
     ------
     PinnedEnvironmentError
-        If uv or the day is missing, or there are no such versions; the message is one line.
+        If the day is missing, or there are no such versions; the message is one line.
     """
-    if find_spec("uv") is None:
-        raise PinnedEnvironmentError("dependencies of an earlier day need uv, which is not installed")
     if not released:
         raise PinnedEnvironmentError(f"the package index gives no day for {pin}")
     day = date.fromisoformat(released) + MONTH
-    line = [sys.executable, "-m", "uv", "pip", "compile", "--quiet", "--no-header", "--no-annotate",
-            "--only-binary", ":all:", "--exclude-newer", day.isoformat(), "-"]  # fmt: skip
-    done = run(line, limit_s=RESOLVE_S, given=pin)
+    line = ("pip", "compile", "--no-header", "--no-annotate", "--only-binary", ":all:")
+    done = run([*UV, *line, "--exclude-newer", day.isoformat(), "-"], limit_s=RESOLVE_S, given=pin)
     if done.reason:
         raise PinnedEnvironmentError(brief(done.said or done.reason))
     found = [line.strip() for line in done.output.splitlines() if "==" in line]
     return [one for one in found if name_of(one) != name_of(pin)]
-
-
-LEFT_OUT = shutil.ignore_patterns("__pycache__", "*.pyc", ".git")
 
 
 def installed_tree(target: Path) -> Path:
@@ -319,20 +282,17 @@ def installed_tree(target: Path) -> Path:
         assert spec is not None
         assert spec.submodule_search_locations
         shutil.copytree(spec.submodule_search_locations[0], target / name, ignore=LEFT_OUT)
-    information = information_folder()
-    if information is not None:
-        shutil.copytree(information, target / information.name, ignore=LEFT_OUT)
+    copy_information(target)
     return target
 
 
-def information_folder() -> Path | None:
-    """Folder ``barchain-VERSION.dist-info`` of this installation; None of bare sources."""
-    try:
-        files = metadata.distribution("barchain").files or ()
-    except metadata.PackageNotFoundError:
-        return None
-    found = next((file for file in files if file.name == "METADATA"), None)
-    return None if found is None else Path(str(found.locate())).parent
+def copy_information(target: Path) -> None:
+    """Copy the folder ``barchain-VERSION.dist-info`` of this installation; bare sources have none."""
+    with contextlib.suppress(metadata.PackageNotFoundError):
+        for file in metadata.distribution("barchain").files or ():
+            if file.name == "METADATA":
+                folder = Path(str(file.locate())).parent
+                shutil.copytree(folder, target / folder.name, ignore=LEFT_OUT, dirs_exist_ok=True)
 
 
 def commit_tree(commit: str, target: Path, repository: Path | None = None) -> Path:
@@ -363,9 +323,7 @@ def commit_tree(commit: str, target: Path, repository: Path | None = None) -> Pa
     with tarfile.open(fileobj=io.BytesIO(found)) as archive:
         archive.extraction_filter = getattr(tarfile, "data_filter", None)  # not in early releases of Python 3.11
         archive.extractall(target)
-    information = information_folder()
-    if information is not None and not (target / information.name).exists():
-        shutil.copytree(information, target / information.name, ignore=LEFT_OUT)
+    copy_information(target)
     return target
 
 
@@ -374,16 +332,9 @@ def replace_packages(tree: Path, other: Path, packages: Iterable[str]) -> None:
     for name in packages:
         place = Path(*name.split("."))
         for path in (place, place.with_suffix(".py")):
-            remove(tree / path)
+            shutil.rmtree(tree / path, ignore_errors=True)
+            (tree / path).unlink(missing_ok=True)
             if (other / path).is_dir():
                 shutil.copytree(other / path, tree / path, ignore=LEFT_OUT)
             elif (other / path).is_file():
                 shutil.copy2(other / path, tree / path)
-
-
-def remove(path: Path) -> None:
-    """Remove a file or a folder, if it is there."""
-    if path.is_dir():
-        shutil.rmtree(path)
-    else:
-        path.unlink(missing_ok=True)

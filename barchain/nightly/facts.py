@@ -107,7 +107,7 @@ def change_entries(
     confirmed: Mapping[str, str] | None = None,
 ) -> list[ChangeEntry]:  # fmt: skip
     """Entries of some changes of a judged night, what needs a look first; the other arguments as of the whole night."""
-    nights = {night.name: night for night in (*judged.compared_with, judged.night)}
+    nights = judged.by_name
     now = datetime.datetime.now(datetime.UTC)
     found = (
         change_entry(change, nights, accepting(change, accepted, now), (confirmed or {}).get(change.id, ""))

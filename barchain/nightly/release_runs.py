@@ -5,37 +5,52 @@ from __future__ import annotations
 import math
 import re
 import statistics
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from packaging.version import Version
 
+from adapters.registry import engines, find_engine
 from barchain.nightly.environments import dependencies_at, installed_tree, pinned_environment, run_in
 from barchain.nightly.faults import HistoryError, PinnedEnvironmentError
 from barchain.nightly.figures import FigureKind
-from barchain.nightly.releases import Release, ReleasesPlan
+from barchain.nightly.releases import Release, releases_of
 from barchain.nightly.results import read_figures_of
 from barchain.record.scene_description import scene_words
+from barchain.runs.asking import engine_class
 from barchain.runs.call import Answer, Call
 from barchain.runs.environment import scratch_folder
 from barchain.runs.kept_answers import AnswerStore
 from barchain.runs.message import message_bytes, read_message
+from barchain.studies.study import StudyEnd
 from reports.tables.nights.releases import FILES, ReleaseState
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
+from scenarios.nearest import nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
     from pathlib import Path
 
     from barchain.nightly.environments import PinnedEnvironment
     from barchain.nightly.figures import Figure
-    from barchain.nightly.releases import ReleasesPlan
     from barchain.record.study_store import StudyStore
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
 
+    Tables = dict[str, list[dict[str, Any]]]
 
+
+SCENES = ("paper/fig05", "paper/fig13", "basics/two_bars_free", "basics/kepler_circular")
+"""Scenes where none is named: those that the engine supports"""
+MOST_SCENES = 3
+ANCHOR = "reference-fast"
+LIMIT_S = 180.0
+"""Longest command"""
+MINUTES_EACH = 0.12
+"""Budget of the times of one release"""
+MODULES = {"drake": "pydrake", "pin": "pinocchio", "scikit-sundae": "sksundae"}
+"""Modules of distributions that are imported under another name"""
 IMPORT = "import time; t = time.perf_counter(); import {module}; print(time.perf_counter() - t)"
 IMPORTS = 5
 """Imports that are timed, the first one among them; the median is taken"""
@@ -54,50 +69,157 @@ ADDRESS = re.compile(r" at 0x[0-9a-f]+")
 """Address of an object in an error's text, another one in each process"""
 
 
-@dataclass
-class MeasuredRelease:
-    """Rows of one release."""
+@dataclass(frozen=True)
+class ReleasesStudy:
+    """The study of releases: releases of one engine, and the scenes that each of them runs."""
 
-    release: dict[str, Any]
-    errors: list[dict[str, Any]] = field(default_factory=list)
-    runs: list[dict[str, Any]] = field(default_factory=list)
-    times: list[dict[str, Any]] = field(default_factory=list)
+    engine: str
+    distribution: str
+    releases: tuple[Release, ...]
+    scenes: tuple[str, ...]
+    """Times are measured on the first one"""
+    files: ClassVar[StudyFiles] = FILES
+
+    @property
+    def turns(self) -> int:
+        """Number of releases to be reported."""
+        return len(self.releases)
+
+    def record(self) -> dict[str, Any]:
+        """Engine, scenes and releases."""
+        return {
+            "engine": self.engine,
+            "distribution": self.distribution,
+            "scenes": {name: scene_words(load_scene(name)) for name in self.scenes},
+            "anchor": ANCHOR,
+            "versions": [str(release.version) for release in self.releases],
+        }
+
+    def run(self, store: StudyStore, reporter: Reporter) -> StudyEnd:
+        """Measure the releases one after the other; an interrupted study has left the answers of those it measured.
+
+        Old releases that don't run are results: it is a failure if none runs.
+        """
+        states = []
+        answers = AnswerStore(store.answers)
+        with scratch_folder() as scratch:
+            tree = installed_tree(scratch / "tree")
+            for k, release in enumerate(self.releases):
+                version = str(release.version)
+                given = replace(self, releases=()), version, release.date, release.wheel_B
+                call = Call(measured_tables, given, math.inf, aside=(tree, scratch / f"{k}"))
+                answer = answers.answer(call, lambda made: Answer(made.function(*made.given, *made.aside)))
+                tables, _ = read_message(answer.content)
+                for table, rows in tables.items():
+                    if rows:
+                        store.append(table, rows)
+                states.append(tables["releases"][0]["state"])
+                reporter.step(self.engine, version, states[-1])
+        return StudyEnd(() if str(ReleaseState.RUNS) in states else ("no release runs",))
 
 
-def measure(plan: ReleasesPlan, release: Release, tree: Path, scratch: Path) -> MeasuredRelease:
-    """Rows of a release; a release that does not run has the reason.
+def releases_study(given: str, scenes: Sequence[str] = (), since: str | None = None) -> ReleasesStudy:
+    """Study of the releases of an engine.
 
     Parameters
     ----------
-    plan : ReleasesPlan
+    given : str
+        An engine, or a distribution that engines need, e.g. ``mujoco`` or ``scipy``.
+    scenes : sequence of str
+        Names; up to three that the engine supports by default.
+    since : str, optional
+        First version.
+
+    Raises
+    ------
+    PinnedEnvironmentError
+        If no release is known, or the engine supports none of the scenes.
+    UnknownEngineError, SceneError
+        If a name is none.
+    """
+    name, distribution = engine_and_distribution(given)
+    declared = engine_class(find_engine(name))
+    reasons = {scene: declared.unsupported(load_scene(scene)) for scene in scenes or SCENES}
+    able = [scene for scene, reason in reasons.items() if not reason]
+    for scene, reason in reasons.items() if scenes else ():
+        if reason:
+            raise PinnedEnvironmentError(f"{name} does not support {scene}: {reason}")
+    if not able:
+        raise PinnedEnvironmentError(f"{name} supports none of {', '.join(SCENES)}; name a scene")
+    releases = releases_of(distribution, since)
+    if not releases:
+        from_words = f" from {since} on" if since else ""
+        raise PinnedEnvironmentError(
+            f"{distribution}: the package index has no wheel for this Python and platform{from_words}"
+        )
+    return ReleasesStudy(name, distribution, releases, tuple(able[: None if scenes else MOST_SCENES]))
+
+
+def engine_and_distribution(given: str) -> tuple[str, str]:
+    """Engine and its distribution, of the name of either.
+
+    Raises
+    ------
+    PinnedEnvironmentError
+        If there is none, or the engine is barchain's own.
+    """
+    known = engines()
+    if given in known:
+        own = known[given]
+        found = own.distribution or own.requires
+        if not found or (own.ours and not own.requires):
+            raise PinnedEnvironmentError(
+                f"{given}: is part of barchain and has no releases of its own; give an engine of a library"
+            )
+        return given, found
+    for name, registration in known.items():
+        if given in {registration.distribution, registration.requires}:
+            return name, given
+    names = {*known, *(r.requires for r in known.values() if r.requires)}
+    raise PinnedEnvironmentError(f"{given[:60]}: no such engine{nearest(given, names)}; `barchain engines` lists all")
+
+
+def measured_tables(
+    study: ReleasesStudy, version: str, date: str, wheel_B: int | None, tree: Path, scratch: Path
+) -> bytes:
+    """Message with the rows of a release by table, measured with the sources in `tree` and results in `scratch`."""
+    scratch.mkdir()
+    return message_bytes(measure(study, Release(Version(version), date, wheel_B), tree, scratch), {})
+
+
+def measure(study: ReleasesStudy, release: Release, tree: Path, scratch: Path) -> Tables:
+    """Rows of a release by table; a release that does not run has the reason.
+
+    Parameters
+    ----------
+    study : ReleasesStudy
     release : Release
     tree : Path
         Today's sources of barchain.
     scratch : Path
         Empty folder for results.
     """
-    place = {"engine": plan.engine, "version": str(release.version)}
-    found = MeasuredRelease(
-        place | {"released": release.date, "wheel_B": release.wheel_B, "state": str(ReleaseState.RUNS)}
-    )
+    place = {"engine": study.engine, "version": str(release.version)}
+    own = place | {"released": release.date, "wheel_B": release.wheel_B, "state": str(ReleaseState.RUNS)}
+    tables: Tables = {"errors": [], "runs": [], "times": [], "releases": [own]}
     try:
-        environment, facts, note = working_environment(plan, release, tree, scratch)
+        environment, facts, note = working_environment(study, release, tree, scratch)
     except PinnedEnvironmentError as error:
-        found.release |= {"state": str(ReleaseState.NOT_INSTALLED), "reason": str(error)}
-        return found
+        own |= {"state": str(ReleaseState.NOT_INSTALLED), "reason": str(error)}
+        return tables
     fault = str(facts.pop("fault", ""))
-    found.release |= facts
-    fault = fault or compare(plan, environment, tree, scratch, found)
+    own |= facts
+    fault = fault or compare(study, environment, tree, scratch, place, tables)
     if fault:
-        found.release |= {"state": str(ReleaseState.FAILS), "reason": ADDRESS.sub("", fault)}
-        return found
-    untimed = time(plan, environment, tree, scratch, found) if plan.timed else ""
-    found.release["reason"] = "; ".join(filter(None, (note, untimed and f"not timed: {untimed}")))
-    return found
+        own |= {"state": str(ReleaseState.FAILS), "reason": ADDRESS.sub("", fault)}
+        return tables
+    untimed = time(study, environment, tree, scratch, place, tables)
+    own["reason"] = "; ".join(filter(None, (note, untimed and f"not timed: {untimed}")))
+    return tables
 
 
 def working_environment(
-    plan: ReleasesPlan, release: Release, tree: Path, scratch: Path
+    study: ReleasesStudy, release: Release, tree: Path, scratch: Path
 ) -> tuple[PinnedEnvironment, dict[str, Any], str]:
     """Environment in which a release imports, the facts of it, and a note on its dependencies.
 
@@ -109,69 +231,69 @@ def working_environment(
     PinnedEnvironmentError
         If the release can't be installed.
     """
-    pin = f"{plan.distribution}=={release.version}"
-    today = pinned_environment([pin], also=plan.also)
-    facts = described(plan, today, tree, scratch)
+    pin, registration = f"{study.distribution}=={release.version}", find_engine(study.engine)
+    also = sorted({registration.requires, registration.distribution} - {"", study.distribution})
+    today = pinned_environment([pin], also=also)
+    facts = probe(study.distribution, today, tree, scratch)
     if "fault" not in facts:
         return today, facts, ""
     try:
-        dated = pinned_environment([*dependencies_at(pin, release.date), pin], also=plan.also)
+        dated = pinned_environment([*dependencies_at(pin, release.date), pin], also=also)
     except PinnedEnvironmentError:
         return today, facts, ""
-    dated_facts = described(plan, dated, tree, scratch)
+    dated_facts = probe(study.distribution, dated, tree, scratch)
     if "fault" in dated_facts:
         return today, facts, ""
     return dated, dated_facts, f"with the dependencies of its own time; with today's: {facts['fault']}"
 
 
-def described(plan: ReleasesPlan, environment: PinnedEnvironment, tree: Path, scratch: Path) -> dict[str, Any]:
+def probe(distribution: str, environment: PinnedEnvironment, tree: Path, scratch: Path) -> dict[str, Any]:
     """Distributions that moved with a release, its size and its import time, or the entry ``fault``."""
-    others = [each for each in environment.moved if not each.startswith(f"{plan.distribution} ")]
-    return probe(plan, environment, tree, scratch) | {"moved": ", ".join(others)}
-
-
-def probe(plan: ReleasesPlan, environment: PinnedEnvironment, tree: Path, scratch: Path) -> dict[str, Any]:
-    """Size and import time, or the entry ``fault``."""
-    import_s = []
-    for _ in range(IMPORTS):
-        line = ("-c", IMPORT.format(module=plan.module))
-        done = run_in(environment, tree, line, limit_s=plan.limit_s, folder=scratch)
+    facts: dict[str, Any] = {
+        "moved": ", ".join(each for each in environment.moved if not each.startswith(f"{distribution} "))
+    }
+    importing = ("-c", IMPORT.format(module=MODULES.get(distribution, distribution.replace("-", "_"))))
+    said = []
+    for line in (*[importing] * IMPORTS, ("-c", SIZE, distribution)):
+        done = run_in(environment, tree, line, limit_s=LIMIT_S, folder=scratch)
         if done.reason:
-            return {"fault": done.reason}
-        import_s.append(float(done.output.split()[-1]))
-    low_s, *_, high_s = sorted(import_s)
-    size = run_in(environment, tree, ("-c", SIZE, plan.distribution), limit_s=plan.limit_s, folder=scratch)
-    if size.reason:
-        return {"fault": size.reason}
-    return {
-        "import_s": statistics.median(import_s), "import_low": low_s, "import_high": high_s,
-        "installed_B": int(size.output),
+            return facts | {"fault": done.reason}
+        said.append(float(done.output.split()[-1]))
+    *import_s, size_B = said
+    return facts | {
+        "import_s": statistics.median(import_s), "import_low": min(import_s), "import_high": max(import_s),
+        "installed_B": int(size_B),
     }  # fmt: skip
 
 
 def compare(
-    plan: ReleasesPlan, environment: PinnedEnvironment, tree: Path, scratch: Path, found: MeasuredRelease
-) -> str:
+    study: ReleasesStudy, environment: PinnedEnvironment, tree: Path, scratch: Path, place: dict[str, Any],
+    tables: Tables,
+) -> str:  # fmt: skip
     """Add errors and trajectories; returns why nothing ran, or an empty text."""
-    line = ("compare", *plan.scenes, "--engine", plan.engine, "--workers", "1")
-    figures = measured_figures(line, plan, environment, tree, scratch / "comparison")
+    line = ("compare", *study.scenes, "--engine", study.engine, "--workers", "1")
+    figures = measured_figures(line, environment, tree, scratch / "comparison")
     if isinstance(figures, str):
         return figures
-    own = [figure for figure in figures if figure.identity.engine == plan.engine]
-    place = {"engine": plan.engine, "version": found.release["version"]}
+    own = [figure for figure in figures if figure.identity.engine == study.engine]
     verdicts = {f.identity.scene: f for f in own if f.identity.quantity == "verdict"}
-    found.errors += [place | row for row in error_rows(own, verdicts)]
-    found.runs += [place | row for row in run_rows(own)]
+    tables["errors"] += [place | row for row in error_rows(own, verdicts)]
+    steps = {(f.identity.scene, f.identity.setting): f.value for f in own if f.identity.quantity == "steps"}
+    for figure in own:
+        scene, setting = figure.identity.scene, figure.identity.setting
+        if figure.identity.quantity == "trajectory" and figure.word:
+            run = {"scene": scene, "setting": setting, "trajectory": figure.word, "steps": steps.get((scene, setting))}
+            tables["runs"].append(place | run)
     broken = [f for f in verdicts.values() if f.word in RUN_FAULTS]
     return broken[0].reason if broken and len(broken) == len(verdicts) else "" if verdicts else "no scene was judged"
 
 
 def measured_figures(
-    line: tuple[str, ...], plan: ReleasesPlan, environment: PinnedEnvironment, tree: Path, out: Path
+    line: tuple[str, ...], environment: PinnedEnvironment, tree: Path, out: Path
 ) -> tuple[Figure, ...] | str:
     """Figures of a command of barchain with a release, or why there are none."""
     arguments = ("-m", "barchain", "-q", *line, "--out", str(out))
-    done = run_in(environment, tree, arguments, limit_s=plan.limit_s, folder=out.parent)
+    done = run_in(environment, tree, arguments, limit_s=LIMIT_S, folder=out.parent)
     try:
         return read_figures_of(out)
     except (HistoryError, FileNotFoundError, ValueError):
@@ -195,98 +317,25 @@ def error_rows(figures: Iterable[Figure], verdicts: dict[str, Figure]) -> Iterab
             yield {"scene": scene, "quantity": "", "unit": "", "verdict": figure.word, "reason": figure.reason}
 
 
-def run_rows(figures: Iterable[Figure]) -> Iterable[dict[str, Any]]:
-    """Digest and steps of each run."""
-    own = list(figures)
-    steps = {(f.identity.scene, f.identity.setting): f.value for f in own if f.identity.quantity == "steps"}
-    for figure in own:
-        i = figure.identity
-        if i.quantity == "trajectory" and figure.word:
-            place = (i.scene, i.setting)
-            yield {"scene": i.scene, "setting": i.setting, "trajectory": figure.word, "steps": steps.get(place)}
-
-
-def time(plan: ReleasesPlan, environment: PinnedEnvironment, tree: Path, scratch: Path, found: MeasuredRelease) -> str:
+def time(
+    study: ReleasesStudy, environment: PinnedEnvironment, tree: Path, scratch: Path, place: dict[str, Any],
+    tables: Tables,
+) -> str:  # fmt: skip
     """Add times at equal error, relative to the anchor that is timed in turns; why there are none, or an empty text."""
     line = (
-        "cost", plan.timed, "--engine", plan.engine, "--engine", plan.anchor, "--repeats", "5", "--minutes",
-        f"{plan.minutes_each:.3f}", "--time-limit", "1",
+        "cost", study.scenes[0], "--engine", study.engine, "--engine", ANCHOR, "--repeats", "5", "--minutes",
+        f"{MINUTES_EACH:.3f}", "--time-limit", "1",
     )  # fmt: skip
-    figures = measured_figures(line, plan, environment, tree, scratch / "cost")
+    figures = measured_figures(line, environment, tree, scratch / "cost")
     if isinstance(figures, str):
         return figures
-    ratios = [f for f in figures if f.identity.kind is FigureKind.RATIO and f.identity.engine == plan.engine]
-    for figure in (f for f in ratios if f.identity.quantity.endswith(RATIO)):
-        i = figure.identity
-        if figure.value:
-            found.times.append({
-                "engine": plan.engine, "version": found.release["version"], "scene": i.scene, "target": i.setting,
-                "anchor": i.anchor, "ratio": figure.value, "low": figure.low, "high": figure.high,
-            })  # fmt: skip
-    return "" if found.times else next((f.reason for f in ratios if f.reason), "no error was reached by both engines")
-
-
-@dataclass(frozen=True)
-class ReleasesResult:
-    """End of a study of releases."""
-
-    states: dict[str, str]
-    """State of each release"""
-
-    @property
-    def passed(self) -> bool:
-        """Whether a release ran: old releases that don't run are results."""
-        return "runs" in self.states.values()
-
-
-@dataclass(frozen=True)
-class ReleasesStudy:
-    """The study of releases."""
-
-    plan: ReleasesPlan
-    files: ClassVar[StudyFiles] = FILES
-
-    @property
-    def turns(self) -> int:
-        """Number of releases to be reported."""
-        return self.plan.turns
-
-    def record(self) -> dict[str, Any]:
-        """Engine, scenes and releases."""
-        plan = self.plan
-        return {
-            "engine": plan.engine,
-            "distribution": plan.distribution,
-            "scenes": {name: scene_words(load_scene(name)) for name in plan.scenes},
-            "anchor": plan.anchor,
-            "versions": [str(release.version) for release in plan.releases],
+    ratios = [f for f in figures if f.identity.kind is FigureKind.RATIO and f.identity.engine == study.engine]
+    tables["times"] += [
+        place | {
+            "scene": f.identity.scene, "target": f.identity.setting, "anchor": f.identity.anchor, "ratio": f.value,
+            "low": f.low, "high": f.high,
         }
-
-    def run(self, store: StudyStore, reporter: Reporter) -> ReleasesResult:
-        """Measure the releases one after the other; an interrupted study has left the answers of those it measured."""
-        plan, states = self.plan, dict[str, str]()
-        answers = AnswerStore(store.answers)
-        with scratch_folder() as scratch:
-            tree = installed_tree(scratch / "tree")
-            for k, release in enumerate(plan.releases):
-                version = str(release.version)
-                given = replace(plan, releases=()), version, release.date, release.wheel_B
-                call = Call(measured_tables, given, math.inf, aside=(tree, scratch / f"{k}"))
-                answer = answers.answer(call, lambda made: Answer(made.function(*made.given, *made.aside)))
-                tables, _ = read_message(answer.content)
-                for table, rows in tables.items():
-                    if rows:
-                        store.append(table, rows)
-                states[version] = tables["releases"][0]["state"]
-                reporter.step(plan.engine, version, states[version])
-        return ReleasesResult(states)
-
-
-def measured_tables(
-    plan: ReleasesPlan, version: str, date: str, wheel_B: int | None, tree: Path, scratch: Path
-) -> bytes:
-    """Message with the rows of a release by table, measured with the sources in `tree` and results in `scratch`."""
-    scratch.mkdir()
-    found = measure(plan, Release(Version(version), date, wheel_B), tree, scratch)
-    tables = {"errors": found.errors, "runs": found.runs, "times": found.times, "releases": [found.release]}
-    return message_bytes(tables, {})
+        for f in ratios if f.identity.quantity.endswith(RATIO) and f.value
+    ]  # fmt: skip
+    reasons = (figure.reason for figure in ratios if figure.reason)
+    return "" if tables["times"] else next(reasons, "no error was reached by both engines")

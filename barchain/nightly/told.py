@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import json
 from collections import defaultdict
-from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from barchain.nightly.acceptances import accepted, is_step
 from barchain.nightly.changes import Direction, ToldChange
-from barchain.nightly.figures import MOST_TEXT, STEPPED
+from barchain.nightly.figures import STEPPED
 from barchain.nightly.history import now
 
 if TYPE_CHECKING:
@@ -121,31 +120,6 @@ def forgiven(changes: Iterable[Mapping[str, Any]], known: Sequence[Acceptance]) 
     """Number of told changes for the worse that are accepted."""
     worse = [one for one in changes if one["tonight"] and one["direction"] == Direction.WORSE]
     return sum(any(a.since == one["since"] and a.fits(one["figure"]) for a in known) for one in worse)
-
-
-@dataclass(frozen=True)
-class Attribution:
-    """Result of the real runs behind one change."""
-
-    change: str
-    """Id of the change"""
-    figure: str
-    last: str
-    since: str
-    verdict: str
-    """``confirmed``, ``both``, ``interaction`` or ``not reproduced``"""
-    culprits: tuple[str, ...]
-    """Parts that make the change"""
-    words: str
-    """Verdict with the states of the parts"""
-    made: datetime.datetime
-    """UTC"""
-
-
-def keep_attribution(store: NightStore, found: Attribution) -> None:
-    """Keep an attribution; an earlier one of the same change is replaced."""
-    content = asdict(found) | {"made": found.made.isoformat(), "words": found.words[:MOST_TEXT]}
-    store.place.write(f"{ATTRIBUTED}/{found.change}.json", json.dumps(content, indent=1, ensure_ascii=False).encode())
 
 
 def attributed_words(store: NightStore, changes: Iterable[Change]) -> dict[str, str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from barchain.cli.main import cli, run
-from barchain.nightly.releases import ReleasesPlan
+from barchain.nightly.release_runs import ReleasesStudy
 from barchain.record.claim import ResultsInPlaceError, claim, claim_results
 from barchain.solutions.certified_table import CERTIFIED_SOLUTIONS
 from reports.tables import cost, crossval
@@ -30,13 +30,13 @@ HELD = {
     f"export {QUICK} --out OUT": f"{QUICK}/README.md",
     f"certified {QUICK} --out OUT": f"{QUICK}.csv",
 }
-NO_RELEASES = ReleasesPlan("scipy", "scipy", (), (QUICK,))
+NO_RELEASES = ReleasesStudy("scipy", "scipy", (), (QUICK,))
 CAN_NOT_GO_ON = {"simulate", "certified", "judge", "export"}
 
 
 @pytest.mark.parametrize(("command", "held"), HELD.items(), ids=lambda text: text.partition(" ")[0])
 def test_results_that_are_there_are_kept_and_the_command_exits_with_2(command, held, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("barchain.nightly.releases.make_plan", lambda *_: NO_RELEASES)  # no index
+    monkeypatch.setattr("barchain.nightly.release_runs.releases_study", lambda *_: NO_RELEASES)  # no index
     if command.startswith("ensemble"):
         skip_without_kernel()
     if command.startswith("certified"):

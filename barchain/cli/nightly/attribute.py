@@ -12,7 +12,7 @@ from barchain.cli.common.terminal import say
 from barchain.cli.nightly.options import history_option, opened
 
 if TYPE_CHECKING:
-    from barchain.nightly.attribute import Attributed
+    from barchain.nightly.attribute import Attribution
 
 MOST_CHANGES = 10
 scene_option = click.option("--scene-file", "scenes", metavar="FILE", multiple=True, type=WORDS,
@@ -37,7 +37,7 @@ def attribute_night(night: str, names: tuple[str, ...], scenes: tuple[str, ...],
     """
     from barchain.nightly.faults import need_extra  # noqa: PLC0415
 
-    need_extra("packaging", "pypi_simple")
+    need_extra("packaging", "pypi_simple", "uv")
     from barchain.nightly.attribute import (  # noqa: PLC0415
         attribute,
         reasons_against,
@@ -56,13 +56,13 @@ def attribute_night(night: str, names: tuple[str, ...], scenes: tuple[str, ...],
                 say(f"  {reason}")
             return
         found = attribute(store, judged, chosen, note=lambda text: say(f"  {text}", err=True), told=show, scenes=own)
-    if any(one.attribution.verdict == "not reproduced" for one in found):
+    if any(one.verdict == "not reproduced" for one in found):
         raise findings()
 
 
-def show(one: Attributed) -> None:
+def show(one: Attribution) -> None:
     """Print an attribution."""
-    say(f"{one.attribution.figure}: {one.attribution.words}")
+    say(f"{one.figure}: {one.words}")
     for cell, result in one.cells:
         say(f"  {cell}: {result}")
     for reason in one.fixed:
@@ -83,11 +83,10 @@ def bisect_figure(figure: str, good: str, bad: str, part: str | None, scenes: tu
     """
     from barchain.nightly.faults import need_extra  # noqa: PLC0415
 
-    need_extra("packaging", "pypi_simple")
+    need_extra("packaging", "pypi_simple", "uv")
     from barchain.nightly.bisection import bisect_nights  # noqa: PLC0415
     from barchain.nightly.cells import own_scenes  # noqa: PLC0415
 
     own = own_scenes(scenes)
     with opened(url) as store:
-        found = bisect_nights(store, figure, good, bad, part, lambda text: say(f"  {text}", err=True), own)
-    say(found.words)
+        say(bisect_nights(store, figure, good, bad, part, lambda text: say(f"  {text}", err=True), own))

@@ -30,10 +30,8 @@ def releases(engine: str, scenes: tuple[str, ...], since: str | None, out: Path,
     """
     from barchain.nightly.faults import need_extra  # noqa: PLC0415
 
-    need_extra("packaging", "pypi_simple")
-    from barchain.nightly.release_runs import ReleasesStudy  # noqa: PLC0415
-    from barchain.nightly.releases import make_plan  # noqa: PLC0415
+    need_extra("packaging", "pypi_simple", "uv")
+    from barchain.nightly.release_runs import releases_study  # noqa: PLC0415
 
-    study = ReleasesStudy(make_plan(engine, scenes, since))
-    result, rendered = run_shown(out, study, {"resume": resume, "overwrite": overwrite})
+    result, rendered = run_shown(out, releases_study(engine, scenes, since), {"resume": resume, "overwrite": overwrite})
     end_study(result, rendered.page)

@@ -14,7 +14,7 @@ from barchain.nightly.environments import PinnedEnvironment, dependencies_at
 from barchain.nightly.faults import PinnedEnvironmentError
 from barchain.runs.processes import Finished
 
-PLAN: Any = SimpleNamespace(distribution="pin", also=(), module="pinocchio")
+STUDY: Any = SimpleNamespace(distribution="pin", engine="pinocchio")
 RELEASE: Any = SimpleNamespace(version="3.4.0", date="2025-02-13")
 MISSING = "ImportError: liburdfdom_sensor.so.4.0: cannot open shared object file"
 
@@ -37,21 +37,22 @@ def imports_with(monkeypatch: pytest.MonkeyPatch, *pins: str) -> None:
     """Let a release import only where some versions are pinned."""
 
     def probe(_: Any, environment: PinnedEnvironment, *__: Any) -> dict[str, Any]:
-        return {"import_s": 0.2} if set(pins) <= set(environment.pins) else {"fault": MISSING}
+        facts = {"moved": ", ".join(environment.moved)}
+        return facts | ({"import_s": 0.2} if set(pins) <= set(environment.pins) else {"fault": MISSING})
 
     monkeypatch.setattr(measuring, "probe", probe)
 
 
 def test_a_release_that_imports_today_keeps_the_dependencies_of_today(made, monkeypatch, tmp_path) -> None:
     imports_with(monkeypatch)
-    _, facts, note = measuring.working_environment(PLAN, RELEASE, tmp_path, tmp_path)
+    _, facts, note = measuring.working_environment(STUDY, RELEASE, tmp_path, tmp_path)
     assert made == [("pin==3.4.0",)]
     assert (facts, note) == ({"import_s": 0.2, "moved": ""}, "")
 
 
 def test_a_release_that_needs_earlier_dependencies_gets_them_and_says_so(made, monkeypatch, tmp_path) -> None:
     imports_with(monkeypatch, "cmeel-urdfdom==4.0.1")
-    environment, facts, note = measuring.working_environment(PLAN, RELEASE, tmp_path, tmp_path)
+    environment, facts, note = measuring.working_environment(STUDY, RELEASE, tmp_path, tmp_path)
     assert made[1] == environment.pins == ("cmeel-urdfdom==4.0.1", "pin==3.4.0")
     assert facts["moved"] == "cmeel-urdfdom 4.0.1 (here 6.0.0)"
     assert note == f"with the dependencies of its own time; with today's: {MISSING}"
@@ -59,7 +60,7 @@ def test_a_release_that_needs_earlier_dependencies_gets_them_and_says_so(made, m
 
 def test_a_release_that_imports_with_neither_has_the_fault_of_today(made, monkeypatch, tmp_path) -> None:
     imports_with(monkeypatch, "no such pin")
-    environment, facts, note = measuring.working_environment(PLAN, RELEASE, tmp_path, tmp_path)
+    environment, facts, note = measuring.working_environment(STUDY, RELEASE, tmp_path, tmp_path)
     assert environment.pins == made[0]
     assert (facts["fault"], note) == (MISSING, "")
 

@@ -177,5 +177,5 @@ def test_a_commit_of_ones_own_engine_is_found_by_a_scene_of_ones_own(
         (change,) = worth_attributing(judged, 10, scenes)
         (found,) = attribute(store, judged, [change], scenes=scenes)
         step = bisect_nights(store, change.identity.name, names[1], names[2], scenes=scenes)
-    assert (found.attribution.verdict, found.attribution.culprits) == ("confirmed", (engine,))
-    assert (step.last_good, step.first_bad) == (commits[1][:12], commits[2][:12])
+    assert (found.verdict, found.culprits) == ("confirmed", (engine,))
+    assert f"new since {engine} {commits[2][:12]}; {commits[1][:12]} still has the old value" in step

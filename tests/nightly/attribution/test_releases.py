@@ -12,8 +12,8 @@ from packaging.version import Version
 from barchain.nightly import release_runs as study
 from barchain.nightly import releases as index
 from barchain.nightly.faults import PinnedEnvironmentError
-from barchain.nightly.release_runs import MeasuredRelease, ReleasesStudy
-from barchain.nightly.releases import Release, engine_and_distribution, make_plan, releases_of
+from barchain.nightly.release_runs import engine_and_distribution, releases_study
+from barchain.nightly.releases import Release, releases_of
 from barchain.studies.study import run_study
 from reports.render import render_study
 from reports.tables.nights.releases import read_releases
@@ -75,33 +75,34 @@ def test_a_name_without_releases_is_told(given: str, said: str) -> None:
 def test_an_engine_without_a_fitting_wheel_is_told(files: list[SimpleNamespace]) -> None:
     assert files == []
     with pytest.raises(PinnedEnvironmentError, match="no wheel for this Python and platform from 9 on"):
-        make_plan("mujoco", since="9")
+        releases_study("mujoco", since="9")
 
 
 def test_scenes_that_the_engine_does_not_support_are_told(files: list[SimpleNamespace]) -> None:
     files.append(file("rebound-5.0.0-py3-none-any.whl"))
-    assert make_plan("rebound").scenes
+    assert releases_study("rebound").scenes
     with pytest.raises(PinnedEnvironmentError, match="mujoco does not support effects/solar_shadow"):
-        make_plan("mujoco", ["effects/solar_shadow"])
+        releases_study("mujoco", ["effects/solar_shadow"])
 
 
-def measured(plan: Any, release: Release, *_: Any) -> MeasuredRelease:
+def measured(plan: Any, release: Release, *_: Any) -> dict[str, list[dict[str, Any]]]:
     """Rows of a release: 1.0 does not run, 1.2 has other digits than 1.1."""
     version = str(release.version)
     place = {"engine": plan.engine, "version": version}
-    found = MeasuredRelease(place | {"released": "2026-01-02", "wheel_B": 1e6, "state": "runs", "import_s": 0.1})
+    own = place | {"released": "2026-01-02", "wheel_B": 1e6, "state": "runs", "import_s": 0.1}
+    found: dict[str, list[dict[str, Any]]] = {"errors": [], "runs": [], "times": [], "releases": [own]}
     if version == "1.0":
-        found.release |= {"state": "does not run", "reason": "AttributeError: no <such> name"}
+        own |= {"state": "does not run", "reason": "AttributeError: no <such> name"}
         return found
     for scene in plan.scenes:
-        found.errors.append(place | {
+        found["errors"].append(place | {
             "scene": scene, "quantity": "attitude", "unit": "rad", "value": 1e-9 * float(version), "rounding": 1e-12,
             "verdict": "pass", "reason": "",
         })  # fmt: skip
         bits = "bb" if version == "1.2" and scene == plan.scenes[0] else "aa"
-        found.runs.append(place | {"scene": scene, "setting": "", "trajectory": bits, "steps": 100})
-    found.times.append(place | {
-        "scene": plan.timed, "target": "attitude<=1e-06", "anchor": "reference-fast", "ratio": 3.0, "low": 2.5,
+        found["runs"].append(place | {"scene": scene, "setting": "", "trajectory": bits, "steps": 100})
+    found["times"].append(place | {
+        "scene": plan.scenes[0], "target": "attitude<=1e-06", "anchor": "reference-fast", "ratio": 3.0, "low": 2.5,
         "high": 3.5,
     })  # fmt: skip
     return found
@@ -113,14 +114,14 @@ def test_the_study_tells_which_releases_run_and_where_digits_change_and_goes_on_
     files += [file(f"pymunk-1.{k}-py3-none-any.whl") for k in range(4)]
     asked: list[str] = []
 
-    def until_the_third(plan: Any, release: Release, *more: Any) -> MeasuredRelease:
+    def until_the_third(plan: Any, release: Release, *more: Any) -> dict[str, list[dict[str, Any]]]:
         asked.append(str(release.version))
         if asked == ["1.0", "1.1", "1.2"]:
             raise KeyboardInterrupt
         return measured(plan, release, *more)
 
     monkeypatch.setattr(study, "measure", until_the_third)
-    own = ReleasesStudy(make_plan("pymunk"))
+    own = releases_study("pymunk")
     with pytest.raises(KeyboardInterrupt):
         run_study(own, tmp_path)
     result = run_study(own, tmp_path, resume=True)
@@ -137,7 +138,7 @@ def test_the_study_tells_which_releases_run_and_where_digits_change_and_goes_on_
 @pytest.mark.exhaustive
 def test_two_real_releases_of_pymunk_agree_in_every_digit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("BARCHAIN_ENVIRONMENTS", str(tmp_path / "environments"))
-    own = ReleasesStudy(make_plan("pymunk", ("basics/two_bars_free",), "7.3"))
+    own = releases_study("pymunk", ("basics/two_bars_free",), "7.3")
     run_study(own, tmp_path / "out")
     tables = read_releases(tmp_path / "out")
     assert set(tables.releases["state"]) == {"runs"}

@@ -11,13 +11,14 @@ import pandas as pd
 import pytest
 from hypothesis import HealthCheck, given, settings
 
+from barchain.nightly.attribute import Attribution, keep_attribution
 from barchain.nightly.faults import HistoryError, UnknownFigureError, UnknownNightError
 from barchain.nightly.figures import FigureKind, Night
 from barchain.nightly.history import RECORD, NightStore, export_parquet, open_store
 from barchain.nightly.judging import judge
 from barchain.nightly.pruning import prune_runs
 from barchain.nightly.table import CACHE, FIGURES
-from barchain.nightly.told import Attribution, attributed_words, keep_attribution, keep_judgement
+from barchain.nightly.told import attributed_words, keep_judgement
 from tests.nightly.history.synthetic import FIRST, bits, count, error, large_night, night, nights, ratio, verdict
 
 if TYPE_CHECKING:
@@ -281,7 +282,7 @@ def test_an_attribution_goes_with_a_night_that_goes_on(store: NightStore) -> Non
     store.add(night(error(1e-5), number=0))
     store.add(night(error(3e-5), number=1, complete=False, label="own"))
     (change,) = judge(store).tonight
-    made = Attribution(change.id, change.identity.name, change.last, change.since, "confirmed", ("a",), "yes", FIRST)
+    made = Attribution(change.id, change.identity.name, change.last, change.since, "confirmed", ("a",), "yes")
     keep_attribution(store, made)
     store.add(night(error(3e-5), verdict(), number=1, label="own"))
     changes = judge(store).tonight
