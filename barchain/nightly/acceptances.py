@@ -161,25 +161,18 @@ def accepted(store: NightStore) -> tuple[Acceptance, ...]:
 
 
 def entry_of(entry: dict[str, Any], file: str, number: int) -> Acceptance:
-    """Acceptance of an entry of the file."""
-    unknown = [key for key in entry if key not in KEYS]
-    if unknown:
-        raise HistoryError(f"{file}: entry {number + 1}: {unknown[0]}: no such key{nearest(unknown[0], KEYS)}")
-    times = {key: instant(entry[key]) for key in ("date", "until") if key in entry}
+    """Acceptance of an entry of the file; a date there is the beginning of its day, UTC."""
+    for key, value in entry.items():
+        if key not in KEYS:
+            raise HistoryError(f"{file}: entry {number + 1}: {key}: no such key{nearest(key, KEYS)}")
+        if isinstance(value, datetime.date):
+            moment = value if isinstance(value, datetime.datetime) else datetime.datetime(*value.timetuple()[:3])
+            entry = entry | {key: moment if moment.tzinfo else moment.replace(tzinfo=datetime.UTC)}
     try:
-        return Acceptance(**(entry | times))
+        return Acceptance(**entry)
     except (TypeError, FigureError) as error:
         said = str(error).replace("Acceptance.__init__() ", "")
         raise HistoryError(f"{file}: entry {number + 1}: {said}") from None
-
-
-def instant(value: Any) -> Any:
-    """Instant in UTC of a date or a time of the file."""
-    if isinstance(value, datetime.datetime):
-        return value if value.tzinfo else value.replace(tzinfo=datetime.UTC)
-    if isinstance(value, datetime.date):
-        return datetime.datetime(value.year, value.month, value.day, tzinfo=datetime.UTC)
-    return value
 
 
 def write_accepted(store: NightStore, known: Iterable[Acceptance]) -> None:

@@ -91,15 +91,15 @@ def pace_s(name: str, last: NightRun | None) -> float | None:
     return None
 
 
-def fitting(job: NightJob, time_s: float, pace: float | None) -> tuple[NightJob, tuple[str, ...]]:
-    """Job with the scenes that are known to fit, at least one, and the scenes that are left.
+def fitting(job: NightJob, time_s: float, pace: float | None) -> NightJob:
+    """Job with the scenes that are known to fit, at least one.
 
     A part of which nothing was done on the last night takes on one scene.
     """
     if not job.scenes or (pace is None and not job.waits):
-        return job, ()
+        return job
     count = 1 if pace is None else max(int(FILL * time_s / pace), 1)
-    return replace(job, scenes=job.scenes[:count]), job.scenes[count:]
+    return replace(job, scenes=job.scenes[:count])
 
 
 def leftovers(last: NightRun | None) -> dict[str, list[str]]:

@@ -80,15 +80,6 @@ class Change:
 
 
 @dataclass(frozen=True)
-class ToldChange:
-    """Change that an earlier night told first."""
-
-    since: str
-    """Name of the first night with the new value"""
-    direction: Direction
-
-
-@dataclass(frozen=True)
 class JudgedNight:
     """Night with its changes."""
 
@@ -259,27 +250,29 @@ def judge_verdict(was: Figure, now: Figure) -> Judgement | None:
 
 
 def without_mended(changes: Iterable[Change]) -> list[Change]:
-    """Changes; a comparison's larger errors are neither better nor worse where its verdict became right."""
+    """Changes; a comparison's larger errors are neither better nor worse where its verdict became right.
+
+    An error that is gone, or of another study, is no larger one.
+    """
     every = list(changes)
     mended = {
         run_of(change)
         for change in every
         if change.identity.quantity == VERDICT and change.was.word in WRONG and change.now.word in RIGHT
     }
-    return [as_mended(change) if run_of(change) in mended else change for change in every]
+    found = []
+    for c in every:
+        error = c.identity.kind is FigureKind.ERROR and c.identity.quantity.partition(".")[0] not in OTHER_STUDIES
+        if error and c.direction is Direction.WORSE and not c.now.missing and run_of(c) in mended:
+            found.append(replace(c, direction=Direction.CHANGED, reason=f"{MENDED}; {c.reason}"))
+        else:
+            found.append(c)
+    return found
 
 
 def run_of(change: Change) -> tuple[str, str, str]:
     """Scene and engine of a change, and the night since which it is; verdicts have no setting in their names."""
     return change.identity.scene, change.identity.engine, change.since
-
-
-def as_mended(change: Change) -> Change:
-    """Change of a result that was wrong before; an error that is gone, or of another study, is no larger one."""
-    error = change.identity.kind is FigureKind.ERROR and change.identity.quantity.partition(".")[0] not in OTHER_STUDIES
-    if not error or change.now.missing or change.direction is not Direction.WORSE:
-        return change
-    return replace(change, direction=Direction.CHANGED, reason=f"{MENDED}; {change.reason}")
 
 
 RULES: dict[FigureKind, Callable[[Figure, Figure], Judgement | None]] = {
@@ -346,28 +339,23 @@ ROUNDING_LEVEL = 30.0
 OTHER_ROUNDING = "an error at the level of rounding, and only parts that round in another way differ"
 
 
-def is_rounding(was: Figure, now: Figure) -> bool:
-    """Whether two errors are at the level of their rounding."""
-    if was.identity.kind is not FigureKind.ERROR or was.value is None or now.value is None:
-        return False
-    return max(was.value, now.value) <= ROUNDING_LEVEL * ((was.tolerance or 0.0) + (now.tolerance or 0.0))
-
-
 def against_level(series: FigureSeries, level: Figure, k: int) -> Judgement | None:
-    """Judge the figure of a night against its level; an error that only rounds in another way is no worse or better."""
+    """Judge the figure of a night against its level.
+
+    An error at the level of its rounding is no worse or better where of the parts that it depends on only such differ
+    that round in another way.
+    """
     now = series.figures[k]
     judged = compared(level, now)
-    if judged is None or judged.direction is Direction.SAME or not is_rounding(level, now):
+    if judged is None or judged.direction is Direction.SAME or now.identity.kind is not FigureKind.ERROR:
         return judged
-    if not only_rounding(series.nights[k - 1], series.nights[k], now):
+    rounding = (level.tolerance or 0.0) + (now.tolerance or 0.0)
+    if level.value is None or now.value is None or max(level.value, now.value) > ROUNDING_LEVEL * rounding:
+        return judged
+    names = {suspect.name for suspect in differing(series.nights[k - 1], series.nights[k], now.depends)}
+    if not names or not names <= ROUNDING_PARTS:
         return judged
     return replace(judged, direction=Direction.CHANGED, reason=f"{OTHER_ROUNDING}; {judged.reason}")
-
-
-def only_rounding(last: NightSummary, since: NightSummary, figure: Figure) -> bool:
-    """Whether of the parts that a figure depends on, only such that round in another way differ between two nights."""
-    names = {suspect.name for suspect in differing(last, since, figure.depends)}
-    return bool(names) and names <= ROUNDING_PARTS
 
 
 def is_told(told: Figure | None, now: Figure) -> bool:

@@ -13,7 +13,7 @@ from barchain.nightly.changes import VERDICT, result_words
 from barchain.nightly.figures import STEPPED, FigureKind
 from barchain.nightly.judging import still_holding
 from barchain.nightly.sentence import opening
-from barchain.nightly.suspects import differing, state_words
+from barchain.nightly.suspects import differing
 from reports.tables.nights.facts import (
     AcceptanceEntry,
     AgainstEntry,
@@ -22,7 +22,6 @@ from reports.tables.nights.facts import (
     NightEntry,
     NightlyFile,
     RejectedEntry,
-    SuspectEntry,
 )
 from reports.tables.outcome import Outcome
 
@@ -31,7 +30,7 @@ if TYPE_CHECKING:
 
     from barchain.nightly.acceptances import Acceptance
     from barchain.nightly.changes import Change, JudgedNight
-    from barchain.nightly.figures import Figure, NightPart, NightSummary
+    from barchain.nightly.figures import Figure, NightSummary
     from barchain.nightly.suspects import Suspect
     from reports.tables.nights.facts import NightRun
 
@@ -166,7 +165,7 @@ def change_entry(
         was=result_words(change.was), became=result_words(change.now), factor=change.factor,
         factor_low=change.factor_low, factor_high=change.factor_high, direction=change.direction.value,
         last=change.last, since=change.since, reason=change.reason, irreproducible=change.irreproducible,
-        suspects=tuple(map(suspect_entry, found.suspects)), unknown=found.unknown, confirmed=confirmed,
+        suspects=tuple(suspect.entry for suspect in found.suspects), unknown=found.unknown, confirmed=confirmed,
         accepted=covering and AcceptanceEntry(
             who=covering.who, when=covering.date, reason=covering.reason, until=covering.until
         ),
@@ -182,28 +181,17 @@ class Suspicion:
 
 
 def suspicion(change: Change, nights: Mapping[str, NightSummary]) -> Suspicion:
-    """Suspects of a change; `nights` holds its two nights by name."""
+    """Suspects of a change; `nights` holds its two nights by name.
+
+    It is known whether a part differs by its digests, or because its versions do.
+    """
     last, since = nights[change.last], nights[change.since]
-    depends = tuple(sorted({*change.was.depends, *change.now.depends}))
-    unknown = tuple(name for name in depends if not comparable(last.part_named.get(name), since.part_named.get(name)))
-    return Suspicion(differing(last, since, depends), unknown)
-
-
-def comparable(before: NightPart | None, after: NightPart | None) -> bool:
-    """Whether it is known whether a part differs: by its digests, or because its versions do."""
-    if before is None or after is None:
-        return True
-    return bool(before.digest and after.digest) or before.version != after.version
-
-
-def suspect_entry(suspect: Suspect) -> SuspectEntry:
-    """Entry of a suspect."""
-    before, after = suspect.before, suspect.after
-    return SuspectEntry(
-        name=suspect.name,
-        before=state_words(before, after) if before else "",
-        after=state_words(after, before) if after else "",
-    )
+    depends, unknown = sorted({*change.was.depends, *change.now.depends}), []
+    for name in depends:
+        before, after = last.part_named.get(name), since.part_named.get(name)
+        if before and after and not (before.digest and after.digest) and before.version == after.version:
+            unknown.append(name)
+    return Suspicion(differing(last, since, depends), tuple(unknown))
 
 
 def night_entry(judged: JudgedNight) -> NightEntry:
@@ -216,7 +204,7 @@ def night_entry(judged: JudgedNight) -> NightEntry:
         void=night.void, figures=night.figures, machine_class=night.environment.machine_class,
         environment={name: value for name, value in asdict(night.environment).items() if name != "cpu_flags"},
         versions={p.name: p.version for p in night.parts if p.name.startswith(VERSIONED) and p.version},
-        exchanged=tuple(map(suspect_entry, exchanged)),
+        exchanged=tuple(suspect.entry for suspect in exchanged),
     )  # fmt: skip
 
 

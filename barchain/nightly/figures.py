@@ -16,7 +16,7 @@ from reports.tables.nights.facts import NightRun  # noqa: TC001  # pydantic read
 from reports.tables.rows import NOT_RUN
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Mapping, Sequence
 
 
 MOST_TEXT = 500
@@ -309,3 +309,10 @@ class FigureSeries:
     identity: FigureIdentity
     nights: tuple[NightSummary, ...]
     figures: tuple[Figure, ...]
+
+    def at(self, places: Sequence[int]) -> FigureSeries:
+        """Series at some places."""
+        if len(places) == len(self.nights):
+            return self
+        nights, figures = (tuple(own[k] for k in places) for own in (self.nights, self.figures))
+        return FigureSeries(self.identity, nights, figures)

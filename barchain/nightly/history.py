@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, Self
 from barchain.nightly.faults import HistoryError, UnknownNightError
 from barchain.nightly.figures import Night, NightSummary
 from barchain.nightly.place import Place
-from barchain.nightly.table import COLUMNS, FIGURES, NUMBERS, FigureTable, figures_content, figures_in, read_table
+from barchain.nightly.table import COLUMNS, FIGURES, NUMBERS, FigureTable, figures_content, read_table
 from scenarios.nearest import nearest
 
 if TYPE_CHECKING:
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from pathlib import Path
     from types import TracebackType
 
-    import pyarrow as pa
     from pydantic import TypeAdapter
 
     from reports.tables.nights.facts import NightRun
@@ -94,10 +93,9 @@ class NightStore:
         self.place.write(f"{name}/{RECORD}", record_of(stored))
         return True
 
-    def nights(self, last: int | None = None) -> tuple[NightSummary, ...]:
-        """Nights in the order of their starts, all or the `last` ones; torn ones are left out (:meth:`torn`)."""
-        found = sorted(self.summaries().values(), key=lambda night: (night.started, night.name))
-        return tuple(found if last is None else found[-last:] if last else ())
+    def nights(self) -> tuple[NightSummary, ...]:
+        """Nights in the order of their starts; torn ones are left out (:meth:`torn`)."""
+        return tuple(sorted(self.summaries().values(), key=lambda night: (night.started, night.name)))
 
     def summaries(self) -> dict[str, NightSummary]:
         """Whole nights by name."""
@@ -147,10 +145,11 @@ class NightStore:
     def night(self, name: str) -> Night:
         """Whole night; errors as :meth:`summary`."""
         known = self.summary(name)
-        (content,) = self.figures_of([known])
+        table = read_table([known], None, self.figures_of)
+        figures = tuple(one.figures[0] for one in table.series_at(table.cells >= 0))
         return Night(
             known.started, known.duration_s, known.plan, known.barchain, known.environment, known.parts,
-            figures_in(content), known.commit, known.complete, known.void, known.name.rpartition("-")[2],
+            figures, known.commit, known.complete, known.void, known.name.rpartition("-")[2],
         )  # fmt: skip
 
     def figures_of(self, nights: Sequence[NightSummary]) -> list[bytes]:
@@ -298,27 +297,18 @@ def export_parquet(store: NightStore, path: Path) -> int:
 
     from reports.tables.writing import replaced  # noqa: PLC0415
 
-    special = {"started": pa.timestamp("us", tz="UTC"), "complete": pa.bool_()}
-    special |= dict.fromkeys(NUMBERS, pa.float64())
-    schema = pa.schema([(name, special.get(name, pa.string())) for name in (*OF_NIGHT, *COLUMNS)])
+    types = {name: pa.float64() if name in NUMBERS else pa.string() for name in (*OF_NIGHT, *COLUMNS)}
+    types |= {"started": pa.timestamp("us", tz="UTC"), "complete": pa.bool_()}
     written = 0
-    with replaced(path) as file, pq.ParquetWriter(file, schema, compression="zstd") as writer:
+    with replaced(path) as file, pq.ParquetWriter(file, pa.schema(types), compression="zstd") as writer:
         for night in store.nights():
-            rows = pq.read_table(io.BytesIO(store.figures_of([night])[0]))
-            writer.write_table(with_night(rows, night, schema))
+            rows, machine = pq.read_table(io.BytesIO(store.figures_of([night])[0])), night.environment
+            own = (night.name, night.started, night.plan, night.barchain, night.commit, night.complete, night.void,
+                   machine.machine_class, machine.cpu, machine.python)  # fmt: skip
+            columns = {
+                name: pa.repeat(pa.scalar(value, types[name]), len(rows))
+                for name, value in zip(OF_NIGHT, own, strict=True)
+            }
+            writer.write_table(pa.table(columns | {name: rows[name] for name in COLUMNS}, schema=pa.schema(types)))
             written += len(rows)
     return written
-
-
-def with_night(rows: pa.Table, night: NightSummary, schema: pa.Schema) -> pa.Table:
-    """Figures with the columns of their night."""
-    import pyarrow as pa  # noqa: PLC0415
-
-    own = {
-        "night": night.name, "started": night.started, "plan": night.plan, "barchain": night.barchain,
-        "commit": night.commit, "complete": night.complete, "void": night.void,
-        "machine_class": night.environment.machine_class, "cpu": night.environment.cpu,
-        "python": night.environment.python,
-    }  # fmt: skip
-    columns = {name: pa.repeat(pa.scalar(own[name], schema.field(name).type), len(rows)) for name in OF_NIGHT}
-    return pa.table(columns | {name: rows[name] for name in COLUMNS}, schema=schema)

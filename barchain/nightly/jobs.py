@@ -135,32 +135,21 @@ def night_jobs(
     PlanError
         If the plan names a scene, an engine, a setting or a part of a study that does not exist.
     """
+    names = [part.name for part in plan.file.parts]
+    begin = turn % len(names)  # the turn goes round: each part that keeps waiting comes first within as many nights
+    favoured = next((name for name in (*names[begin:], *names[:begin]) if name in waiting), "")
     placed: list[tuple[int, NightJob]] = []
-    favoured = favoured_part([part.name for part in plan.file.parts], turn, waiting)
     for part in plan.file.parts:
+        lacking = [f"{name}: {reason}" for name, reason in missing_engines(part.named_engines).items()]
         for k, job in enumerate(checked_jobs(part, plan, turn, left.get(part.name, ()))):
             waits = k == 0 and part.name in waiting
-            lacking = "; ".join(filter(None, (missing_words(part), job.missing)))
-            made = replace(job, waits=waits, favoured=waits and part.name == favoured, missing=lacking)
-            placed.append((place_of(made, left_before=k == 0 and part.name in left), made))
+            made = replace(
+                job, waits=waits, favoured=waits and part.name == favoured,
+                missing="; ".join(filter(None, (*lacking, job.missing))),
+            )  # fmt: skip
+            place = 1 if made.favoured else 2 if waits else 3 if k == 0 and part.name in left else 4
+            placed.append((0 if job.study == SelftestTable.study else place, made))
     return tuple(job for _, job in sorted(placed, key=lambda entry: entry[0]))
-
-
-def place_of(job: NightJob, *, left_before: bool) -> int:
-    """Place of a job in its night; jobs of one place are in the plan's order."""
-    if job.study == SelftestTable.study:
-        return 0
-    return 1 if job.favoured else 2 if job.waits else 3 if left_before else 4
-
-
-def favoured_part(parts: Sequence[str], turn: int, waiting: Collection[str]) -> str:
-    """Part whose turn it is among those that wait; empty if none waits.
-
-    The first place goes round with the nights, so that each part that keeps waiting has its turn within as many nights
-    as the plan has parts.
-    """
-    begin = turn % len(parts)
-    return next((name for name in (*parts[begin:], *parts[:begin]) if name in waiting), "")
 
 
 def plan_engines(plan: NightPlan) -> tuple[str, ...]:
@@ -172,29 +161,20 @@ def plan_engines(plan: NightPlan) -> tuple[str, ...]:
 
 
 def checked_jobs(part: PartTable, plan: NightPlan, turn: int, left: Sequence[str]) -> list[NightJob]:
-    """Jobs of a part; an error names the plan's file and the part."""
+    """Jobs of a part; an error names the plan's file and the part.
+
+    A run of a comparison that hangs must not take the time of the others. Its limit follows from the plan alone, so
+    that a run that ends within it does so on every night.
+    """
     try:
         jobs = part_jobs(part, plan.folder, turn, left)
-        if isinstance(part, ComparisonTable) and part.time_limit_s is None:
-            longest = ("--time-limit", f"{longest_run_s(part, plan):.0f}")
-            jobs = [replace(job, arguments=(*job.arguments, *longest)) for job in jobs]
-        return jobs
     except (PlanError, SettingError, UnknownEngineError) as error:
         raise PlanError(f"{plan.shown}: {part.name}: {error}") from None
-
-
-def longest_run_s(part: PartTable, plan: NightPlan) -> float:
-    """Longest run of a comparison, s: one that hangs must not take the time of the others.
-
-    It follows from the plan alone, so that a run that ends within it does so on every night.
-    """
-    share_s = 60.0 * plan.file.minutes * part.share / sum(each.share for each in plan.file.parts)
-    return min(max(share_s / RUNS, LEAST_RUN_S), MOST_RUN_S)
-
-
-def missing_words(part: PartTable) -> str:
-    """Reasons why engines that a part names can't run here."""
-    return "; ".join(f"{name}: {reason}" for name, reason in missing_engines(part.named_engines).items())
+    if isinstance(part, ComparisonTable) and part.time_limit_s is None:
+        share_s = 60.0 * plan.file.minutes * part.share / sum(each.share for each in plan.file.parts)
+        longest = ("--time-limit", f"{min(max(share_s / RUNS, LEAST_RUN_S), MOST_RUN_S):.0f}")
+        jobs = [replace(job, arguments=(*job.arguments, *longest)) for job in jobs]
+    return jobs
 
 
 def part_jobs(part: PartTable, folder: Path, turn: int, left: Sequence[str]) -> list[NightJob]:
@@ -206,14 +186,14 @@ def part_jobs(part: PartTable, folder: Path, turn: int, left: Sequence[str]) -> 
     before = tuple(scene for scene in dict.fromkeys(left) if scene in every)  # the longest waiting ones first
     now = tuple(scene for scene in tonights(every, part.nights, turn) if scene not in before)
     arguments, _ = part.command(turn)
-    found = []
     total = len(before) + len(now)
-    for name, scenes in ((part.name + FIRST, before), (part.name, now)):
-        if scenes:
-            share = part.share * len(scenes) / total
-            job = NightJob(name, part.name, part.study, share, arguments, scenes)
-            found.append(replace(job, missing=faults, bad_input=bool(faults)))
-    return found
+    return [
+        NightJob(
+            name, part.name, part.study, part.share * len(scenes) / total, arguments, scenes,
+            missing=faults, bad_input=bool(faults),
+        )
+        for name, scenes in ((part.name + FIRST, before), (part.name, now)) if scenes
+    ]  # fmt: skip
 
 
 def readable(scenes: Sequence[str]) -> tuple[tuple[str, ...], str]:

@@ -75,20 +75,15 @@ def judge_night(
     changes = sorted([*settled, *stepped, *gone], key=lambda c: (not c.irreproducible, c.since))
     steps = {change.id for change in stepped}
     new = [c for c in changes if c.since == tonight.name and c.id not in steps]
+    replanned = len(kept) > 1 and kept[-2].plan != tonight.plan
     return JudgedNight(
         tonight, tuple(kept[:-1]), tuple(changes), (*new, *fresh),
         tuple(c for one in current if one.identity.kind in RULES for c in same_changes(one)),
         sum(len(one.nights) > 1 for one in current) + sum(c.since == tonight.name for c in gone),
         sum(len(one.nights) == 1 and not one.identity.quantity.startswith(SAMPLED) for one in current),
-        left_out(own, kept), tuple(one.words for one in renames if one.since == tonight.name),
+        sum(one.nights[-1].name == kept[-2].name for one in own) if replanned else 0,
+        tuple(words for since, words in renames if since == tonight.name),
     )  # fmt: skip
-
-
-def left_out(series: Sequence[FigureSeries], nights: Sequence[NightSummary]) -> int:
-    """Number of figures that the night before had last, if it had another plan than the last one."""
-    if len(nights) < 2 or nights[-2].plan == nights[-1].plan:
-        return 0
-    return sum(one.nights[-1].name == nights[-2].name for one in series)
 
 
 def comparable(nights: Sequence[NightSummary]) -> list[NightSummary]:
@@ -109,10 +104,7 @@ def same_class(nights: Sequence[NightSummary]) -> list[NightSummary]:
 def restricted(series: FigureSeries, nights: Sequence[NightSummary]) -> FigureSeries:
     """Series over some nights only."""
     names = {night.name for night in nights}
-    kept = [k for k, night in enumerate(series.nights) if night.name in names]
-    if len(kept) == len(series.nights):
-        return series
-    return replace(series, nights=tuple(series.nights[k] for k in kept), figures=tuple(series.figures[k] for k in kept))
+    return series.at([k for k, night in enumerate(series.nights) if night.name in names])
 
 
 def still_holding(judged: JudgedNight) -> list[Change]:
@@ -175,24 +167,17 @@ def judge_pair(before: Night, after: Night) -> JudgedNight:
     )
     judged = judge_night(series, nights)
     compared = sum(len(one.nights) > 1 for one in series if one.identity.kind not in STEPPED)
-    alike = before.plan == after.plan and after.complete
-    gone = tuple(lost(one, nights) for one in series if alike and one.nights == nights[:1] and is_expected(one))
+    gone = []
+    for one in series if before.plan == after.plan and after.complete else ():
+        rotates = one.identity.quantity.startswith(SAMPLED) or one.identity.kind in STEPPED
+        if one.nights == nights[:1] and not rotates and not one.figures[0].missing:
+            reason = "not measured, though the baseline of the same plan has it"
+            now = Figure(one.identity, reason=reason, depends=one.figures[0].depends)
+            last, since = (night.name for night in nights)
+            gone.append(Change(one.identity, one.figures[0], now, last, since, Direction.WORSE, reason))
     return replace(
         judged, changes=(*judged.changes, *gone), tonight=(*judged.tonight, *gone), judged=compared + len(gone)
     )
-
-
-def is_expected(series: FigureSeries) -> bool:
-    """Whether a figure of a baseline should be there again: it had a result, and its study does the same each night."""
-    rotates = series.identity.quantity.startswith(SAMPLED) or series.identity.kind in STEPPED
-    return not rotates and not series.figures[0].missing
-
-
-def lost(series: FigureSeries, nights: Sequence[NightSummary]) -> Change:
-    """Change of a figure that is gone."""
-    was, reason = series.figures[0], "not measured, though the baseline of the same plan has it"
-    now = Figure(series.identity, reason=reason, depends=was.depends)
-    return Change(series.identity, was, now, nights[0].name, nights[1].name, Direction.WORSE, reason)
 
 
 def judge(store: NightStore, name: str = "latest", *, false_alarms: float = FALSE_ALARMS) -> JudgedNight:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import datetime
+import os
+import platform
 import time
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -23,23 +26,14 @@ from barchain.nightly.budget import (
     working_time_s,
 )
 from barchain.nightly.faults import HistoryError
+from barchain.nightly.figures import NIGHT_FORMAT, content_digest
 from barchain.nightly.history import last_run
 from barchain.nightly.jobs import NightJob, night_jobs, plan_engines
 from barchain.nightly.parts import code_of, installation_here
 from barchain.nightly.plan import LOGS
-from barchain.nightly.state import (
-    NightState,
-    add,
-    file_interrupted,
-    goes_on,
-    has_results,
-    held,
-    new_folder,
-    read_state,
-    results_fault,
-    unfinished,
-    write_state,
-)
+from barchain.nightly.results import has_results
+from barchain.nightly.state import NightState, add, read_state, results_fault, unfinished, write_state
+from barchain.record.claim import FolderInUseError, locked
 from barchain.runs.processes import GRACE_S, run_barchain
 from barchain.studies.study import ignore
 from reports.tables.nights.facts import NightRun, PartResult, PartState
@@ -58,6 +52,7 @@ BAD_INPUT = 2
 """Exit code of a command whose scene, or other input, can't be read"""
 TIMED = frozenset({"cost", "scaling"})
 """Studies that plan with a budget of time"""
+LABEL_DIGITS = 8
 
 
 @dataclass(frozen=True)
@@ -127,32 +122,35 @@ def run_night(
     end, now = time.monotonic() - spent_s + working_time_s(minutes), datetime.datetime.now(datetime.UTC)
     last = last_run(store, plan.identity)
     next_jobs(plan, last)  # an error of the plan comes before anything runs
-    note_future(store, now, progress.note)
+    if ahead := [night for night in store.nights() if night.started > now]:
+        several = f"{len(ahead)} nights start" if len(ahead) > 1 else "a night starts"
+        progress.note(f"history: {several} later than now, e.g. {ahead[-1].name}; a clock was or is wrong")
     engines = plan_engines(plan)
     installation = installation_here(engines, scene_names())
     code = code_of(installation, engines)
     for folder, state in list(unfinished(out, progress.note)):
-        with held(folder) as taken:
-            if not taken:
+        with contextlib.ExitStack() as holding:
+            try:
+                holding.enter_context(locked(folder))
+            except FolderInUseError:
                 continue
-            if goes_on(state, plan.identity, code, now):
+            if state.goes_on(plan.identity, code, now):
                 progress.note(f"going on with the night of {state.started.isoformat()}, which was interrupted")
                 return finish(Running(end, store, folder, progress, last), replace(state, minutes=minutes))
-            file_interrupted(store, folder, state, progress.note)
+            name, run = add(store, folder, state)
+            write_state(folder, replace(state, finished=True))
+            kept = "all that it did is kept" if run.complete else "what it did is kept as incomplete"
+            progress.note(f"the night of {state.started.isoformat()} was interrupted; {kept}: {name}")
     last = last_run(store, plan.identity)
-    folder = new_folder(out, now)
-    with held(folder):
+    label = content_digest([platform.node(), os.getpid(), time.monotonic_ns()])[:LABEL_DIGITS]
+    folder = out / f"{now.strftime(NIGHT_FORMAT)}-{label}"  # two nights never share one
+    with locked(folder):
         state = NightState(
-            plan.identity, minutes, next_turn(last), now.replace(microsecond=0), code,
+            plan.identity, minutes, last.turn + 1 if last else 0, now.replace(microsecond=0), code,
             tuple(part.name for part in plan.file.parts), installation, next_jobs(plan, last),
         )  # fmt: skip
         write_state(folder, state)
         return finish(Running(end, store, folder, progress, last), state)
-
-
-def next_turn(last: NightRun | None) -> int:
-    """Turn of the next night of a plan."""
-    return last.turn + 1 if last else 0
 
 
 def next_jobs(plan: NightPlan, last: NightRun | None) -> tuple[NightJob, ...]:
@@ -163,15 +161,7 @@ def next_jobs(plan: NightPlan, last: NightRun | None) -> tuple[NightJob, ...]:
     PlanError
         If the plan can't be met.
     """
-    return night_jobs(plan, next_turn(last), leftovers(last), waiting_parts(last))
-
-
-def note_future(store: NightStore, now: datetime.datetime, note: Callable[[str], None]) -> None:
-    """Tell nights that start later than now."""
-    ahead = [night for night in store.nights() if night.started > now]
-    if ahead:
-        several = f"{len(ahead)} nights start" if len(ahead) > 1 else "a night starts"
-        note(f"history: {several} later than now, e.g. {ahead[-1].name}; a clock was or is wrong")
+    return night_jobs(plan, last.turn + 1 if last else 0, leftovers(last), waiting_parts(last))
 
 
 @dataclass(frozen=True)
@@ -198,12 +188,15 @@ def finish(night: Running, state: NightState) -> NightEnd:
         add(night.store, night.folder, read_state(night.folder) or state)
         raise
     name, run = add(night.store, night.folder, state)
-    write_state(night.folder, replace(read_state(night.folder) or state, finished=True))
+    write_state(night.folder, replace(state, finished=True))
     return NightEnd(night.folder, name, run)
 
 
 def run_jobs(night: Running, state: NightState) -> NightState:
-    """Run all jobs that are not done, one after the other, and write the state before and after each."""
+    """Run all jobs that are not done, one after the other, and write the state before and after each.
+
+    A job that began already goes on with the scenes of its begin.
+    """
     jobs = state.jobs
     waiting = [job for job in jobs if job.name not in state.results or state.results[job.name].state is PartState.LEFT]
     for k, job in enumerate(waiting):
@@ -213,21 +206,16 @@ def run_jobs(night: Running, state: NightState) -> NightState:
         if time_s < LEAST_S:
             result = PartResult(job.part, PartState.LEFT, time_s, 0.0, job.scenes or (job.part,), "no time was left")
         else:
-            taken = taken_on(night, job, state, running_s(time_s))
-            state = replace(state, begun=state.begun | {job.name: taken.scenes})
+            begun = state.begun.get(job.name)
+            if begun is None:
+                begun = fitting(job, running_s(time_s), pace_s(job.part, night.last)).scenes
+            state = replace(state, begun=state.begun | {job.name: begun})
             write_state(night.folder, state)
-            result = run_job(night, job, taken, time_s)
+            result = run_job(night, job, replace(job, scenes=begun), time_s)
         state = state.with_result(job.name, result)
         write_state(night.folder, state)
         night.progress.end(state.results[job.name])
     return state
-
-
-def taken_on(night: Running, job: NightJob, state: NightState, time_s: float) -> NightJob:
-    """Job with the scenes that fit into its time; one that began already goes on with the scenes of its begin."""
-    if job.name in state.begun:
-        return replace(job, scenes=state.begun[job.name])
-    return fitting(job, time_s, pace_s(job.part, night.last))[0]
 
 
 def run_job(night: Running, job: NightJob, taken: NightJob, time_s: float) -> PartResult:
@@ -245,34 +233,31 @@ def run_job(night: Running, job: NightJob, taken: NightJob, time_s: float) -> Pa
 def result_of(job: NightJob, taken: NightJob, time_s: float, ended: Finished, out: Path) -> PartResult:
     """Result of a job whose process has ended.
 
-    A part whose engines are not all installed is done with the others, and leaves its night incomplete.
+    A part whose engines are not all installed is done with the others, and leaves its night incomplete. Of an
+    interrupted job of faults those count that it tried; another job without scenes is done whole or not at all.
     """
     beyond = tuple(scene for scene in job.scenes if scene not in taken.scenes)
     left: tuple[str, ...] = ()
-    state, reason = PartState.DONE, ended.reason
+    state, reason, fault = PartState.DONE, ended.reason, results_fault(out)
+    alarm = alarm_test(out) if job.study == ALARM and not fault else None
     if ended.interrupted:
         left = scenes_left(taken, out) if job.scenes else (job.part,)
         state, reason = PartState.LEFT, f"interrupted at its limit of {time_s:.0f} s"
     elif ended.failed:
         state = PartState.FAILED
-    elif fault := results_fault(out):
+    elif fault:
         state, reason = PartState.FAILED, fault
-    elif job.study == ALARM and alarm_test(out) is None:
+    elif job.study == ALARM and alarm is None:
         state, reason = PartState.FAILED, "no fault was inserted: the alarm was not tried"
     if beyond and state is not PartState.FAILED:
         state, reason = PartState.LEFT, reason or f"more scenes than fit into {time_s:.0f} s"
+    done = taken.items - len(left)
+    if state is PartState.FAILED:
+        done = 0
+    elif left and not taken.scenes:
+        done = alarm.planted if alarm else 0
     return PartResult(
-        job.part, state, round(time_s, 1), round(ended.duration_s, 3), (*left, *beyond), reason,
-        items_done(taken, state, left, out), taken.shown(out), taken.missing,
+        job.part, state, round(time_s, 1), round(ended.duration_s, 3), (*left, *beyond), reason, done,
+        taken.shown(out), taken.missing,
         taken.bad_input or (ended.code == BAD_INPUT and state is PartState.FAILED),
     )  # fmt: skip
-
-
-def items_done(taken: NightJob, state: PartState, left: tuple[str, ...], out: Path) -> int:
-    """Number of items that a job did: scenes, planted faults; another job is done whole or not at all."""
-    if state is PartState.FAILED:
-        return 0
-    if left and not taken.scenes:
-        tried = alarm_test(out) if taken.study == ALARM and not results_fault(out) else None
-        return tried.planted if tried else 0
-    return taken.items - len(left)

@@ -37,20 +37,14 @@ LIBC = "-with-"
 
 def capture() -> Environment:
     """Environment of this process."""
-    return environment_from(environment(), machine())
+    return recorded_environment({"environment": environment(), "machine": machine()})
 
 
 def recorded_environment(record: Mapping[str, Any]) -> Environment:
     """Environment of a record; earlier records know the kernel and the C library by the platform's name only."""
     own = record.get("environment") or {}
-    platform = str(own.get("platform") or "")
-    kernel, _, libc = platform.partition(LIBC)
-    earlier = {"kernel": kernel, "libc": libc.replace("glibc", "glibc ")}
-    return environment_from(own, earlier | dict(record.get("machine") or {}))
-
-
-def environment_from(own: Mapping[str, Any], below: Mapping[str, Any]) -> Environment:
-    """Environment from the entries of a record."""
+    kernel, _, libc = str(own.get("platform") or "").partition(LIBC)
+    below = {"kernel": kernel, "libc": libc.replace("glibc", "glibc ")} | dict(record.get("machine") or {})
     text = {name: str(below.get(name) or "") for name in ("cpu_flags", "architecture", "kernel", "libc", "blas")}
     return Environment(
         cpu=str(own.get("cpu") or ""), cores=int(own.get("cores") or 0), python=str(own.get("python") or ""), **text
@@ -111,7 +105,7 @@ def installed_parts(names: Iterable[str], scenes: Iterable[str], environment: En
     own = package_version("barchain")
     found |= {name: NightPart(name, own, digest_of(*sources)) for name, sources in SOURCES.items()}
     for name in LIBRARIES:
-        found[library(name)] = distribution_part(library(name), name)
+        found[f"library:{name}"] = distribution_part(f"library:{name}", name)
     for registration in map(find_engine, names):
         for adapter in adapters_of(registration):
             found[adapter] = NightPart(adapter, own, digest_of(adapter.replace(":", "s.")))
@@ -127,8 +121,13 @@ def installed_parts(names: Iterable[str], scenes: Iterable[str], environment: En
 
 
 def environment_parts(environment: Environment) -> tuple[NightPart, ...]:
-    """Python and the libraries of linear algebra: what they change has them as suspects."""
-    known = {PYTHON: environment.python, BLAS: ", ".join(map(own_part, environment.blas.split(", ")))}
+    """Python and the libraries of linear algebra: what they change has them as suspects.
+
+    A library that lies in a wheel counts without its version: that is part of the wheel's own state.
+    """
+    libraries = [library.split(" ") for library in environment.blas.split(", ")]
+    blas = ", ".join(" ".join((words[0], *words[2:]) if words[-1].startswith("(") else words) for words in libraries)
+    known = {PYTHON: environment.python, BLAS: blas}
     return tuple(NightPart(name, text, content_digest(text)[:DIGITS] if text else "") for name, text in known.items())
 
 
@@ -136,12 +135,6 @@ def variables_part() -> NightPart:
     """Environment variables that choose the code which computes: other bits come from them, too."""
     text = ", ".join(f"{name}={os.environ[name]}" for name in DECIDING if os.environ.get(name))
     return NightPart(VARIABLES, text[:MOST_TEXT], content_digest(text)[:DIGITS])
-
-
-def own_part(library: str) -> str:
-    """Library of linear algebra without its version where it lies in a wheel: that is part of the wheel's own state."""
-    words = library.split(" ")
-    return " ".join((words[0], *words[2:])) if words[-1].startswith("(") else library
 
 
 def scene_parts(scene: str) -> tuple[NightPart, ...]:
@@ -153,8 +146,8 @@ def scene_parts(scene: str) -> tuple[NightPart, ...]:
     files = [CERTIFIED_SOLUTIONS / f"{loaded.name}{ending}" for ending in (".csv", ".parquet")]
     digest = hashlib.sha256(b"".join(f.read_bytes() for f in files if f.is_file())).hexdigest()[:DIGITS]
     return (
-        NightPart(scene_part(loaded.name), "", loaded.digest),
-        NightPart(solution_part(loaded.name), "", digest),
+        NightPart(f"scene:{loaded.name}", "", loaded.digest),
+        NightPart(f"solution:{loaded.name}", "", digest),
     )
 
 
@@ -175,24 +168,19 @@ def depends_on(scene: str, engine: str, kind: FigureKind, anchor: str = "") -> t
     anchor : str
         Engine whose time is 1, of a ratio.
     """
-    found = {MACHINE, PYTHON, BLAS, VARIABLES, HARNESS, REFERENCE, *map(library, LIBRARIES)}
+    found = {MACHINE, PYTHON, BLAS, VARIABLES, HARNESS, REFERENCE, *(f"library:{name}" for name in LIBRARIES)}
     for name in (engine, anchor):
-        registration = known_engine(name)
+        registration = engines().get(name)
         if registration is not None:
             found |= {SHARED, *adapters_of(registration), *distributions_of(registration)}
             found |= {f"{REQUIREMENTS}{name}" for name in requiring(registration)}
             if registration.entry:
                 found.add(program_name(registration))
     if scene:
-        found.add(scene_part(scene))
+        found.add(f"scene:{scene}")
     if kind in JUDGED:
-        found |= {JUDGE, solution_part(scene)} if scene else {JUDGE}
+        found |= {JUDGE, f"solution:{scene}"} if scene else {JUDGE}
     return tuple(sorted(found))
-
-
-def known_engine(name: str) -> Registration | None:
-    """Registration of an engine; None if no engine has the name."""
-    return engines().get(name)
 
 
 def adapters_of(registration: Registration) -> tuple[str, ...]:
@@ -219,36 +207,19 @@ def program_name(registration: Registration) -> str:
 
 def requiring(registration: Registration) -> tuple[str, ...]:
     """Distributions of an engine that require others, which are a part of their own."""
-    own = distributions_of(registration)
-    return tuple(name for part, name in own.items() if part.startswith("engine:") and required_parts(name))
+    return tuple(name for name in distributions_of(registration).values() if required_by(name) - set(LIBRARIES))
 
 
 @cache
 def requirements_part(name: str) -> NightPart:
-    """All distributions that an engine's distribution requires, as one part: pip exchanges them with the engine."""
-    found = {each: f"{package_version(each)} {contents_digest(each)}" for each in sorted(required_parts(name))}
+    """All distributions that an engine's distribution requires, as one part: pip exchanges them with the engine.
+
+    Libraries that are parts by themselves are not among them.
+    """
+    names = sorted(required_by(name) - set(LIBRARIES))
+    found = {each: f"{package_version(each)} {contents_digest(each)}" for each in names}
     versions = ", ".join(f"{each} {package_version(each)}" for each in found)
     return NightPart(f"{REQUIREMENTS}{name}", versions[:MOST_TEXT], content_digest(found)[:DIGITS])
-
-
-def required_parts(name: str) -> frozenset[str]:
-    """Distributions that an engine's distribution requires, without libraries that are parts by themselves."""
-    return required_by(name) - set(LIBRARIES)
-
-
-def library(name: str) -> str:
-    """Part of a library."""
-    return f"library:{name}"
-
-
-def scene_part(name: str) -> str:
-    """Part of a scene."""
-    return f"scene:{name}"
-
-
-def solution_part(name: str) -> str:
-    """Part of a scene's certified solution."""
-    return f"solution:{name}"
 
 
 def commit() -> str | None:

@@ -27,7 +27,6 @@ from barchain.nightly.parts import (
     depends_on,
     environment_parts,
     recorded_environment,
-    scene_part,
 )
 from barchain.nightly.steps import LEAST_EFFECT
 from reports.tables import measured
@@ -37,7 +36,7 @@ from reports.tables.reading import brief, damaged
 from reports.tables.rows import BITS, NOT_COMPARED, NOT_RUN, RELATIVE_TO, is_count, parsed_tags, records
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
     from pathlib import Path
 
     import pandas as pd
@@ -103,17 +102,13 @@ def identity_of(row: Row, rule: Followed) -> FigureIdentity | None:
     tags = parsed_tags(row["tags"])
     filled = Filled()
     parts = [filled.vformat(part, (), row | tags) for part in rule.quantity.split(STUDY_SEPARATOR)]
-    quantity = STUDY_SEPARATOR.join(part for part in (study_of(row), *parts) if part)
+    study = "" if row["study"] == COMPARISON.study else str(row["study"])  # begins the quantity's name
+    quantity = STUDY_SEPARATOR.join(part for part in (study, *parts) if part)
     setting, anchor = filled.vformat(rule.setting, (), row | tags), str(tags.get(RELATIVE_TO, ""))
     unit = FigureUnit.NONE if kind in WORDED else FigureUnit(row["unit"] or "1")
     scene, engine, setting, quantity = map(brief, (row["scene"], row["engine"], setting, quantity))
     relative = brief(anchor) if kind is FigureKind.RATIO else ""
     return FigureIdentity(scene, engine, setting, quantity, kind, unit, relative)
-
-
-def study_of(row: Row) -> str:
-    """Study that begins a quantity's name; a comparison's has none."""
-    return "" if row["study"] == COMPARISON.study else str(row["study"])
 
 
 class Filled(Formatter):
@@ -313,6 +308,11 @@ def found_in(folder: Path) -> list[StudyFiles]:
     return found
 
 
+def has_results(folder: Path) -> bool:
+    """Whether a study began to write results that nights follow."""
+    return any(files.has_record(folder) for files in STUDIES)
+
+
 def started(folder: Path, record: Mapping[str, Any]) -> datetime.datetime:
     """Start of a study, UTC."""
     said = str(record.get("created") or "")
@@ -327,11 +327,13 @@ def known_parts(
     found: Sequence[Mapping[str, Any]], below: Iterable[NightPart], figures: Sequence[Figure]
 ) -> tuple[NightPart, ...]:
     """Parts that figures depend on, with what the records know of each."""
-    parts = {part.name: part for part in below}
+    parts, registered = {part.name: part for part in below}, engines()
     own = str(next((record["barchain"] for record in found if record.get("barchain")), ""))
     versions = {name: str(version) for record in found for name, version in (record.get("packages") or {}).items()}
-    versions |= {name: version for record in found for name, version in engine_versions(record).items()}
-    digests = {name: digest for record in found for name, digest in scene_digests(record).items()}
+    for name, facts in entries_of(found, "engines"):
+        if name in registered and facts.get("version"):
+            versions[registered[name].distribution or registered[name].requires] = str(facts["version"])
+    digests = {f"scene:{name}": str(facts.get("digest") or "") for name, facts in entries_of(found, "scenes")}
     for name in {name for figure in figures for name in figure.depends} - {MACHINE} - set(parts):
         kind, _, rest = name.partition(":")
         version = (
@@ -341,31 +343,18 @@ def known_parts(
     return tuple(parts.values())
 
 
-def engine_versions(record: Mapping[str, Any]) -> dict[str, str]:
-    """Versions of the distributions behind a record's engines, by the names of the distributions."""
-    registered, found = engines(), {}
-    entries = record.get("engines")
-    for name, facts in entries.items() if isinstance(entries, dict) else ():
-        if name in registered and isinstance(facts, dict) and facts.get("version"):
-            distribution = registered[name].distribution or registered[name].requires
-            if distribution:
-                found[distribution] = str(facts["version"])
-    return found
+def entries_of(found: Sequence[Mapping[str, Any]], entry: str) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """Names in an entry of records, with the facts of each; a list of names alone has none."""
+    for record in found:
+        if isinstance(record.get(entry), dict):
+            yield from ((name, facts) for name, facts in record[entry].items() if isinstance(facts, dict))
 
 
 def plan_of(read: Sequence[tuple[StudyFiles, Mapping[str, Any]]]) -> str:
     """Kinds of results, and a digest of their scenes and engines: folders of the same plan have the same figures."""
-    asked = [[files.study, *(names_in(record.get(entry)) for entry in SUBJECTS)] for files, record in read]
+    asked = []
+    for files, record in read:
+        entries = (record.get(entry) for entry in SUBJECTS)
+        names = [sorted(map(str, entry)) if isinstance(entry, (dict, list)) else [] for entry in entries]
+        asked.append([files.study, *names])
     return f"{', '.join(sorted(files.study for files, _ in read))} {content_digest(sorted(asked))[:8]}"
-
-
-def names_in(entry: Any) -> list[str]:
-    """Names of an entry of a record: of scenes or engines, by name or as a list."""
-    return sorted(map(str, entry)) if isinstance(entry, (dict, list)) else []
-
-
-def scene_digests(record: Mapping[str, Any]) -> dict[str, str]:
-    """Digests of a record's scenes, by the names of their parts; empty texts where the record has none."""
-    scenes = record.get("scenes")
-    entries = scenes.items() if isinstance(scenes, dict) else ()
-    return {scene_part(name): str(facts.get("digest") or "") for name, facts in entries if isinstance(facts, dict)}

@@ -2,25 +2,17 @@
 
 from __future__ import annotations
 
-import contextlib
 import datetime
-import json
-import os
-import platform
-import time
 from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import TYPE_CHECKING
 
-import psutil
-
-from barchain.nightly.alarm import alarm_test, together
+from barchain.nightly.alarm import alarm_test
 from barchain.nightly.faults import HistoryError
-from barchain.nightly.figures import NIGHT_FORMAT, content_digest
 from barchain.nightly.jobs import NightJob  # noqa: TC001  # pydantic reads the annotations of the state
 from barchain.nightly.parts import Installation  # noqa: TC001  # pydantic reads the annotations of the state
-from barchain.nightly.results import found_in, night_here, read_figures_of
-from reports.tables.nights.facts import INTERRUPTED, NightRun, PartResult, PartState
+from barchain.nightly.results import night_here, read_figures_of
+from reports.tables.nights.facts import INTERRUPTED, AlarmTest, NightRun, PartResult, PartState
 from reports.tables.reading import DamagedResultsError, brief
 from reports.tables.schema import SchemaVersionError
 from reports.tables.writing import write_atomically
@@ -31,16 +23,13 @@ if TYPE_CHECKING:
 
     from pydantic import TypeAdapter
 
-    from barchain.nightly.figures import Night
     from barchain.nightly.history import NightStore
 
 
 FILE = "night.json"
 SET_ASIDE = "night.json.damaged"
-HOLDER = "running.json"
 LONGEST_PAUSE = datetime.timedelta(hours=20)
 """An interrupted night goes on within this time; later a new one begins"""
-LABEL_DIGITS = 8
 
 
 class DamagedStateError(ValueError):
@@ -71,17 +60,16 @@ class NightState:
     """Ends of jobs, by name"""
     finished: bool = False
 
-    @property
-    def duration_s(self) -> float:
-        """Time that jobs took."""
-        return sum(result.duration_s for result in self.results.values())
-
     def with_result(self, name: str, result: PartResult) -> NightState:
         """State after a job; time of an earlier attempt counts too."""
         before = self.results.get(name)
         spent = before.duration_s if before else 0.0
         ended = replace(result, duration_s=round(result.duration_s + spent, 3))
         return replace(self, results=self.results | {name: ended})
+
+    def goes_on(self, plan: str, code: str, now: datetime.datetime) -> bool:
+        """Whether an interrupted night goes on: the same plan, code and environment, and not too long ago."""
+        return self.plan == plan and self.code == code and abs(now - self.started) < LONGEST_PAUSE
 
 
 @cache
@@ -118,20 +106,6 @@ def read_state(folder: Path) -> NightState | None:
         raise DamagedStateError(brief(f"{'.'.join(map(str, first['loc']))} {first['msg']}".strip())) from None
 
 
-def new_folder(out: Path, start: datetime.datetime) -> Path:
-    """New folder of a night, named by its start, and by its machine and process: two nights never share one.
-
-    Raises
-    ------
-    OSError
-        If it can't be made.
-    """
-    label = content_digest([platform.node(), os.getpid(), time.monotonic_ns()])[:LABEL_DIGITS]
-    folder = out / f"{start.strftime(NIGHT_FORMAT)}-{label}"
-    folder.mkdir(parents=True)
-    return folder
-
-
 def unfinished(out: Path, note: Callable[[str], None]) -> Iterator[tuple[Path, NightState]]:
     """Nights in a folder that did not come to their end, the latest first; some may still be running.
 
@@ -149,58 +123,6 @@ def unfinished(out: Path, note: Callable[[str], None]) -> Iterator[tuple[Path, N
             yield folder, state
 
 
-def goes_on(state: NightState, plan: str, code: str, now: datetime.datetime) -> bool:
-    """Whether an interrupted night goes on: the same plan, code and environment, and not too long ago."""
-    return state.plan == plan and state.code == code and abs(now - state.started) < LONGEST_PAUSE
-
-
-@contextlib.contextmanager
-def held(folder: Path) -> Iterator[bool]:
-    """Whether this process holds a night's folder: no other process that still runs does.
-
-    A file names the holder, by its machine, number and start: nothing is left over where a machine goes down, and no
-    file system has to know locks. Of another machine it is not known whether the holder still runs.
-    """
-    own = [platform.node(), os.getpid(), psutil.Process().create_time()]
-    path = folder / HOLDER
-    taken = take(path, own)
-    if not taken and not is_running(path):
-        path.unlink(missing_ok=True)
-        taken = take(path, own)
-    try:
-        yield taken
-    finally:
-        if taken:
-            path.unlink(missing_ok=True)
-
-
-def take(path: Path, own: list[object]) -> bool:
-    """Make the file of a folder's holder; False if there is one."""
-    try:
-        with path.open("x") as file:
-            json.dump(own, file)
-    except FileExistsError:
-        return False
-    return True
-
-
-def is_running(path: Path) -> bool:
-    """Whether the process that holds a folder still runs; one of another machine counts as running."""
-    try:
-        node, pid, began = json.loads(path.read_text("utf-8"))
-        return node != platform.node() or bool(psutil.Process(pid).create_time() == began)
-    except (OSError, ValueError, TypeError, psutil.Error):
-        return False
-
-
-def has_results(folder: Path) -> bool:
-    """Whether a job began to write results."""
-    try:
-        return bool(found_in(folder))
-    except HistoryError:
-        return False
-
-
 def results_fault(folder: Path) -> str:
     """Why the results of a job can't be read; empty if they can. A job ended while it began has its record only."""
     try:
@@ -211,9 +133,9 @@ def results_fault(folder: Path) -> str:
 
 
 def add(store: NightStore, folder: Path, state: NightState) -> tuple[str, NightRun]:
-    """Add a night to the history, and return its name there and its run.
+    """Add a night to the history, with the installation of its start, and return its name there and its run.
 
-    An earlier, incomplete state of the same night is replaced.
+    An earlier, incomplete state of the same night is replaced. Results are taken in the order of the plan's parts.
 
     Raises
     ------
@@ -221,7 +143,17 @@ def add(store: NightStore, folder: Path, state: NightState) -> tuple[str, NightR
         If the history can't be written; the message names the folder that keeps the results.
     """
     run = run_of(state, folder)
-    night = night_of(folder, state, run)
+    order = sorted(state.jobs, key=lambda job: (state.parts.index(job.part), job.name))
+    night = night_here(
+        [folder / job.name for job in order if not results_fault(folder / job.name)],
+        started=state.started,
+        duration_s=sum(result.duration_s for result in state.results.values()),
+        plan=state.plan,
+        complete=run.complete,
+        void=run.alarm.void if run.alarm else None,
+        installation=state.installation,
+        label=folder.name.rpartition("-")[2],
+    )
     try:
         store.add(night, run)
     except HistoryError as error:
@@ -230,15 +162,19 @@ def add(store: NightStore, folder: Path, state: NightState) -> tuple[str, NightR
 
 
 def run_of(state: NightState, folder: Path) -> NightRun:
-    """Run of a night: its parts, each with all of its jobs, and the test of the alarm."""
+    """Run of a night: its parts, each with all of its jobs, and the tests of the alarm as one."""
     parts: dict[str, PartResult] = {}
     for job in state.jobs:
         not_begun = PartResult(job.part, PartState.LEFT, 0.0, 0.0, job.scenes or (job.part,), INTERRUPTED)
         result = state.results.get(job.name, not_begun)
         parts[result.name] = joined(parts[result.name], result) if result.name in parts else result
     readable = [folder / name for name in state.results if not results_fault(folder / name)]
-    tests = [test for test in (alarm_test(each, state.turn) for each in readable) if test]
-    return NightRun(state.plan, state.minutes, tuple(parts.values()), together(tests), state.turn)
+    tests = [test for test in (alarm_test(each) for each in readable) if test]
+    alarm = AlarmTest(
+        sum(test.planted for test in tests), tuple(fault for test in tests for fault in test.missed), state.turn,
+        tuple(scene for test in tests for scene in test.false_alarms),
+    )  # fmt: skip
+    return NightRun(state.plan, state.minutes, tuple(parts.values()), alarm if tests else None, state.turn)
 
 
 def joined(first: PartResult, second: PartResult) -> PartResult:
@@ -250,27 +186,3 @@ def joined(first: PartResult, second: PartResult) -> PartResult:
         first.done + second.done, " && ".join(c for c in (first.command, second.command) if c),
         first.missing or second.missing, first.bad_input or second.bad_input,
     )  # fmt: skip
-
-
-def night_of(folder: Path, state: NightState, run: NightRun) -> Night:
-    """Night of the result folders of its jobs, in the order of the plan's parts, with the installation of its start."""
-    order = sorted(state.jobs, key=lambda job: (state.parts.index(job.part), job.name))
-    folders = [folder / job.name for job in order if not results_fault(folder / job.name)]
-    return night_here(
-        folders,
-        started=state.started,
-        duration_s=state.duration_s,
-        plan=state.plan,
-        complete=run.complete,
-        void=run.alarm.void if run.alarm else None,
-        installation=state.installation,
-        label=folder.name.rpartition("-")[2],
-    )
-
-
-def file_interrupted(store: NightStore, folder: Path, state: NightState, note: Callable[[str], None]) -> None:
-    """Add what an interrupted night did, which does not go on, and close its folder."""
-    name, run = add(store, folder, state)
-    write_state(folder, replace(state, finished=True))
-    kept = "all that it did is kept" if run.complete else "what it did is kept as incomplete"
-    note(f"the night of {state.started.isoformat()} was interrupted; {kept}: {name}")

@@ -20,11 +20,10 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from barchain.nightly.changes import ToldChange
     from barchain.nightly.figures import FigureSeries
 
     Array = NDArray[np.float64]
-    ToldChanges = Mapping[str, Sequence[ToldChange]]
+    ToldChanges = Mapping[str, Sequence[tuple[str, bool]]]
 
 
 LEAST_EFFECT = 0.05
@@ -207,7 +206,7 @@ def time_changes(
         All series of these kinds, over the nights of one machine class; the last night is judged.
     false_alarms : float
     told : mapping
-        Changes that earlier nights told, by name of the figure.
+        First nights of the steps that earlier nights told, and whether they are slower, by name of the figure.
 
     Returns
     -------
@@ -216,8 +215,14 @@ def time_changes(
     """
     present = [measured(one) for one in series]
     last = max((night.started for one in series for night in one.nights), default=None)
-    before = [shortened(one, last) for one in present]
-    kept = [told_steps(one, told.get(one.identity.name, ())) for one in present]
+    before = [
+        one.at(range(len(one.nights) - 1)) if one.nights and one.nights[-1].started == last else one for one in present
+    ]
+    kept = []
+    for one in present:
+        place = {night.name: k for k, night in enumerate(one.nights)}  # as far as the nights are still there
+        known = told.get(one.identity.name, ())
+        kept.append([ToldStep(place[since], slower) for since, slower in known if since in place])
     steps, earlier = all_steps(present, kept, false_alarms), all_steps(before, kept, false_alarms)
     changes, fresh = [], []
     for one, found, own, known in zip(present, steps, kept, earlier, strict=True):
@@ -232,22 +237,14 @@ def time_changes(
 
 def measured(series: FigureSeries) -> FigureSeries:
     """Nights of a series with a number, at most the last :data:`WINDOW`."""
-    kept = [k for k, figure in enumerate(series.figures) if not figure.missing][-WINDOW:]
-    return replace(series, nights=tuple(series.nights[k] for k in kept), figures=tuple(series.figures[k] for k in kept))
-
-
-def shortened(series: FigureSeries, last: object) -> FigureSeries:
-    """Series as it stood before the last night."""
-    if not series.nights or series.nights[-1].started != last:
-        return series
-    return replace(series, nights=series.nights[:-1], figures=series.figures[:-1])
+    return series.at([k for k, figure in enumerate(series.figures) if not figure.missing][-WINDOW:])
 
 
 def all_steps(
     series: Sequence[FigureSeries], told: Sequence[Sequence[ToldStep]], false_alarms: float
 ) -> list[tuple[Step, ...]]:
     """Steps of each series, with one threshold for all; what is held is no discovery, and does not widen it."""
-    values = [logarithms(one) for one in series]
+    values = [np.log(np.array([figure.value for figure in one.figures], float)) for one in series]
     correlations = autocorrelations(values)
     held = [held_steps(x, r, own) for x, r, own in zip(values, correlations, told, strict=True)]
     between = [
@@ -285,12 +282,6 @@ def common_threshold(values: Sequence[Array], correlations: Sequence[float], fal
     return false_alarms * float(np.count_nonzero(adjusted <= false_alarms)) / len(tested)
 
 
-def logarithms(series: FigureSeries) -> Array:
-    """Logarithms of the figures, (n,)."""
-    found: Array = np.log(np.array([figure.value for figure in series.figures], float))
-    return found
-
-
 def part_changes(series: FigureSeries) -> set[int]:
     """Places at which a part that the figure depends on differs from the night before."""
     return {
@@ -298,12 +289,6 @@ def part_changes(series: FigureSeries) -> set[int]:
         for k in range(1, len(series.nights))
         if differing(series.nights[k - 1], series.nights[k], series.figures[k].depends)
     }
-
-
-def told_steps(series: FigureSeries, told: Sequence[ToldChange]) -> list[ToldStep]:
-    """Steps of a series that earlier nights told, as far as their nights are still there."""
-    place = {night.name: k for k, night in enumerate(series.nights)}
-    return [ToldStep(place[one.since], one.direction is Direction.WORSE) for one in told if one.since in place]
 
 
 def change_of(series: FigureSeries, step: Step) -> Change:

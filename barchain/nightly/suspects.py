@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from barchain.nightly.figures import REQUIREMENTS
 from barchain.nightly.origins import state_words as shown
+from reports.tables.nights.facts import SuspectEntry
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -28,6 +29,13 @@ class Suspect:
         """Part with its versions, or the first digits of its digests where the version is the same."""
         return f"{self.name} {state_words(self.before, self.after)} → {state_words(self.after, self.before)}"
 
+    @property
+    def entry(self) -> SuspectEntry:
+        """Entry of ``nightly.json``."""
+        before = state_words(self.before, self.after) if self.before else ""
+        after = state_words(self.after, self.before) if self.after else ""
+        return SuspectEntry(name=self.name, before=before, after=after)
+
 
 def differing(last: NightSummary, since: NightSummary, depends: Iterable[str]) -> tuple[Suspect, ...]:
     """Parts of some names that differ between two nights.
@@ -39,23 +47,20 @@ def differing(last: NightSummary, since: NightSummary, depends: Iterable[str]) -
     found = []
     for name in sorted(depends):
         before, after = last.part_named.get(name), since.part_named.get(name)
-        if (before is None and after is None) or renamed(name, before, after, last, since):
-            continue
-        if before is None or after is None or before.differs(after):
+        if before is None or after is None:
+            there, other = (after, last) if before is None else (before, since)
+            if there is not None and not is_renamed(there, other):
+                found.append(Suspect(name, before, after))
+        elif before.differs(after):
             found.append(Suspect(name, before, after))
     engines = {rest(one.name) for one in found if one.name.startswith("engine:")}
     return tuple(one for one in found if not (one.name.startswith(REQUIREMENTS) and rest(one.name) in engines))
 
 
-def renamed(
-    name: str, before: NightPart | None, after: NightPart | None, last: NightSummary, since: NightSummary
-) -> bool:
-    """Whether a part is there under another name on the other night: a part of the same kind with equal content."""
-    there, other = (after, last) if before is None else (before, since)
-    if (before is not None and after is not None) or there is None or not there.digest:
-        return False
-    kind = f"{name.partition(':')[0]}:"
-    return any(one.digest == there.digest and one.name.startswith(kind) for one in other.parts)
+def is_renamed(part: NightPart, other: NightSummary) -> bool:
+    """Whether a part is there under another name on another night: a part of the same kind with equal content."""
+    kind = f"{part.name.partition(':')[0]}:"
+    return bool(part.digest) and any(each.digest == part.digest and each.name.startswith(kind) for each in other.parts)
 
 
 def rest(name: str) -> str:

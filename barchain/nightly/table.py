@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import fnmatch
 import io
+import itertools
 import json
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -84,30 +85,6 @@ def versions_of(figure: Figure, night: Night) -> str:
     return ", ".join(f"{part.name.removeprefix(ENGINE)} {part.version}" for part in parts)
 
 
-def figures_in(content: bytes) -> tuple[Figure, ...]:
-    """Figures of the file of a night."""
-    import pyarrow.parquet as pq  # noqa: PLC0415
-
-    return tuple(
-        Figure(
-            identity_of([row[name] for name in IDENTITY]), row["value"], row["word"], row["low"], row["high"],
-            row["tolerance"], row["trajectory"], members(row["depends"]), row["reason"],
-        )
-        for row in pq.ParquetFile(io.BytesIO(content)).read().to_pylist()
-    )  # fmt: skip
-
-
-def identity_of(texts: Sequence[str]) -> FigureIdentity:
-    """Identity of the texts of its columns."""
-    scene, engine, setting, quantity, kind, unit, anchor = texts
-    return FigureIdentity(scene, engine, setting, quantity, FigureKind(kind), FigureUnit(unit), anchor)
-
-
-def members(text: str) -> tuple[str, ...]:
-    """Names of parts from their text."""
-    return tuple(text.split(MEMBERS)) if text else ()
-
-
 @dataclass(frozen=True)
 class FigureTable:
     """Figures of some nights."""
@@ -150,7 +127,15 @@ class FigureTable:
             value, low, high, tolerance = (None if x != x else x for x in self.row(code, NUMBERS))  # noqa: PLR0124  # NaN
             word, trajectory, reason, depends = (self.texts[k] for k in self.row(code, WORDS))
             self.made[code] = Figure(
-                self.identities[series], value, word, low, high, tolerance, trajectory, members(depends), reason
+                self.identities[series],
+                value,
+                word,
+                low,
+                high,
+                tolerance,
+                trajectory,
+                tuple(depends.split(MEMBERS)) if depends else (),
+                reason,
             )
         return self.made[code]
 
@@ -221,7 +206,7 @@ def shifted(cells: Codes, there: Mask) -> Codes:
 
 
 def read_table(
-    nights: Sequence[NightSummary], place: Place, figures_of: Callable[[Sequence[NightSummary]], list[bytes]]
+    nights: Sequence[NightSummary], place: Place | None, figures_of: Callable[[Sequence[NightSummary]], list[bytes]]
 ) -> FigureTable:
     """Figures of all nights of a history: those of the cache, and of the nights that it lacks.
 
@@ -229,21 +214,21 @@ def read_table(
     ----------
     nights : sequence of NightSummary
         In their order.
-    place : Place
-        Of the history, for its cache.
+    place : Place, optional
+        Of the history, for its cache; none is used without.
     figures_of : callable
         Gives the files of the figures of some nights.
     """
     building = Building(nights)
     with contextlib.suppress(Exception):  # a cache that is not there, damaged, or of another format is made again
-        building.take_cache(place.read(CACHE) or b"")
+        building.take_cache(place.read(CACHE) or b"" if place else b"")
     lacking = [night for night in nights if night.name not in building.known]
     for first in range(0, len(lacking), AT_ONCE):
         some = lacking[first : first + AT_ONCE]
         for night, content in zip(some, figures_of(some), strict=True):
             building.add(night, content)
     table = building.table()
-    if len(lacking) > MOST_READ:
+    if place is not None and len(lacking) > MOST_READ:
         with contextlib.suppress(HistoryError):  # without a cache it only takes longer
             place.write(CACHE, cache_content(table))
     return table
@@ -335,9 +320,13 @@ class Building:
     def table(self) -> FigureTable:
         """Table of what was added; series that no night has any more are left out."""
         there: Mask = np.any(self.cells >= 0, axis=1)
-        identities = tuple(identity_of(key.split(BETWEEN)) for key, own in zip(self.keys, there, strict=True) if own)
+        identities = []
+        for key in itertools.compress(self.keys, there):
+            scene, engine, setting, quantity, kind, unit, anchor = key.split(BETWEEN)
+            kinds = FigureKind(kind), FigureUnit(unit)
+            identities.append(FigureIdentity(scene, engine, setting, quantity, *kinds, anchor))
         results = {name: np.concatenate([np.zeros(0, TYPES[name]), *own]) for name, own in self.results.items()}
-        return FigureTable(self.nights, identities, self.cells[there], results, tuple(self.texts))
+        return FigureTable(self.nights, tuple(identities), self.cells[there], results, tuple(self.texts))
 
 
 def numbered(column: pa.ChunkedArray, known: dict[str, int]) -> Codes:

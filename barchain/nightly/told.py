@@ -7,7 +7,7 @@ from collections import defaultdict
 from typing import TYPE_CHECKING, Any
 
 from barchain.nightly.acceptances import accepted, is_step
-from barchain.nightly.changes import Direction, ToldChange
+from barchain.nightly.changes import Direction
 from barchain.nightly.figures import STEPPED
 from barchain.nightly.history import now
 
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     import datetime
     from collections.abc import Iterable, Mapping, Sequence
 
-    from barchain.nightly.acceptances import Acceptance
     from barchain.nightly.changes import Change, JudgedNight
     from barchain.nightly.figures import NightSummary
     from barchain.nightly.history import NightStore
@@ -35,15 +34,24 @@ def keep_judgement(store: NightStore, judged: JudgedNight) -> None:
     night, told = judged.night, told_by(store)
     if night.name in told:
         return
-    known = {(figure, one) for figure, own in steps_before(told, night.name).items() for one in own}
-    tonight = {change.id for change in judged.tonight}
-    unrecorded = {c.id for c in judged.changes if is_step(c) and (c.identity.name, told_change(c)) not in known}
-    kept = [c for c in judged.changes if c.id in tonight | unrecorded]
+    known, tonight = steps_before(told, night.name), {change.id for change in judged.tonight}
+    kept = [
+        c
+        for c in judged.changes
+        if c.id in tonight
+        or (is_step(c) and (c.since, c.direction is Direction.WORSE) not in known.get(c.identity.name, ()))
+    ]
     later = any(name > night.name and facts["changes"] for name, facts in told.items())
     content = {
         "worse": sum(change.direction is Direction.WORSE for change in judged.tonight), "judged": judged.judged,
         "changed": len(judged.tonight), "told": now(),
-        "changes": [told_entry(c, c.id in tonight) for c in kept if not (later and is_step(c))],
+        "changes": [
+            {
+                "id": c.id, "figure": c.identity.name, "kind": str(c.identity.kind), "since": c.since,
+                "direction": str(c.direction), "tonight": c.id in tonight,
+            }
+            for c in kept if not (later and is_step(c))
+        ],
     }  # fmt: skip
     store.place.write(f"{night.name}/{FILE}", json.dumps(content, indent=1, ensure_ascii=False).encode())
 
@@ -78,32 +86,17 @@ def comparable_nights(
     return found[: found.index(chosen) + 1]
 
 
-def told_change(change: Change) -> ToldChange:
-    """Change as later nights know it."""
-    return ToldChange(change.since, change.direction)
+def steps_before(told: Mapping[str, Mapping[str, Any]], before: str) -> dict[str, list[tuple[str, bool]]]:
+    """Steps of times and memory that were told on the nights before one, by name of the figure, in order of nights.
 
-
-def told_entry(change: Change, tonight: bool) -> dict[str, Any]:
-    """Entry of a change that a night told."""
-    return {
-        "id": change.id, "figure": change.identity.name, "kind": str(change.identity.kind), "since": change.since,
-        "direction": str(change.direction), "tonight": tonight,
-    }  # fmt: skip
-
-
-def steps_before(told: Mapping[str, Mapping[str, Any]], before: str) -> dict[str, list[ToldChange]]:
-    """Steps of times and memory that were told on the nights before one, by name of the figure, in order of nights."""
-    found: dict[str, list[ToldChange]] = defaultdict(list)
+    Each has the first night of its new level, and whether that is slower.
+    """
+    found: dict[str, list[tuple[str, bool]]] = defaultdict(list)
     for name, facts in told.items():
         for one in facts["changes"] if name < before else ():
             if one["kind"] in STEPPED:
-                found[one["figure"]].append(ToldChange(one["since"], Direction(one["direction"])))
+                found[one["figure"]].append((one["since"], one["direction"] == Direction.WORSE))
     return found
-
-
-def told_steps(store: NightStore, before: str) -> dict[str, list[ToldChange]]:
-    """Steps that the nights before one told, as :func:`steps_before`."""
-    return steps_before(told_by(store), before)
 
 
 def kept_judgements(store: NightStore, at: datetime.datetime) -> dict[str, tuple[int, int]]:
@@ -112,14 +105,12 @@ def kept_judgements(store: NightStore, at: datetime.datetime) -> dict[str, tuple
     Changes for the worse that somebody accepted are left out, unless the acceptance ended before `at`.
     """
     known = [one for one in accepted(store) if one.until is None or one.until > at]
-    return {name: (facts["worse"] - forgiven(facts["changes"], known), facts["changed"])
-            for name, facts in told_by(store).items()}  # fmt: skip
-
-
-def forgiven(changes: Iterable[Mapping[str, Any]], known: Sequence[Acceptance]) -> int:
-    """Number of told changes for the worse that are accepted."""
-    worse = [one for one in changes if one["tonight"] and one["direction"] == Direction.WORSE]
-    return sum(any(a.since == one["since"] and a.fits(one["figure"]) for a in known) for one in worse)
+    found = {}
+    for name, facts in told_by(store).items():
+        worse = [one for one in facts["changes"] if one["tonight"] and one["direction"] == Direction.WORSE]
+        forgiven = sum(any(a.since == one["since"] and a.fits(one["figure"]) for a in known) for one in worse)
+        found[name] = facts["worse"] - forgiven, facts["changed"]
+    return found
 
 
 def attributed_words(store: NightStore, changes: Iterable[Change]) -> dict[str, str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from barchain.nightly.figures import FigureIdentity, NightSummary
-
-    Role = tuple[str, ...]
 
 
 OCCASIONS = 2
@@ -49,21 +47,21 @@ class Presence:
 
     def of_figure(self, identity: FigureIdentity) -> frozenset[str]:
         """Names of the nights that have a figure."""
-        own: Sequence[bool] = self.there[self.number[identity]].tolist() if identity in self.number else []
-        return frozenset(night.name for night, there in zip(self.nights, own, strict=False) if there)
+        return frozenset(self.nights[k].name for k in np.flatnonzero(self.there[self.number[identity]]))
 
     def of_subject(self, subject: Subject) -> frozenset[str]:
-        """Names of the nights on which a study did a scene to its end, with all engines."""
-        if subject not in self.known:
-            own = np.any(self.there[self.members.get(subject, [])], axis=0)
-            done = (k for k in np.flatnonzero(own).tolist() if self.was_done(k, subject))
-            self.known[subject] = frozenset(self.nights[k].name for k in done)
-        return self.known[subject]
+        """Names of the nights on which a study did a scene to its end, with all engines.
 
-    def was_done(self, night: int, subject: Subject) -> bool:
-        """Whether a night left nothing of a scene; without a run of a plan, whether it is complete."""
-        left, (study, scene, _) = self.left[night], subject
-        return self.nights[night].complete if left is None else not {(study, scene), (study, "")} & left
+        Such a night left nothing of the scene; without a run of a plan, it is complete.
+        """
+        if subject not in self.known:
+            (study, scene, _), done = subject, []
+            for k in np.flatnonzero(np.any(self.there[self.members.get(subject, [])], axis=0)).tolist():
+                left = self.left[k]
+                if self.nights[k].complete if left is None else not {(study, scene), (study, "")} & left:
+                    done.append(self.nights[k].name)
+            self.known[subject] = frozenset(done)
+        return self.known[subject]
 
 
 def presence_in(series: Sequence[FigureSeries], nights: Sequence[NightSummary]) -> Presence:
@@ -142,35 +140,29 @@ def place(identity: FigureIdentity) -> tuple[str, str, str, str]:
     return study_of(identity), identity.scene, identity.engine, identity.setting
 
 
-@dataclass(frozen=True)
-class Rename:
-    """Name under which figures go on."""
+def continued(series: Sequence[FigureSeries]) -> tuple[list[FigureSeries], list[tuple[str, str]]]:
+    """Series, each with the nights of the one that it continues, and the renames: their first nights and words.
 
-    since: str
-    """Name of the first night with the new name"""
-    words: str
-
-
-def continued(series: Sequence[FigureSeries]) -> tuple[list[FigureSeries], list[Rename]]:
-    """Series, each with the nights of the one that it continues, and the renames.
-
-    A series continues the last one of its role that ended before it began, if no other one began on its first night.
+    A figure keeps its role in a scene of equal content, and at any value of its setting's parameter. A series continues
+    the last one of its role that ended before it began, if no other one began on its first night.
     """
     found = {one.identity: one for one in series}
-    renames: dict[Rename, None] = {}
-    for role, words in ((of_scene, scene_words), (of_setting, setting_words)):
-        roles: dict[Role, list[FigureIdentity]] = defaultdict(list)
+    renames: dict[tuple[str, str], None] = {}
+    for role, words in ((of_scene, "the scene {0.scene} became {1.scene}"),
+                        (of_setting, "the setting {0.setting} of {1.engine} became {1.setting}")):  # fmt: skip
+        roles: dict[FigureIdentity, list[FigureIdentity]] = defaultdict(list)
         for one in found.values():
             key = role(one)
             if key is not None:
                 roles[key].append(one.identity)
         for names in roles.values():
             for name in sorted(names, key=lambda each: found[each].nights[0].started) if len(names) > 1 else ():
-                own = [found[each] for each in names if each in found]
-                new, old = found[name], before(found[name], own)
+                new, old = found[name], before(found[name], [found[each] for each in names if each in found])
                 if old is not None:
-                    found[name] = joined(found.pop(old.identity), new)
-                    renames[Rename(new.nights[0].name, words(old, new))] = None
+                    earlier = tuple(replace(figure, identity=new.identity) for figure in old.figures)
+                    del found[old.identity]
+                    found[name] = FigureSeries(new.identity, (*old.nights, *new.nights), (*earlier, *new.figures))
+                    renames[new.nights[0].name, words.format(old.identity, new.identity)] = None
     return list(found.values()), list(renames)
 
 
@@ -183,33 +175,13 @@ def before(new: FigureSeries, own: Sequence[FigureSeries]) -> FigureSeries | Non
     return max(ended, key=lambda one: one.nights[-1].started, default=None)
 
 
-def joined(old: FigureSeries, new: FigureSeries) -> FigureSeries:
-    """Series with the nights of the one before it."""
-    earlier = tuple(replace(figure, identity=new.identity) for figure in old.figures)
-    return FigureSeries(new.identity, (*old.nights, *new.nights), (*earlier, *new.figures))
-
-
-def of_scene(one: FigureSeries) -> Role | None:
+def of_scene(one: FigureSeries) -> FigureIdentity | None:
     """Role of a figure in a scene of some content; None where the content is not known."""
-    i = one.identity
-    part = one.nights[-1].part_named.get(f"scene:{i.scene}")
-    if part is None or not part.digest:
-        return None
-    return part.digest, i.engine, i.setting, i.quantity, i.kind, i.unit, i.anchor
+    part = one.nights[-1].part_named.get(f"scene:{one.identity.scene}")
+    return replace(one.identity, scene=part.digest) if part is not None and part.digest else None
 
 
-def of_setting(one: FigureSeries) -> Role | None:
+def of_setting(one: FigureSeries) -> FigureIdentity | None:
     """Role of a figure at any value of its setting's parameter; None of a figure without one."""
-    i = one.identity
-    parameter, given, _ = i.setting.partition("=")
-    return (i.scene, i.engine, parameter, i.quantity, i.kind, i.unit, i.anchor) if given else None
-
-
-def scene_words(old: FigureSeries, new: FigureSeries) -> str:
-    """Rename of a scene in words."""
-    return f"the scene {old.identity.scene} became {new.identity.scene}"
-
-
-def setting_words(old: FigureSeries, new: FigureSeries) -> str:
-    """Change of a setting in words."""
-    return f"the setting {old.identity.setting} of {new.identity.engine} became {new.identity.setting}"
+    parameter, given, _ = one.identity.setting.partition("=")
+    return replace(one.identity, setting=parameter) if given else None

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import datetime
 from collections import defaultdict
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from markupsafe import Markup, escape
@@ -27,26 +26,18 @@ WEEKDAYS = ("Mon", "", "Wed", "", "Fri", "", "Sun")
 MONTHS = ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"]
 
 
-@dataclass(frozen=True)
-class YearBlock:
-    """Calendar of one year."""
-
-    year: int
-    svg: Markup
-
-
-def year_blocks(nights: Sequence[CalendarNight], pages: Collection[str] = ()) -> list[YearBlock]:
-    """Blocks of all years with nights, the latest first; days of nights with a page beside this one are links."""
+def year_blocks(nights: Sequence[CalendarNight], pages: Collection[str] = ()) -> list[tuple[int, Markup]]:
+    """Calendars of all years with nights, the latest first; days of nights with a page beside this one are links."""
     days: dict[datetime.date, list[CalendarNight]] = defaultdict(list)
     for night in nights:
         days[datetime.datetime.fromisoformat(night.date).date()].append(night)
     years = sorted({day.year for day in days}, reverse=True)
-    return [YearBlock(year, block(year, {d: n for d, n in days.items() if d.year == year}, pages)) for year in years]
+    return [(year, block({d: n for d, n in days.items() if d.year == year}, pages)) for year in years]
 
 
-def block(year: int, days: dict[datetime.date, list[CalendarNight]], pages: Collection[str] = ()) -> Markup:
+def block(days: dict[datetime.date, list[CalendarNight]], pages: Collection[str]) -> Markup:
     """One year, from the first week with a night to the last."""
-    first, last = week_of(min(days)), week_of(max(days))
+    year, first, last = min(days).year, week_of(min(days)), week_of(max(days))
     columns = (last - first).days // 7 + 1
     width, height = max(LEFT + CELL * columns + 4.0, 180.0), TOP + 7 * CELL + 2.0
     parts = [

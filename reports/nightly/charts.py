@@ -1,28 +1,31 @@
-"""Small charts of trends as SVG: factors relative to the median over the nights, with steps marked."""
+"""Small charts of trends: factors relative to the median over the nights, with steps marked."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from markupsafe import Markup, escape
+import numpy as np
+from markupsafe import escape
+
+from reports.plotting.palette import COLOURS
+from reports.plotting.svg import Chart, Scale
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from markupsafe import Markup
 
     from reports.tables.nights.trends import TrendChart, TrendCurve
 
 WIDTH, HEIGHT = 300.0, 84.0
 LEFT, RIGHT, TOP, BOTTOM = 44.0, 6.0, 12.0, 16.0
+ABOVE = 1.0 + 16.0 / (HEIGHT - TOP - BOTTOM)
+"""Place of the marks of changes above the plot, relative to half of the axis"""
 LEAST_RANGE = math.log(1.05)
 """Half of the axis at least: the least effect that is told of times"""
-HEAD = 4.0
-"""Half the height of the mark of a change, px"""
 MOST_CURVES = 12
 """Curves of a chart, those that moved most"""
-SAME = 0.05
-"""Changes of less than this part of a pixel are not drawn"""
 KIND_WORDS = {
     "error": "errors",
     "ratio": "times, relative to the anchor",
@@ -31,48 +34,36 @@ KIND_WORDS = {
 }
 
 
-@dataclass(frozen=True)
-class SmallChart:
-    """A chart with its words."""
+def small_chart(chart: TrendChart, nights: int) -> tuple[str, Markup, str]:
+    """Title, chart of some curves over `nights` nights, and the words below it.
 
-    title: str
-    svg: Markup
-    note: str
-
-
-def small_chart(chart: TrendChart, nights: int) -> SmallChart:
-    """Chart of some curves over `nights` nights."""
-    curves = sorted(chart.curves, key=spread, reverse=True)[:MOST_CURVES]
+    A mark stands on each night on which a figure changed, for better or worse: a dashed line below a diamond.
+    """
+    curves = sorted(chart.curves, key=lambda curve: max(curve.factor) / min(curve.factor), reverse=True)[:MOST_CURVES]
     half = max([LEAST_RANGE, *(abs(math.log(f)) for c in curves for f in c.factor)]) * 1.08
+    bottom, right = HEIGHT - BOTTOM, WIDTH - RIGHT
+    drawn = Chart(Scale(-0.5, nights - 0.5, LEFT, right), Scale(-half, half, bottom, TOP), (WIDTH, HEIGHT))
+    drawn.straight((LEFT, TOP), (LEFT, bottom), COLOURS["rule"])
+    drawn.across_at(-half, COLOURS["rule"])
+    drawn.across_at(0.0, COLOURS["grid"])
+    for at, log in ((TOP + 4.0, half), ((TOP + bottom) / 2.0 + 4.0, 0.0), (bottom + 1.0, -half)):
+        drawn.text((LEFT - 4.0, at), f"×{number(math.exp(log))}", "end")
+    drawn.text((LEFT, HEIGHT - 3.0), "night 1")
+    if nights > 1:
+        drawn.text((right, HEIGHT - 3.0), f"night {nights}", "end")
+    for step in chart.steps:
+        drawn.up_at(step, COLOURS["ink"], 1.0, "30 20")
+        drawn.marks(step, ABOVE * half, "D", COLOURS["ink"], 6.7)
+    for curve in curves:
+        x, y = np.array(curve.night), np.log(curve.factor)
+        drawn.shapes.append(f"<g><title>{escape(curve.quantity)}</title>")
+        drawn.line(x, y, COLOURS["accent"], 1.3, opacity=0.75)
+        drawn.marks(x[-1], y[-1], "o", COLOURS["accent"], 3.6)
+        drawn.shapes.append("</g>")
     title = f"{chart.engine}, {chart.scene}: {KIND_WORDS[chart.kind]}"
-    parts = [
-        f'<svg viewBox="0 0 {WIDTH:g} {HEIGHT:g}" role="img" class="trend"><title>{escape(title)}</title>',
-        f"<desc>{escape(described(chart, curves, nights))}</desc>",
-        *axis(half, nights),
-        *(mark(step, nights) for step in chart.steps),
-        *(line(curve, half, nights) for curve in curves),
-        "</svg>",
-    ]
-    return SmallChart(title, Markup("".join(parts)), note(chart, curves))
-
-
-def spread(curve: TrendCurve) -> float:
-    """Largest factor of a curve over its least one, as a logarithm."""
-    return math.log(max(curve.factor) / min(curve.factor))
-
-
-def axis(half: float, nights: int) -> list[str]:
-    """Frame, the line of the median, and the ends of both axes."""
-    right, bottom, middle = WIDTH - RIGHT, HEIGHT - BOTTOM, (TOP + HEIGHT - BOTTOM) / 2.0
-    last = f'<text x="{right:g}" y="{HEIGHT - 3:g}" text-anchor="end">night {nights}</text>' if nights > 1 else ""
-    return [
-        f'<path class="frame" d="M{LEFT:g} {TOP:g}V{bottom:g}H{right:g}"/>',
-        f'<path class="median" d="M{LEFT:g} {middle:g}H{right:g}"/>',
-        f'<text x="{LEFT - 4:g}" y="{TOP + 4:g}" text-anchor="end">×{number(math.exp(half))}</text>',
-        f'<text x="{LEFT - 4:g}" y="{middle + 4:g}" text-anchor="end">×1</text>',
-        f'<text x="{LEFT - 4:g}" y="{bottom + 1:g}" text-anchor="end">×{number(math.exp(-half))}</text>',
-        f'<text x="{LEFT:g}" y="{HEIGHT - 3:g}">night 1</text>{last}',
-    ]
+    shown = f"{len(curves)} of {len(chart.curves)} figures that moved" if len(curves) < len(chart.curves) else ""
+    still = f"{chart.still} figures the same on all nights" if chart.still else ""
+    return title, drawn.svg(f"{title}: {described(chart, curves, nights)}"), "; ".join(filter(None, (shown, still)))
 
 
 def number(factor: float) -> str:
@@ -82,46 +73,6 @@ def number(factor: float) -> str:
     return f"{factor:.0e}".replace("e-0", "e-").replace("e+0", "e")
 
 
-def across(night: float, nights: int) -> float:
-    """Place of a night."""
-    width = WIDTH - LEFT - RIGHT
-    return LEFT + width * ((night + 0.5) / nights)
-
-
-def up(factor: float, half: float) -> float:
-    """Place of a factor."""
-    middle, height = (TOP + HEIGHT - BOTTOM) / 2.0, HEIGHT - TOP - BOTTOM
-    return middle - 0.5 * height * math.log(factor) / half
-
-
-def mark(step: int, nights: int) -> str:
-    """Mark of a night on which a figure changed, for better or worse: a dashed line below a diamond."""
-    x = across(step, nights)
-    return (
-        f'<path class="step" d="M{x:.1f} {TOP:g}V{HEIGHT - BOTTOM:g}"/>'
-        f'<path class="head" d="M{x:.1f} 0L{x + 4:.1f} {HEAD:g} {x:.1f} {2 * HEAD:g} {x - 4:.1f} {HEAD:g}Z"/>'
-    )
-
-
-def line(curve: TrendCurve, half: float, nights: int) -> str:
-    """Curve; a single night is a point."""
-    points = [(across(n, nights), up(f, half)) for n, f in zip(curve.night, curve.factor, strict=True)]
-    kept = needed(points)
-    path = "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in kept)
-    dot = f'<circle cx="{kept[-1][0]:.1f}" cy="{kept[-1][1]:.1f}" r="1.8"/>'
-    return f'<g class="{escape(curve.kind)}"><title>{escape(curve.quantity)}</title><path d="{path}"/>{dot}</g>'
-
-
-def needed(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Points without those in the middle of a horizontal line."""
-    inner = (
-        point
-        for before, point, after in zip(points, points[1:], points[2:], strict=False)
-        if abs(point[1] - before[1]) > SAME or abs(after[1] - point[1]) > SAME
-    )
-    return [points[0], *inner, *points[-1:]] if len(points) > 1 else list(points)
-
-
 def described(chart: TrendChart, curves: Sequence[TrendCurve], nights: int) -> str:
     """Words on a chart for readers who don't see it."""
     if not curves:
@@ -129,10 +80,3 @@ def described(chart: TrendChart, curves: Sequence[TrendCurve], nights: int) -> s
     moved = ", ".join(f"{c.quantity} now ×{number(c.factor[-1])} of its median" for c in curves[:3])
     steps = f"; changes on night {', '.join(str(s + 1) for s in chart.steps)}" if chart.steps else ""
     return f"{len(chart.curves)} figures over {nights} nights: {moved}{steps}"
-
-
-def note(chart: TrendChart, curves: Sequence[TrendCurve]) -> str:
-    """Words below a chart."""
-    shown = f"{len(curves)} of {len(chart.curves)} figures that moved" if len(curves) < len(chart.curves) else ""
-    still = f"{chart.still} figures the same on all nights" if chart.still else ""
-    return "; ".join(part for part in (shown, still) if part)

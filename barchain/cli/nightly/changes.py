@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import datetime
 import getpass
+import json
 import os
+from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 import click
 
 from barchain.cli.common.numbers import WORDS
 from barchain.cli.common.options import json_option
-from barchain.cli.common.terminal import say
+from barchain.cli.common.terminal import say, show_rows
 from barchain.cli.nightly.options import history_option, opened
 
 if TYPE_CHECKING:
@@ -34,24 +36,18 @@ def changes(night: str, every: bool, url: str | None, as_json: bool) -> None:
     from barchain.nightly.acceptances import accepted  # noqa: PLC0415
     from barchain.nightly.facts import change_entries  # noqa: PLC0415
     from barchain.nightly.judging import judge  # noqa: PLC0415
-    from reports.nightly.words import change_rows  # noqa: PLC0415
 
     with opened(url) as store:
         judged = judge(store, night)
         entries = change_entries(judged, judged.changes if every else judged.tonight, accepted(store))
     if as_json:
-        import json  # noqa: PLC0415
-
         say(json.dumps([entry.model_dump(mode="json") for entry in entries], indent=2))
         return
-    from barchain.cli.common.terminal import show_rows  # noqa: PLC0415
-
     say(sentence(judged))
     if entries:
         show_rows(HEADINGS, [
-            (r.entry.id, r.entry.figure, r.was, r.became, r.entry.direction, r.entry.since, r.suspects,
-             r.entry.accepted.words if r.entry.accepted else "")
-            for r in change_rows(entries)
+            (e.id, e.figure, *e.results, e.direction, e.since, e.suspect_words, e.accepted.words if e.accepted else "")
+            for e in entries
         ])  # fmt: skip
 
 
@@ -75,7 +71,6 @@ def accept_change(
     from barchain.nightly.facts import change_entries  # noqa: PLC0415
     from barchain.nightly.judging import changes_named, irreproducible, judge  # noqa: PLC0415
     from barchain.nightly.told import keep_judgement  # noqa: PLC0415
-    from reports.nightly.words import suspect_words  # noqa: PLC0415
     from scenarios.plural import plural  # noqa: PLC0415
 
     end, now = None if until is None else until.replace(tzinfo=datetime.UTC), datetime.datetime.now(datetime.UTC)
@@ -86,7 +81,7 @@ def accept_change(
         every = {name: changes_named(judged, name) for name in names}  # a wrong name accepts nothing
         acceptances_of([change for own in every.values() for change in own], user(), now, reason)  # all, or none
         for name, chosen in every.items():
-            causes = {entry.id: suspect_words(entry) for entry in change_entries(judged, chosen, known)}
+            causes = {entry.id: entry.suspect_words for entry in change_entries(judged, chosen, known)}
             for made in accept(store, chosen, user(), reason, end, name if "*" in name else "", causes):
                 say(f"accepted: {made.words}")
             earlier = filter(None, (accepting(change, known, now) for change in chosen))
@@ -101,15 +96,11 @@ def accept_change(
 @json_option
 def accepted_changes(url: str | None, as_json: bool) -> None:
     """List what is accepted, as it stands in the file accepted.toml of the history."""
-    from dataclasses import asdict  # noqa: PLC0415
-
     from barchain.nightly.acceptances import accepted  # noqa: PLC0415
 
     with opened(url) as store:
         known = accepted(store)
     if as_json:
-        import json  # noqa: PLC0415
-
         say(json.dumps([asdict(one) for one in known], indent=2, default=str))
         return
     for one in known:

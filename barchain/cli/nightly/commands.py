@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
+import datetime
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,7 +12,7 @@ import click
 
 from barchain.cli.common.numbers import WORDS, NamedPath, RealNumber
 from barchain.cli.common.options import json_option
-from barchain.cli.common.terminal import say
+from barchain.cli.common.terminal import say, show_rows
 from barchain.cli.nightly.changes import accept_change, accepted_changes, changes, withdraw_acceptance
 from barchain.cli.nightly.documents import report_night, tell_night
 from barchain.cli.nightly.options import history_option, opened
@@ -62,10 +65,8 @@ def list_nights(url: str | None, as_json: bool) -> None:
         for torn in store.torn():
             say(f"{torn}: left out: it is being written, or was copied in part", err=True)
     if as_json:
-        print_json([summary_values(night) for night in nights])
+        print_json([night_values(night) for night in nights])
         return
-    from barchain.cli.common.terminal import show_rows  # noqa: PLC0415
-
     show_rows(NIGHT_HEADINGS, map(night_row, nights), right=("figures", "duration"))
 
 
@@ -80,8 +81,6 @@ def show(night: str, url: str | None, as_json: bool) -> None:
     if as_json:
         print_json(night_values(found))
         return
-    from barchain.cli.common.terminal import show_rows  # noqa: PLC0415
-
     for name, text in heading(found):
         say(f"{name:<14} {text}")
     show_rows(("part", "version", "digest"), [(p.name, p.version, p.digest or "unknown") for p in found.parts])
@@ -99,8 +98,6 @@ def series(figure: str, url: str | None, as_json: bool) -> None:
     if as_json:
         print_json([series_values(each) for each in found])
         return
-    from barchain.cli.common.terminal import show_rows  # noqa: PLC0415
-
     for each in found:
         say(each.identity.name)
         rows = [(night.name, *figure_row(f)[2:]) for night, f in zip(each.nights, each.figures, strict=True)]
@@ -130,8 +127,6 @@ def export(path: Path, url: str | None) -> None:
 @history_option
 def prune(keep: int | None, days: float | None, url: str | None) -> None:
     """Remove old nights; accepted changes stay, and so do nights that a change for the worse is compared with."""
-    import datetime  # noqa: PLC0415
-
     from barchain.nightly.pruning import needed_nights  # noqa: PLC0415
 
     if keep is None and days is None:
@@ -152,10 +147,10 @@ history.add_command(tell_night)
 
 def heading(night: Night) -> list[tuple[str, str]]:
     """Lines about a whole night."""
-    own, state = night.environment, "complete" if night.complete else "incomplete"
+    own = night.environment
     return [
         ("night", night.name),
-        ("state", f"void: {night.void}" if night.void else state),
+        ("state", night.summary().state),
         ("started", night.started.isoformat()),
         ("duration", f"{night.duration_s:.1f} s"),
         ("plan", night.plan),
@@ -191,26 +186,14 @@ def number_words(value: float | None) -> str:
     return "" if value is None else f"{value:.6g}"
 
 
-def summary_values(night: NightSummary) -> dict[str, Any]:
-    """Night without figures, as JSON holds it."""
-    import dataclasses  # noqa: PLC0415
-
-    values = dataclasses.asdict(night) | {"started": night.started.isoformat()}
-    return values | {"machine_class": night.environment.machine_class}
-
-
-def night_values(night: Night) -> dict[str, Any]:
-    """Whole night, as JSON holds it."""
-    import dataclasses  # noqa: PLC0415
-
+def night_values(night: Night | NightSummary) -> dict[str, Any]:
+    """Night as JSON holds it."""
     values = dataclasses.asdict(night) | {"name": night.name, "started": night.started.isoformat()}
     return values | {"machine_class": night.environment.machine_class}
 
 
 def series_values(found: FigureSeries) -> dict[str, Any]:
     """Figure over the nights, as JSON holds it."""
-    import dataclasses  # noqa: PLC0415
-
     figures = [dataclasses.asdict(figure) for figure in found.figures]
     for figure, night in zip(figures, found.nights, strict=True):
         figure.pop("identity")
@@ -220,6 +203,4 @@ def series_values(found: FigureSeries) -> dict[str, Any]:
 
 def print_json(values: Sequence[Any] | dict[str, Any]) -> None:
     """Print values as JSON."""
-    import json  # noqa: PLC0415
-
     say(json.dumps(values, indent=2))

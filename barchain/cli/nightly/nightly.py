@@ -145,7 +145,11 @@ def shown_progress() -> Iterator[NightProgress]:
         yield NightProgress()
         return
     if not console.is_terminal:
-        yield NightProgress(plain_note, plain_begin, end=plain_end)
+
+        def begun(name: str, number: int, total: int, limit_s: float) -> None:
+            say(f"[{number}/{total}] {time.strftime('%H:%M:%S')}  {name}: at most {limit_s:.0f} s", err=True)
+
+        yield NightProgress(lambda text: say(text, err=True), begun, end=lambda result: say(words(result), err=True))
         return
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn  # noqa: PLC0415
 
@@ -162,21 +166,6 @@ def shown_progress() -> Iterator[NightProgress]:
             lambda done_s: bar.update(task, completed=done_s),
             lambda result: bar.console.print(words(result), markup=False, highlight=False),
         )
-
-
-def plain_note(text: str) -> None:
-    """One line, for logs."""
-    say(text, err=True)
-
-
-def plain_begin(name: str, number: int, total: int, limit_s: float) -> None:
-    """One line at the begin of a job, for logs."""
-    say(f"[{number}/{total}] {time.strftime('%H:%M:%S')}  {name}: at most {limit_s:.0f} s", err=True)
-
-
-def plain_end(result: PartResult) -> None:
-    """One line at the end of a job, for logs."""
-    say(words(result), err=True)
 
 
 def words(result: PartResult) -> str:

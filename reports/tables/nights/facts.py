@@ -26,6 +26,8 @@ NAMED = 3
 """Names in a sentence about many"""
 MOST_NAME = 80
 """Characters of a name in a sentence"""
+DIGITS = 8
+NOT_TRIED = "not tried"
 
 
 class Entry(BaseModel):
@@ -54,6 +56,12 @@ class AcceptanceEntry(Entry):
     def words(self) -> str:
         """Acceptance in a few words."""
         return f"{self.who}: {self.reason}"
+
+    @property
+    def sentence(self) -> str:
+        """Acceptance in one line."""
+        until = f", until {self.until.date()}" if self.until else ""
+        return f"accepted by {self.who} on {self.when.date()}{until}: {self.reason}"
 
 
 class ChangeEntry(Entry):
@@ -90,6 +98,34 @@ class ChangeEntry(Entry):
         return f"{self.direction}: {self.figure}: {self.was} → {self.became}{factor}{more}"
 
     also: int = Field(0, description="further figures of the same run that are missing since then: one event")
+
+    @property
+    def results(self) -> tuple[str, str]:
+        """Old and new result as a table shows them: of a digest the first digits, as of suspects."""
+        digits = DIGITS if self.kind == "bits" else None
+        return self.was[:digits], self.became[:digits]
+
+    @property
+    def factor_words(self) -> str:
+        """``×1.21 (1.18 to 1.25)``; empty without a factor."""
+        if self.factor is None:
+            return ""
+        known = self.factor_low is not None and self.factor_high is not None
+        return f"×{self.factor:.4g}" + (f" ({self.factor_low:.3g} to {self.factor_high:.3g})" if known else "")
+
+    @property
+    def suspect_words(self) -> str:
+        """Suspects with what they were and are."""
+        if self.suspects:
+            return ", ".join(f"{s.name} {s.before or '(none)'} → {s.after or '(none)'}" for s in self.suspects)
+        if self.unknown:
+            return f"no known one; of unknown state: {', '.join(self.unknown)}"
+        return "none: all parts that the figure depends on are the same"
+
+    @property
+    def confirmed_words(self) -> str:
+        """Whether real runs confirm the suspects."""
+        return self.confirmed or (NOT_TRIED if self.suspects else "")
 
 
 class PartState(StrEnum):

@@ -14,7 +14,6 @@ from barchain.nightly.changes import Direction
 from barchain.nightly.facts import change_entries, suspicion
 from barchain.nightly.figures import Figure, FigureKind, NightPart
 from barchain.nightly.judging import judge_night
-from reports.nightly.words import suspect_words
 from tests.nightly.history.histories import as_series, history_of
 from tests.nightly.history.noise import noise
 from tests.nightly.history.synthetic import ENVIRONMENT, identity
@@ -164,7 +163,7 @@ def test_what_nothing_explains_says_so() -> None:
     judged = judge_night(as_series(history), history)
     assert judged.tonight[0].irreproducible
     entry = change_entries(judged, judged.tonight, ())[0]
-    assert suspect_words(entry) == "none: all parts that the figure depends on are the same"
+    assert entry.suspect_words == "none: all parts that the figure depends on are the same"
 
 
 def timed(seed: int, before: int, after: int, kind: FigureKind, factor: float) -> tuple[JudgedNight, int]:

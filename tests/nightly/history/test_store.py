@@ -145,7 +145,6 @@ def test_nights_are_listed_in_the_order_of_their_starts(store: NightStore) -> No
     for each in made:
         store.add(each)
     assert [n.started.day for n in store.nights()] == [2, 3, 4]
-    assert [n.started.day for n in store.nights(last=2)] == [3, 4]
     assert store.summary("latest").figures == 1
     assert store.nights()[0].started == FIRST + datetime.timedelta(days=1)
 

@@ -16,7 +16,7 @@ from barchain.nightly.figures import FigureKind, FigureUnit
 from barchain.nightly.judging import change_named, changes_named, judge
 from barchain.nightly.pruning import needed_nights
 from barchain.nightly.steps import LEAST_EFFECT, WINDOW, ToldStep, find_steps
-from barchain.nightly.told import keep_judgement, kept_judgements, told_steps
+from barchain.nightly.told import keep_judgement, kept_judgements, steps_before, told_by
 from tests.nightly.history.noise import Array, noise, told
 from tests.nightly.history.synthetic import Figure, bits, error, identity, night, ratio
 
@@ -164,7 +164,7 @@ def test_a_step_keeps_its_name_when_its_first_night_is_resumed(store: NightStore
     (after,) = judge(store).changes
     assert judge(store).tonight == ()
     assert after.id == before.id
-    assert [one.since for one in told_steps(store, judge(store).night.name)[after.identity.name]] == [after.since]
+    assert steps_before(told_by(store), judge(store).night.name)[after.identity.name] == [(after.since, True)]
 
 
 def test_a_busy_night_tells_no_step_again(store: NightStore) -> None:
@@ -190,9 +190,9 @@ def test_steps_that_earlier_nights_told_are_those_of_nights_before(store: NightS
     for k in range(40):
         run_night(store, k, 1.5 if k >= 20 else 1.0, 1.0 + 0.001 * (k % 3))
     names = [each.name for each in store.nights()]
-    (found,) = told_steps(store, names[-1]).values()
-    assert [one.since for one in found] == [names[20]]
-    assert told_steps(store, names[20]) == {}
+    (found,) = steps_before(told_by(store), names[-1]).values()
+    assert found == [(names[20], True)]
+    assert steps_before(told_by(store), names[20]) == {}
 
 
 @pytest.mark.slow

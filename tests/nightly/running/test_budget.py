@@ -59,20 +59,18 @@ def test_time_that_a_job_did_not_use_goes_to_the_later_ones() -> None:
 def test_a_job_takes_on_the_scenes_that_fit_at_the_pace_of_the_last_night() -> None:
     last = NightRun("plan", 15.0, (PartResult("hard", PartState.DONE, 100.0, 100.0, done=10),))
     assert pace_s("hard", last) == 10.0
-    taken, left = fitting(job(), 50.0, 10.0)
-    assert (taken.scenes, left) == (SCENES[:4], SCENES[4:])
+    assert fitting(job(), 50.0, 10.0).scenes == SCENES[:4]
 
 
 def test_a_job_takes_on_at_least_one_scene_and_all_where_no_pace_is_known() -> None:
-    assert fitting(job(), 1.0, 1000.0)[0].scenes == SCENES[:1]
-    assert fitting(job(), 1.0, None) == (job(), ())
+    assert fitting(job(), 1.0, 1000.0).scenes == SCENES[:1]
+    assert fitting(job(), 1.0, None) == job()
     assert pace_s("hard", None) is None
     assert pace_s("other", NightRun("plan", 15.0, (PartResult("hard", PartState.FAILED, 1.0, 1.0),))) is None
 
 
 def test_a_part_of_which_nothing_was_done_takes_on_one_scene() -> None:
-    taken, left = fitting(replace(job(), waits=True), 100.0, None)
-    assert (taken.scenes, left) == (SCENES[:1], SCENES[1:])
+    assert fitting(replace(job(), waits=True), 100.0, None).scenes == SCENES[:1]
 
 
 def test_a_part_that_waits_gets_enough_to_begin_and_the_one_whose_turn_it_is_gets_most() -> None:
@@ -110,7 +108,8 @@ def simulated(plan: NightPlan, minutes: float, last: NightRun | None) -> tuple[N
     jobs = night_jobs(plan, turn, leftovers(last), waiting_parts(last))
     for k, one in enumerate(jobs):
         time_s = limit_s(one, jobs[k + 1 :], left_s)
-        taken, beyond = fitting(one, running_s(time_s), pace_s(one.part, last))
+        taken = fitting(one, running_s(time_s), pace_s(one.part, last))
+        beyond = one.scenes[len(taken.scenes) :]
         fit = int(running_s(time_s) / COSTS_S[one.part]) if time_s >= LEAST_S else 0
         finished = list(taken.scenes[:fit]) if one.scenes else [one.part] * min(fit, 1)
         rest = (*taken.scenes[fit:], *beyond) if one.scenes else (one.part,) * (not fit)
