@@ -86,8 +86,10 @@ def acceptances_of(
     Raises
     ------
     HistoryError
-        If a change is that a run is not reproducible.
+        If a change is that a run is not reproducible, or the end has passed already.
     """
+    if until is not None and until <= date:
+        raise HistoryError(f"--until {until.date()}: has passed; allowed: a later date")
     refused = next((change for change in changes if change.irreproducible), None)
     if refused is not None:
         raise HistoryError(f"{refused.identity.name}: {NO_ACCEPTANCE}; nothing was accepted")
@@ -200,15 +202,9 @@ def accept(
 ) -> list[Acceptance]:  # fmt: skip
     """Store that somebody accepts some changes: all of them, or none. An earlier entry for the same ones is replaced.
 
-    Raises
-    ------
-    HistoryError
-        If a change is that a run is not reproducible, or the end has passed already.
+    Errors are those of :func:`acceptances_of`.
     """
-    now = datetime.datetime.now(datetime.UTC)
-    if until is not None and until <= now:
-        raise HistoryError(f"--until {until.date()}: has passed; allowed: a later date")
-    made = acceptances_of(changes, who, now, reason, until, pattern, causes)
+    made = acceptances_of(changes, who, datetime.datetime.now(datetime.UTC), reason, until, pattern, causes)
     new = {(one.pattern, one.since) for one in made}
     write_accepted(store, [*(a for a in accepted(store) if (a.pattern, a.since) not in new), *made])
     return made

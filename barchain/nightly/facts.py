@@ -72,14 +72,9 @@ def night_facts(
     tonight = tuple(events(list(standing_for(change_entries(judged, judged.tonight, accepted, confirmed)))))
     holding = events(change_entries(judged, still_holding(judged), accepted, confirmed))
     standing = tuple(e for e in holding if e.accepted is None)
-    night, names = judged.night, [night.name for night in judged.compared_with]
+    names = [night.name for night in judged.compared_with]
     return NightlyFile(
-        sentence=opening(
-            tonight, judged=judged.judged, earlier=len(judged.compared_with), void=night.void,
-            complete=night.complete, baseline=baseline, standing=len(standing),
-            replanned=(judged.new, judged.left_out) if judged.replanned and night.complete and not baseline else None,
-            new=0 if baseline else judged.new, renamed=judged.renamed,
-        ),
+        sentence=opening(judged, tonight, len(standing), baseline),
         night=night_entry(judged),
         against=AgainstEntry(nights=len(names), first=names[0] if names else "", last=names[-1] if names else "",
                              baseline=baseline),

@@ -16,7 +16,7 @@ from reports.tables.nights.facts import NightRun  # noqa: TC001  # pydantic read
 from reports.tables.rows import NOT_RUN
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
 
 MOST_TEXT = 500
@@ -90,7 +90,7 @@ STEPPED = frozenset({FigureKind.RATIO, FigureKind.MEMORY})
 """Noisy kinds: they change by steps of their levels"""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, order=True)
 class FigureIdentity:
     """Identity of a figure over the nights."""
 
@@ -196,8 +196,21 @@ class Environment:
         return content_digest([self.cpu, self.cpu_flags, self.cores, self.architecture, self.libc])[:16]
 
 
+class HasParts:
+    """Parts of a night by name."""
+
+    parts: tuple[NightPart, ...]
+    environment: Environment
+
+    @cached_property
+    def part_named(self) -> Mapping[str, NightPart]:
+        """Parts by name, the machine class among them."""
+        machine = NightPart(MACHINE, self.environment.cpu[:MOST_TEXT], self.environment.machine_class)
+        return {part.name: part for part in (*self.parts, machine)}
+
+
 @dataclass(frozen=True)
-class Night:
+class Night(HasParts):
     """One night: environment, parts and figures. Nights of equal content are the same night."""
 
     started: datetime.datetime
@@ -220,12 +233,7 @@ class Night:
     def __post_init__(self) -> None:
         """Put parts and figures in order."""
         object.__setattr__(self, "parts", tuple(sorted(self.parts, key=lambda p: p.name)))
-        object.__setattr__(self, "figures", tuple(sorted(self.figures, key=order_of)))
-
-    @cached_property
-    def part_named(self) -> Mapping[str, NightPart]:
-        """Parts by name, the machine class among them."""
-        return named_parts(self.parts, self.environment)
+        object.__setattr__(self, "figures", tuple(sorted(self.figures, key=lambda figure: figure.identity)))
 
     @cached_property
     def identity(self) -> str:
@@ -245,24 +253,12 @@ class Night:
         )  # fmt: skip
 
 
-def order_of(figure: Figure) -> tuple[str, ...]:
-    """Sort key of a figure."""
-    i = figure.identity
-    return i.scene, i.engine, i.setting, i.quantity, i.kind, i.unit, i.anchor
-
-
-def named_parts(parts: Iterable[NightPart], environment: Environment) -> dict[str, NightPart]:
-    """Parts by name, the machine class among them."""
-    machine = NightPart(MACHINE, environment.cpu[:MOST_TEXT], environment.machine_class)
-    return {part.name: part for part in (*parts, machine)}
-
-
 SHARED: dict[Any, Any] = {}
 """Parts and environments of all nights: most nights share them, and equal ones are one object"""
 
 
 @dataclass(frozen=True)
-class NightSummary:
+class NightSummary(HasParts):
     """Night without its figures, as its record in a history holds it."""
 
     name: str
@@ -291,11 +287,6 @@ class NightSummary:
         object.__setattr__(self, "parts", tuple(SHARED.setdefault(part, part) for part in self.parts))
         object.__setattr__(self, "environment", SHARED.setdefault(self.environment, self.environment))
 
-    @cached_property
-    def part_named(self) -> Mapping[str, NightPart]:
-        """Parts by name, the machine class among them."""
-        return named_parts(self.parts, self.environment)
-
     @property
     def state(self) -> str:
         """State in a word or a reason."""
@@ -314,5 +305,5 @@ class FigureSeries:
         """Series at some places."""
         if len(places) == len(self.nights):
             return self
-        nights, figures = (tuple(own[k] for k in places) for own in (self.nights, self.figures))
-        return FigureSeries(self.identity, nights, figures)
+        nights, figures = [self.nights[k] for k in places], [self.figures[k] for k in places]
+        return FigureSeries(self.identity, tuple(nights), tuple(figures))

@@ -24,7 +24,7 @@ import re
 from functools import cache
 from typing import TYPE_CHECKING, Self
 
-from barchain.nightly.faults import HistoryError, UnknownNightError
+from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import Night, NightSummary
 from barchain.nightly.place import Place
 from barchain.nightly.table import COLUMNS, FIGURES, NUMBERS, FigureTable, figures_content, read_table
@@ -124,23 +124,23 @@ class NightStore:
 
         Raises
         ------
-        UnknownNightError
+        HistoryError
             If there is none, or several; the message gives the nearest name.
         """
         every = self.nights()
         if name == LATEST:
             if not every:
-                raise UnknownNightError(f"{name}: the history holds no nights")
+                raise HistoryError(f"{name}: the history holds no nights")
             return latest_first(every)[0]
         known = {night.name: night for night in every}
         fitting = [name] if name in known else [each for each in known if name and each.startswith(name)]
         if len(fitting) == 1:
             return known[fitting[0]]
         if fitting:
-            raise UnknownNightError(f"{name[:60]}: {len(fitting)} nights begin so, e.g. {fitting[0]} and {fitting[1]}")
+            raise HistoryError(f"{name[:60]}: {len(fitting)} nights begin so, e.g. {fitting[0]} and {fitting[1]}")
         if not known:
-            raise UnknownNightError(f"{name[:60]}: no such night; the history holds no nights")
-        raise UnknownNightError(f"{name[:60]}: no such night{nearest(name, known)}; `barchain history list` shows all")
+            raise HistoryError(f"{name[:60]}: no such night; the history holds no nights")
+        raise HistoryError(f"{name[:60]}: no such night{nearest(name, known)}; `barchain history list` shows all")
 
     def night(self, name: str) -> Night:
         """Whole night; errors as :meth:`summary`."""

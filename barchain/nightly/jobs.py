@@ -140,8 +140,9 @@ def night_jobs(
     favoured = next((name for name in (*names[begin:], *names[:begin]) if name in waiting), "")
     placed: list[tuple[int, NightJob]] = []
     for part in plan.file.parts:
+        jobs = checked_jobs(part, plan, turn, left.get(part.name, ()))
         lacking = [f"{name}: {reason}" for name, reason in missing_engines(part.named_engines).items()]
-        for k, job in enumerate(checked_jobs(part, plan, turn, left.get(part.name, ()))):
+        for k, job in enumerate(jobs):
             waits = k == 0 and part.name in waiting
             made = replace(
                 job, waits=waits, favoured=waits and part.name == favoured,

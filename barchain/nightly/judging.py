@@ -192,7 +192,7 @@ def judge(store: NightStore, name: str = "latest", *, false_alarms: float = FALS
 
     Raises
     ------
-    UnknownNightError
+    HistoryError
         If there is no such night.
     """
     chosen, told = store.summary(name), told_by(store)

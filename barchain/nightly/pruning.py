@@ -20,10 +20,8 @@ from barchain.nightly.told import told_by
 from barchain.nightly.vanished import OCCASIONS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
     from pathlib import Path
 
-    from barchain.nightly.acceptances import Acceptance
     from barchain.nightly.changes import Change, JudgedNight
     from barchain.nightly.history import NightStore
 
@@ -53,52 +51,37 @@ def prune_runs(store: NightStore, out: Path) -> None:
 
 
 def needed_nights(store: NightStore) -> frozenset[str]:
-    """Names of the nights that tell the changes for the worse which the last night of each machine class holds."""
+    """Names of the nights that tell the changes for the worse which the last night of each machine class holds.
+
+    Changes that somebody accepted without an end need none. Told steps and acceptances name the first nights of the new
+    levels of all steps.
+    """
     now, known = datetime.datetime.now(datetime.UTC), accepted(store)
     last = {night.environment.machine_class: night.name for night in store.nights() if night.void is None}
-    judged = [judge(store, night) for night in last.values()]
-    return frozenset(
-        name
-        for each in judged
-        for name in (
-            *needed_by(each, [c for c in standing(each) if not accepted_for_ever(c, known, now)]),
-            *first_nights_of_steps(each),
-        )
-    )
+    needed: set[str] = set()
+    for judged in (judge(store, night) for night in last.values()):
+        names = list(judged.by_name)
+        for change in judged.changes:
+            if change.identity.kind in STEPPED:
+                since = names.index(change.since)
+                needed |= {*names[since : since + FEWEST_NEW]}
+        worse = [change for change in judged.tonight if change.direction is Direction.WORSE]
+        for change in (*worse, *still_holding(judged)):
+            covering = accepting(change, known, now)
+            if covering is None or covering.until is not None:
+                needed |= needed_by(judged, change)
+    return frozenset(needed)
 
 
-def standing(judged: JudgedNight) -> list[Change]:
-    """Changes for the worse of a night and of earlier ones that hold."""
-    return [*(change for change in judged.tonight if change.direction is Direction.WORSE), *still_holding(judged)]
-
-
-def accepted_for_ever(change: Change, known: Iterable[Acceptance], now: datetime.datetime) -> bool:
-    """Whether somebody accepted a change without an end."""
-    covering = accepting(change, known, now)
-    return covering is not None and covering.until is None
-
-
-def first_nights_of_steps(judged: JudgedNight) -> Iterator[str]:
-    """First nights of the new levels of all steps: told steps and acceptances name them."""
-    names = [night.name for night in (*judged.compared_with, judged.night)]
-    for change in judged.changes:
-        if change.identity.kind in STEPPED:
-            since = names.index(change.since)
-            yield from names[since : since + FEWEST_NEW]
-
-
-def needed_by(judged: JudgedNight, changes: Iterable[Change]) -> Iterator[str]:
-    """Nights that each change is judged from.
+def needed_by(judged: JudgedNight, change: Change) -> set[str]:
+    """Nights that a change is judged from.
 
     These are the night on which the earlier level began, the last nights of the same plan before the change, as many as
     a step of noisy figures and a figure that is gone need, and the first ones after it.
     """
-    nights = (*judged.compared_with, judged.night)
-    names = [night.name for night in nights]
-    for change in changes:
-        stepped = change.identity.kind in STEPPED
-        last, since = names.index(change.last), names.index(change.since)
-        alike = [night.name for night in nights[: last + 1] if night.plan == nights[last].plan]
-        yield from alike[-(2 * FEWEST_OLD if stepped else OCCASIONS) :]
-        yield from names[since : since + (FEWEST_NEW if stepped else 1)]
-        yield from (change.level,) if change.level else ()
+    nights, stepped = judged.by_name, change.identity.kind in STEPPED
+    names = list(nights)
+    last, since = names.index(change.last), names.index(change.since)
+    alike = [name for name in names[: last + 1] if nights[name].plan == nights[change.last].plan]
+    before = alike[-(2 * FEWEST_OLD if stepped else OCCASIONS) :]
+    return {*before, *names[since : since + (FEWEST_NEW if stepped else 1)], change.level} - {""}

@@ -246,36 +246,19 @@ def read_night(folder: Path) -> Night:
     )
 
 
-def night_here(
-    folders: Sequence[Path],
-    *,
-    started: datetime.datetime,
-    duration_s: float,
-    plan: str,
-    installation: Installation,
-    complete: bool = True,
-    void: str | None = None,
-    label: str = "",
-) -> Night:
+def night_here(folders: Sequence[Path], installation: Installation, *, complete: bool = True, **more: Any) -> Night:
     """Night of result folders that this installation has just written: parts have the digests of the installed files.
 
     Parameters
     ----------
     folders : sequence of Path
         In the order of the plan. A figure that stands in several folders is chosen by :func:`merged`.
-    started : datetime
-        UTC.
-    duration_s : float
-    plan : str
-        Digest of the plan: nights of the same plan are expected to have the same figures.
-    complete : bool
-        Whether all of the plan was done; a folder whose record is incomplete makes the night incomplete too.
-    void : str, optional
-        Why the night can't be believed.
     installation : Installation
         That the results come from.
-    label : str
-        Ending of the night's name; the first digits of its content by default.
+    complete : bool
+        Whether all of the plan was done; a folder whose record is incomplete makes the night incomplete too.
+    **more
+        Further fields of the night: ``started``, ``duration_s``, ``plan``, ``void``, ``label``.
 
     Raises
     ------
@@ -285,12 +268,15 @@ def night_here(
     figures = merged(figure for folder in folders for figure in read_figures_of(folder))
     records = [record for _, record in records_of(folders)]
     needed = {name for figure in figures for name in figure.depends}
-    parts = known_parts(records, [part for part in installation.parts if part.name in needed], figures)
-    done = complete and all(bool(record.get("complete")) for record in records)
     return Night(
-        started, duration_s, plan, installation.barchain, installation.environment, parts, figures,
-        installation.commit, done, void, label,
-    )  # fmt: skip
+        barchain=installation.barchain,
+        environment=installation.environment,
+        commit=installation.commit,
+        parts=known_parts(records, [part for part in installation.parts if part.name in needed], figures),
+        figures=figures,
+        complete=complete and all(bool(record.get("complete")) for record in records),
+        **more,
+    )
 
 
 def records_of(folders: Iterable[Path]) -> list[tuple[StudyFiles, dict[str, Any]]]:

@@ -10,6 +10,7 @@ from scenarios.plural import plural
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from barchain.nightly.changes import JudgedNight
     from reports.tables.nights.facts import ChangeEntry
 
 
@@ -21,49 +22,26 @@ NOT_REPRODUCIBLE = "not reproducible: the same sources, versions and machine cla
 NOT_JUDGED = "Nothing was judged: no figure of this night has an earlier one."
 
 
-def opening(
-    changes: Sequence[ChangeEntry],
-    *,
-    judged: int,
-    earlier: int,
-    void: str | None,
-    complete: bool,
-    baseline: str = "",
-    standing: int = 0,
-    replanned: tuple[int, int] | None = None,
-    new: int = 0,
-    renamed: Sequence[str] = (),
-) -> str:
+def opening(judged: JudgedNight, changes: Sequence[ChangeEntry], standing: int = 0, baseline: str = "") -> str:
     """Sentence on a night.
 
     Parameters
     ----------
+    judged : JudgedNight
     changes : sequence of ChangeEntry
         Of this night, accepted ones among them.
-    judged : int
-        Figures that have an earlier one.
-    earlier : int
-        Nights that the night was judged against.
-    void : str, optional
-        Why the night can't be believed.
-    complete : bool
-    baseline : str
-        Name of the one night that it was judged against.
     standing : int
         Changes of earlier nights for the worse that still hold.
-    replanned : tuple of int, optional
-        Figures that are new and figures that are left out, if the night before had another plan.
-    new : int
-        Figures that have no earlier one.
-    renamed : sequence of str
-        Settings and scenes that have other names since this night, in words.
+    baseline : str
+        Name of the one night that it was judged against.
     """
-    if void:
-        return f"This night is void: {void}."
-    ending = "" if complete else " The night is incomplete."
-    if baseline and not judged:
+    night = judged.night
+    if night.void:
+        return f"This night is void: {night.void}."
+    ending = "" if night.complete else " The night is incomplete."
+    if baseline and not judged.judged:
         return f"Nothing was compared: {baseline} has no figure of this night.{ending}"
-    if not earlier:
+    if not judged.compared_with:
         return f"This is the first night: there is no earlier one to compare it with.{ending}"
     since = f" since {baseline}" if baseline else " tonight"
     told = [change for change in changes if change.accepted is None]
@@ -73,16 +51,22 @@ def opening(
         rest = counted(accepted, "more change", "accepted")
     elif accepted:
         every = "the change is accepted" if accepted == 1 else "all changes are accepted"
-        many = f"{amount(accepted, 'figure').capitalize()} of {judged} changed"
+        many = f"{amount(accepted, 'figure').capitalize()} of {judged.judged} changed"
         rest = f"{many}{since}; {every}. Nothing else changed."
     else:
-        rest = f"Nothing changed{since} among {judged} figures." if judged else NOT_JUDGED
+        rest = f"Nothing changed{since} among {judged.judged} figures." if judged.judged else NOT_JUDGED
     holding = f"{amount(standing, 'earlier change').capitalize()} for the worse still hold{'s' * (standing == 1)}."
+    coming = ""
+    if judged.replanned and night.complete and not baseline:
+        states = (counted(judged.new, "figure", "new"), counted(judged.left_out, "figure", "not measured tonight"))
+        found = ", ".join(f"{state[0].lower()}{state[1:-1]}" for state in states if state)
+        coming = f"The plan is another one than on the night before{': ' if found else ''}{found}."
+    elif not baseline:
+        coming = counted(judged.new, "figure", "new")
     said = (
         counted(wild, "run", NOT_REPRODUCIBLE),
-        plain([change for change in told if not change.irreproducible], since, judged),
-        rest, holding if standing else "", renamed_words(renamed),
-        replanned_words(*replanned) if replanned else counted(new, "figure", "new"),
+        plain([change for change in told if not change.irreproducible], since, judged.judged),
+        rest, holding if standing else "", renamed_words(judged.renamed), coming,
     )  # fmt: skip
     return " ".join(part for part in said if part) + ending
 
@@ -104,13 +88,6 @@ def renamed_words(renamed: Sequence[str]) -> str:
     more = f" and {len(renamed) - MOST_CAUSES} more changed their names" if len(renamed) > MOST_CAUSES else ""
     said = "; ".join(renamed[:MOST_CAUSES])
     return f"{said[0].upper()}{said[1:]}{more}: figures are compared by their role."
-
-
-def replanned_words(new: int, gone: int) -> str:
-    """Sentence on a plan that differs from that of the night before."""
-    states = (counted(new, "figure", "new"), counted(gone, "figure", "not measured tonight"))
-    found = ", ".join(f"{state[0].lower()}{state[1:-1]}" for state in states if state)
-    return f"The plan is another one than on the night before{': ' if found else ''}{found}."
 
 
 def plain(changes: Sequence[ChangeEntry], since: str, judged: int) -> str:

@@ -146,12 +146,12 @@ def add(store: NightStore, folder: Path, state: NightState) -> tuple[str, NightR
     order = sorted(state.jobs, key=lambda job: (state.parts.index(job.part), job.name))
     night = night_here(
         [folder / job.name for job in order if not results_fault(folder / job.name)],
+        state.installation,
         started=state.started,
         duration_s=sum(result.duration_s for result in state.results.values()),
         plan=state.plan,
         complete=run.complete,
         void=run.alarm.void if run.alarm else None,
-        installation=state.installation,
         label=folder.name.rpartition("-")[2],
     )
     try:

@@ -221,12 +221,12 @@ def time_changes(
     kept = []
     for one in present:
         place = {night.name: k for k, night in enumerate(one.nights)}  # as far as the nights are still there
-        known = told.get(one.identity.name, ())
-        kept.append([ToldStep(place[since], slower) for since, slower in known if since in place])
+        own = told.get(one.identity.name, ())
+        kept.append([ToldStep(place[since], slower) for since, slower in own if since in place])
     steps, earlier = all_steps(present, kept, false_alarms), all_steps(before, kept, false_alarms)
     changes, fresh = [], []
-    for one, found, own, known in zip(present, steps, kept, earlier, strict=True):
-        shown: list[Step | ToldStep] = [*own, *known]
+    for one, found, held, known in zip(present, steps, kept, earlier, strict=True):
+        shown: list[Step | ToldStep] = [*held, *known]
         for step in found:
             change = change_of(one, step)
             changes.append(change)

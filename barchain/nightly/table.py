@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.nightly.faults import HistoryError, UnknownFigureError
+from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import (
     Figure,
     FigureIdentity,
@@ -29,7 +29,7 @@ from barchain.nightly.figures import (
 from scenarios.nearest import nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Collection, Mapping, Sequence
 
     import pyarrow as pa
     from numpy.typing import NDArray
@@ -124,8 +124,9 @@ class FigureTable:
     def figure(self, series: int, code: int) -> Figure:
         """Figure of a result of a series."""
         if code not in self.made:
-            value, low, high, tolerance = (None if x != x else x for x in self.row(code, NUMBERS))  # noqa: PLR0124  # NaN
-            word, trajectory, reason, depends = (self.texts[k] for k in self.row(code, WORDS))
+            numbers, words = ([self.results[name][code].item() for name in names] for names in (NUMBERS, WORDS))
+            value, low, high, tolerance = (None if x != x else x for x in numbers)  # noqa: PLR0124  # NaN
+            word, trajectory, reason, depends = (self.texts[k] for k in words)
             self.made[code] = Figure(
                 self.identities[series],
                 value,
@@ -139,23 +140,19 @@ class FigureTable:
             )
         return self.made[code]
 
-    def row(self, code: int, columns: Iterable[str]) -> list[Any]:
-        """Entries of a result in some columns."""
-        return [self.results[name][code].item() for name in columns]
-
     def named(self, pattern: str) -> tuple[FigureSeries, ...]:
         """Series of the figures whose name is `pattern`, or fits it (``*`` and ``?`` stand for any text).
 
         Raises
         ------
-        UnknownFigureError
+        HistoryError
             If no figure fits; the message gives the nearest name.
         """
         names = [identity.name for identity in self.identities]
         fitting = np.array([name == pattern or fnmatch.fnmatchcase(name, pattern) for name in names], bool)
         if not fitting.any():
             there = f"{nearest(pattern, names)}; {len(names)} figures are there" if names else "; there are none"
-            raise UnknownFigureError(f"{pattern[:80]}: no such figure{there}")
+            raise HistoryError(f"{pattern[:80]}: no such figure{there}")
         return self.series_at((self.cells >= 0) & fitting[:, None])
 
     def levels(

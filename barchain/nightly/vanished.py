@@ -47,7 +47,7 @@ class Presence:
 
     def of_figure(self, identity: FigureIdentity) -> frozenset[str]:
         """Names of the nights that have a figure."""
-        return frozenset(self.nights[k].name for k in np.flatnonzero(self.there[self.number[identity]]))
+        return frozenset(self.nights[k].name for k in np.flatnonzero(self.there[self.number[identity]]).tolist())
 
     def of_subject(self, subject: Subject) -> frozenset[str]:
         """Names of the nights on which a study did a scene to its end, with all engines.

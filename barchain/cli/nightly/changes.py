@@ -79,7 +79,7 @@ def accept_change(
         keep_judgement(store, judged)  # a step keeps the name under which it is accepted
         known = accepted(store)
         every = {name: changes_named(judged, name) for name in names}  # a wrong name accepts nothing
-        acceptances_of([change for own in every.values() for change in own], user(), now, reason)  # all, or none
+        acceptances_of([change for own in every.values() for change in own], user(), now, reason, end)  # all, or none
         for name, chosen in every.items():
             causes = {entry.id: entry.suspect_words for entry in change_entries(judged, chosen, known)}
             for made in accept(store, chosen, user(), reason, end, name if "*" in name else "", causes):

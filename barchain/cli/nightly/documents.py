@@ -89,10 +89,12 @@ def report_night(
 @history_option
 def tell_night(night: str, link: str | None, url: str | None) -> None:
     """Print NIGHT in three lines, for mail or a chat: the sentence, the worst figures with their suspects, a link."""
+    from barchain.nightly.judging import judge  # noqa: PLC0415
     from reports.nightly.summary import message  # noqa: PLC0415
 
     with opened(url) as store:
-        say(message(facts_of(store, night), link or ""))
+        judged = judge(store, night)
+        say(message(facts_of(store, judged, store.night(judged.night.name)), link or ""))
 
 
 def show_night(facts: NightlyFile, page: Path) -> None:
@@ -148,7 +150,7 @@ def write_documents(
     if before is not None:
         judged = judge_pair(before, night)
         against += f" (a night of another plan, {before.plan})" if before.plan != night.plan else ""
-    facts = judged_facts(store, judged, night, against)
+    facts = facts_of(store, judged, night, against)
     nights = [each for each in store.nights() if each.started <= summary.started]
     charts = trend_charts(store.table(), nights, judged.changes)
     out.mkdir(parents=True, exist_ok=True)
@@ -161,7 +163,7 @@ def write_documents(
     return facts
 
 
-def judged_facts(store: NightStore, judged: JudgedNight, night: Night, baseline: str = "") -> NightlyFile:
+def facts_of(store: NightStore, judged: JudgedNight, night: Night, baseline: str = "") -> NightlyFile:
     """Facts of a judged night, with the acceptances and attributions of its history."""
     from barchain.nightly.acceptances import accepted  # noqa: PLC0415
     from barchain.nightly.facts import night_facts  # noqa: PLC0415
@@ -169,14 +171,6 @@ def judged_facts(store: NightStore, judged: JudgedNight, night: Night, baseline:
 
     confirmed = attributed_words(store, judged.changes)
     return night_facts(judged, accepted(store), night.figures, judged.night.run, baseline=baseline, confirmed=confirmed)
-
-
-def facts_of(store: NightStore, name: str) -> NightlyFile:
-    """Facts of a stored night."""
-    from barchain.nightly.judging import judge  # noqa: PLC0415
-
-    judged = judge(store, name)
-    return judged_facts(store, judged, store.night(judged.night.name))
 
 
 def baseline_night(store: NightStore, given: str) -> Night:

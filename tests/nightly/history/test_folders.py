@@ -92,7 +92,7 @@ def test_the_same_folder_is_the_same_night_and_an_interrupted_one_is_incomplete(
 
 def test_a_night_of_this_installation_knows_the_digests_of_its_parts(compared: Path) -> None:
     own = installation_here(["reference", "rebound"], ["basics/two_bars_free"])
-    made = night_here([compared, compared], started=FIRST, duration_s=60.0, plan="plan", installation=own)
+    made = night_here([compared, compared], own, started=FIRST, duration_s=60.0, plan="plan")
     assert {f.identity for f in made.figures} == {f.identity for f in read_night(compared).figures}
     assert all(part.digest for part in made.parts)
     assert made.complete

@@ -244,7 +244,7 @@ def test_a_folder_that_is_no_baseline_is_told_in_one_line(history: str, tmp_path
     (tmp_path / "base" / "record.json").write_text(content, "utf-8")
     words = ["history", "report", "--history", history, "--out", str(tmp_path), "--baseline", str(tmp_path / "base")]
     ended = CliRunner().invoke(cli, words)
-    assert type(ended.exception).__name__ == "UnknownNightError"
+    assert type(ended.exception).__name__ == "HistoryError"
     assert "\n" not in str(ended.exception)
 
 

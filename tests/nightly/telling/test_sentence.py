@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -25,8 +26,13 @@ def change(direction: str = "worse", suspects: tuple[SuspectEntry, ...] = (MUJOC
 
 
 def said(*changes: ChangeEntry, **more: Any) -> str:
-    options: dict[str, Any] = {"judged": 900, "earlier": 5, "void": None, "complete": True}
-    return opening(changes, **(options | more))
+    judged: Any = SimpleNamespace(
+        night=SimpleNamespace(void=more.get("void"), complete=more.get("complete", True)),
+        judged=more.get("judged", 900), compared_with=(None,) * more.get("earlier", 5), renamed=(),
+        replanned="replanned" in more,
+    )  # fmt: skip
+    judged.new, judged.left_out = more.get("replanned", (0, 0))
+    return opening(judged, changes, baseline=more.get("baseline", ""))
 
 
 @pytest.mark.parametrize(
