@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from barchain.nightly.changes import result_words
 from barchain.nightly.faults import HistoryError
-from barchain.nightly.figures import MOST_TEXT, STEPPED, FigureError
+from barchain.nightly.figures import MOST_TEXT, FigureError
 from barchain.nightly.steps import LEAST_EFFECT
 from scenarios.nearest import nearest
 
@@ -60,10 +60,6 @@ class Acceptance:
             if not (text := getattr(self, name)).strip() or not text.isprintable():
                 raise FigureError(f"{name}: {text[:60]!r} given, allowed: a text of one line")
 
-    def fits(self, figure: str) -> bool:
-        """Whether the name of a figure fits the pattern."""
-        return fits(figure, self.pattern)
-
     @property
     def words(self) -> str:
         """Acceptance in one line."""
@@ -98,7 +94,7 @@ def acceptances_of(
         grouped.setdefault((pattern or change.identity.name, change.since), []).append(change)
     made = []
     for (name, since), own in grouped.items():
-        factors = {c.identity.name: c.factor for c in own if is_step(c) and c.factor is not None}
+        factors = {c.identity.name: c.factor for c in own if c.is_step and c.factor is not None}
         said = sorted({(causes or {}).get(change.id, "") for change in own} - {""})
         single = own[0] if name == own[0].identity.name else None
         words = (result_words(single.was), result_words(single.now)) if single else ("", "")
@@ -108,16 +104,11 @@ def acceptances_of(
     return made
 
 
-def is_step(change: Change) -> bool:
-    """Whether a change is a step of times or memory."""
-    return change.identity.kind in STEPPED and not change.now.missing
-
-
 def accepting(change: Change, known: Iterable[Acceptance], at: datetime.datetime) -> Acceptance | None:
     """Latest acceptance that covers a change at an instant; None if there is none, or the run is not reproducible."""
     if change.irreproducible:
         return None
-    covering = [a for a in known if a.fits(change.identity.name) and covers(a, change, at)]
+    covering = [a for a in known if fits(change.identity.name, a.pattern) and covers(a, change, at)]
     return max(covering, key=lambda a: a.date, default=None)
 
 
@@ -130,7 +121,7 @@ def covers(acceptance: Acceptance, change: Change, at: datetime.datetime) -> boo
     """
     if acceptance.until is not None and at >= acceptance.until:
         return False
-    if is_step(change):
+    if change.is_step:
         accepted = acceptance.factors.get(change.identity.name)
         if accepted is None or change.factor is None or change.since != acceptance.since:
             return False

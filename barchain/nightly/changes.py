@@ -69,12 +69,17 @@ class Change:
     """Name of the night on which the earlier level began; of levels only"""
 
     @property
+    def is_step(self) -> bool:
+        """Whether it is a step of times or memory."""
+        return self.identity.kind in STEPPED and not self.now.missing
+
+    @property
     def id(self) -> str:
         """Name of the change: the same as long as figure, nights and values are.
 
         That of a step has figure, night and direction only: the values after a step are other ones on each night.
         """
-        if self.identity.kind in STEPPED and not self.now.missing:
+        if self.is_step:
             return content_digest([self.identity, self.since, str(self.direction)])[:ID_DIGITS]
         return content_digest([self.identity, self.last, self.since, self.now.word, self.now.value])[:ID_DIGITS]
 

@@ -6,7 +6,7 @@ import json
 from collections import defaultdict
 from typing import TYPE_CHECKING, Any
 
-from barchain.nightly.acceptances import accepted, is_step
+from barchain.nightly.acceptances import accepted, fits
 from barchain.nightly.changes import Direction
 from barchain.nightly.figures import STEPPED
 from barchain.nightly.history import now
@@ -39,7 +39,7 @@ def keep_judgement(store: NightStore, judged: JudgedNight) -> None:
         c
         for c in judged.changes
         if c.id in tonight
-        or (is_step(c) and (c.since, c.direction is Direction.WORSE) not in known.get(c.identity.name, ()))
+        or (c.is_step and (c.since, c.direction is Direction.WORSE) not in known.get(c.identity.name, ()))
     ]
     later = any(name > night.name and facts["changes"] for name, facts in told.items())
     content = {
@@ -50,7 +50,7 @@ def keep_judgement(store: NightStore, judged: JudgedNight) -> None:
                 "id": c.id, "figure": c.identity.name, "kind": str(c.identity.kind), "since": c.since,
                 "direction": str(c.direction), "tonight": c.id in tonight,
             }
-            for c in kept if not (later and is_step(c))
+            for c in kept if not (later and c.is_step)
         ],
     }  # fmt: skip
     store.place.write(f"{night.name}/{FILE}", json.dumps(content, indent=1, ensure_ascii=False).encode())
@@ -108,7 +108,7 @@ def kept_judgements(store: NightStore, at: datetime.datetime) -> dict[str, tuple
     found = {}
     for name, facts in told_by(store).items():
         worse = [one for one in facts["changes"] if one["tonight"] and one["direction"] == Direction.WORSE]
-        forgiven = sum(any(a.since == one["since"] and a.fits(one["figure"]) for a in known) for one in worse)
+        forgiven = sum(any(a.since == one["since"] and fits(one["figure"], a.pattern) for a in known) for one in worse)
         found[name] = facts["worse"] - forgiven, facts["changed"]
     return found
 
