@@ -247,4 +247,4 @@ def schema(file: str) -> None:
     """
     module, name = SCHEMAS[file].split(":")
     found = getattr(import_module(module), name)
-    say(json.dumps(found.model_json_schema() if isinstance(found, type) else found(), indent=2))
+    say(json.dumps(getattr(found, "model_json_schema", found)(), indent=2))

@@ -208,7 +208,7 @@ class SelftestStudy:
             edges = dict(run_cases(((k, edge(*pair)) for k, pair in enumerate(sized)), self.executor))
         for k, (one, _) in enumerate(sized):
             caught, quantity, missed = edges[k]
-            where = {"scene": one.scene, "engine": self.host, "fault": one.fault.name}
+            where: dict[str, Any] = {"scene": one.scene, "engine": self.host, "fault": one.fault.name}
             if caught is not None:
                 store.summary.add(CAUGHT, caught, text=quantity, **where)
             if missed is not None:
