@@ -19,6 +19,7 @@ import numpy as np
 
 from reports.tables.files import StudyFiles
 from reports.tables.rows import COUNT, NOT_COMPARED, NOT_RUN, RUNS_FOLLOWED, Followed, Rows, known, records
+from reports.tables.schema import StudyRecord
 from reports.tables.table import Number, Table
 
 if TYPE_CHECKING:
@@ -173,6 +174,7 @@ FILES = StudyFiles(
     {"times": TIMES},
     followed=FOLLOWED,
     derived=derived,
+    model=StudyRecord,
     pages=("cost.html",),
 )
 

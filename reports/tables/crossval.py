@@ -23,6 +23,7 @@ from reports.tables.files import StudyFiles
 from reports.tables.outcome import Outcome, gravest
 from reports.tables.reading import brief, damaged
 from reports.tables.rows import RUNS_FOLLOWED, Followed, Rows, add_runs, records
+from reports.tables.schema import RunsRecord
 from reports.tables.table import Table
 
 if TYPE_CHECKING:
@@ -109,6 +110,7 @@ FILES = StudyFiles(
     {"metrics": METRICS},
     followed=FOLLOWED,
     derived=verdicts,
+    model=RunsRecord,
     pages=("index.html", "summary.md"),
 )
 

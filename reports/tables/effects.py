@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
 from reports.tables.rows import COUNT, Followed
+from reports.tables.schema import StudyRecord
 from reports.tables.table import Number, Table
 
 if TYPE_CHECKING:
@@ -75,6 +76,7 @@ FILES = StudyFiles(
     {"effects": TABLE},
     followed=FOLLOWED,
     place=scene_of,
+    model=StudyRecord,
     pages=("effects.html",),
 )
 read_effects = FILES.contents

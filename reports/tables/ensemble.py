@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from reports.tables.effects import scene_of
 from reports.tables.files import StudyFiles
 from reports.tables.rows import COUNT, Followed, Rows
+from reports.tables.schema import StudyRecord
 from reports.tables.table import Table
 
 if TYPE_CHECKING:
@@ -64,6 +65,7 @@ FILES = StudyFiles(
     followed=FOLLOWED,
     derived=counts,
     place=place_of,
+    model=StudyRecord,
     pages=("ensemble.html",),
 )
 

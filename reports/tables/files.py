@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from reports.tables.reading import check_recorded, damaged, read_parquet, recorded
 from reports.tables.rows import COLUMNS, FOLDER, Rows, spread, typed
-from reports.tables.schema import read_record
+from reports.tables.schema import Record, read_record
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -69,6 +69,8 @@ class StudyFiles:
     """Tables that its rows are, by name"""
     series: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     """Tables that are no rows, with their columns: ``series/<study>/<table>.parquet``"""
+    model: type[Record] = Record
+    """Entries of the record with their types"""
     followed: Mapping[str, Followed] = field(default_factory=dict)
     """Metrics that nights follow; none of a study that is no part of a night"""
     derived: Callable[[Frames, Mapping[str, Any]], Rows] = lambda tables, record: Rows("")  # noqa: ARG005
@@ -157,7 +159,7 @@ class StudyFiles:
             If the record has another schema version.
         """
         path = self.record_path(out)
-        record = read_record(path)
+        record = read_record(path, self.model)
         if record.get("study") not in (None, self.study):
             raise damaged(path, f"is the record of another study, {record['study'][:40]}, not {self.study}")
         return record

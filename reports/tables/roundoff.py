@@ -28,6 +28,7 @@ from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
 from reports.tables.rows import Followed, Rows
+from reports.tables.schema import StudyRecord
 from reports.tables.table import Number, Table
 
 if TYPE_CHECKING:
@@ -140,6 +141,7 @@ FILES = StudyFiles(
     derived=truncation_named,
     place=place_of,
     parts=PARTS,
+    model=StudyRecord,
     pages=("roundoff.html",),
 )
 read_roundoff = FILES.contents

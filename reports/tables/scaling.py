@@ -12,6 +12,7 @@ from reports.tables.cost import BASELINE, busy_machine
 from reports.tables.effects import scene_of
 from reports.tables.files import StudyFiles
 from reports.tables.rows import COUNT, NOT_COMPARED, Followed, Rows, known, records
+from reports.tables.schema import StudyRecord
 from reports.tables.table import Number, Table
 
 if TYPE_CHECKING:
@@ -76,5 +77,6 @@ FILES = StudyFiles(
     followed=FOLLOWED,
     derived=ratios,
     place=scene_of,
+    model=StudyRecord,
     pages=("scaling.html",),
 )

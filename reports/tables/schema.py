@@ -63,7 +63,7 @@ class StudyPart(Part):
 
 
 class Record(Part):
-    """Entries that the record of a study may have."""
+    """Entries that every record may have, also that of a study of one's own."""
 
     schema_version: int
     barchain: str | None = None
@@ -78,8 +78,11 @@ class Record(Part):
     environment: dict[str, str | float | None] = {}
     packages: dict[str, str | None] = {}
     tables: dict[str, list[str]] | None = None
-    runs: list[RunEntry] | int = []
-    """Of an ensemble their number"""
+
+
+class StudyRecord(Record):
+    """Entries that the records of barchain's studies may have."""
+
     scene: dict[str, Any] | str | None = None
     scenes: Facts | int | None = None
     engines: Facts | dict[str, str] | list[str] | None = None
@@ -106,13 +109,21 @@ class Record(Part):
     phases_s: dict[str, float] | None = None
 
 
-def read_record(path: Path) -> dict[str, Any]:
+class RunsRecord(StudyRecord):
+    """Record of a study that keeps its runs."""
+
+    runs: list[RunEntry] = []
+
+
+def read_record(path: Path, model: type[Record] = Record) -> dict[str, Any]:
     """Read the record of a study or a comparison.
 
     Parameters
     ----------
     path : Path
         JSON file, e.g. ``record/cost.json``.
+    model : type of Record
+        Entries with their types.
 
     Raises
     ------
@@ -134,7 +145,7 @@ def read_record(path: Path) -> dict[str, Any]:
             f"results with {writing}"
         )
     try:
-        Record.model_validate(record)
+        model.model_validate(record)
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False, include_context=False)[0]
         place = " → ".join(str(part) for part in first["loc"] if "[" not in str(part))  # without types of a union

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
 from reports.tables.rows import COUNT, RUNS_FOLLOWED, Followed, Rows, add_runs
+from reports.tables.schema import RunsRecord
 from reports.tables.table import Number, Table
 
 if TYPE_CHECKING:
@@ -130,6 +131,7 @@ FILES = StudyFiles(
     {"long": SERIES},
     followed=FOLLOWED,
     derived=runs_of,
+    model=RunsRecord,
     pages=("stability.html",),
 )
 read_stability = FILES.contents

@@ -17,6 +17,7 @@ import numpy as np
 
 from reports.tables.files import StudyFiles
 from reports.tables.rows import Followed, Rows
+from reports.tables.schema import StudyRecord
 from reports.tables.table import Number, Table
 
 if TYPE_CHECKING:
@@ -100,6 +101,7 @@ FILES = StudyFiles(
     TABLES,
     followed=FOLLOWED,
     derived=none_tried,
+    model=StudyRecord,
     pages=("campaign.html",),
 )
 read_campaign = FILES.contents

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
 from reports.tables.rows import Followed
+from reports.tables.schema import StudyRecord
 from reports.tables.table import Table
 
 if TYPE_CHECKING:
@@ -75,6 +76,7 @@ FILES = StudyFiles(
     TABLES,
     followed=FOLLOWED,
     place=host_of,
+    model=StudyRecord,
     pages=("selftest.html",),
 )
 read_selftest = FILES.contents

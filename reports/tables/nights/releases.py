@@ -16,6 +16,7 @@ from enum import StrEnum
 
 from reports.tables.files import StudyFiles
 from reports.tables.rows import BITS, COUNT, RELATIVE_TO
+from reports.tables.schema import StudyRecord
 from reports.tables.table import Number, Table
 
 
@@ -58,5 +59,5 @@ TABLES = {
 }
 
 
-FILES = StudyFiles("releases", TABLES, pages=("releases.html",))
+FILES = StudyFiles("releases", TABLES, model=StudyRecord, pages=("releases.html",))
 read_releases = FILES.contents
