@@ -18,6 +18,7 @@ from barchain.studies.selftest.trial import SceneRuns
 from barchain.studies.stability.plan import recorded
 from barchain.studies.study import StudyEnd
 from reports.tables.reading import DamagedResultsError
+from reports.tables.rows import NOT_RUN
 from reports.tables.schema import KEY, SCHEMA_VERSION
 from tests.support.results import read_record, read_table, write_record
 
@@ -42,7 +43,7 @@ def test_an_engine_that_fails_at_each_setting_of_a_scene_is_a_failure():
 
 
 def test_declared_and_skipped_points_are_failures_of_a_named_engine_alone():
-    points = [point("a", "pass"), point("b", "unsupported"), point("c", "missing"), point("d", "nothing_compared")]
+    points = [point("a", "pass"), point("b", "unsupported"), point("c", "missing"), point("d", NOT_RUN)]
     assert failures(points) == ()
     assert failures(points, named={"a", "b"}) == ("s b: unsupported: why",)
 
@@ -53,7 +54,7 @@ def test_a_named_engine_that_ran_in_one_of_two_scenes_is_no_failure():
 
 
 def test_a_study_of_times_that_measured_nothing_has_failed():
-    assert failures([point("a", "nothing_compared")]) == ("nothing was measured",)
+    assert failures([point("a", NOT_RUN)]) == ("nothing was measured",)
     assert failures([]) == ("nothing was measured",)
 
 

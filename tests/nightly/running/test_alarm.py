@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from barchain.faults.catalogue import CONTROLS
 from barchain.nightly.alarm import alarm_test
 from barchain.nightly.jobs import NightJob
 from barchain.nightly.night import result_of
@@ -89,4 +90,5 @@ def test_an_interrupted_self_test_keeps_the_cells_that_it_has(tmp_path: Path) ->
     study = selftest_study(["basics/two_bars_free"], ["sign-reaction"], executor=HERE)
     with pytest.raises(KeyboardInterrupt):
         run_study(study, tmp_path, reporter=Reporter(counted=counted))
-    assert read_selftest(tmp_path).fates["fault"].tolist() == ["unmodified"]
+    (kept,) = read_selftest(tmp_path).fates["fault"]
+    assert kept in CONTROLS  # the first that ended: unmodified engines are tried before any fault
