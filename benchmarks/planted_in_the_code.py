@@ -71,8 +71,7 @@ MISTAKES: dict[tuple[str, str], list[tuple[str, str]]] = {
     ],
     ("scenarios/toml/resolve.py", "scenarios effects"): [
         ("(central.mu_m3_s2 + mu)", "(central.mu_m3_s2)"),
-        ("table.normal_coefficient,\n        table.tangential_coefficient",
-         "table.tangential_coefficient,\n        table.normal_coefficient"),
+        ("elif angle:\n            value = math.radians(value)", "elif angle:\n            value = float(value)"),
     ],
     ("adapters/pymunk/space.py", "adapters/test_pymunk.py"): [
         ("inward = 0.5 * np", "inward = np"),
@@ -81,7 +80,7 @@ MISTAKES: dict[tuple[str, str], list[tuple[str, str]]] = {
     ("adapters/mujoco/chain.py", "adapters/test_mujoco.py"): [
         ("on_next_bar=True", "on_next_bar=False"),
         ("round(data.time / self", "int(data.time / self"),
-        ("inertia * spin)", "mass * spin)"),
+        ("0.0, inertia * spin))", "0.0, mass * spin))"),
     ],
     ("barchain/runs/trajectory_checks.py", "harness metrics"): [
         ("~np.isfinite(value", "np.isnan(value"),
