@@ -47,7 +47,7 @@ def judge(
     noise: tuple[str, ...], mapping_file: Path | None, given: tuple[str, ...], out: Path | None, time_limit_s: float,
     overwrite: bool,
 ) -> None:  # fmt: skip
-    """Judge FILE, a table of a run of SCENE: columns as `simulate --out` writes them, in CSV or alike.
+    """Judge FILE, a table of a run of SCENE: columns as `simulate --out run.csv` writes them.
 
     Columns may have units, e.g. `time [h]` or `angle_1 [deg]`. What is missing is not judged, and said. Digits that
     were not written are an error bar. Exits with 1 if the file does not pass.

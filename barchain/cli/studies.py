@@ -113,7 +113,7 @@ def show_points(result: StudyEnd, rendered: Rendered) -> None:
 @out_option()
 @click.option("--part", "parts", multiple=True, metavar="PART", type=click.Choice(PARTS), default=PARTS,
               help=f"Run this part of the study: {', '.join(PARTS)}. May be repeated; default: all four.")  # fmt: skip
-@click.option("--size", "sizes", multiple=True, metavar="R", type=RealNumber(0.0, 1.0, min_open=True),
+@click.option("--size", "sizes", multiple=True, metavar="R", type=RealNumber(1e-12, 1e-2),
               help="Judge one evaluation at this size: a bar's length over the Earth's radius, a power of ten. May be "
                    "repeated; default: eleven sizes from 1e-2 to 1e-12.")  # fmt: skip
 @click.option("--full", is_flag=True, help="Take all sizes, arithmetics and numbers of bars, finer steps, longer runs.")

@@ -16,6 +16,7 @@ from barchain.given.channels import read_channels
 from barchain.given.table import TableError
 from barchain.given.verdict import judge_file, placed
 from barchain.judge.written import Declared
+from barchain.metrics.quantities import differences
 from barchain.runs.cases import run_cases
 from barchain.runs.executors import ALL_CORES
 from barchain.runs.job import Job, Role, RunResult
@@ -115,6 +116,8 @@ def judge_files(
         raise TableError(f"{finer} has other times than {file}; both need the same rows")
     if second and second[0].whole != main.whole:
         raise TableError(f"{finer} has other columns than {file}")
+    if second and not any(d.any() for d in differences(main.trajectory, second[0].trajectory).values()):
+        raise TableError(f"{finer} has the numbers of {file}; give a result of half the step or a tenth of the error")
     name = file_name(file)
     found = judge_file(name, main, second[0] if second else None, declared)
     page = None

@@ -2,14 +2,14 @@
 
 The digits that were written are an error bar: half a unit in the last place. Zeros at the end may have been left out.
 The numbers of a column therefore have as many decimals, or as many digits, as the one that shows most of them: of both
-places the larger one counts.
+places the larger one counts. A column of one value says nothing about that: beside numbers in full, it is in full too.
 """
 
 from __future__ import annotations
 
 import csv
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,6 +28,8 @@ NUMBER = r"\s*[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?\s*|\s*[+-]?(nan|inf|infini
 COMMA = r"\s*[+-]?\d+,\d+([eE][+-]?\d+)?\s*"
 POINTS = "write numbers with a decimal point"
 MOST_BYTES = 1 << 30
+FULL = 15
+"""Digits that every double keeps: a table that shows as many holds doubles in full"""
 
 
 class TableError(ValueError):
@@ -43,6 +45,8 @@ class Column:
     """(n,)"""
     half_unit: Array
     """(n,) half a unit in the last place written"""
+    digits: int = 0
+    """Most significant digits of a number"""
 
 
 def read_columns(path: Path) -> list[Column]:
@@ -75,7 +79,11 @@ def read_columns(path: Path) -> list[Column]:
     for k, row in rows:
         check_row(path.name, k, row, names, separator)
     texts = [[row[c] for _, row in rows] for c in range(len(names))]
-    return [column(name.strip(), each) for name, each in zip(names, texts, strict=True) if any(map(str.strip, each))]
+    columns = [column(name.strip(), each) for name, each in zip(names, texts, strict=True) if any(map(str.strip, each))]
+    if max(c.digits for c in columns) < FULL:
+        return columns
+    exact = 0.5 * 10.0**-FULL
+    return [replace(c, half_unit=exact * np.abs(c.values)) if np.all(c.values == c.values[0]) else c for c in columns]
 
 
 def text_of(path: Path) -> str:
@@ -135,7 +143,7 @@ def column(name: str, texts: list[str]) -> Column:
     half = np.where(np.isfinite(leading), 0.5 * 10.0 ** (np.nan_to_num(leading, neginf=0.0) + 1.0 - most), 0.0)
     if not any(exponent for *_, exponent in digits):
         half = np.maximum(half, 0.5 * 10.0 ** -max(decimals for _, decimals, _ in digits))
-    return Column(name, values, half)
+    return Column(name, values, half, most)
 
 
 def written(word: str) -> tuple[int, int, bool]:

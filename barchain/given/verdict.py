@@ -44,8 +44,8 @@ LEAST_SHARE = 0.1
 """Least share of the scene that a file must span: agreement over less says nothing about the scene"""
 FEWEST_ROWS = 5
 """Least rows of a file whose mistakes are sought: few numbers fit by chance"""
-ORDER_SLACK = 0.5
-"""Difference of a measured order from the declared one from which on it is told"""
+CONVERGES = 1.5
+"""Least ratio of two files' errors that shows that the finer one has another error"""
 LADDER = (1e-12, 1e-10, 1e-8, 1e-6, 1e-4)
 """Requested errors that are tried for a file that declares none"""
 
@@ -213,17 +213,17 @@ def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declar
     notes, advice = list(main.notes), list[str]()
     found, engine, setting = one_verdict(name, main, finer, declared, own)
     mistakes = None
-    if finer is not None and declared.order is not None:
-        found = with_measured_orders(found, main, finer, declared.order)
+    if finer is not None and declared.order is not None and found.outcome is not Outcome.PASS:
+        advice += other_order(found, main, finer, declared.order)
     if found.outcome is not Outcome.PASS and 0 < main.bars < main.solution.scene.bars:
-        advice.append(f"the file has {plural(main.bars, 'bar')}, the scene {main.solution.scene.bars}")
+        advice.append(f"the file has columns of {plural(main.bars, 'bar')}, the scene has {main.solution.scene.bars}")
     if isinstance(setting, Undeclared) and finer is None:
         undeclared = "no accuracy is declared (--finer, --rtol): only the digits of the file count as its error"
         (notes if found.outcome is Outcome.PASS else advice).append(undeclared)
         if found.outcome is not Outcome.PASS:
             mistakes, said = on_the_ladder(name, main, declared)
             advice.append(said)
-    elif main.enough and needs_diagnosis(found):
+    elif main.enough and not advice and needs_diagnosis(found):
         mistakes = diagnosis(found, main)
         mistakes = None if mistakes.inside_tolerances else mistakes
     if mistakes is not None:
@@ -237,19 +237,21 @@ def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declar
     return FileVerdict(found, mistakes, main.solution, main.trajectory, second, engine, setting, advice, notes)
 
 
-def with_measured_orders(verdict: Verdict, main: Samples, finer: Samples, declared: float) -> Verdict:
-    """Verdict that tells the measured order where an error does not fall as the declared order says."""
+def other_order(verdict: Verdict, main: Samples, finer: Samples, declared: float) -> list[str]:
+    """What a file and its finer one show of the order, where that alone is what fails; empty else."""
     errors = [differences(each.trajectory, main.solution.trajectory) for each in (main, finer)]
-    rows = []
-    for row in verdict.rows:
-        if row["metric"] == "extrapolation_ratio" and not Outcome(row["outcome"]).ok:
-            coarse, fine = (float(each[row["quantity"]].max()) for each in errors)
-            falls = coarse / fine if fine else math.inf
-            if falls > 0.0 and abs(math.log2(falls) - declared) > ORDER_SLACK:
-                said = f"{falls:.3g} times to the finer result, as of order {math.log2(falls):.1f}"
-                row |= {"reason": f"the error falls {said}; order {declared:g} is declared"}
-        rows.append(row)
-    return dataclasses.replace(verdict, rows=rows)
+    orders = set()
+    for quantity in {row["quantity"] for row in verdict.rows if not Outcome(row["outcome"]).ok}:
+        coarse, fine = (float(each[quantity].max()) if quantity in each else 0.0 for each in errors)
+        if not coarse or not fine or 1.0 / CONVERGES < coarse / fine < CONVERGES:
+            return []  # an error that stays is no matter of the order
+        orders.add(round(math.log2(coarse / fine), 1))
+    if orders and all(abs(order - declared) < 0.5 for order in orders):
+        return []
+    if all(order < 0.0 for order in orders):
+        return ["the errors of the finer file are larger: are the two files exchanged?"]
+    shown = " and ".join(f"{order:g}" for order in sorted(orders))
+    return [f"the two files show errors of order {shown}; order {declared:g} is declared"]
 
 
 def on_the_ladder(name: str, main: Samples, declared: Declared) -> tuple[Diagnosis | None, str]:

@@ -12,7 +12,7 @@ import numpy as np
 from reports.plotting.families import EngineChart, EngineCurve, by_family, overview
 from reports.plotting.palette import COLOURS
 from reports.plotting.series import decade_range
-from reports.tables.cost import BASELINE, INDEPENDENT, KINDS, read_cost
+from reports.tables.cost import BASELINE, INDEPENDENT, KINDS, busy_machine, read_cost
 from reports.tables.outcome import Outcome
 from reports.tables.rows import NOT_RUN, plain
 from reports.text.words import anchor
@@ -49,7 +49,7 @@ def view_cost(folder: Path) -> SimpleNamespace:
     for scene in dict.fromkeys(tables.points.scene):
         own = {name: getattr(tables, name) for name in ("points", "orders", "reach", "price", "loads")}
         found.append(scene_of(scene, {k: t[t.scene == scene] for k, t in own.items()}, tables.record))
-    return SimpleNamespace(record=tables.record, scenes=found)
+    return SimpleNamespace(record=tables.record, scenes=found, busy=busy_machine(tables.record))
 
 
 def scene_of(scene: str, tables: dict[str, pd.DataFrame], record: dict[str, Any]) -> dict[str, Any]:

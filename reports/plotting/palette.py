@@ -87,9 +87,8 @@ def marker_path(marker: str, size: float) -> str:
     """Path of a marker about the current point."""
     scale = size / SIDE
     if marker == "o":
-        r = f"{0.5 * SIDE * scale:.3g}"
-        both = f"{SIDE * scale:.3g}"
-        return f"m-{r} 0a{r} {r} 0 1 0 {both} 0a{r} {r} 0 1 0-{both} 0z"
+        r = float(f"{0.5 * SIDE * scale:.3g}")  # its double is written in full: both halves meet
+        return f"m{-r:g} 0a{r:g} {r:g} 0 1 0 {2 * r:g} 0a{r:g} {r:g} 0 1 0{-2 * r:g} 0z"
     if marker == "x":
         return f"m{-0.5 * size:.3g}{-0.5 * size:.3g}l{size:.3g} {size:.3g}m0{-size:.3g}l{-size:.3g} {size:.3g}"
     if marker == "|":

@@ -105,7 +105,7 @@ def test_a_header_in_capitals_is_read_and_what_is_no_text_is_said(table, judged,
 
 def test_a_file_of_fewer_bars_that_does_not_pass_is_said_to_be_of_another_scene(judged):
     found = judged(frame_of("basics/two_bars_free"))
-    assert found.advice == ["the file has 2 bars, the scene 5"]
+    assert found.advice == ["the file has columns of 2 bars, the scene has 5"]
 
 
 def test_a_decimal_comma_gets_one_clear_line(table, judged, tmp_path):
@@ -193,9 +193,11 @@ def test_a_finer_result_estimates_the_error_and_an_order_is_held_to_it(judged):
     assert outcome(None).passed
     assert outcome(2.0).passed
     for wrong in 1.0, 4.0:
-        said = f"as of order 2.0; order {wrong:g} is declared"
-        assert any(said in reason for reason in outcome(wrong).reasons)
-    assert not outcome(None, finer=coarse).passed, "a result given twice estimates nothing"
+        assert outcome(wrong).advice == [f"the two files show errors of order 2; order {wrong:g} is declared"]
+    with pytest.raises(TableError, match="has the numbers of"):
+        outcome(None, finer=coarse)
+    exchanged = judged(fine, Declared(order=2.0, noise={"reaction": 1e-8}), "basics/two_bars_free", finer=coarse)
+    assert exchanged.advice == ["the errors of the finer file are larger: are the two files exchanged?"]
     assert not judged(coarse, Declared(), "basics/two_bars_free", finer=fine).passed, "Newton's tolerance is undeclared"
     with pytest.raises(TableError, match="both need the same rows"):
         outcome(2.0, finer=fine.iloc[::2])
@@ -251,6 +253,14 @@ def test_half_a_unit_in_the_last_place_follows_what_a_column_shows(tmp_path):
     assert half("1.234e-3", "5.6e2") == pytest.approx([5e-7, 0.05])
     assert half("12345.6", "0.00123456") == pytest.approx([0.05, 5e-9])
     assert half("0", "7") == pytest.approx([0.5, 0.5])
+
+
+def test_a_column_of_one_value_in_short_form_is_exact_beside_numbers_in_full(judged):
+    seen = frame_of("basics/two_bars_free", "reference", rtol=1e-9)
+    assert seen.com_x_m.nunique() == 1
+    assert judged(seen, Declared(rtol=1e-9), "basics/two_bars_free").passed
+    apart = seen.assign(com_y_m=seen.com_y_m + 0.03 * (seen.t_s > 0.0))
+    assert not judged(apart, Declared(rtol=1e-9), "basics/two_bars_free").passed
 
 
 def test_rows_beyond_the_predictability_limit_alone_are_no_agreement(table, judged):
