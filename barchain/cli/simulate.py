@@ -60,11 +60,12 @@ def run(
 ) -> Trajectory:
     """Trajectory of a run; a scene that the engine does not support is bad usage."""
     from adapters.engine import SettingError
+    from adapters.registry import find_engine
     from barchain import api
     from barchain.cli.common.options import settings_by_engine
     from scenarios import SceneError
 
-    chosen = settings_by_engine(settings, [engine]).get(engine, {})
+    chosen = settings_by_engine(settings, {engine: find_engine(engine)}).get(engine, {})
     try:
         return api.simulate(scene, engine, time_limit_s=time_limit_s, condition=condition, **chosen)
     except (SceneError, SettingError):

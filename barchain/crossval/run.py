@@ -187,7 +187,7 @@ def run_comparison(
         dict(registered) if registered is not None else chosen_engines(engine_names),
         time_limit_s,
         executor,
-        {name: choose_setting(name, values) for name, values in (settings or {}).items()},
+        {name: choose_setting(name, values, registered) for name, values in (settings or {}).items()},
         need_external,
         named=engine_names is not None,
         certify=certify,

@@ -159,12 +159,16 @@ def filled(channels: Channels, solution: ReferenceSolution, inside: Any, half_t_
         quantity = QUANTITIES[array]
         by_part = np.linalg.norm(error.reshape(n, -1, len(patterns)), axis=-1)
         written[quantity] = by_part.max(axis=-1) + half_t_s * speed(solution, quantity)
+        missing += [name for name, found in zip(names, there, strict=True) if not found]
+        size = np.linalg.norm(right.reshape(n, -1, len(patterns)), axis=-1).max()
+        if any(there) and written[quantity].max() > size:
+            notes.append(f"{quantity}: not judged, half a unit of its last digit exceeds all of its values, {size:.2g}")
+            continue
         if any(there):
             judged.add(quantity)
             arrays[array] = values.reshape(right.shape)
         if all(there):
             whole.add(quantity)
-        missing += [name for name, found in zip(names, there, strict=True) if not found]
     if missing:
         notes.append(f"not in the file, and not judged: {', '.join(missing)}")
     if channels.ignored:

@@ -22,7 +22,9 @@ if TYPE_CHECKING:
 LEAST_RTOL, MOST_STEPS = 1e-15, 1e9
 
 
-def choose_setting(engine: str, given: Mapping[str, float]) -> Setting:
+def choose_setting(
+    engine: str, given: Mapping[str, float], registered: Mapping[str, Registration] | None = None
+) -> Setting:
     """Setting of an engine from the values that a user gave.
 
     Parameters
@@ -31,6 +33,8 @@ def choose_setting(engine: str, given: Mapping[str, float]) -> Setting:
         A registered name.
     given : mapping
         Value by the name of the accuracy parameter: ``rtol`` (1) or ``steps_per_orbit`` (1). Empty for the default.
+    registered : mapping of str to Registration, optional
+        Engines that take part, where not all of them are installed ones.
 
     Raises
     ------
@@ -39,7 +43,7 @@ def choose_setting(engine: str, given: Mapping[str, float]) -> Setting:
     SettingError
         If the engine has another accuracy parameter, or the value is no number or out of its range.
     """
-    sweep = engine_class(find_engine(engine)).sweep
+    sweep = engine_class((registered or {}).get(engine) or find_engine(engine)).sweep
     for name in given:
         if name != sweep.parameter:
             raise SettingError(

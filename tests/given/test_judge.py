@@ -263,6 +263,13 @@ def test_a_column_of_one_value_in_short_form_is_exact_beside_numbers_in_full(jud
     assert not judged(apart, Declared(rtol=1e-9), "basics/two_bars_free").passed
 
 
+def test_digits_coarser_than_all_values_of_a_quantity_are_no_agreement(table, judged):
+    still = {name: 0.0 for name in table if name.startswith("rate")}
+    assert not judged(table.assign(**still)).passed, "beside numbers in full a zero is exact"
+    found = judged(table.assign(**still), Declared(), float_format="%.1f")
+    assert any(note.startswith("rate: not judged") for note in found.notes)
+
+
 def test_rows_beyond_the_predictability_limit_alone_are_no_agreement(table, judged):
     late = table[table.t_s > 20_000.0][["t_s", "angle_1_rad", "reaction_1_x_N"]]
     for frame, declared in ((late, ROUGH), (late.assign(angle_1_rad=42.0), Declared())):

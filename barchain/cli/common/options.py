@@ -31,6 +31,7 @@ from barchain.runs.executors import WORKERS_S, chosen_executor
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
+    from adapters.registry import Registration
     from scenarios import Scene
 
 FORM = "[ENGINE:]KEY=VALUE"
@@ -189,20 +190,22 @@ class SettingType(click.ParamType):  # type: ignore[type-arg]  # generic from cl
         """Take the text apart; an engine that it names must be installed."""
         if isinstance(value, GivenSetting):
             return value
-        engine, colon, rest = str(value).rpartition(":")
+        engine, _, rest = str(value).rpartition(":")
         key, equals, number = rest.partition("=")
         try:
             found = SOME_NUMBER.convert(number, param, ctx)
         except click.BadParameter:
             given = f"{value} given" if equals else f"{value} given (no value)"
             self.fail(f"{given}, allowed: {FORM} with a number, e.g. {EXAMPLE}", param, ctx)
-        return GivenSetting(str(ENGINE.convert(engine, param, ctx)) if colon else "", key.strip(), found)
+        return GivenSetting(engine, key.strip(), found)
 
 
 SETTING = SettingType()
 
 
-def settings_by_engine(given: Iterable[GivenSetting], chosen: Iterable[str]) -> dict[str, dict[str, float]]:
+def settings_by_engine(
+    given: Iterable[GivenSetting], chosen: Mapping[str, Registration]
+) -> dict[str, dict[str, float]]:
     """``{"exudyn": {"steps_per_orbit": 2000}}``; a setting without an engine goes to every chosen engine that has it.
 
     Raises
@@ -214,16 +217,15 @@ def settings_by_engine(given: Iterable[GivenSetting], chosen: Iterable[str]) -> 
     """
     from barchain.runs.choices import choose_setting
 
-    names = list(chosen)
     found: dict[str, dict[str, float]] = {}
     for setting in given:
-        for engine in engines_of(setting, names):
-            choose_setting(engine, {setting.key: setting.value})
+        for engine in engines_of(setting, chosen):
+            choose_setting(engine, {setting.key: setting.value}, chosen)
             found.setdefault(engine, {})[setting.key] = setting.value
     return found
 
 
-def engines_of(setting: GivenSetting, names: list[str]) -> list[str]:
+def engines_of(setting: GivenSetting, chosen: Mapping[str, Registration]) -> list[str]:
     """Chosen engines that a setting is for.
 
     Raises
@@ -231,16 +233,18 @@ def engines_of(setting: GivenSetting, names: list[str]) -> list[str]:
     UsageError
         If there is none.
     """
-    from adapters.registry import find_engine
     from barchain.runs.asking import engine_class
     from scenarios import nearest
 
+    names = list(chosen)
     if setting.engine and setting.engine not in names:
-        raise click.UsageError(f"--set {setting}: {setting.engine} does not take part; there are: {', '.join(names)}")
+        engine, others = setting.engine, ", ".join(names)
+        raise click.UsageError(
+            f"--set {setting}: {engine} does not take part{nearest(engine, names)}; there are: {others}"
+        )
     if setting.engine or len(names) == 1:  # whose own error then names its parameter
         return [setting.engine or names[0]]
-    registered = {name: find_engine(name) for name in names}
-    keys = {name: str(engine_class(r).sweep.parameter) for name, r in registered.items() if not r.missing}
+    keys = {name: str(engine_class(r).sweep.parameter) for name, r in chosen.items() if not r.missing}
     found = [name for name, key in keys.items() if key == setting.key]
     if found:
         return found

@@ -237,18 +237,23 @@ class ReadingSearch:
 
     @cached_property
     def explaining(self) -> list[Explanation]:
-        """Explanations by one mistake, or by two where none explains the result, ranked."""
-        return [e for e in self.alone if e.explains(self.unaltered.own_error)] or self.pairs
+        """Explanations by one mistake, or by one at one place, or else by two mistakes, ranked."""
+        return [e for e in self.alone if e.explains(self.unaltered.own_error)] or self.at_one_place or self.pairs
+
+    @cached_property
+    def at_one_place(self) -> list[Explanation]:
+        """Readings at one bar or joint alone that explain the result, ranked."""
+        return self.explained_by(at_places(self.result.scene))
 
     @cached_property
     def fitted(self) -> list[Explanation]:
-        """Readings at one bar or joint alone, or else with a fitted number, that explain the result, ranked."""
-        r, without = self.result, self.unaltered.own_error
-        for mistakes in (at_places(r.scene), fitted(r.scene, r.given, r.right)):
-            found = ranked(e for t in self.tried(mistakes) if (e := t.explanation).explains(without))
-            if found:
-                return found
-        return []
+        """Readings with a fitted number that explain the result, ranked."""
+        return self.explained_by(fitted(self.result.scene, self.result.given, self.result.right))
+
+    def explained_by(self, mistakes: Iterable[Reading]) -> list[Explanation]:
+        """Explanations by readings that explain the result, ranked."""
+        without = self.unaltered.own_error
+        return ranked(e for t in self.tried(mistakes) if (e := t.explanation).explains(without))
 
     @cached_property
     def pairs(self) -> list[Explanation]:
