@@ -192,7 +192,8 @@ def test_the_shells_script_is_printed():
     ([], ["reference"], {}),
 ])  # fmt: skip
 def test_a_setting_goes_to_the_engine_named_or_to_all_that_have_it(given, chosen, found):
-    assert settings_by_engine([SETTING.convert(text, None, None) for text in given], chosen) == found
+    registered = {name: ENGINES[name] for name in chosen}
+    assert settings_by_engine([SETTING.convert(text, None, None) for text in given], registered) == found
 
 
 @pytest.mark.parametrize(("quiet", "lines"), [(True, 0), (False, 3)])

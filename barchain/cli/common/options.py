@@ -233,15 +233,17 @@ def engines_of(setting: GivenSetting, chosen: Mapping[str, Registration]) -> lis
     UsageError
         If there is none.
     """
+    from adapters.registry import UnknownEngineError
     from barchain.runs.asking import engine_class
     from scenarios import nearest
 
     names = list(chosen)
     if setting.engine and setting.engine not in names:
-        engine, others = setting.engine, ", ".join(names)
-        raise click.UsageError(
-            f"--set {setting}: {engine} does not take part{nearest(engine, names)}; there are: {others}"
-        )
+        try:
+            need_engine(setting.engine)
+        except UnknownEngineError as error:
+            raise click.UsageError(f"--set {setting}: {error}") from None
+        raise click.UsageError(f"--set {setting}: {setting.engine} does not take part; there are: {', '.join(names)}")
     if setting.engine or len(names) == 1:  # whose own error then names its parameter
         return [setting.engine or names[0]]
     keys = {name: str(engine_class(r).sweep.parameter) for name, r in chosen.items() if not r.missing}
