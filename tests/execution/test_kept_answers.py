@@ -80,7 +80,7 @@ def test_a_run_that_fails_is_made_again(tmp_path: Path) -> None:
     assert files(tmp_path) == []
 
 
-@pytest.mark.parametrize("damage", one_in(3, [b"half of it", b"", b"\0" * 4096]))
+@pytest.mark.parametrize("damage", one_in(3, [b"\0" * 4096, b"", b"half of it"]))
 def test_a_damaged_answer_is_asked_for_again(damage: bytes, tmp_path: Path) -> None:
     call = Call(calls.echo, (b"whole",), PATIENT_S)
     answer(tmp_path, call)

@@ -106,6 +106,7 @@ def test_ratios_of_a_busy_machine_are_missing_with_the_reason(others: float | No
     assert judged or all(f"{others:.1f} processors" in figure.reason for figure in ratios)
 
 
+@pytest.mark.slow
 def test_a_point_without_time_has_no_verdict_and_its_engine_no_word_on_finer_errors(study: Path) -> None:
     def without_time(points: pd.DataFrame) -> pd.DataFrame:
         last = points.index[(points["engine"] == "pymunk") & (points["outcome"] == "pass")][-1]
