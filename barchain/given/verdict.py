@@ -44,6 +44,8 @@ LEAST_SHARE = 0.1
 """Least share of the scene that a file must span: agreement over less says nothing about the scene"""
 FEWEST_ROWS = 5
 """Least rows of a file whose mistakes are sought: few numbers fit by chance"""
+ORDER_SLACK = 0.5
+"""Difference of a measured order from the declared one from which on it is told"""
 CONVERGES = 1.5
 """Least ratio of two files' errors that shows that the finer one has another error"""
 LADDER = (1e-12, 1e-10, 1e-8, 1e-6, 1e-4)
@@ -250,7 +252,7 @@ def other_order(verdict: Verdict, main: Samples, finer: Samples, declared: float
         if not coarse or not fine or 1.0 / CONVERGES < coarse / fine < CONVERGES:
             return []  # an error that stays is no matter of the order
         orders.add(round(math.log2(coarse / fine), 1))
-    if orders and all(abs(order - declared) < 0.5 for order in orders):
+    if all(abs(order - declared) <= ORDER_SLACK for order in orders):  # also where nothing fails: too coarse
         return []
     if all(order < 0.0 for order in orders):
         return ["the errors of the finer file are larger: are the two files exchanged?"]

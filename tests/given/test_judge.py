@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -14,6 +15,8 @@ from barchain.cli.main import cli
 from barchain.given.judging import judge_files
 from barchain.given.table import TableError, read_columns
 from barchain.given.units import UnitError, factor
+from barchain.given.verdict import other_order
+from barchain.judge.verdict import no_verdict
 from barchain.judge.written import Declared
 from barchain.metrics.quantities import differences
 from barchain.solutions.at_times import solution_at
@@ -201,6 +204,13 @@ def test_a_finer_result_estimates_the_error_and_an_order_is_held_to_it(judged):
     assert not judged(coarse, Declared(), "basics/two_bars_free", finer=fine).passed, "Newton's tolerance is undeclared"
     with pytest.raises(TableError, match="both need the same rows"):
         outcome(2.0, finer=fine.iloc[::2])
+
+
+def test_a_promise_that_is_too_loose_says_nothing_of_an_order():
+    solution = shipped_solution(load_scene(SCENE))
+    samples = SimpleNamespace(trajectory=solution.trajectory, solution=solution)
+    coarse = no_verdict(SCENE, "run", None, Outcome.TOO_COARSE, "too loose")
+    assert other_order(coarse, samples, samples, 2.0) == []
 
 
 def test_numbers_of_a_publication_with_two_digits_are_judged_as_a_file(judged):

@@ -187,7 +187,7 @@ class SettingType(click.ParamType):  # type: ignore[type-arg]  # generic from cl
     name = FORM
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> GivenSetting:
-        """Take the text apart; an engine that it names must be installed."""
+        """Take the text apart; whether the engine takes part is checked with the engines."""
         if isinstance(value, GivenSetting):
             return value
         engine, _, rest = str(value).rpartition(":")
