@@ -20,6 +20,14 @@ if TYPE_CHECKING:
     from types import ModuleType
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Take the mark "slow" from what is exhaustive, so that `-m slow` leaves it out."""
+    for item in items:
+        if item.get_closest_marker("exhaustive"):
+            item.own_markers[:] = [mark for mark in item.own_markers if mark.name != "slow"]
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_pyfunc_call() -> Generator[None, object, object]:
     """Skip a test that calls the kernel where it can't be used, with the reason."""

@@ -20,6 +20,7 @@ from barchain.cli.common.options import (
 )
 from barchain.cli.common.result_folder import end_study
 from barchain.cli.common.terminal import counts_of, say
+from barchain.cli.scenes import warn_of_height
 from barchain.record.environment import typed
 from barchain.runs.job import SOLUTION_PATIENCE, TIME_LIMIT_S
 
@@ -64,13 +65,16 @@ def compare(scenes: tuple[str, ...], names: tuple[str, ...], all_engines: bool, 
     """
     from adapters.registry import ENGINES
     from barchain.solutions.judging import CERTIFIER
-    from scenarios import load_scene
+    from scenarios import load_scene, scene_names
 
     if names and all_engines:
         raise click.UsageError("give either --engine or --all-engines")
     if options["certify"] and (missing := ENGINES[CERTIFIER].missing):
         raise click.UsageError(f"--certify: {missing}")
     loaded = [load_scene(s) for s in scenes]
+    for file, scene in zip(scenes, loaded, strict=True):
+        if file not in scene_names():
+            warn_of_height(file, scene)
     compare_and_render(loaded, names or None, out, need_external=False, quick=not all_engines, **options)
 
 

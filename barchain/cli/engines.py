@@ -102,12 +102,12 @@ def new_engine(name: str, out: Path | None, language: str) -> None:
         if language == OFFERED[0]:
             written = write_package(package_names(name), folder)
             trial = f"barchain compare paper/fig05 --engine reference --engine {name} --out {name}-fig05"
-            steps = [f"pip install -e {shlex.quote(f'{folder}[test]')}", f"{trial}, then barchain conform {name}"]
+            steps = [f"pip install -e {shlex.quote(f'{folder}[test]')}"]
         else:
             written = write_program(name, language, folder)
-            steps = [f"cd {shlex.quote(str(folder))}", LANGUAGES[language].build, trial, f"barchain conform {name}"]
+            steps = [f"cd {shlex.quote(str(folder))}", LANGUAGES[language].build]
     except PackageError as error:
         raise click.UsageError(str(error)) from error
     say("\n".join(f"{folder / file}" for file in written))
     if not quiet():
-        say(f"Next: {' && '.join(filter(None, steps))}", err=True)
+        say(f"Next: {' && '.join(filter(None, [*steps, trial, f'barchain conform {name}']))}", err=True)

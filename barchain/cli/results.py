@@ -19,8 +19,10 @@ if TYPE_CHECKING:
 FORM = "COLUMN=VALUE,..."
 RESULT = ("value", "low", "high", "unit", "limit", "outcome", "reason", "text", "until_s")
 """Columns that are no part of a row's identity"""
+COMPARED = ("outcome", "value", "text", "limit")
+"""Columns that make a difference; the first that differs names it"""
 SHOWN = ("value", "low", "high", "limit", "outcome", "reason", "text", "was", "now", "ratio")
-ORDER = ("outcome", "text", "value")
+ORDER = ("outcome", "text", "value", "limit")
 """Changes, the gravest first; of values those that changed most"""
 RUN = ("study", "scene", "engine", "setting")
 """Columns by which rows that only one folder has are counted"""
@@ -118,15 +120,13 @@ def differing(before: pd.DataFrame, after: pd.DataFrame) -> pd.DataFrame:
     both = before.reindex(columns=[*keys, *RESULT]).merge(
         after.reindex(columns=[*keys, *RESULT]), on=keys, how="outer", suffixes=("", "_other"), indicator="change"
     )
-    words = [("outcome", "outcome_other"), ("text", "text_other")]
-    outcome, text = (both[a].fillna("") != both[b].fillna("") for a, b in words)
-    value = ~((both["value"] == both["value_other"]) | (both["value"].isna() & both["value_other"].isna()))
     said = both["change"].map({"left_only": "gone", "right_only": "new", "both": ""}).astype(str)
-    for word, changed in (("outcome", outcome), ("value", value), ("text", text)):
-        said = said.mask((said == "") & changed, word)
+    for name in COMPARED:
+        was, now = both[name], both[f"{name}_other"]
+        said = said.mask((said == "") & (was != now) & ~(was.isna() & now.isna()), name)
     both["change"], both["ratio"] = said, both["value_other"] / both["value"]
     both["unit"] = both["unit"].fillna(both["unit_other"])
-    columns = ["change", *keys, "value", "value_other", "ratio", "unit", *(name for pair in words for name in pair)]
+    columns = ["change", *keys, "ratio", "unit", *(name + end for name in COMPARED for end in ("", "_other"))]
     return both.loc[said != "", columns]
 
 
@@ -165,7 +165,7 @@ def show_differences(found: pd.DataFrame, *, timed: bool) -> None:
 def side(row: dict[str, Any], which: str) -> str:
     """What differs on one side of a difference: a number with its unit, an outcome or a text."""
     found = cell(row[f"{row['change']}{which}"])
-    return f"{found} {row['unit']}".removesuffix(" 1") if row["change"] == "value" and found else found
+    return f"{found} {row['unit']}".removesuffix(" 1") if row["change"] in {"value", "limit"} and found else found
 
 
 def show_table(found: pd.DataFrame) -> None:
@@ -195,9 +195,10 @@ def show_judgement(before: Path, after: Path) -> None:
 
     earlier, later = read_night(before), read_night(after)
     judged = judge_pair(earlier, later)
-    gone = len({f.identity for f in earlier.figures} - {f.identity for f in later.figures})
-    said = f"{len(judged.same)} differ within rounding; {gone} of {before} are not in {after}"
+    said = f"{len(judged.same)} differ within rounding; {judged.left_out} of {before} are not in {after}"
     say(f"{len(judged.tonight)} changes among {judged.judged} figures; {said}")
+    for words in judged.renamed:
+        say(f"  {words}")
     for change in judged.tonight:
         said = f"was {result_words(change.was)}, is {result_words(change.now)}: {change.reason}"
         say(f"  {change.direction}  {change.identity.name}: {said}")

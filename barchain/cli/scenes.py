@@ -208,8 +208,7 @@ def valid(file: str) -> bool:
     orbits = scene.run.duration_s / scene.period_s
     say(f"{file}: valid: {scene.bars} bars, {orbits:.3g} orbits, {scene.run.samples} samples")
     say(f"{file}: {orbit_words(scene)}")
-    if scene.lowest_height_m < LOW_M:
-        say(f"{file}: warning: {low_words(scene)}", err=True)
+    warn_of_height(file, scene)
     if estimated_run_s(scene) > TOLD_S:
         say(f"{file}: {work_words(scene)}")
     if advice := instants_advice(scene, {n: r for n, r in engines().items() if r.by_default}):
@@ -229,13 +228,15 @@ def orbit_words(scene: Scene) -> str:
     return f"{kind} of the centre of mass: no period, {lowest}"
 
 
-def low_words(scene: Scene) -> str:
-    """Warning of an orbit that air would end, or the surface."""
+def warn_of_height(file: str, scene: Scene) -> None:
+    """Print a warning, to standard error, of an orbit that air would end, or the surface."""
+    if scene.lowest_height_m >= LOW_M:
+        return
     late = scene.orbit.speed_factor < 1.0 and scene.run.duration_s < scene.period_s / 2.0
     when = ", after the end of this run" if late else ""
     low = f"the orbit's lowest height is below {LOW_M / 1e3:g} km"
     said = "the orbit meets the surface, where a run ends" if scene.lowest_height_m < 0 else low
-    return f"{said}{when}; was another altitude_m or speed_factor meant?"
+    say(f"{file}: warning: {said}{when}; was another altitude_m or speed_factor meant?", err=True)
 
 
 @click.command(short_help="Print the JSON Schema of a kind of file.")

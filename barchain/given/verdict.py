@@ -26,6 +26,8 @@ from reports.tables.outcome import Outcome
 from scenarios.plural import plural
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from adapters.engine import Engine, Setting
     from adapters.trajectory import Array
     from barchain.given.channels import Channels
@@ -48,6 +50,8 @@ ORDER_SLACK = 0.5
 """Difference of a measured order from the declared one from which on it is told"""
 CONVERGES = 1.5
 """Least ratio of two files' errors that shows that the finer one has another error"""
+ROUNDED_UP = 1.1
+"""Factor of a proposed noise, which is printed to two digits"""
 LADDER = (1e-12, 1e-10, 1e-8, 1e-6, 1e-4)
 """Requested errors that are tried for a file that declares none"""
 
@@ -232,6 +236,8 @@ def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declar
     elif main.enough and not advice and needs_diagnosis(found):
         mistakes = diagnosis(found, main)
         mistakes = None if mistakes.inside_tolerances else mistakes
+        if mistakes is not None and not mistakes.explanations and (said := undeclared_noise(found, own)):
+            mistakes, advice = None, [said]
     if mistakes is not None:
         found = explained(found, mistakes)
     if (share := spanned(main)) < LEAST_SHARE and found.outcome is Outcome.PASS:
@@ -258,6 +264,27 @@ def other_order(verdict: Verdict, main: Samples, finer: Samples, declared: float
         return ["the errors of the finer file are larger: are the two files exchanged?"]
     shown = " and ".join(f"{order:g}" for order in sorted(orders))
     return [f"the two files show errors of order {shown}; order {declared:g} is declared"]
+
+
+def undeclared_noise(verdict: Verdict, own: Mapping[str, Array]) -> str:
+    """Noise that would explain all that fails; empty where some of it is larger than the file's own error.
+
+    Parameters
+    ----------
+    verdict : Verdict
+    own : mapping
+        Difference of the file from its finer one by quantity, (n,).
+    """
+    options = []
+    for quantity in sorted({row["quantity"] for row in verdict.rows if not Outcome(row["outcome"]).ok}):
+        if quantity not in own or verdict.series is None or f"{quantity}_tolerance" not in verdict.series:
+            return ""
+        beyond = float((verdict.series[f"{quantity}_difference"] - verdict.series[f"{quantity}_tolerance"]).max())
+        if not 0.0 < beyond < own[quantity].max():
+            return ""
+        options.append(f"--noise {quantity}={ROUNDED_UP * beyond:.2g}")
+    said = f"if iterations or round-off leave that much at every step, declare it: {' '.join(options)}"
+    return said if options else ""
 
 
 def on_the_ladder(name: str, main: Samples, declared: Declared) -> tuple[Diagnosis | None, str]:

@@ -166,9 +166,10 @@ def judge_pair(before: Night, after: Night) -> JudgedNight:
         FigureSeries(identity, tuple(n for n, _ in own), tuple(f for _, f in own)) for identity, own in found.items()
     )
     judged = judge_night(series, nights)
-    compared = sum(len(one.nights) > 1 for one in series if one.identity.kind not in STEPPED)
+    whole, _ = continued(series)
+    compared = sum(len(one.nights) > 1 for one in whole if one.identity.kind not in STEPPED)
     gone = []
-    for one in series if before.plan == after.plan and after.complete else ():
+    for one in whole if before.plan == after.plan and after.complete else ():
         rotates = one.identity.quantity.startswith(SAMPLED) or one.identity.kind in STEPPED
         if one.nights == nights[:1] and not rotates and not one.figures[0].missing:
             reason = "not measured, though the baseline of the same plan has it"
@@ -176,8 +177,9 @@ def judge_pair(before: Night, after: Night) -> JudgedNight:
             last, since = (night.name for night in nights)
             gone.append(Change(one.identity, one.figures[0], now, last, since, Direction.WORSE, reason))
     return replace(
-        judged, changes=(*judged.changes, *gone), tonight=(*judged.tonight, *gone), judged=compared + len(gone)
-    )
+        judged, changes=(*judged.changes, *gone), tonight=(*judged.tonight, *gone), judged=compared + len(gone),
+        left_out=sum(one.nights == nights[:1] for one in whole),
+    )  # fmt: skip
 
 
 def judge(store: NightStore, name: str = "latest", *, false_alarms: float = FALSE_ALARMS) -> JudgedNight:

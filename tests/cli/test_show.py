@@ -56,7 +56,10 @@ def test_two_folders_side_by_side_show_what_differs(
     assert run(["show", str(compared), str(compared)]) == 0
     assert capsys.readouterr().out.strip() == "no difference"
     assert run(["show", str(compared), str(other), "--judge"]) == 1
-    assert "  worse  basics/two_bars_free:reference:rtol=1e-07:attitude.max" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "  worse  basics/two_bars_free:reference:rtol=1e-07:attitude.max" in said
+    assert "the setting rtol=1e-10 of reference became rtol=1e-07" in said
+    assert said.count("is missing: ") == 0
     assert run(["show", str(compared), str(compared), "--judge"]) == 0
     assert run(["show", str(compared), "--judge"]) == 2
 
@@ -106,3 +109,12 @@ def test_what_differs_is_shown_with_both_sides_and_wall_times_are_counted(
     assert said.count("gone: comparison, basics/two_bars_free, reference, rtol=1e-10 (") == 1
     (line,) = [line for line in said.splitlines() if "exceeds_bound" in line]
     assert line.split()[-2:] == ["pass", "exceeds_bound"]
+
+
+def test_a_limit_that_changed_is_shown(compared: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    before = spread(barchain.rows(compared))
+    after = before.copy()
+    one = (after.engine == "rebound") & (after.metric == "max") & (after.quantity == "com")
+    after.loc[one, "limit"] *= 2.0
+    show_differences(differing(before, after), timed=False)
+    assert "limit" in capsys.readouterr().out

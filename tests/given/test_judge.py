@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -109,6 +110,15 @@ def test_a_header_in_capitals_is_read_and_what_is_no_text_is_said(table, judged,
 def test_a_file_of_fewer_bars_that_does_not_pass_is_said_to_be_of_another_scene(judged):
     found = judged(frame_of("basics/two_bars_free"))
     assert found.advice == ["the file has columns of 2 bars, the scene has 5"]
+
+
+def test_an_error_that_iterations_leave_is_no_mistake_of_the_motion_and_its_size_is_proposed(judged):
+    scene = "basics/two_bars_free"
+    coarse, finer = (frame_of(scene, "exudyn", steps_per_orbit=n) for n in (5000, 10_000))
+    found = judged(coarse, Declared(order=2.0), scene, finer=finer)
+    assert (found.outcome, found.mistakes) == (Outcome.INCONSISTENT, "")
+    (proposed,) = re.findall(r"--noise reaction=(\S+)", found.advice[0])
+    assert judged(coarse, Declared(order=2.0, noise={"reaction": float(proposed)}), scene, finer=finer).passed
 
 
 def test_a_decimal_comma_gets_one_clear_line(table, judged, tmp_path):

@@ -223,12 +223,12 @@ def agreement_panel(summary: Summary, groups: Sequence[EngineGroup]) -> Panel | 
     step = max(1, int(np.ceil((last - first) / MOST_TICKS)))
     ticks = (*range(0, first - 1, -step), *range(step, last + 1, step))
     chart.ticks_across([(10.0**k, power_of_ten(k) if k else "1") for k in ticks], "normalised error")
-    chart.up_at(1.0, COLOURS["muted"], 0.9)
     at, scores = 0.0, {e: f"{sum(c.outcome.ok for c in own)} of {len(own)}" for e, own in judged.items() if own}
     for group in groups:
         if heading:
             chart.text((2.0, TOP + at + 0.5 * heading + 4.0), group.heading, colour="ink", more="font-weight:bold")
         at += heading
+        chart.line(np.ones(2), np.array([at, at + len(group.engines) * ROW]), COLOURS["muted"], 0.9)
         for engine in group.engines:
             line = at + 0.5 * ROW
             chart.across_at(line, COLOURS["grid"])
