@@ -6,6 +6,7 @@ import functools
 import hashlib
 import json
 import os
+import re
 import shlex
 import shutil
 from pathlib import Path
@@ -88,6 +89,9 @@ class Entry(BaseModel):
     @classmethod
     def names_files(cls, command: str) -> str:
         """Check that the program is told what to read and what to write."""
+        unknown = [name for name in re.findall(r"\{\w*\}", command) if name not in (REQUEST, SAMPLES, RESULT)]
+        if unknown:
+            raise ValueError(f"{unknown[0]} stands for nothing; allowed: {REQUEST}, {SAMPLES}, {RESULT}")
         if REQUEST not in command:
             raise ValueError(f"allowed: a command line with {REQUEST} in it")
         if SAMPLES not in command and RESULT not in command:
@@ -226,7 +230,8 @@ def why_not_there(folder: Path, entry: Entry) -> str:
     program = arguments(folder, entry, {})[0]
     if shutil.which(program) is None:
         return f"{program} is not there, or is no program; its entry is in {folder}"
-    return ""
+    lacking = next((name for name in entry.files if not (folder / name).is_file()), "")
+    return f"{lacking}, one of its files, is not there; its entry is in {folder}" if lacking else ""
 
 
 def deciding_files(folder: Path, entry: Entry) -> list[str]:

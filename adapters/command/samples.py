@@ -12,7 +12,7 @@ from adapters.trajectory import from_frame
 from scenarios.nearest import nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
     from pathlib import Path
 
     from adapters.trajectory import Trajectory
@@ -46,9 +46,13 @@ def read_trajectory(path: Path, *, ended: str = "", torque_bars: Sequence[int] =
     missing = [name for name in NEEDED if name not in frame]
     if missing:
         raise EngineError(f"{path.name} lacks the column {missing[0]}; it has {', '.join(map(str, frame.columns))}")
-    for name in frame.columns:
-        if not is_column(str(name)):
-            raise EngineError(f"{path.name} has a column {name}{nearest(str(name), examples())}; {allowed()}")
+    for name in map(str, frame.columns):
+        first, _, again = name.rpartition(".")
+        if again.isdigit() and first in frame:  # pandas numbers the columns of one name
+            raise EngineError(f"{path.name} has two columns {first}")
+        if not is_column(name):
+            raise EngineError(f"{path.name} has a column {name}{nearest(name, examples())}; {allowed()}")
+    check_numbers(path.name, map(str, frame.columns))
     torques = [f"torque_bar_{bar}_N_m" for bar in torque_bars]
     given = [str(name) for name in frame.columns if str(name).startswith("torque_")]
     if given and sorted(given) != sorted(torques):
@@ -76,6 +80,25 @@ def read_table(path: Path) -> pd.DataFrame:
 def is_column(name: str) -> bool:
     """Whether a trajectory's table may have a column of that name."""
     return name in (*NEEDED, *SINGLE) or re.sub(r"_\d+_", "_{}_", name, count=1) in NUMBERED
+
+
+def check_numbers(file: str, columns: Iterable[str]) -> None:
+    """Check that bars and joints are numbered from 1, and none is left out; torques are of prescribed bars alone.
+
+    Raises
+    ------
+    EngineError
+        With a column that is out of the order.
+    """
+    numbers: dict[str, list[int]] = {}
+    for name in columns:
+        if (found := re.search(r"_(\d+)_", name)) and not name.startswith("torque_"):
+            numbers.setdefault(name.replace(found[0], "_{}_", 1), []).append(int(found[1]))
+    for pattern, own in numbers.items():
+        wrong = sorted(set(own) - set(range(1, len(own) + 1)))
+        if wrong:
+            allowed_here = ", ".join(pattern.format(j) for j in range(1, len(own) + 1))
+            raise EngineError(f"{file} has a column {pattern.format(wrong[0])}; allowed: {allowed_here}")
 
 
 def examples() -> list[str]:

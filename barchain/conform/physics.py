@@ -62,7 +62,8 @@ def physics(engine: Examined, stages: Mapping[str, tuple[str, ...]] = STAGES) ->
             continue
         ahead = stages.get(TOGETHER, ()) if stage == LAST_ALONE else ()  # to start one process instead of two
         if not made.keys() & set(scenes):
-            engine.note(f"physics, {stage}: {plural(len((*scenes, *ahead)), 'scene')}, each at two settings")
+            more = f", and {len(ahead)} {TOGETHER}" if ahead else ""
+            engine.note(f"physics, {stage}: {plural(len(scenes), 'scene')}{more}, each at two settings")
             made |= main_and_finer(engine, [n for n in (*scenes, *ahead) if reason_against(engine, n) is None])
         for check in stage_checks(engine, scenes, made):
             failed = failed or (check.name if check.state is FAILED else "")

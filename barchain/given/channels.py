@@ -112,7 +112,8 @@ def read_channels(path: Path, scene: Scene, mapping: Mapping[str, str]) -> Chann
     scene : Scene
         Whose channels are meant.
     mapping : mapping of str to str
-        Names of channels, each with its unit in brackets or in SI, to names or numbers of columns.
+        Names of channels, each with its unit in brackets or in SI, to names or numbers of columns. Other columns are
+        known by their own names.
 
     Raises
     ------
@@ -120,15 +121,16 @@ def read_channels(path: Path, scene: Scene, mapping: Mapping[str, str]) -> Chann
         If the file is no table, lacks times or every channel, or has a fault in a name, a unit or a row.
     """
     columns, units = read_columns(path), channel_units(scene)
-    named = mapped(path.name, columns, mapping) if mapping else [(column.name, column) for column in columns]
+    named, taken = mapped(path.name, columns, mapping), {parted(channel)[0] for channel in mapping}
     values: dict[str, Array] = {}
     halves: dict[str, Array] = {}
     ignored: list[str] = []
-    for header, column in named:
+    for column in columns:
+        header = named.get(column.name, column.name)
         name, unit = parted(header)
-        if name not in units:
-            if mapping:
-                raise TableError(f"{name} given as a channel{nearest(name, units)}, allowed: {', '.join(units)}")
+        if name not in units and column.name in named:
+            raise TableError(f"{name} given as a channel{nearest(name, units)}, allowed: {', '.join(units)}")
+        if name not in units or (name in taken and column.name not in named):
             ignored.append(column.name)
             continue
         if name in values:
@@ -143,16 +145,18 @@ def read_channels(path: Path, scene: Scene, mapping: Mapping[str, str]) -> Chann
     return Channels(path.name, values.pop(TIME), halves.pop(TIME), values, halves, ignored)
 
 
-def mapped(file: str, columns: list[Column], mapping: Mapping[str, str]) -> list[tuple[str, Column]]:
-    """Columns by the names of channels that a mapping gives them."""
-    by_name = {column.name: column for column in columns}
-    numbers = {str(k): column for k, column in enumerate(columns, 1)}
-    found = []
-    for channel, name in mapping.items():
-        column = by_name.get(name) or numbers.get(name)
-        if column is None:
-            raise TableError(f"{file} has no column {name}{nearest(name, by_name)}; it has {', '.join(by_name)}")
-        found.append((channel, column))
+def mapped(file: str, columns: list[Column], mapping: Mapping[str, str]) -> dict[str, str]:
+    """Channels that a mapping gives to columns, by the names of the columns."""
+    names = [column.name for column in columns]
+    meant = {str(k): name for k, name in enumerate(names, 1)} | {name: name for name in names}
+    found: dict[str, str] = {}
+    for channel, given in mapping.items():
+        name = meant.get(given)
+        if name is None:
+            raise TableError(f"{file} has no column {given}{nearest(given, names)}; it has {', '.join(names)}")
+        if name in found:
+            raise TableError(f"column {name} given for {found[name]} and for {channel}, allowed: one channel")
+        found[name] = channel
     return found
 
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from scenarios.plural import plural
 from scenarios.text import shorten
 
 if TYPE_CHECKING:
@@ -124,7 +125,7 @@ def check_row(file: str, line: int, row: list[str], names: list[str], separator:
         raise TableError(f"{file}, line {line}: {shorten(shown)} has a decimal comma; {POINTS}")
     if len(row) != len(names):
         comma = f"; if it has decimal commas, {POINTS}" if separator == "," and len(row) > len(names) else ""
-        raise TableError(f"{file}, line {line} has {len(row)} values for {len(names)} columns{comma}")
+        raise TableError(f"{file}, line {line} has {plural(len(row), 'value')} for {len(names)} columns{comma}")
     for name, cell in zip(names, row, strict=True):
         if cell.strip() and not re.fullmatch(NUMBER, cell, re.IGNORECASE):
             raise TableError(f"{file}, line {line}: {shorten(cell)} in the column {shorten(name)} is no number")

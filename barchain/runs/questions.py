@@ -146,10 +146,11 @@ def declarations(registration: Registration) -> Answer:
     return said | {"asks": sorted(n for n in CLASS_METHODS if overrides(engine, n))}, {}
 
 
-def loaded(registration: Registration) -> type[Engine]:
-    """Class of an engine, imported here."""
+def loaded(registration: Registration, then: str = "its declarations") -> type[Engine]:
+    """Class of an engine, imported here; `then` is the phase after the import."""
     enter("the import")
     found: object = registration.load()
+    enter(then)
     if not (isinstance(found, type) and issubclass(found, Engine)):
         raise DeclarationError(f"{registration.target} is no subclass of adapters.engine.Engine")
     if inspect.isabstract(found):
@@ -168,13 +169,14 @@ def overrides(engine: type[Engine], name: str) -> bool:
 
 def unsupported(registration: Registration, scenes: list[Scene]) -> Answer:
     """Reason for each scene that the engine does not support, or None."""
-    engine = loaded(registration)
+    engine = loaded(registration, "unsupported")
     return {"reasons": [reason_text(engine.unsupported(scene)) for scene in scenes]}, {}
 
 
 def unsupported_motion(registration: Registration, scene: Scene, motion: Trajectory) -> Answer:
     """Reason if the engine does not support a motion, or None."""
-    return {"reasons": [reason_text(loaded(registration).unsupported_motion(scene, motion))]}, {}
+    engine = loaded(registration, "unsupported motion")
+    return {"reasons": [reason_text(engine.unsupported_motion(scene, motion))]}, {}
 
 
 def reason_text(reason: object) -> str | None:
@@ -188,7 +190,7 @@ def reason_text(reason: object) -> str | None:
 
 def noise(registration: Registration, scene: Scene, setting: Setting, t_s: Array) -> Answer:
     """Errors that the engine declares, as arrays of shape (n,)."""
-    said = loaded(registration).noise(scene, setting, t_s)
+    said = loaded(registration, "noise").noise(scene, setting, t_s)
     if not isinstance(said, dict):
         raise DeclarationError(f"noise is a {type(said).__name__}, expected a dict")
     found = {}

@@ -94,6 +94,8 @@ def test_columns_of_any_name_or_none_are_read_with_a_mapping(table, judged):
     assert judged(named, mapping=by_name).passed
     by_number = {"t": "1"} | {f"angle_{j}": str(j + 1) for j in range(1, 6)}
     assert judged(few, mapping=by_number, header=False).passed
+    both = few.assign(rate_1_rad_s=-table.rate_1_rad_s)
+    assert not judged(both, mapping={"angle_1 [rad]": "angle_1_rad"}).passed  # what no mapping names counts too
     with pytest.raises(TableError, match="has no header; name its columns"):
         judged(few, header=False)
     with pytest.raises(TableError, match=r"has no column phi6 \(did you mean phi"):

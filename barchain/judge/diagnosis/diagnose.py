@@ -21,7 +21,7 @@ from barchain.judge.diagnosis.mistake import (
     nearest_words,
     part_words,
 )
-from barchain.judge.diagnosis.own_motion import OwnMotion, with_right_reactions
+from barchain.judge.diagnosis.own_motion import LIKELY, OwnMotion, with_right_reactions
 from barchain.judge.diagnosis.search import ReadingSearch, given_result
 from barchain.judge.diagnosis.starts import off_start
 from barchain.metrics.quantities import differences, sizes
@@ -85,7 +85,8 @@ class Diagnosis:
             return f"{addressed(explained_words(self.explanations, self.next_best))}."
         left = "" if self.next_best is None else nearest_words(self.wrong, self.next_best)
         parts = "".join(f" {part_words(part)}." for part in self.parts)
-        return f"No known mistake explains the result.{self.nearest or left}{parts}"
+        opening = f"No known mistake explains {'all of the' if LIKELY in self.nearest else 'the'} result."
+        return f"{opening}{self.nearest or left}{parts}"
 
 
 def diagnose(

@@ -174,10 +174,10 @@ def single_words(relative: float) -> str:
 
 
 def nearest_words(wrong: tuple[WrongQuantity, ...], nearest: Explanation) -> str:
-    """Residual of the nearest explanation, and its name if it makes the difference far smaller."""
-    left = f"{remainder(nearest)} of the quantity's size"
+    """Nearest explanation and its residual, if it makes the difference far smaller; else empty."""
     if nearest.fit.relative_error > NEAR * relative_difference(wrong):
-        return f" With the nearest one, a difference of {left} is left."
+        return ""
+    left = f"{remainder(nearest)} of the quantity's size"
     return f" Near, but not inside the tolerances: {nearest.words} (leaves {left})."
 
 

@@ -15,7 +15,7 @@ from adapters.common.initial_state import chain_model
 from barchain.judge.diagnosis.mistake import Explanation, Fit, Left
 from barchain.judge.diagnosis.motion.balance import CENTRE, JOINTS, motion_of
 from barchain.judge.diagnosis.motion.residual import Residual
-from barchain.judge.diagnosis.motion.search import MotionSearch
+from barchain.judge.diagnosis.motion.search import GAIN, MotionSearch
 from barchain.judge.diagnosis.starts import starts
 from barchain.metrics.quantities import arrays
 from reference_impl.model.kinematics import consistent_state
@@ -36,6 +36,8 @@ MOST_TURN_RAD = 0.15
 """Largest turn of a bar between dense samples, where an engine turns it faster than the scene does"""
 MOST_SAMPLES = 2401
 """Samples of a dense run: more take longer than they tell"""
+LIKELY = " Most likely:"
+"""Beginning of the sentence on a candidate that leaves little, and yet more than the engine's own noise"""
 SPLINE = 9
 """Degree of the splines that give rates by angles"""
 
@@ -155,7 +157,8 @@ class OwnMotion:
             return ""
         said = f" Against the right equations at its own states, the motion has {self.residual.place} too much."
         if self.fits and self.fits[0].share < 1.0:
-            said += f" Nearest: {self.fits[0].explanation.words} (leaves {self.fits[0].share:.1%} of that)."
+            share, near = self.fits[0].share, LIKELY if self.fits[0].share * GAIN <= 1.0 else " Nearest:"
+            said += f"{near} {self.fits[0].explanation.words} (leaves {100.0 * share:.2g}% of that)."
         return said
 
 

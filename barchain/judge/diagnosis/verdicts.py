@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from barchain.solutions.reference import ReferenceSolution
 
 NORMALISED = "normalised_error"
-UNEXPLAINED = "; no known mistake that was tried explains it, and `barchain conform` tries more"
+UNEXPLAINED = "no known mistake that was tried explains it, and `barchain conform` tries more"
 OPEN_RAD = 1.0
 """Tolerance of the attitude from which on a run is not compared: the engine's two runs have parted"""
 
@@ -95,11 +95,11 @@ def diagnosed_rows(rows: list[Row], diagnosis: Diagnosis) -> list[Row]:
     """Rows of a verdict with a diagnosis in the reasons of the inconsistent ones."""
     wrong = {w.quantity: w for w in diagnosis.wrong}
     told, new = bool(diagnosis.explanations), []
-    said = f"; explained by: {explained_words(diagnosis.explanations, diagnosis.next_best)}" if told else UNEXPLAINED
+    said = f"explained by: {explained_words(diagnosis.explanations, diagnosis.next_best)}" if told else UNEXPLAINED
     for row in rows:
-        if is_inconsistent(row) and row["quantity"] in wrong:
-            reasons = (f"{wrong[row['quantity']].words}{said}", row["reason"])
-            new.append(row | {"reason": "; ".join(filter(None, reasons))})
+        if is_inconsistent(row) and (row["quantity"] in wrong or said):
+            size = wrong[row["quantity"]].words if row["quantity"] in wrong else ""
+            new.append(row | {"reason": "; ".join(filter(None, (size, said, row["reason"])))})
             said = ""  # told once
         else:
             new.append(row)
