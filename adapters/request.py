@@ -108,7 +108,8 @@ class Request(Form):
     """Instants of the samples that are asked for, s, equal to instants of events bit for bit; the last is the end. The
     run ends before where a point of a bar reaches `central_body.radius_m`"""
     breaks_s: list[FiniteFloat]
-    """Instants at which an effect is not smooth in time, s: no step should contain one"""
+    """Instants at which an effect is not smooth in time, s, of impulses and of jumps among them: no step should contain
+    one. A sample at one shows the motion just before it; at t = 0, just after it"""
     setting: Accuracy
     """Accuracy that is asked for"""
     laws: dict[str, str]

@@ -69,8 +69,8 @@ LAWS: dict[str, str] = {
     ),
     "thrust": (
         "Force at an end of bar `bar` (from 1): right Z + h u, left Z - h u. Its size is linear between the points "
-        "(times_s, force_N) and zero outside. Its direction is direction_rad from u (axes = body) or from "
-        "z1 (inertial)."
+        "(times_s, force_N) and zero outside. A sample where it jumps shows the motion just before; at t = 0, just "
+        "after. Its direction is direction_rad from u (axes = body) or from z1 (inertial)."
     ),
     "impulse": (
         "At at_s velocities jump by an impulse impulse_N_s at an end of bar `bar`, with direction as a thrust's; "

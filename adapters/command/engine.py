@@ -19,6 +19,7 @@ from adapters.common.step_alignment import misalignment
 from adapters.engine import AccuracySweep, Engine, EngineError, UnsupportedMotionError
 from adapters.request import VERSION, Result, run_request
 from adapters.trajectory import ENDED, Observable
+from scenarios.toml.faults import fault_lines
 
 if TYPE_CHECKING:
     from adapters.engine import Setting
@@ -114,9 +115,7 @@ class CommandEngine(Engine):
         except FileNotFoundError:
             raise EngineError(f"the program ended without a result{self.said}") from None
         except ValidationError as error:
-            fault = error.errors()[0]
-            where = ".".join(map(str, fault["loc"])) or "the file"
-            raise EngineError(f"the program's result is damaged: {where}: {fault['msg']}") from None
+            raise EngineError(f"the program's result is damaged: {fault_lines(error, Result)[0]}") from None
 
 
 def command_class(text: str) -> type[CommandEngine]:

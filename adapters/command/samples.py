@@ -67,6 +67,7 @@ def read_table(path: Path) -> pd.DataFrame:
     try:
         if path.suffix == ".jsonl":
             return pd.read_json(path, lines=True, precise_float=True, dtype=False).astype(float)
+        check_rows(path)
         found = pd.read_csv(path, float_precision="round_trip", skipinitialspace=True, dtype=float)
         if not isinstance(found.index, pd.RangeIndex):
             raise EngineError(f"{path.name} has more values in a row than columns in its header")
@@ -75,6 +76,22 @@ def read_table(path: Path) -> pd.DataFrame:
         raise EngineError(f"the program wrote no {path.name}") from None
     except (ValueError, OSError) as error:
         raise EngineError(f"{path.name} is no table of numbers: {' '.join(str(error).split())[:200]}") from None
+
+
+def check_rows(path: Path) -> None:
+    """Check that no row has less fields than the header, which would be read as missing numbers.
+
+    Raises
+    ------
+    EngineError
+        With the line.
+    """
+    with path.open(encoding="utf-8", errors="replace") as lines:
+        wanted = next(lines, "").count(",")
+        for k, line in enumerate(lines, 2):
+            if line.strip() and line.count(",") < wanted:
+                said = f"has {line.count(',') + 1} of {wanted + 1} fields"
+                raise EngineError(f"{path.name}, line {k} {said}")
 
 
 def is_column(name: str) -> bool:

@@ -18,6 +18,7 @@ from barchain.cli.common.options import (
     set_option,
     time_limit_option,
 )
+from barchain.cli.common.progress import verbose
 from barchain.cli.common.result_folder import end_study
 from barchain.cli.common.terminal import counts_of, say
 from barchain.cli.scenes import warn_of_height
@@ -132,10 +133,11 @@ def show_verdict(result: ComparisonResult, out: Path) -> None:
     say(counts_of(result.outcomes.values()))
     wrong = [(pair, o) for pair, o in result.outcomes.items() if not o.ok or o is Outcome.TOO_COARSE]
     wrong.sort(key=lambda found: SEVERITY.index(found[1]), reverse=True)
-    for (scene, engine), outcome in wrong[:MOST_SHOWN]:
+    shown = len(wrong) if verbose() else MOST_SHOWN
+    for (scene, engine), outcome in wrong[:shown]:
         say(f"  {scene}  {engine}  {outcome}: {why(result.metrics, scene, engine, outcome)}")
-    if len(wrong) > MOST_SHOWN:
-        say(f"  and {len(wrong) - MOST_SHOWN} more: barchain show {quote(str(out))} --where metric=verdict")
+    if len(wrong) > shown:
+        say(f"  and {len(wrong) - shown} more: barchain show {quote(str(out))} --where metric=verdict")
     idle = {engine for (_, engine), outcome in wrong if outcome is Outcome.NOTHING_COMPARED}
     rows = result.metrics[(result.metrics.outcome == "unsupported") & ~result.metrics.engine.isin(idle)]
     left = rows.drop_duplicates(["scene", "engine"])

@@ -27,6 +27,7 @@ def export(scenes: tuple[str, ...], out: Path, mjcf: bool, time_limit_s: float, 
     """
     from barchain.given.case import write_case
     from barchain.given.judging import solution_of
+    from barchain.solutions.reference import at_own_samples, closely_sampled
     from reports.notebook.card import picture
     from reports.notebook.scene import WIDTH_PX, drawing
     from scenarios import load_scene
@@ -35,5 +36,6 @@ def export(scenes: tuple[str, ...], out: Path, mjcf: bool, time_limit_s: float, 
         scene = load_scene(name)
         folder = out / scene.name
         drawn = str(picture(drawing(scene), WIDTH_PX))
-        files = write_case(solution_of(scene, time_limit_s), folder, drawn, mjcf=mjcf, overwrite=overwrite)
+        solution = at_own_samples(solution_of(closely_sampled(scene), time_limit_s), scene)
+        files = write_case(solution, folder, drawn, mjcf=mjcf, overwrite=overwrite)
         say(f"{folder}: {', '.join(files)}")

@@ -39,13 +39,19 @@ FILE = NamedPath(path_type=Path, dir_okay=False)
 @click.option("--column", "given", metavar="NAME=COLUMN", multiple=True, type=WORDS,
               help="Take a channel from this column, by its header or its number from 1, e.g. 'angle_1 [deg]=phi'. May "
                    "be repeated.")  # fmt: skip
+@click.option(
+    "--digits",
+    metavar="N",
+    type=click.IntRange(1, 17),
+    help="Count N digits of each number, as of a curve that was read off: zeros at its end may be none.",
+)
 @out_option(None, help_text="Write report and tables into this folder; default: none.")
 @time_limit_option(TIME_LIMIT_S)
 @overwrite_option
 def judge(
     scene: str, file: Path, finer: Path | None, order: float | None, rtol: float | None, absolute: bool,
-    noise: tuple[str, ...], mapping_file: Path | None, given: tuple[str, ...], out: Path | None, time_limit_s: float,
-    overwrite: bool,
+    noise: tuple[str, ...], mapping_file: Path | None, given: tuple[str, ...], digits: int | None, out: Path | None,
+    time_limit_s: float, overwrite: bool,
 ) -> None:  # fmt: skip
     """Judge FILE, a table of a run of SCENE: columns as `simulate --out run.csv` writes them.
 
@@ -63,8 +69,8 @@ def judge(
     )
     allowances = dict(allowance(text) for text in noise)
     result = judge_files(
-        scene, file, finer, Declared(order, rtol, absolute, allowances), mapping, out=out, time_limit_s=time_limit_s,
-        overwrite=overwrite, command=typed(), render=page,
+        scene, file, finer, Declared(order, rtol, absolute, allowances), mapping, digits=digits, out=out,
+        time_limit_s=time_limit_s, overwrite=overwrite, command=typed(), render=page,
     )  # fmt: skip
     show(file, result)
     if not result.passed:

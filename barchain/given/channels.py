@@ -14,7 +14,7 @@ from barchain.given.units import UnitError, factor
 from scenarios.nearest import likeness, nearest, nearest_name
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Collection, Iterable, Mapping
     from pathlib import Path
 
     from adapters.trajectory import Array
@@ -64,10 +64,12 @@ class Channels:
 
     @property
     def bars(self) -> int:
-        """Largest number of a bar with an angle or a rate; 0 without any."""
-        return max(
-            (int(name.rpartition("_")[2]) for name in self.values if name.startswith(("angle_", "rate_"))), default=0
-        )
+        """Number of bars of a file with every channel of such a chain; 0 of another one."""
+        many = max((int(name.rpartition("_")[2]) for name in self.values if name.startswith("angle_")), default=0)
+        joints = {f"reaction_{j}_{axis}" for j in range(1, many) for axis in "xy"}
+        needed = {*PLAIN.keys() - {TIME}, *(f"{what}_{j}" for j in range(1, many + 1) for what in ("angle", "rate"))}
+        reactions = {name for name in self.values if name.startswith("reaction_")}
+        return many if needed <= self.values.keys() and reactions == joints else 0
 
 
 def channel_units(scene: Scene) -> dict[str, str]:
@@ -103,7 +105,7 @@ def read_mapping(path: Path) -> dict[str, str]:
     return {name: str(column) for name, column in found.items()}
 
 
-def read_channels(path: Path, scene: Scene, mapping: Mapping[str, str]) -> Channels:
+def read_channels(path: Path, scene: Scene, mapping: Mapping[str, str], digits: int | None = None) -> Channels:
     """Channels of a file.
 
     Parameters
@@ -114,6 +116,8 @@ def read_channels(path: Path, scene: Scene, mapping: Mapping[str, str]) -> Chann
     mapping : mapping of str to str
         Names of channels, each with its unit in brackets or in SI, to names or numbers of columns. Other columns are
         known by their own names.
+    digits : int, optional
+        Digits of each number that count, of a curve that was read off.
 
     Raises
     ------
@@ -139,10 +143,19 @@ def read_channels(path: Path, scene: Scene, mapping: Mapping[str, str]) -> Chann
             size = factor(unit, units[name], scene.period_s) if unit else 1.0
         except UnitError as error:
             raise TableError(f"{path.name}, column {column.name}: {error}") from None
-        values[name], halves[name] = size * column.values, size * column.half_unit
+        half_unit = column.half_unit if digits is None else np.maximum(column.half_unit, half_of(column.values, digits))
+        values[name], halves[name] = size * column.values, size * half_unit
     check(path.name, values, columns)
-    check_ignored(path.name, scene, ignored, units.keys() - values.keys())
+    check_ignored(path.name, scene, ignored, units, [name for name in units if name not in values])
     return Channels(path.name, values.pop(TIME), halves.pop(TIME), values, halves, ignored)
+
+
+def half_of(values: Array, digits: int) -> Array:
+    """Half a unit of a digit of each value, (n,), counted from its first; that of a zero is zero."""
+    with np.errstate(divide="ignore"):
+        leading = np.floor(np.log10(np.abs(values)))
+    found: Array = 0.5 * 10.0 ** (leading + 1.0 - digits)
+    return found
 
 
 def mapped(file: str, columns: list[Column], mapping: Mapping[str, str]) -> dict[str, str]:
@@ -170,7 +183,9 @@ def parted(header: str) -> tuple[str, str]:
     return (TIME if name == "time" else name), unit or ENDINGS.get(ending, "")
 
 
-def check_ignored(file: str, scene: Scene, headers: list[str], missing: Iterable[str]) -> None:
+def check_ignored(
+    file: str, scene: Scene, headers: list[str], units: Mapping[str, str], missing: Collection[str]
+) -> None:
     """Check that no column is meant as a channel: of bars from 0, of further bars, or misspelt.
 
     Parameters
@@ -179,7 +194,9 @@ def check_ignored(file: str, scene: Scene, headers: list[str], missing: Iterable
     scene : Scene
     headers : list of str
         Of the columns that are no channels of the scene.
-    missing : iterable of str
+    units : mapping of str to str
+        Units of all channels.
+    missing : collection of str
         Channels of the scene that the file lacks.
 
     Raises
@@ -196,6 +213,11 @@ def check_ignored(file: str, scene: Scene, headers: list[str], missing: Iterable
     if bars > scene.bars:
         raise TableError(f"{file} has {bars} bars, the scene {scene.name} {scene.bars}; was another scene meant?")
     for name, header in names.items():
+        begun = next((each for each in missing if re.match(rf"{each}(?![0-9])", name)), "")
+        if begun:
+            raise TableError(
+                f"{file} has no {begun}, but a column {header}; rename it, e.g. to {begun} [{units[begun]}]"
+            )
         near = nearest_name(name, missing)
         if near is not None and likeness(name, near) >= LIKE and name not in numbers:
             raise TableError(f"{file} has no {near}, but a column {header}; rename it, or leave it out")

@@ -73,6 +73,7 @@ def judge_files(
     declared: Declared = NOTHING,
     mapping: Mapping[str, str] | None = None,
     *,
+    digits: int | None = None,
     out: Path | None = None,
     time_limit_s: float,
     overwrite: bool = False,
@@ -91,6 +92,8 @@ def judge_files(
         Order, requested error and coordinates of the program.
     mapping : mapping of str to str, optional
         Names of channels to names or numbers of columns.
+    digits : int, optional
+        Digits of each number that count; by default all that are written.
     out : Path, optional
         Folder of the report and its tables.
     time_limit_s : float
@@ -109,7 +112,7 @@ def judge_files(
     SceneError, SolutionFailedError, ResultsInPlaceError
     """
     loaded = closely_sampled(load_scene(scene) if isinstance(scene, str) else scene)
-    read = [read_channels(path, loaded, mapping or {}) for path in (file, finer) if path is not None]
+    read = [read_channels(path, loaded, mapping or {}, digits) for path in (file, finer) if path is not None]
     solution = solution_of(loaded, time_limit_s)
     main, *second = (placed(channels, solution) for channels in read)
     if second and not np.array_equal(second[0].trajectory.t_s, main.trajectory.t_s):

@@ -28,6 +28,8 @@ from scenarios.plural import plural
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from numpy.typing import NDArray
+
     from adapters.engine import Engine, Setting
     from adapters.trajectory import Array
     from barchain.given.channels import Channels
@@ -50,6 +52,9 @@ ORDER_SLACK = 0.5
 """Difference of a measured order from the declared one from which on it is told"""
 CONVERGES = 1.5
 """Least ratio of two files' errors that shows that the finer one has another error"""
+AS_GOOD_AS = "it agrees as a method does that requests"
+SAME_END = 1e-3
+"""Relative difference of two ends that are the same"""
 ROUNDED_UP = 1.1
 """Factor of a proposed noise, which is printed to two digits"""
 LADDER = (1e-12, 1e-10, 1e-8, 1e-6, 1e-4)
@@ -70,10 +75,14 @@ class Samples:
     """Quantities that the file has in all parts"""
     starts_late: bool = False
     """Whether the first row is the scene's start, which the file lacks"""
+    absent: dict[str, NDArray[np.bool_]] = field(default_factory=dict)
+    """Parts that the file lacks of arrays of which it has others, of the shape of a sample"""
     notes: list[str] = field(default_factory=list)
     """What was done with the file, in sentences"""
     bars: int = 0
-    """Largest number of a bar in the file; 0 without any"""
+    """Number of bars of a file with every channel of such a chain; 0 of another one"""
+    other_time: str = ""
+    """Question whether the times have another unit; empty without a reason for it"""
 
     @property
     def enough(self) -> bool:
@@ -115,6 +124,7 @@ def placed(channels: Channels, solution: ReferenceSolution) -> Samples:
         If no row is inside the scene.
     """
     end_s, notes = float(solution.trajectory.t_s[-1]), list[str]()
+    asked = other_unit_of_time(float(channels.t_s[-1]), end_s, solution.scene.period_s)
     slack_s = channels.half_t_s + TIME_SLACK * solution.scene.run.duration_s
     inside = channels.t_s <= end_s + slack_s
     if not inside.any() or (np.count_nonzero(inside) == 1 and channels.t_s[0] == 0.0):
@@ -136,7 +146,15 @@ def placed(channels: Channels, solution: ReferenceSolution) -> Samples:
     if not np.array_equal(t, own):
         notes.append(f"{plural(len(t) - first, 'row')}, up to t = {t[-1]:.6g} of {end_s:.6g} s")
         solution = solution_at(solution, t)
-    return dataclasses.replace(filled(channels, solution, inside, half_t, notes), starts_late=first)
+    return dataclasses.replace(filled(channels, solution, inside, half_t, notes), starts_late=first, other_time=asked)
+
+
+def other_unit_of_time(last: float, end_s: float, period_s: float) -> str:
+    """Question of a last instant that is a scene's end in another unit than seconds; empty of any other."""
+    for unit, size_s in (("min", 60.0), ("h", 3600.0), ("d", 86400.0), ("orbits", period_s)):
+        if math.isclose(last * size_s, end_s, rel_tol=SAME_END):
+            return f"the last row is at t = {last:.6g} s, and {last:.6g} {unit} are the scene's end: time [{unit}]?"
+    return ""
 
 
 def regular(t_s: Array, slack_s: Array) -> bool:
@@ -152,6 +170,7 @@ def filled(channels: Channels, solution: ReferenceSolution, inside: Any, half_t_
     seen, scene, n = solution.trajectory, solution.scene, len(solution.trajectory.t_s)
     rows = slice(n - int(np.count_nonzero(inside)), n)
     arrays, written, judged, whole, missing = {}, {}, set[str](), set[str](), list[str]()
+    absent: dict[str, NDArray[np.bool_]] = {}
     for array, patterns in PARTS.items():
         right = getattr(seen, array)
         if right is None or not right.size:
@@ -173,6 +192,8 @@ def filled(channels: Channels, solution: ReferenceSolution, inside: Any, half_t_
         if any(there):
             judged.add(quantity)
             arrays[array] = values.reshape(right.shape)
+            if not all(there):
+                absent[array] = ~np.array(there).reshape(right.shape[1:])
         if all(there):
             whole.add(quantity)
     if missing:
@@ -183,7 +204,8 @@ def filled(channels: Channels, solution: ReferenceSolution, inside: Any, half_t_
     turned = tuple(law.bar for law in scene.effects.prescribed_rotation)
     trajectory = Trajectory(seen.t_s, **arrays, ended=seen.ended, torque_bars=turned)  # type: ignore[arg-type]
     return Samples(
-        trajectory, solution, written, frozenset(judged), frozenset(whole), notes=notes, bars=channels.bars
+        trajectory, solution, written, frozenset(judged), frozenset(whole), absent=absent, notes=notes,
+        bars=channels.bars,
     )  # fmt: skip
 
 
@@ -227,7 +249,9 @@ def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declar
         advice += other_order(found, main, finer, declared.order)
     if found.outcome is not Outcome.PASS and 0 < main.bars < main.solution.scene.bars:
         advice.append(f"the file has columns of {plural(main.bars, 'bar')}, the scene has {main.solution.scene.bars}")
-    if isinstance(setting, Undeclared) and finer is None:
+    if found.outcome is not Outcome.PASS and main.other_time:
+        advice.append(main.other_time)
+    if isinstance(setting, Undeclared) and finer is None and not advice:
         undeclared = "no accuracy is declared (--finer, --rtol): only the digits of the file count as its error"
         (notes if found.outcome is Outcome.PASS else advice).append(undeclared)
         if found.outcome is not Outcome.PASS:
@@ -236,7 +260,8 @@ def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declar
     elif main.enough and not advice and needs_diagnosis(found):
         mistakes = diagnosis(found, main)
         mistakes = None if mistakes.inside_tolerances else mistakes
-        if mistakes is not None and not mistakes.explanations and (said := undeclared_noise(found, own)):
+        said = undeclared_noise(found, own) or promised_too_much(name, main, finer, declared)
+        if mistakes is not None and not mistakes.explanations and said:
             mistakes, advice = None, [said]
     if mistakes is not None:
         found = explained(found, mistakes)
@@ -287,6 +312,17 @@ def undeclared_noise(verdict: Verdict, own: Mapping[str, Array]) -> str:
     return said if options else ""
 
 
+def promised_too_much(name: str, main: Samples, finer: Samples | None, declared: Declared) -> str:
+    """Sentence on the larger requested error with which a file passes; empty if there is none."""
+    promised = declared.rtol
+    for rtol in LADDER if finer is None else ():
+        if promised is not None and rtol > promised:
+            found, *_ = one_verdict(name, main, None, dataclasses.replace(declared, rtol=rtol), {}, restarts=False)
+            if found.outcome is Outcome.PASS:
+                return f"{AS_GOOD_AS} rtol={rtol:g} in each step"
+    return ""
+
+
 def on_the_ladder(name: str, main: Samples, declared: Declared) -> tuple[Diagnosis | None, str]:
     """Diagnosis at the smallest requested error at which a mistake explains the differences, and a note.
 
@@ -295,9 +331,9 @@ def on_the_ladder(name: str, main: Samples, declared: Declared) -> tuple[Diagnos
     for rtol in LADDER:
         found, *_ = one_verdict(name, main, None, dataclasses.replace(declared, rtol=rtol), {}, restarts=False)
         if found.outcome is Outcome.PASS:
-            return None, f"it agrees as a method does that requests rtol={rtol:g} in each step"
+            return None, f"{AS_GOOD_AS} rtol={rtol:g} in each step"
         if main.enough and needs_diagnosis(found) and (mistakes := diagnosis(found, main)).explanations:
-            return mistakes, f"but for that it agrees as a method does that requests rtol={rtol:g} in each step"
+            return mistakes, f"but for that {AS_GOOD_AS} rtol={rtol:g} in each step"
     return None, f"it does not agree at rtol={LADDER[-1]:g} either, and no known mistake explains it"
 
 
@@ -313,21 +349,21 @@ def one_verdict(
         errors.own = own
     result = RunResult(Outcome.PASS, trajectory=main.trajectory)
     second = result if finer is None else RunResult(Outcome.PASS, trajectory=finer.trajectory)
-    run = WrittenResiduals(errors, Evidence(result, second), main.judged, whole=main.complete, restarted=restarts)
+    partial = main.judged - main.whole
+    evidence, whole = Evidence(result, second), main.complete
+    run = WrittenResiduals(errors, evidence, main.judged, partial, whole=whole, restarted=restarts)
     return dataclasses.replace(verdict_on(name, run), further_runs=()), engine, setting
 
 
 def diagnosis(verdict: Verdict, main: Samples) -> Diagnosis:
-    """Mistakes that explain what is wrong; parts that are not in the file explain nothing."""
+    """Mistakes that explain what is wrong."""
     assert verdict.series is not None
-    partial = main.judged - main.whole
-    left = {FIELDS[q]: None for q in partial if q not in TRACK}
-    columns = [name for q in partial for name in verdict.series if str(name).startswith(f"{q}_")]
-    series = verdict.series.drop(columns=columns)
+    series = verdict.series
     if main.starts_late:
+        series = series.copy()
         series.loc[0, series.columns != "t_s"] = np.nan
     seen = dataclasses.replace(verdict, series=series)
-    return diagnosis_of_verdict(seen, main.trajectory.replace(**left), main.solution)
+    return diagnosis_of_verdict(seen, main.trajectory, main.solution, absent=main.absent)
 
 
 def explained(verdict: Verdict, found: Diagnosis) -> Verdict:
@@ -345,7 +381,7 @@ def limited(verdict: Verdict, main: Samples) -> list[str]:
         return []
     share = next((row["value"] for row in verdict.rows if row["metric"] == "judged_share"), 0.0)
     restarted = any(row["metric"] == "restart_ratio" for row in verdict.rows)
-    how = "from the file's own states alone" if restarted else "not, as errors may have grown too large"
+    how = "from the file's own states alone" if restarted else "no more, as errors may have grown too large"
     when = f"after t = {min(ends):.6g} s, the predictability limit"
     return [f"{when}, compared {how}; {share:.0%} of the samples are judged"]
 

@@ -67,7 +67,7 @@ class Reply:
     problem: str = ""
     """Reason without an answer, in one line; empty with one"""
     kind: str = ""
-    """``missing``, ``failed``, ``timed_out``; empty with an answer"""
+    """``missing``, ``unsupported``, ``failed``, ``timed_out``; empty with an answer"""
     rejected: bool = False
     """Whether the engine rejected the scene before its first step"""
 
@@ -144,7 +144,7 @@ def reply_of(answer: Answer) -> Reply:
 
 def failed_reply(header: dict[str, Any]) -> Reply:
     """Reply of an engine whose code raised an exception."""
-    kind = "missing" if header["failed"] == "missing" else "failed"
+    kind = header["failed"] if header["failed"] in ("missing", "unsupported") else "failed"
     rejected = bool(header.get("rejected")) and header.get("phase") == "build"
     return Reply(problem=plain_text(header.get("words", "")), kind=kind, rejected=rejected)
 

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 import psutil
 
-from adapters.engine import EngineError
+from adapters.engine import EngineError, UnsupportedMotionError
 from barchain.runs.message import DeclarationError, MessageError, plain_text
 
 if TYPE_CHECKING:
@@ -119,6 +119,8 @@ def failed(error: BaseException) -> dict[str, Any]:
     phase = next(iter(getattr(error, "__notes__", ())), "")
     if isinstance(error, ImportError):
         return {"failed": "missing", "words": f"does not import ({plain_text(error)})", "phase": "", "rejected": False}
+    if isinstance(error, UnsupportedMotionError):
+        return {"failed": "unsupported", "words": plain_text(error), "phase": "", "rejected": False}
     if isinstance(error, (EngineError, DeclarationError, MessageError)):
         words = plain_text(error) or type(error).__name__
     elif isinstance(error, Exception):

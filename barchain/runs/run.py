@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from barchain.runs.asking import Question
     from barchain.runs.job import Job, TimeLimit
 
-OUTCOMES = {"missing": Outcome.MISSING, "timed_out": Outcome.TIMED_OUT}
+OUTCOMES = {"missing": Outcome.MISSING, "timed_out": Outcome.TIMED_OUT, "unsupported": Outcome.UNSUPPORTED}
 
 
 def run_job(job: Job, simulate_s: float | None = None) -> RunResult:

@@ -298,3 +298,16 @@ def closely_sampled(scene: Scene) -> Scene:
     if times == 1:
         return scene
     return dataclasses.replace(scene, run=dataclasses.replace(scene.run, samples=times * intervals + 1))
+
+
+def at_own_samples(solution: ReferenceSolution, scene: Scene) -> ReferenceSolution:
+    """Solution of a scene that is sampled closely, at the samples of the `scene` itself."""
+    every = slice(None, None, (solution.scene.run.samples - 1) // (scene.run.samples - 1))
+    return dataclasses.replace(
+        solution,
+        scene=scene,
+        trajectory=solution.trajectory.samples(every),
+        error={name: values[every] for name, values in solution.error.items()},
+        amplification=solution.amplification[every],
+        response={name: values[every] for name, values in solution.response.items()},
+    )

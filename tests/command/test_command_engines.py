@@ -90,6 +90,7 @@ def test_a_run_has_the_samples_that_the_program_wrote(program):
          Outcome.FAILED, "a column angle_0_rad; allowed: angle_1_rad"),
         (RIGHT.replace("to_frame()", "to_frame().rename(columns={'angle_2_rad': 'angle_1_rad'})"),
          Outcome.FAILED, "has two columns angle_1_rad"),
+        (RIGHT.replace('"steps": 7', '"outcome": "unsupported", "reason": "no hinges"'), Outcome.UNSUPPORTED, "hinges"),
         (RIGHT.replace(".to_csv(", ".iloc[:3].to_csv("), Outcome.INCOMPLETE, "3 of 5 samples"),
         (RIGHT.replace('"steps": 7', '"outcome": "failed", "reason": "singular"'), Outcome.FAILED, "singular"),
     ])),

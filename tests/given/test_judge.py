@@ -46,13 +46,13 @@ def table():
 def judged(tmp_path):
     """Function that writes a table with the options of pandas, and judges the file."""
 
-    def made(frame, declared=ROUGH, scene=SCENE, mapping=None, finer=None, **how):
+    def made(frame, declared=ROUGH, scene=SCENE, mapping=None, finer=None, digits=None, **how):
         paths = []
         for name, each in (("run.csv", frame), ("finer.csv", finer)):
             if each is not None:
                 each.to_csv(tmp_path / name, index=False, **how)
                 paths.append(tmp_path / name)
-        return judge_files(scene, *paths, declared=declared, mapping=mapping, time_limit_s=60.0)
+        return judge_files(scene, *paths, declared=declared, mapping=mapping, digits=digits, time_limit_s=60.0)
 
     return made
 
@@ -112,6 +112,57 @@ def test_a_header_in_capitals_is_read_and_what_is_no_text_is_said(table, judged,
 def test_a_file_of_fewer_bars_that_does_not_pass_is_said_to_be_of_another_scene(judged):
     found = judged(frame_of("basics/two_bars_free"))
     assert found.advice == ["the file has columns of 2 bars, the scene has 5"]
+
+
+def test_a_reaction_that_is_missing_is_not_judged_beyond_the_limit_either(table, judged):
+    found = judged(frame_of(SCENE, rtol=1e-9).drop(columns="reaction_2_y_N"), Declared(rtol=1e-9))
+    assert found.passed, found.reasons
+    assert any("from the file's own states alone" in note for note in found.notes)
+
+
+def test_a_mistake_is_named_in_a_single_column(table, judged):
+    one = table[["t_s", "angle_1_rad"]]
+    assert judged(one).passed
+    found = judged(one.assign(angle_1_rad=np.degrees(one.angle_1_rad)))
+    assert found.advice == []
+    assert "degrees" in found.mistakes
+
+
+def test_times_in_another_unit_are_asked_for(table, judged):
+    found = judged(table.assign(t_s=table.t_s / 60.0))
+    assert found.advice == ["the last row is at t = 457.677 s, and 457.677 min are the scene's end: time [min]?"]
+
+
+def test_a_sample_that_shows_the_motion_after_a_jump_is_named(judged):
+    scene = "effects/impulse"
+    right = frame_of(scene, rtol=1e-9)
+    jumps = load_scene(scene).effects.breaks_s
+    rows = []
+    for t in jumps:
+        solution = solution_at(shipped_solution(load_scene(scene)), np.array([0.0, t, t + 1e-6]))
+        after = to_frame(solution.trajectory).iloc[[1, 2]]
+        rows.append(after.iloc[0].where(after.columns == "t_s", after.iloc[1]))
+    wrong = pd.concat([right, pd.DataFrame(rows)[right.columns]]).sort_values("t_s", kind="stable")
+    found = judged(wrong.drop_duplicates("t_s", keep="last"), Declared(rtol=1e-9), scene)
+    assert "show the motion after these" in found.mistakes
+
+
+def test_a_promise_that_the_file_does_not_keep_is_told_with_the_one_that_it_keeps(table, judged):
+    found = judged(table, Declared(rtol=1e-14))
+    assert found.advice == ["it agrees as a method does that requests rtol=1e-08 in each step"]
+
+
+def test_digits_of_a_curve_that_was_read_off_can_be_told(judged):
+    curve = frame_of(SCENE)[["t_s", "angle_1_rad"]].iloc[5:60:5]
+    shown = pd.DataFrame({"time [s]": curve.t_s, "angle_1 [deg]": np.degrees(curve.angle_1_rad)})
+    read = shown.map(lambda value: round(float(f"{value:.2g}")))  # 1.1e2 is written as 110
+    assert not judged(read, Declared()).passed
+    assert judged(read, Declared(), digits=2).passed
+
+
+def test_a_name_that_goes_on_after_a_channel_is_a_fault(table, judged):
+    with pytest.raises(TableError, match=r"a column angle_1_rads; rename it, e.g. to angle_1 \[rad\]"):
+        judged(table.rename(columns={"angle_1_rad": "angle_1_rads"}))
 
 
 def test_an_error_that_iterations_leave_is_no_mistake_of_the_motion_and_its_size_is_proposed(judged):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass, field
 from functools import partial
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +15,7 @@ from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.registry import ENGINES
 from barchain.judge.diagnosis.mistake import (
     Explanation,
+    Mistake,
     WrongQuantity,
     addressed,
     explained_words,
@@ -28,7 +30,9 @@ from barchain.metrics.quantities import differences, sizes
 from barchain.solutions.judging import solution_engine
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
+
+    from numpy.typing import NDArray
 
     from adapters.trajectory import Trajectory
     from barchain.judge.diagnosis.own_motion import OwnRuns
@@ -44,6 +48,10 @@ REACTION_FACTORS = ("reactions-times-a-factor",)
 """Fitted readings that other masses in the equations of the reactions make, too"""
 FEW_SAMPLES = 3
 """Samples up to which one wrong sample is nothing special"""
+AFTER_JUMPS = Mistake(
+    "samples-after-jumps", "the samples at instants of impulses, and of jumps of a force, show the motion after these",
+    "samples",
+)  # fmt: skip
 START_TOLERANCES = 10.0
 """Tolerances of the first sample within which a result starts as a scene does"""
 ROUNDINGS = 1e-13
@@ -95,6 +103,7 @@ def diagnose(
     judging: ReferenceSolution,
     tolerance: Tolerance,
     runs: OwnRuns | None = None,
+    absent: Mapping[str, NDArray[np.bool_]] = MappingProxyType({}),
 ) -> Diagnosis:
     """Find the mistakes that explain a wrong result.
 
@@ -116,6 +125,8 @@ def diagnose(
     runs : callable, optional
         Runs of the engine in two given scenes, which are the same with more samples and with twice as many: at the
         judged and at the next finer setting. Each may be None. Without it, the samples of the result have to do.
+    absent : mapping, optional
+        Parts of arrays that the trajectory lacks, of the shape of a sample; it holds the judging solution's there.
 
     Returns
     -------
@@ -129,13 +140,25 @@ def diagnose(
     """
     if scene.digest != judging.scene.digest:
         raise ValueError(f"the judging solution is that of {judging.scene.name}, not of {scene.name}")
-    result = given_result(trajectory, judging, tolerance)
+    result = given_result(trajectory, judging, tolerance, absent)
     wrong = wrong_quantities(result)
     if not wrong or not result.finite:
         return Diagnosis(wrong)
+    if at_jumps := only_at_jumps(result):
+        return Diagnosis(wrong, (at_jumps,))
     search = ReadingSearch(result, lambda: half_way(judging))
-    own = OwnMotion(judging.scene, result.given, runs)
+    own = OwnMotion(judging.scene, result.given.replace(**dict.fromkeys(absent)), runs)
     return dataclasses.replace(searched(search, own, wrong), own=own)
+
+
+def only_at_jumps(result: GivenResult) -> Explanation | None:
+    """Explanation of differences at instants of events alone; None where there are others."""
+    jumps = np.isin(result.right.t_s, result.scene.effects.breaks_s)
+    if not jumps.any() or jumps.all():
+        return None
+    rest = result.at(np.flatnonzero(~jumps))
+    fit = rest.fit(rest.right)
+    return None if fit.outside else Explanation((AFTER_JUMPS,), fit)
 
 
 def half_way(judging: ReferenceSolution) -> Trajectory | None:

@@ -175,7 +175,7 @@ def single_words(relative: float) -> str:
 
 def nearest_words(wrong: tuple[WrongQuantity, ...], nearest: Explanation) -> str:
     """Nearest explanation and its residual, if it makes the difference far smaller; else empty."""
-    if nearest.fit.relative_error > NEAR * relative_difference(wrong):
+    if nearest.fit.relative_error > min(NEAR * relative_difference(wrong), 1.0):
         return ""
     left = f"{remainder(nearest)} of the quantity's size"
     return f" Near, but not inside the tolerances: {nearest.words} (leaves {left})."
@@ -189,7 +189,8 @@ def addressed(words: str) -> str:
 def explained_words(explanations: tuple[Explanation, ...], next_best: Explanation | None) -> str:
     """Best explanation with its residual, and the indistinguishable ones."""
     best = explanations[0]
-    beside = "" if next_best is None else f"; next best {remainder(next_best)}"
+    worse = next_best is not None and next_best.fit.relative_error > best.fit.relative_error  # in the same measure
+    beside = f"; next best {remainder(next_best)}" if next_best is not None and worse else ""
     said = f"{best.words} (explained to {remainder(best)}{beside})"
     others = [words for words in dict.fromkeys(e.words for e in explanations) if words != best.words]
     if not others:

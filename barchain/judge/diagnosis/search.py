@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -54,6 +54,8 @@ class GivenResult:
     """(n,) for each quantity, SI units"""
     scale: dict[str, float]
     """Size of each quantity in the scene"""
+    absent: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
+    """Parts of arrays that the given trajectory lacks, of the shape of a sample; it holds the right values there"""
 
     @property
     def n(self) -> int:
@@ -73,19 +75,29 @@ class GivenResult:
     def at(self, rows: NDArray[np.intp]) -> GivenResult:
         """Result at some samples."""
         tolerance = {name: values[rows] for name, values in self.tolerance.items()}
-        return GivenResult(self.scene, self.given.samples(rows), self.right.samples(rows), tolerance, self.scale)
+        given, right = self.given.samples(rows), self.right.samples(rows)
+        return GivenResult(self.scene, given, right, tolerance, self.scale, self.absent)
+
+    def beside(self, supposed: Trajectory) -> Trajectory:
+        """Given trajectory; parts that it lacks are as supposed."""
+        changes: dict[str, Array | tuple[int, ...] | None] = {}
+        for name, lacking in self.absent.items():
+            values, other = getattr(self.given, name), getattr(supposed, name)
+            if other is not None and other.shape == values.shape:
+                changes[name] = np.where(lacking, other, values)
+        return self.given.replace(**changes) if changes else self.given
 
     def perturbed(self, motion: Trajectory) -> Trajectory:
         """A motion with every value off by the tolerance of its quantity, with random signs."""
         rng = np.random.default_rng(0)
         changes: dict[str, Array | tuple[int, ...] | None] = {}
-        for field, values in arrays(motion).items():
-            tolerance = self.tolerance.get(QUANTITY_OF[field])
+        for name, values in arrays(motion).items():
+            tolerance = self.tolerance.get(QUANTITY_OF[name])
             if tolerance is not None:
                 size = np.where(np.isfinite(tolerance), tolerance, 0.0)
-                size = size / (math.sqrt(2.0) if field in VECTORS else 1.0)
+                size = size / (math.sqrt(2.0) if name in VECTORS else 1.0)
                 signs = rng.choice([-1.0, 1.0], values.shape)
-                changes[field] = values + signs * size.reshape(-1, *[1] * (values.ndim - 1))
+                changes[name] = values + signs * size.reshape(-1, *[1] * (values.ndim - 1))
         return motion.replace(**changes)
 
     def read(self, reading: Reading, motion: Trajectory) -> tuple[Trajectory, Tolerance]:
@@ -114,7 +126,7 @@ class GivenResult:
         allowed, n = tolerance or self.tolerance, self.n
         if any_turns:
             supposed = self.with_turns(supposed)
-        apart = differences(self.given, supposed) if len(supposed.t_s) >= n else {}
+        apart = differences(self.beside(supposed), supposed) if len(supposed.t_s) >= n else {}
         found = Fit()
         for name in sorted(self.quantities):
             size = known(apart[name][:n]) if name in apart else np.full(n, math.inf)
@@ -128,7 +140,8 @@ class GivenResult:
 
         The median sample decides: a wrapped angle may jump at a single one.
         """
-        apart = differences(self.given, self.with_turns(supposed) if any_turns else supposed)
+        supposed = self.with_turns(supposed) if any_turns else supposed
+        apart = differences(self.beside(supposed), supposed)
         over = (apart[q] > MOST_CARRIED * self.tolerance[q] for q in self.quantities if q in apart)
         return any(2 * int(np.count_nonzero(each)) > len(each) for each in over)
 
@@ -151,7 +164,9 @@ def known(size: Array) -> Array:
     return np.nan_to_num(size, posinf=math.inf)
 
 
-def given_result(trajectory: Trajectory, judging: ReferenceSolution, tolerance: Tolerance) -> GivenResult:
+def given_result(
+    trajectory: Trajectory, judging: ReferenceSolution, tolerance: Tolerance, absent: Mapping[str, NDArray[np.bool_]]
+) -> GivenResult:
     """A trajectory and its judging solution at their common samples.
 
     Parameters
@@ -160,10 +175,12 @@ def given_result(trajectory: Trajectory, judging: ReferenceSolution, tolerance: 
     judging : ReferenceSolution
     tolerance : mapping
         (k,) for each quantity, SI units; infinite where the quantity is not compared.
+    absent : mapping
+        Parts of arrays that the trajectory lacks.
     """
     lengths = [len(values) for values in tolerance.values()]
     rows = np.arange(min([len(trajectory.t_s), len(judging.trajectory.t_s), *lengths]))
-    whole = GivenResult(judging.scene, trajectory, judging.trajectory, tolerance, scales(judging))
+    whole = GivenResult(judging.scene, trajectory, judging.trajectory, tolerance, scales(judging), absent)
     return whole.at(rows)
 
 

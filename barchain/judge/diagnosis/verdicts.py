@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -57,13 +57,13 @@ def diagnosed_verdict(
 
 
 def diagnosis_of_verdict(
-    verdict: Verdict, trajectory: Trajectory, solution: ReferenceSolution, runs: OwnRuns | None = None
+    verdict: Verdict, trajectory: Trajectory, solution: ReferenceSolution, runs: OwnRuns | None = None, **absent: Any
 ) -> Diagnosis:
     """Diagnosis of a result that a verdict rejects; one inside its bounds is looked at by its explained error alone."""
-    found = diagnose(solution.scene, trajectory, solution, verdict_tolerance(verdict), runs)
+    found = diagnose(solution.scene, trajectory, solution, verdict_tolerance(verdict), runs, **absent)
     if not found.inside_tolerances:
         return found
-    return diagnose(solution.scene, trajectory, solution, verdict_tolerance(verdict, bounds=False), runs)
+    return diagnose(solution.scene, trajectory, solution, verdict_tolerance(verdict, bounds=False), runs, **absent)
 
 
 def verdict_tolerance(verdict: Verdict, *, bounds: bool = True) -> Tolerance:

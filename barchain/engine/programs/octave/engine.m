@@ -1,7 +1,8 @@
 % A chain of rigid bars in orbit: reads a request of barchain, writes samples and a result.
 %
 % Unknowns are the place and velocity of the centre of mass, and each bar's angle and rate, so joints stay closed. The
-% reactions solve a linear system. Runge-Kutta of order 4, equal steps. Vectors are complex numbers.
+% reactions solve a linear system. Runge-Kutta of order 4, equal steps. Vectors are complex numbers. In Matlab the
+% functions stand at the end, and the names of the files are arguments of a function instead of `argv()`.
 1;
 
 % Derivative of the state [centre of mass; its velocity; angles; rates], and the reactions on bars from the next bar.
@@ -12,7 +13,7 @@ function [slope, reaction] = derivative(y, p)
   rate = y(5 + n : end);
   h = p.length / 2;
   d = cumsum(h .* u) + [0; cumsum(h(1 : end - 1) .* u(1 : end - 1))];  % from the first bar's left end on
-  d -= sum(p.mass .* d) / sum(p.mass);
+  d = d - sum(p.mass .* d) / sum(p.mass);
   r0 = abs(com);
   pull = p.gravity * p.mu / r0 ^ 3;
   z = com + d;
@@ -31,14 +32,14 @@ function [slope, reaction] = derivative(y, p)
     left_joint = 2 * bar - 3 : 2 * bar - 2;
     right_joint = 2 * bar - 1 : 2 * bar;
     if bar > 1
-      a(left_joint, left_joint) += near;
+      a(left_joint, left_joint) = a(left_joint, left_joint) + near;
     end
     if bar < n
-      a(right_joint, right_joint) += near;
+      a(right_joint, right_joint) = a(right_joint, right_joint) + near;
     end
     if bar > 1 && bar < n
-      a(left_joint, right_joint) += far;
-      a(right_joint, left_joint) += far;
+      a(left_joint, right_joint) = far;
+      a(right_joint, left_joint) = far;
     end
   end
   force = a \ reshape([real(right).'; imag(right).'], [], 1);
@@ -54,7 +55,7 @@ function y = step(y, h, p)
   k2 = derivative(y + h / 2 * k1, p);
   k3 = derivative(y + h / 2 * k2, p);
   k4 = derivative(y + h * k3, p);
-  y += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
+  y = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
 end
 
 files = argv();
@@ -65,7 +66,7 @@ p.mu = scene.central_body.mu_m3_s2;
 p.mass = scene.chain.mass_kg(:);
 p.length = scene.chain.length_m(:);
 p.inertia = scene.chain.inertia_kg_m2(:);
-p.gravity = ! strcmp(scene.effects.gravity, "none");
+p.gravity = ~strcmp(scene.effects.gravity, "none");
 p.gradient = strcmp(scene.effects.gravity, "gradient");
 start = request.start;
 y = [start.com_m(:); start.com_velocity_m_s(:); start.angle_rad(:); start.rate_rad_s(:)];
@@ -79,7 +80,7 @@ for k = 1 : numel(t)
   if k > 1
     for left = 1 : round((t(k) - t(k - 1)) / h)
       y = step(y, h, p);
-      steps++;
+      steps = steps + 1;
     end
   end
   [~, reaction] = derivative(y, p);
@@ -94,7 +95,7 @@ for joint = 1 : p.bars - 1
 end
 table = fopen(files{2}, "w");
 fprintf(table, "%s\n", header);
-fprintf(table, [repmat("%.17g,", 1, columns(rows) - 1), "%.17g\n"], rows.');
+fprintf(table, [repmat("%.17g,", 1, size(rows, 2) - 1), "%.17g\n"], rows.');
 fclose(table);
 result = fopen(files{3}, "w");
 fprintf(result, '{"version": 1, "seconds": %.9g, "steps": %d}', seconds, steps);
