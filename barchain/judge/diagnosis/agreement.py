@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.judge.diagnosis.motion.search import MotionSearch
+from barchain.judge.diagnosis.motion.search import MotionSearch, least_squares
 from scenarios.plural import plural
 
 if TYPE_CHECKING:
@@ -60,30 +60,31 @@ def contradiction(names: tuple[str, ...], diagnosis: Diagnosis, others: Mapping[
     """Scene in whose motion an explanation of another scene should show and does not; empty without one."""
     fits = diagnosis.own.fits if diagnosis.own is not None else []
     fit = next((f for f in fits if f.explains and tuple(c.name for c in f.candidates) == names), None)
-    if fit is None or fit.alone:
+    if fit is None:
         return ""
     return next((scene for scene, own in others.items() if lacks(own, fit)), "")
 
 
 def lacks(own: OwnMotion, fit: Fitted) -> bool:
-    """Whether a motion shows that some candidate of a fit to another scene's motion is not there."""
+    """Whether a motion shows that some candidate of a fit to another scene's motion is not there.
+
+    The shares that the motion has of the effects follow by least squares, of all candidates together, in the blocks
+    that the fit is about.
+    """
     residual = own.residual
     if residual is None or not residual.known.any():
         return False
     search = own.search or MotionSearch(residual)
     here = {c.name: c for c in search.candidates}
-    noise = residual.noise[residual.known]
-    for candidate, amounts in zip(fit.candidates, fit.amounts, strict=True):
-        same = here.get(candidate.name)
-        if same is None:
-            continue
-        effect, value = (x[residual.known] / noise for x in (same.effect(amounts), residual.value))
-        if not np.isfinite(effect).all() or np.sqrt(np.mean(effect**2)) < VISIBLE:
-            continue
-        share = float(np.vdot(effect, value)) / float(np.vdot(effect, effect))  # by least squares
-        if abs(share - 1.0) > PRESENT:
-            return True
-    return False
+    columns = residual.balance.of_blocks(name for name in fit.blocks if name in residual.balance.columns)
+    noise = residual.noise[residual.known][:, columns]
+    pairs = [(here[c.name], a) for c, a in zip(fit.candidates, fit.amounts, strict=True) if c.name in here]
+    effects = [candidate.effect(amounts)[residual.known][:, columns] / noise for candidate, amounts in pairs]
+    seen = [x.ravel() for x in effects if np.isfinite(x).all() and x.size and np.sqrt(np.mean(x**2)) >= VISIBLE]
+    if not seen:
+        return False
+    shares = least_squares(np.stack(seen, axis=1), (residual.value[residual.known][:, columns] / noise).ravel())
+    return bool(np.any(np.abs(shares - 1.0) > PRESENT))
 
 
 TRAITS: tuple[tuple[str, Callable[[Scene], object]], ...] = (

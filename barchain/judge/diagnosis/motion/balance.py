@@ -14,7 +14,9 @@ from reference_impl.model.complex_vectors import as_complex, unit_along
 from scenarios import Actuator, Axes, Frame
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
+
+    from numpy.typing import NDArray
 
     from adapters.trajectory import Array, Trajectory
     from barchain.judge.diagnosis.motion.quadrature import Quadrature
@@ -88,6 +90,11 @@ class Balance:
         ends = np.cumsum([0, 2, n, joints, laws]).tolist()
         names = (CENTRE, BARS, JOINTS, LAWS)
         return {name: slice(a, b) for name, a, b in zip(names, ends[:-1], ends[1:], strict=True) if b > a}
+
+    def of_blocks(self, names: Iterable[str]) -> NDArray[np.intp]:
+        """Columns of some blocks."""
+        own = (np.arange(self.columns[name].start, self.columns[name].stop) for name in names)
+        return np.concatenate([np.arange(0), *own])
 
     @property
     def width(self) -> int:

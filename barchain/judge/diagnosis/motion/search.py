@@ -13,10 +13,10 @@ import numpy as np
 
 from barchain.judge.diagnosis.mistake import Explanation, Fit, Left, Mistake
 from barchain.judge.diagnosis.motion.balance import BARS, CENTRE, JOINTS, LAWS, Balance
-from barchain.judge.diagnosis.motion.candidate import BODIES, Candidate, Candidates, number
+from barchain.judge.diagnosis.motion.candidate import BODIES, LOADS, Candidate, Candidates, number
 from barchain.judge.diagnosis.motion.equations import ENDS
 from barchain.judge.diagnosis.motion.numbers import numbers
-from barchain.judge.diagnosis.motion.others import others
+from barchain.judge.diagnosis.motion.others import others, with_effects
 from barchain.judge.diagnosis.motion.terms import of_reactions, terms
 
 if TYPE_CHECKING:
@@ -66,6 +66,8 @@ class Fitted:
     """What is left over its noise, root mean square"""
     share: float = 1.0
     """Share of the residual over its noise that is left, in the block with the largest share"""
+    blocks: tuple[str, ...] = ()
+    """Blocks of the residual that the candidates are fitted to"""
     alone: str = ""
     """Words if the candidates act in some blocks alone"""
 
@@ -116,7 +118,26 @@ class MotionSearch:
         for name, words, left, right in REACHES if self.scene.bars > 1 else ():
             of, said = partial(self.of_reach, left, right), partial(reach_words, words)
             found.found.append(number(name, BODIES, of, said, REACH_PROBE, (-0.5, 0.5)))
+        found.found += self.of_light()
         return [*found.found, *(of_reactions(self.balance) if JOINTS in self.residual.wrong else ())]
+
+    def of_light(self) -> list[Candidate]:
+        """Absorbed and reflected sunlight, each alone: the force is linear in the reflectivity."""
+        light, found = self.scene.effects.solar_pressure, Candidates(self.balance)
+        if light is None:
+            return []
+        for kind, share, reflectivity in (
+            ("absorbed", 1.0 - light.reflectivity, 0.0),
+            ("reflected", light.reflectivity, 1.0),
+        ):
+            lit = with_effects(self.scene, solar_pressure=dataclasses.replace(light, reflectivity=reflectivity))
+            if share:
+                found.times(f"sunlight-{kind}", f"the {kind} sunlight is", LOADS, partial(self.times_light, share, lit))
+        return found.found
+
+    def times_light(self, share: float, lit: Scene) -> Array:
+        """Rows of a share of the light in another scene."""
+        return share * (self.of_scene(lit) - self.of_scene(with_effects(self.scene, solar_pressure=None)))
 
     def of_change(self, change: Callable[[float], Scene], amount: float) -> Array:
         """Rows of another scene by an amount."""
@@ -197,7 +218,8 @@ class Problem:
         residual = search.residual
         columns = residual.balance.columns
         self.known = residual.known
-        self.columns = np.concatenate([np.arange(columns[name].start, columns[name].stop) for name in blocks])
+        self.blocks = blocks
+        self.columns = residual.balance.of_blocks(blocks)
         self.value, self.noise = (x[self.known][:, self.columns] for x in (residual.value, residual.noise))
         self.parts = [
             np.isin(self.columns, np.arange(columns[n].start, columns[n].stop)) for n in blocks if n in residual.wrong
@@ -221,7 +243,7 @@ class Problem:
         weighted, whole = rest.reshape(self.value.shape), self.value * self.weight
         left = float(np.sqrt(np.mean((weighted / self.weight / self.noise) ** 2)))
         shares = [np.linalg.norm(weighted[:, p]) / np.linalg.norm(whole[:, p]) for p in self.parts]
-        return Fitted(tuple(candidates), tuple(amounts), left, float(max(shares, default=1.0)))
+        return Fitted(tuple(candidates), tuple(amounts), left, float(max(shares, default=1.0)), self.blocks)
 
     def linear_fit(self, effects: Sequence[tuple[Candidate, Array]]) -> Fitted:
         """Fit of candidates by their linear effects: amounts of least squares, 1 where they are fixed."""

@@ -62,17 +62,21 @@ def pieces(b: Balance) -> Iterator[tuple[str, str, Load]]:
     yield "the torque of the gravity gradient", GRAVITY, e.gradient
     bodies, several = iter(b.scene.effects.third_body), len(b.scene.effects.thrust) > 1
     thrusts: list[Load] = []
+    pulls: list[Load] = []
     for effect, load in zip(e.model.effects, e.effects, strict=True):
         if effect.name == "thrust":
             thrusts.append(load)
             yield f"the thrust {len(thrusts)}" if several else "the thrust", LOADS, load
         elif effect.name == "third_body":
             body = next(bodies).name
+            pulls.append(load)
             yield f"the attraction of the {BODY_WORDS.get(body, body)} as third body", LOADS, load
         elif effect.name != "joint_spring_damper":
             yield f"the {NAMES.get(effect.name, effect.name.replace('_', ' '))}", LOADS, load
     if several:
         yield "the sum of all thrusts", LOADS, sum_of(e.zero, thrusts)
+    if len(pulls) > 1:
+        yield "the attraction of all third bodies", LOADS, sum_of(e.zero, pulls)
 
 
 def sum_of(zero: Load, loads: list[Load]) -> Load:
@@ -174,6 +178,8 @@ def simplified_gradient(found: Candidates) -> None:
         ("of-orbital-rate", b.scene.orbital_rate_rad_s**2 * both, "has the orbital rate v0/r0 for the mean motion"),
         ("of-longitude", turning * both, "has the rate of the longitude for the mean motion"),
         ("of-slender-bars", n2 * slender * both, "is that of slender bars, without the given moments of inertia"),
+        ("of-first-bar", n2 * b.shape.inertia[0] / b.shape.inertia * both,
+         "has the first bar's moment of inertia on all bars"),
         ("of-sine", n2 * seen.real, "has the sine of the angle without the cosine"),
         ("of-cosine", n2 * seen.imag, "has the cosine of the angle without the sine"),
         ("of-angle", n2 * np.arcsin(np.clip(seen.real, -1.0, 1.0)), "is linear in the angle"),
