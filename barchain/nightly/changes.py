@@ -257,18 +257,21 @@ def judge_verdict(was: Figure, now: Figure) -> Judgement | None:
 def without_mended(changes: Iterable[Change]) -> list[Change]:
     """Changes; a comparison's larger errors are neither better nor worse where its verdict became right.
 
-    An error that is gone, or of another study, is no larger one.
+    An error that is gone, or of another study, is no larger one. Nor is one whose earlier level began before the
+    verdict was wrong: that is the level of a right result.
     """
     every = list(changes)
     mended = {
-        run_of(change)
+        run_of(change): change.level
         for change in every
         if change.identity.quantity == VERDICT and change.was.word in WRONG and change.now.word in RIGHT
     }
     found = []
     for c in every:
         error = c.identity.kind is FigureKind.ERROR and c.identity.quantity.partition(".")[0] not in OTHER_STUDIES
-        if error and c.direction is Direction.WORSE and not c.now.missing and run_of(c) in mended:
+        wrong_since = mended.get(run_of(c))
+        known = wrong_since is not None and c.level >= wrong_since
+        if error and known and c.direction is Direction.WORSE and not c.now.missing:
             found.append(replace(c, direction=Direction.CHANGED, reason=f"{MENDED}; {c.reason}"))
         else:
             found.append(c)

@@ -138,6 +138,9 @@ class NightStore:
             return known[fitting[0]]
         if fitting:
             raise HistoryError(f"{name[:60]}: {len(fitting)} nights begin so, e.g. {fitting[0]} and {fitting[1]}")
+        torn = next((each for each in self.torn() if name and each.startswith(name)), "")
+        if torn:
+            raise HistoryError(f"{torn}: left out of the history: it is being written, or was copied in part")
         if not known:
             raise HistoryError(f"{name[:60]}: no such night; the history holds no nights")
         raise HistoryError(f"{name[:60]}: no such night{nearest(name, known)}; `barchain history list` shows all")

@@ -81,7 +81,8 @@ def judge_night(
         tuple(c for one in current if one.identity.kind in RULES for c in same_changes(one)),
         sum(len(one.nights) > 1 for one in current) + sum(c.since == tonight.name for c in gone),
         sum(len(one.nights) == 1 and not one.identity.quantity.startswith(SAMPLED) for one in current),
-        sum(one.nights[-1].name == kept[-2].name for one in own) if replanned else 0,
+        sum(one.nights[-1].name == kept[-2].name and not one.identity.quantity.startswith(SAMPLED) for one in own)
+        if replanned else 0,
         tuple(words for since, words in renames if since == tonight.name),
     )  # fmt: skip
 

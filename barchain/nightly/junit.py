@@ -108,7 +108,8 @@ def plan_suite(facts: NightlyFile, fault: type[Error | Skipped] = Error, *, need
         case = TestCase(part.name, PLAN, round(part.duration_s, 3))
         if not part.whole:
             left = f"; left: {', '.join(part.left)}" if part.left else ""
-            case.result = [fault(plain_text(f"{part.reasons or part.state}{left}"), part.state)]
+            kind = "bad input" if part.bad_input else part.state
+            case.result = [fault(plain_text(f"{part.reasons or part.state}{left}"), kind)]
         suite.add_testcase(case)
     suite.update_statistics()  # type: ignore[no-untyped-call]
     return suite

@@ -57,8 +57,9 @@ def opening(judged: JudgedNight, changes: Sequence[ChangeEntry], standing: int =
         rest = f"Nothing changed{since} among {judged.judged} figures." if judged.judged else NOT_JUDGED
     holding = f"{amount(standing, 'earlier change').capitalize()} for the worse still hold{'s' * (standing == 1)}."
     coming = ""
-    if judged.replanned and night.complete and not baseline:
-        states = (counted(judged.new, "figure", "new"), counted(judged.left_out, "figure", "not measured tonight"))
+    if judged.replanned and not baseline:
+        gone = judged.left_out if night.complete else 0
+        states = (counted(judged.new, "figure", "new"), counted(gone, "figure", "not measured tonight"))
         found = ", ".join(f"{state[0].lower()}{state[1:-1]}" for state in states if state)
         coming = f"The plan is another one than on the night before{': ' if found else ''}{found}."
     elif not baseline:

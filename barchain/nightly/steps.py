@@ -161,18 +161,29 @@ def divided(
     best = int(np.argmin(probability))
     if probability[best] > threshold:
         return []
-    place = chosen(probability, best, {k - first for k in likely})
+    place = chosen(x, probability, best, {k - first for k in likely})
     before = divided(x[:place], first, threshold, correlation, likely)
     after = divided(x[place:], first + place, threshold, correlation, likely)
     return [*before, (first + place, float(probability[best])), *after]
 
 
-def chosen(probability: Array, best: int, likely: Collection[int]) -> int:
-    """Place of a step: the most likely one at which a part changed, of those that fit about as well as the best."""
-    near = range(max(best - NEAR, 0), min(best + NEAR + 1, len(probability)))
+def chosen(x: Array, probability: Array, best: int, likely: Collection[int]) -> int:
+    """Place of a step: the most likely one at which a part changed, of those that fit about as well as the best.
+
+    A place with too few nights before it for a probability fits where the nights from it on are at the new level.
+    """
+    near = range(max(best - NEAR, 1), min(best + NEAR + 1, len(probability)))
     most = min(AS_LIKELY * float(probability[best]), MOST_LIKELY)
-    fitting = [k for k in near if k in likely and probability[k] <= most]
+    fitting = [k for k in near if k in likely and (probability[k] <= most or is_new(x, k, best))]
     return min(fitting, key=lambda k: (float(probability[k]), abs(k - best)), default=best)
+
+
+def is_new(x: Array, place: int, best: int) -> bool:
+    """Whether the nights from an early place up to that of a step are nearer to its new level than to the old one."""
+    if not place < min(best, FEWEST_OLD):
+        return False
+    old, new = np.median(x[:place]), np.median(x[best:])
+    return bool(np.all(np.abs(x[place:best] - new) < np.abs(x[place:best] - old)))
 
 
 def step_at(old: Array, new: Array, place: int, probability: float, correlation: float) -> Step:

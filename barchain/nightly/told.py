@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from barchain.nightly.acceptances import accepted, fits
 from barchain.nightly.changes import Direction
+from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import STEPPED
 from barchain.nightly.history import now
 
@@ -57,9 +58,20 @@ def keep_judgement(store: NightStore, judged: JudgedNight) -> None:
 
 
 def told_by(store: NightStore) -> dict[str, dict[str, Any]]:
-    """What each night told, by the name of the night."""
-    found = store.place.read_all(list(store.place.sizes(f"*/{FILE}")))
-    return {name.removesuffix(f"/{FILE}"): json.loads(content) for name, content in sorted(found.items())}
+    """What each night told, by the name of the night.
+
+    Raises
+    ------
+    HistoryError
+        If a file is damaged.
+    """
+    told = {}
+    for name, content in sorted(store.place.read_all(list(store.place.sizes(f"*/{FILE}"))).items()):
+        try:
+            told[name.removesuffix(f"/{FILE}")] = json.loads(content)
+        except ValueError:
+            raise HistoryError(f"{name} is damaged; remove it, and the night is judged anew") from None
+    return told
 
 
 def comparable_nights(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import replace
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -141,29 +142,60 @@ def place(identity: FigureIdentity) -> tuple[str, str, str, str]:
 
 
 def continued(series: Sequence[FigureSeries]) -> tuple[list[FigureSeries], list[tuple[str, str]]]:
-    """Series, each with the nights of the one that it continues, and the renames: their first nights and words.
+    """Series, each with the nights of those that it continues, and the renames: their first nights and words.
 
-    A figure keeps its role in a scene of equal content, and at any value of its setting's parameter. A series continues
-    the last one of its role that ended before it began, if no other one began on its first night.
+    A figure keeps its role in a scene of equal content, and at any value of its setting's parameter. Series of one role
+    that share no night are one, which has the name of its last night. Of others a series continues the last one of its
+    role that ended before it began, if no other one began on its first night.
     """
     found = {one.identity: one for one in series}
     renames: dict[tuple[str, str], None] = {}
     for role, words in ((of_scene, "the scene {0.scene} became {1.scene}"),
                         (of_setting, "the setting {0.setting} of {1.engine} became {1.setting}")):  # fmt: skip
-        roles: dict[FigureIdentity, list[FigureIdentity]] = defaultdict(list)
+        roles: dict[FigureIdentity, list[FigureSeries]] = defaultdict(list)
         for one in found.values():
             key = role(one)
             if key is not None:
-                roles[key].append(one.identity)
-        for names in roles.values():
-            for name in sorted(names, key=lambda each: found[each].nights[0].started) if len(names) > 1 else ():
-                new, old = found[name], before(found[name], [found[each] for each in names if each in found])
-                if old is not None:
-                    earlier = tuple(replace(figure, identity=new.identity) for figure in old.figures)
-                    del found[old.identity]
-                    found[name] = FigureSeries(new.identity, (*old.nights, *new.nights), (*earlier, *new.figures))
-                    renames[new.nights[0].name, words.format(old.identity, new.identity)] = None
+                roles[key].append(one)
+        for own in roles.values():
+            for parts in joined(own) if len(own) > 1 else ():
+                whole = one_series(parts)
+                for part in parts:
+                    del found[part.identity]
+                found[whole.identity] = whole
+                names = sorted(((n, part.identity) for part in parts for n in part.nights), key=lambda n: n[0].started)
+                for (_, old), (night, new) in pairwise(names):
+                    if old != new:
+                        renames[night.name, words.format(old, new)] = None
     return list(found.values()), list(renames)
+
+
+def joined(own: Sequence[FigureSeries]) -> list[list[FigureSeries]]:
+    """Series of one role, those together that are one."""
+    if len({one.nights[-1].name for one in own}) == len(own):
+        nights = [night.name for one in own for night in one.nights]
+        if len(set(nights)) == len(nights):
+            return [list(own)]
+    chains = [[one] for one in own]
+    for new in sorted(own, key=lambda one: one.nights[0].started):
+        old = before(new, own)
+        if old is not None:
+            ahead = next(chain for chain in chains if any(one is old for one in chain))
+            behind = next(chain for chain in chains if any(one is new for one in chain))
+            if ahead is not behind and ahead[-1] is old:
+                ahead += behind
+                chains.remove(behind)
+    return [chain for chain in chains if len(chain) > 1]
+
+
+def one_series(parts: Sequence[FigureSeries]) -> FigureSeries:
+    """Series of the nights of several, in their order, with the name of the last."""
+    name = max(parts, key=lambda one: one.nights[-1].started).identity
+    rows = sorted(
+        ((night, figure) for one in parts for night, figure in zip(one.nights, one.figures, strict=True)),
+        key=lambda row: row[0].started,
+    )
+    return FigureSeries(name, tuple(n for n, _ in rows), tuple(replace(f, identity=name) for _, f in rows))
 
 
 def before(new: FigureSeries, own: Sequence[FigureSeries]) -> FigureSeries | None:

@@ -60,6 +60,10 @@ def no_results(folder: Path) -> str:
     """One line on a folder in which no study has results."""
     if not os.path.lexists(folder):
         return f"{folder}: no such folder"
+    if (folder / "record.json").is_file() and (folder / "figures.parquet").is_file():
+        return (
+            f"{folder}: a night; give the folder of one of its parts, or `barchain history report --baseline {folder}`"
+        )
     if any(folder.glob("record.json")) or any(folder.glob("*/record.json")):
         return f"{folder}: results of barchain 0.6 or earlier, which this one does not read; run the study again"
     return f"{folder}: no results there; give a folder with results of: {', '.join(files.study for files in STUDIES)}"

@@ -105,6 +105,8 @@ def accepted_changes(url: str | None, as_json: bool) -> None:
         return
     for one in known:
         say(one.words)
+    if not known:
+        say("nothing is accepted")
 
 
 @click.command("withdraw")

@@ -100,6 +100,9 @@ def tell_night(night: str, link: str | None, url: str | None) -> None:
 def show_night(facts: NightlyFile, page: Path) -> None:
     """Print the night's sentence, the first verdicts that are no pass, and the place of the page."""
     say(facts.sentence)
+    for part in facts.run.parts if facts.run else ():
+        if part.missing:
+            say(f"  {part.name}: {part.missing}")
     for change in (*facts.changes, *facts.standing)[:MOST_REJECTED]:
         say(f"  {change.words}")
     for rejected in facts.rejected[:MOST_REJECTED]:
@@ -190,6 +193,8 @@ def baseline_night(store: NightStore, given: str) -> Night:
 def end_night(facts: NightlyFile, fail_on: str, *, need_history: bool = False) -> None:
     """End a command with the exit code of what a night found."""
     code = exit_code(facts, fail_on, need_history=need_history)
+    if need_history and not facts.compared and code is ExitCode.NOT_BELIEVED:
+        say("exit code 3: --require-history asks for an earlier night to compare with", err=True)
     if code is not ExitCode.OK:
         raise click.exceptions.Exit(code)
 

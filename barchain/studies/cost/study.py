@@ -115,8 +115,9 @@ class CostStudy:
         run, load = CostRun(self, store, reporter), OtherLoad()
         try:
             for _ in run_cases([(self.files.study, run.scenes())], self.executor):
-                store.record["other_processors"] = load.processors()
+                pass
         finally:
+            store.record["other_processors"] = load.processors()
             run.write_tables()
         left_out, ran = store.record["left_out"], {engine for _, engine, _ in run.rows}
         idle = {out["engine"]: out["reason"] for out in left_out if out["engine"] not in ran}

@@ -180,7 +180,7 @@ def test_an_acceptance_is_listed_and_taken_back(filled: Path, capsys: pytest.Cap
     assert said.startswith(f"{name}: 3e-05 rad (before 1e-05 rad), since 2026-01-03")
     assert run(["history", "withdraw", name]) == 0
     assert run(["history", "accepted"]) == 0
-    assert capsys.readouterr().out.splitlines()[1:] == []
+    assert capsys.readouterr().out.splitlines()[1:] == ["nothing is accepted"]
     assert run(["history", "withdraw", name]) == 2
     assert "nothing is accepted for it" in capsys.readouterr().err
 

@@ -119,6 +119,14 @@ def test_a_place_at_which_a_part_changed_is_preferred_among_places_that_fit_as_w
     assert [step.place for step in find_steps(x, 1e-3, likely={30})] == [49]
 
 
+def test_a_step_after_too_few_nights_for_its_place_is_that_of_the_part_that_changed() -> None:
+    x = noise(6, 1, 16, 0.01, 0.0)[0]
+    x[9:] += 0.4  # places are tried from the tenth night on
+    assert [step.place for step in find_steps(x, 0.01)] == [10]
+    assert [step.place for step in find_steps(x, 0.01, likely={9})] == [9]
+    assert [step.place for step in find_steps(x, 0.01, likely={8})] == [10]
+
+
 def test_sixty_nights_without_a_step_ring_no_alarm() -> None:
     assert alarms(noise(0, 100, 72, 0.03, 0.5), 13) == []
 

@@ -100,6 +100,21 @@ def test_larger_errors_of_a_result_that_became_right_are_no_regression_on_any_ni
     assert mended.reason.startswith("the verdict became right")
 
 
+def test_an_error_that_grows_from_the_level_of_right_nights_is_worse_though_another_mistake_is_mended(
+    history: str, tmp_path: Path
+) -> None:
+    def judged_as(word: str) -> Figure:
+        found = verdict(word)
+        return replace(found, identity=replace(found.identity, setting=""))  # as a comparison names it
+
+    add(history, night(error(1e-5), judged_as("pass"), number=0))
+    add(history, night(error(1e-5), judged_as("inconsistent"), number=1, parts=NEWER))
+    add(history, night(error(2e-5), judged_as("pass"), number=2))
+    code, facts = report(history, tmp_path / "out")
+    assert code == 1
+    assert "worse" in {change.direction for change in facts.changes if change.kind == "error"}
+
+
 def test_a_larger_error_is_told_with_factor_and_suspect_and_ends_with_1(history: str, tmp_path: Path) -> None:
     add(history, usual(number=0), usual(number=1), usual(2.0, number=2, parts=NEWER))
     code, facts = report(history, tmp_path / "out")
@@ -379,6 +394,9 @@ def test_another_setting_is_told_and_its_figures_are_compared_by_their_role(hist
     add(history, at(500, 4e-5, 3))
     _, facts = report(history, tmp_path / "later")
     assert (facts.changes, [c.quantity for c in facts.standing]) == ((), ["attitude.max"])
+    add(history, at(1000, 1e-5, 4), at(1000, 1e-5, 5))
+    _, facts = report(history, tmp_path / "back")
+    assert (facts.changes, facts.standing, facts.counts.judged) == ((), (), 3)
 
 
 def test_a_scene_of_another_name_and_equal_content_is_the_same_scene(history: str, tmp_path: Path) -> None:
