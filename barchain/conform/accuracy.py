@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from barchain.conform.checks import FAILED, PASSED, WARNING, Check
 from barchain.conform.errors import ALL_RUNS_SHARE, ASYMPTOTIC, compared, repeated_scene, setting_runs, slopes_above
 from barchain.conform.noise import COMMON_SHARE
-from barchain.conform.physics import unsupported_check
+from barchain.conform.physics import SHARED, unsupported_check
 from barchain.conform.runs import TIME_LIMITS
 from barchain.conform.scenes import PARTICLE, REPEATED
 from barchain.judge.diagnosis.mistake import QUANTITY_WORDS, SINGLE_PRECISION, looks_single
@@ -93,8 +93,9 @@ def stays(pair: Compared) -> str:
 
 
 def single_hint(pair: Compared) -> str:
-    """Hint at single precision, if both errors are of the size that it leaves."""
-    return f". {SINGLE_PRECISION}" if all(looks_single(e) for e in (pair.coarse, pair.fine)) else ""
+    """Hint at single precision, if both errors are of the size that it leaves, and the runs do not share them."""
+    single = all(looks_single(e) for e in (pair.coarse, pair.fine)) and pair.apart >= SHARED * pair.fine
+    return f". {SINGLE_PRECISION}" if single else ""
 
 
 def third_setting_falls(found: list[ErrorAtSetting], pair: Compared, order: float | None) -> bool:

@@ -48,6 +48,8 @@ DEPENDENT = (
     "the result depends on the runs before it: in a process of its own the scene gives other numbers. Something is "
     "kept from run to run, in the module or in the class"
 )
+SHARED = 0.1
+"""Largest difference of two runs, relative to their error, of an error that both share"""
 SAME = 1e-9
 """Largest relative difference of results that count as the same: a library's sums may depend on where arrays lie"""
 
@@ -65,7 +67,8 @@ def physics(engine: Examined, stages: Mapping[str, tuple[str, ...]] = STAGES) ->
             more = f", and {len(ahead)} {TOGETHER}" if ahead else ""
             engine.note(f"physics, {stage}: {plural(len(scenes), 'scene')}{more}, each at two settings")
             made |= main_and_finer(engine, [n for n in (*scenes, *ahead) if reason_against(engine, n) is None])
-        for check in stage_checks(engine, scenes, made):
+        judged = {name: runs for name, runs in made.items() if name not in ahead}  # so far, and in this stage
+        for check in stage_checks(engine, scenes, judged):
             failed = failed or (check.name if check.state is FAILED else "")
             yield check
 
@@ -219,13 +222,20 @@ def scene_check(
 def diagnosed(engine: Examined, name: str, found: Diagnosis, common: str = "") -> Check:
     """Failed check of a scene, with its diagnosis and words on what such scenes have in common."""
     relative = relative_difference(found.wrong)
-    hint = f" {single_words(relative)}" if looks_single(relative) and not found.explanations else ""
+    single = looks_single(relative) and not found.explanations and not systematic(found)
+    hint = f" {single_words(relative)}" if single else ""
     sizes = "; ".join(f"{QUANTITY_WORDS[w.quantity]} {w.words}" for w in found.wrong)
     page = found.explanations[0].mistakes[0].anchor if found.explanations else PAGE
     loaded = judged_class(engine)
     where = f"{left_out(loaded, name)}{at_setting(loaded, setting_of(loaded, engine.scene(name)))}"
     said = f"{found}{hint}{common} Off: {sizes}{where}"
     return Check(short(name), FAILED, said, page, bool(found.explanations), name)
+
+
+def systematic(found: Diagnosis) -> bool:
+    """Whether the engine's runs at two settings share the largest difference: rounding would tell them apart."""
+    worst = max(found.wrong, key=lambda w: w.difference / w.size if w.size else 0.0)
+    return found.own is not None and found.own.apart(worst.quantity) < SHARED * worst.difference
 
 
 def at_setting(engine: type[Engine], setting: Setting) -> str:

@@ -30,7 +30,7 @@ from barchain.metrics.quantities import differences, sizes
 from barchain.solutions.judging import solution_engine
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping
 
     from numpy.typing import NDArray
 
@@ -52,6 +52,8 @@ AFTER_JUMPS = Mistake(
     "samples-after-jumps", "the samples at instants of impulses, and of jumps of a force, show the motion after these",
     "samples",
 )  # fmt: skip
+MOST_TOGETHER = 2
+"""Mistakes that explain a result together"""
 START_TOLERANCES = 10.0
 """Tolerances of the first sample within which a result starts as a scene does"""
 ROUNDINGS = 1e-13
@@ -211,13 +213,20 @@ def combined(search: ReadingSearch, own: OwnMotion) -> Iterator[Explanation]:
     """
     for found, scene in own.moves_as:
         right = with_right_reactions(scene, own.given)
-        yield from (Explanation((*found.mistakes, *r.mistakes), r.fit) for r in readings_of(search, right))
+        yield from both(found, readings_of(search, right))
     if own.moves_as or own.explaining or own.starts:
         return
     for inner in own.repaired():
         causes = indistinguishable(inner.explaining or inner.starts)
         for reading in readings_of(search, inner.given) if causes else ():
-            yield from (Explanation((*c.mistakes, *reading.mistakes), reading.fit) for c in causes)
+            yield from (e for c in causes for e in both(c, [reading]))
+
+
+def both(cause: Explanation, readings: Iterable[Explanation]) -> Iterator[Explanation]:
+    """A cause with each reading, of two mistakes together: three explain anything."""
+    for reading in readings:
+        if len(cause.mistakes) + len(reading.mistakes) <= MOST_TOGETHER:
+            yield Explanation((*cause.mistakes, *reading.mistakes), reading.fit)
 
 
 def readings_of(search: ReadingSearch, right: Trajectory) -> list[Explanation]:

@@ -17,7 +17,7 @@ from barchain.judge.diagnosis.motion.balance import CENTRE, JOINTS, motion_of
 from barchain.judge.diagnosis.motion.residual import Residual
 from barchain.judge.diagnosis.motion.search import GAIN, MotionSearch
 from barchain.judge.diagnosis.starts import starts
-from barchain.metrics.quantities import arrays
+from barchain.metrics.quantities import arrays, differences
 from reference_impl.model.kinematics import consistent_state
 from reference_impl.model.relative import accelerations
 
@@ -38,6 +38,8 @@ MOST_SAMPLES = 2401
 """Samples of a dense run: more take longer than they tell"""
 LIKELY = " Most likely:"
 """Beginning of the sentence on a candidate that leaves little, and yet more than the engine's own noise"""
+NOTHING_NEAR = 0.9
+"""Share of the residual that the nearest candidate leaves, from which on it says nothing"""
 SPLINE = 9
 """Degree of the splines that give rates by angles"""
 
@@ -87,6 +89,12 @@ class OwnMotion:
             if whole:
                 return scene, whole[0], whole[1] if len(whole) > 1 else None
         return self.given_scene, self.given, self.other
+
+    def apart(self, quantity: str) -> float:
+        """Largest difference of two runs of the engine, at its setting and at the next finer one; infinite without."""
+        _, best, other = self.dense
+        found = {} if other is None else differences(best, other)
+        return float(found[quantity].max(initial=0.0)) if quantity in found else math.inf
 
     def repaired(self) -> Iterator[OwnMotion]:
         """The same motion at the given samples, made consistent in each way that there is."""
@@ -156,7 +164,7 @@ class OwnMotion:
         if self.residual is None or not self.residual.wrong:
             return ""
         said = f" Against the right equations at its own states, the motion has {self.residual.place} too much."
-        if self.fits and self.fits[0].share < 1.0:
+        if self.fits and self.fits[0].share < NOTHING_NEAR:
             share, near = self.fits[0].share, LIKELY if self.fits[0].share * GAIN <= 1.0 else " Nearest:"
             said += f"{near} {self.fits[0].explanation.words} (leaves {100.0 * share:.2g}% of that)."
         return said

@@ -159,6 +159,9 @@ def of_pushes(scene: Scene) -> Made:
         name, who, s, first = some.name, some.who, some.s, some.every[some.places[0]]
         yield f"{name}-missing", f"{who} {'is' if s else 'are'} missing", some.changed(lambda _: ())
         yield f"{name}-at-other-end", f"{who} act{s} at the bar's other end", some.each(lambda p: {"end": other(p.end)})
+        for end, where in ((End.LEFT, "left"), (End.RIGHT, "right")):
+            if len({p.end for p in some.every}) > 1:
+                yield f"{name}-at-{where}-ends", f"{who} act{s} at the {where} end always", some.each(at_end(end))
         yield (f"{name}-in-other-axes", f"{who} count{s} the direction in {other(first.axes)} axes, the other ones",
                some.each(lambda p: {"axes": other(p.axes)}))  # fmt: skip
 
@@ -180,6 +183,11 @@ def halves(push: Any) -> tuple[Any, ...]:
     """Half a push at each end."""
     half = times(0.5)(push) if hasattr(push, "force_N") else {"impulse_N_s": 0.5 * push.impulse_N_s}
     return tuple(dataclasses.replace(push, end=end, **half) for end in End)
+
+
+def at_end(end: End) -> Fields:
+    """Push at an end, whichever the scene has."""
+    return lambda _: {"end": end}
 
 
 def on_next(shift: int, bars: int) -> Fields:
@@ -305,7 +313,7 @@ def of_joints(scene: Scene) -> Made:
          {f: order[f] for f, _ in SPRINGS[:2]}),
         *((f"{noun}-first-for-all".replace(" ", "-"), f"joints all have the first joint's {noun}", {f: first[f]})
           for f, noun in SPRINGS),
-        *((f"{noun}-reversed".replace(" ", "-"), f"joints have the {noun}s in reversed order", {f: order[f]})
+        *((f"{noun}-reversed".replace(" ", "-"), f"{noun} of the joints is in reversed order", {f: order[f]})
           for f, noun in SPRINGS),
     ))  # fmt: skip
 

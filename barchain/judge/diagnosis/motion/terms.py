@@ -318,6 +318,8 @@ def of_reactions(b: Balance) -> list[Candidate]:
         for side, end in ENDS if load.force.any() else ():
             words = f"the reactions, summed from the {end} bar, lack {label}"
             found.fixed(f"reactions-from-{end}-without-{named(label)}", words, section, partial(summed, b, load, side))
+            words = f"the acceleration of the centre of mass by {label}, in the reactions from the {end} bar, is"
+            found.times(f"reactions-from-{end}-moved-by-{named(label)}", words, section, partial(moved, b, load, side))
     mass, bars = np.array(b.scene.chain.mass_kg), b.scene.bars
     for name, words, other in (
         ("reversed", "in reversed order", mass[::-1]),
@@ -345,6 +347,12 @@ def summed(b: Balance, load: Load, side: float) -> Array:
     before: ComplexArray = np.cumsum(load.force, axis=1)
     found: ComplexArray = -before[:, :-1] if side > 0.0 else before[:, -1:] - before[:, :-1]
     return b.block(JOINTS, real(b.rule.integral(found)))
+
+
+def moved(b: Balance, load: Load, side: float) -> Array:
+    """Momentum of the bars before each joint (side 1) or after it (-1) that moves with the centre of mass by a load."""
+    share = b.shape.mass / b.shape.whole * load.force.sum(axis=1)[:, None]
+    return summed(b, load._replace(force=share), side)
 
 
 def with_masses(b: Balance, ratio: Array, side: float) -> Array:
