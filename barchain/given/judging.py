@@ -28,6 +28,7 @@ from barchain.solutions.shipped import shipped_solution
 from barchain.studies.study import ignore, run_and_render
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
+from scenarios.plural import plural
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -123,6 +124,8 @@ def judge_files(
         raise TableError(f"{finer} has the numbers of {file}; give a result of half the step or a tenth of the error")
     name = file_name(file)
     found = judge_file(name, main, second[0] if second else None, declared)
+    if digits is not None:
+        found.notes.append(f"{plural(digits, 'digit')} of each number count")
     page = None
     if out is not None:
         study = FileComparison([loaded], {}, name=name, found=found)

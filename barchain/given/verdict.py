@@ -18,7 +18,7 @@ from barchain.judge.error_model import ErrorModel
 from barchain.judge.evidence import Evidence
 from barchain.judge.verdict import no_verdict
 from barchain.judge.written import MeasuredErrors, Undeclared, WrittenResiduals
-from barchain.metrics.quantities import FIELDS, TRACK, components, differences
+from barchain.metrics.quantities import FIELDS, TRACK, components, differences, sizes
 from barchain.runs.job import RunResult
 from barchain.runs.trajectory_checks import TIME_SLACK
 from barchain.solutions.at_times import solution_at
@@ -53,6 +53,12 @@ ORDER_SLACK = 0.5
 CONVERGES = 1.5
 """Least ratio of two files' errors that shows that the finer one has another error"""
 AS_GOOD_AS = "it agrees as a method does that requests"
+FEWEST_BEFORE = 8
+"""Least samples before one at which a change is held against earlier ones; and the share of the file, its reciprocal"""
+SMALLEST_CHANGE = 1e-9
+"""Change between two files, relative to a quantity's size, that earlier changes need not foretell"""
+MOST_FASTER = 1e3
+"""Largest ratio of a change to what earlier ones grow to: doubled times make that of a right method up to 16 times"""
 SAME_END = 1e-3
 """Relative difference of two ends that are the same"""
 ROUNDED_UP = 1.1
@@ -125,8 +131,13 @@ def placed(channels: Channels, solution: ReferenceSolution) -> Samples:
     """
     end_s, notes = float(solution.trajectory.t_s[-1]), list[str]()
     asked = other_unit_of_time(float(channels.t_s[-1]), end_s, solution.scene.period_s)
-    slack_s = channels.half_t_s + TIME_SLACK * solution.scene.run.duration_s
-    inside = channels.t_s <= end_s + slack_s
+    exact_s = TIME_SLACK * solution.scene.run.duration_s
+    slack_s = channels.half_t_s + exact_s
+    inside = channels.t_s <= end_s + exact_s
+    after = int(np.count_nonzero(inside))
+    ended = after > 0 and channels.t_s[after - 1] >= end_s - exact_s
+    later = channels.t_s[after:] - slack_s[after:]
+    inside[after : after + 1] = not ended and later[:1] <= end_s  # the end, as it was written
     if not inside.any() or (np.count_nonzero(inside) == 1 and channels.t_s[0] == 0.0):
         raise TableError(f"{channels.file}: no row from t > 0 to {end_s:.6g} s, the end of {solution.scene.name}")
     if not inside.all():
@@ -251,6 +262,10 @@ def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declar
         advice.append(f"the file has columns of {plural(main.bars, 'bar')}, the scene has {main.solution.scene.bars}")
     if found.outcome is not Outcome.PASS and main.other_time:
         advice.append(main.other_time)
+    if fast := parts_too_fast(main, own):
+        row = no_verdict(main.solution.scene.name, name, setting, Outcome.INCONSISTENT, fast).rows
+        found = dataclasses.replace(found, rows=[*found.rows, *row])
+        advice.append(fast)
     if isinstance(setting, Undeclared) and finer is None and not advice:
         undeclared = "no accuracy is declared (--finer, --rtol): only the digits of the file count as its error"
         (notes if found.outcome is Outcome.PASS else advice).append(undeclared)
@@ -272,6 +287,36 @@ def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declar
     notes += limited(found, main)
     second = None if finer is None else finer.trajectory
     return FileVerdict(found, mistakes, main.solution, main.trajectory, second, engine, setting, advice, notes)
+
+
+def parts_too_fast(main: Samples, own: Mapping[str, Array]) -> str:
+    """Where two files part faster than the scene lets errors grow, as a sentence; empty where they do not.
+
+    What a change between the files is taken for, an error, grows with the amplification, and slowly besides. Garbage
+    begins at once. Scenes in which forces jump are left out: an error may begin at a jump.
+
+    Parameters
+    ----------
+    main : Samples
+    own : mapping
+        Difference of the file from its finer one by quantity, (n,).
+    """
+    effects, amplification = main.solution.scene.effects, main.solution.amplification
+    if effects.breaks_s or effects.drag or effects.solar_pressure:
+        return ""
+    size = sizes(main.solution.trajectory)
+    for quantity, change in own.items():
+        n = min(len(change), len(amplification))
+        if quantity in TRACK or quantity not in size:
+            continue
+        least = SMALLEST_CHANGE * float(size[quantity].max()) + 2.0 * main.written[quantity]
+        for k in range(max(FEWEST_BEFORE, n // FEWEST_BEFORE), n):
+            grown = float(change[: k // 2 + 1].max()) * amplification[k] / amplification[k // 2]
+            if change[k] > MOST_FASTER * max(grown, float(least[k])):
+                when = main.trajectory.t_s[k]
+                where = f"at t = {when:.4g} s, in the {quantity}"
+                return f"the two files part {where}, far faster than errors grow in the scene"
+    return ""
 
 
 def other_order(verdict: Verdict, main: Samples, finer: Samples, declared: float) -> list[str]:
@@ -344,14 +389,12 @@ def one_verdict(
     engine, setting = declared.engine, declared.setting
     kind = MeasuredErrors if isinstance(setting, Undeclared) else ErrorModel
     errors = kind(engine, setting, main.solution, main.trajectory)
-    errors.written = main.written
+    errors.written, errors.absent = main.written, main.absent
     if isinstance(errors, MeasuredErrors):
         errors.own = own
     result = RunResult(Outcome.PASS, trajectory=main.trajectory)
     second = result if finer is None else RunResult(Outcome.PASS, trajectory=finer.trajectory)
-    partial = main.judged - main.whole
-    evidence, whole = Evidence(result, second), main.complete
-    run = WrittenResiduals(errors, evidence, main.judged, partial, whole=whole, restarted=restarts)
+    run = WrittenResiduals(errors, Evidence(result, second), main.judged, whole=main.complete, restarted=restarts)
     return dataclasses.replace(verdict_on(name, run), further_runs=()), engine, setting
 
 

@@ -87,7 +87,8 @@ def verdict_on(name: str, run: Residuals) -> Verdict:
     found += drift_findings(run, drift, bound) + finer_findings(run)
     if run.restarts and all(f.outcome.ok for f in found):  # a setting that is too coarse still answers for its states
         beyond, segments = findings_beyond_limit(run)
-        found += beyond
+        told = {(f.quantity, f.metric) for f in found}
+        found += [f for f in beyond if (f.quantity, f.metric) not in told]
     found += [extrapolation_finding(run, quantity) for quantity in run.extrapolated]
     if fault is None:
         found.append(judged_share(run, segments, found))

@@ -50,6 +50,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from typing import Any
 
+    from numpy.typing import NDArray
+
     from adapters.engine import Engine, Setting
     from adapters.trajectory import Array, Trajectory
     from barchain.judge.local_errors import LocalErrors
@@ -74,6 +76,8 @@ class ErrorModel:
 
     written: Mapping[str, Array] = MappingProxyType({})
     """Error of values that were written with few digits, (n,) for each quantity in its unit; nothing amplifies it"""
+    absent: Mapping[str, NDArray[np.bool_]] = MappingProxyType({})
+    """Parts of arrays that a file lacks, of the shape of a sample; its run has the judging solution's there"""
 
     def __init__(self, engine: type[Engine], setting: Setting, solution: ReferenceSolution, run: Trajectory) -> None:
         """Keep the arguments; nothing expensive is computed yet.

@@ -84,11 +84,6 @@ class Residuals:
         """Whether the reference restarts from the run's states beyond the predictability limit."""
         return True
 
-    @property
-    def continued(self) -> Trajectory:
-        """Main run as restarts of the reference are compared with it."""
-        return self.main
-
     def drifts(self, run: Trajectory) -> dict[str, Array]:
         """Drifts of one of the two runs, (n,) each (`barchain.metrics.quantities.drifts`)."""
         return drifts(self.scene, run)

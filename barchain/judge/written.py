@@ -18,7 +18,6 @@ from adapters.trajectory import Observable
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.residuals import Residuals
 from barchain.judge.scales import MACHINE_EPSILON
-from barchain.metrics.quantities import FIELDS
 from barchain.solutions.reference import RICHARDSON
 
 if TYPE_CHECKING:
@@ -113,9 +112,8 @@ class WrittenResiduals(Residuals):
     """Residuals of one or two written results; quantities that are not in the file have none."""
 
     def __init__(
-        self, errors: ErrorModel, evidence: Evidence, judged: frozenset[str], partial: frozenset[str],
-        *, whole: bool, restarted: bool,
-    ) -> None:  # fmt: skip
+        self, errors: ErrorModel, evidence: Evidence, judged: frozenset[str], *, whole: bool, restarted: bool
+    ) -> None:
         """Compare the files.
 
         Parameters
@@ -125,15 +123,12 @@ class WrittenResiduals(Residuals):
             The finer run is the main one where there is no other.
         judged : frozenset of str
             Quantities that the file has.
-        partial : frozenset of str
-            Those of which it lacks parts, which are as in the solution.
         whole : bool
             Whether the file has every part of attitude, rates and track, so that invariants can be computed.
         restarted : bool
             Whether the reference may restart from the file's states.
         """
         self.alone, self.whole, self.restarted = evidence.finer is evidence.main, whole, restarted
-        self.partial = partial
         super().__init__(errors, evidence)
         self.difference = {name: d for name, d in self.difference.items() if name in judged}
         self.residual = {name: d for name, d in self.residual.items() if name in judged}
@@ -150,11 +145,6 @@ class WrittenResiduals(Residuals):
         """Whether the file's own states are states to go on from: all there, in every digit, of a declared accuracy."""
         exact = all(np.all(self.errors.written[q] <= FULL_DIGITS * self.scale[q]) for q in ("attitude", "rate"))
         return self.restarted and self.whole and exact and not isinstance(self.setting, Undeclared)
-
-    @property
-    def continued(self) -> Trajectory:
-        """The file's run without quantities that it has in part: beyond the limit the rest is of another run."""
-        return self.main.replace(**{FIELDS[quantity]: None for quantity in self.partial})
 
     def drifts(self, run: Trajectory) -> dict[str, Array]:
         """Drifts of conserved quantities, (n,) each; none where a part is not in the file."""

@@ -29,6 +29,10 @@ from reference_impl.model.kinematics import bar_centres, consistent_state
 from scenarios import Actuator, Gravity
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
     from adapters.trajectory import Array, Trajectory
     from reference_impl.model.chain import ChainModel
     from scenarios import Scene
@@ -85,6 +89,26 @@ def differences(a: Trajectory, b: Trajectory) -> dict[str, Array]:
     n, other = min(len(a.t_s), len(b.t_s)), components(b)
     pairs = {name: (values, other[name]) for name, values in components(a).items() if name in other}
     return {name: np.linalg.norm(x[:n] - y[:n], axis=-1).max(axis=-1) for name, (x, y) in pairs.items()}
+
+
+def completed(trajectory: Trajectory, absent: Mapping[str, NDArray[np.bool_]], other: Trajectory) -> Trajectory:
+    """Trajectory with the parts of another one where it has none of its own, at the samples of both.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    absent : mapping of str to ndarray
+        Parts that an array lacks, of the shape of a sample.
+    other : Trajectory
+    """
+    changes = {}
+    for name, lacking in absent.items():
+        values, theirs = getattr(trajectory, name), getattr(other, name)
+        if values is not None and theirs is not None and values.shape[1:] == theirs.shape[1:]:
+            n, found = min(len(values), len(theirs)), np.array(values)
+            found[:n] = np.where(lacking, theirs[:n], values[:n])
+            changes[name] = found
+    return trajectory.replace(**changes) if changes else trajectory
 
 
 def sizes(trajectory: Trajectory) -> dict[str, Array]:

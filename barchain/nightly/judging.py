@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 import math
 from dataclasses import replace
 from types import MappingProxyType
@@ -156,7 +157,8 @@ def judge_pair(before: Night, after: Night) -> JudgedNight:
         Baseline.
     after : Night
     """
-    nights = (replace(before.summary(), void=None), after.summary())
+    started = min(before.started, after.started - datetime.timedelta(seconds=1))  # it is before, whenever it was
+    nights = (replace(before.summary(), void=None, started=started), after.summary())
     if after.void is not None:
         return JudgedNight(nights[1], nights[:1])
     found: dict[FigureIdentity, list[tuple[NightSummary, Figure]]] = {}

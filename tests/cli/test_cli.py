@@ -3,6 +3,7 @@
 import pandas as pd
 import pytest
 
+import barchain
 from adapters.registry import ENGINES, Registration
 from barchain.cli.compare import show_verdict
 from barchain.cli.engines import show_engines
@@ -13,6 +14,15 @@ from scenarios import load_scene
 from tests.support.results import read_record
 
 QUICK = "basics/libration"
+
+
+def test_a_setting_that_predicts_no_sample_costs_its_own_row_alone(tmp_path):
+    scene, out = "paper/fig05", tmp_path / "out"
+    words = ["-q", "compare", scene, "--engine", "reference", "--engine", "rebound", "--set", "reference:rtol=1e-4"]
+    assert run([*words, "--out", str(out)]) == 1
+    found = barchain.rows(out)
+    verdicts = found[(found.metric == "verdict") & (found.scene == scene)]
+    assert dict(zip(verdicts.engine, verdicts.outcome, strict=True)) == {"reference": "too_coarse", "rebound": "pass"}
 
 
 def test_simulate_writes_one_row_a_sample_in_named_columns(tmp_path):

@@ -60,6 +60,8 @@ def test_two_folders_side_by_side_show_what_differs(
     assert "  worse  basics/two_bars_free:reference:rtol=1e-07:attitude.max" in said
     assert "the setting rtol=1e-10 of reference became rtol=1e-07" in said
     assert said.count("is missing: ") == 0
+    assert run(["show", str(other), str(compared), "--judge"]) == 0  # the other way round all is better
+    assert "  better  basics/two_bars_free:reference:rtol=1e-10:attitude.max" in capsys.readouterr().out
     assert run(["show", str(compared), str(compared), "--judge"]) == 0
     assert run(["show", str(compared), "--judge"]) == 2
 

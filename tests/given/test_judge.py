@@ -120,6 +120,34 @@ def test_a_reaction_that_is_missing_is_not_judged_beyond_the_limit_either(table,
     assert any("from the file's own states alone" in note for note in found.notes)
 
 
+def test_reactions_that_are_wrong_beyond_the_limit_fail_though_a_part_is_missing(judged):
+    run = frame_of(SCENE, rtol=1e-9)
+    late = run.t_s > 0.6 * run.t_s.iloc[-1]
+    wrong = {name: run[name].where(~late, 0.0) for name in run if name.startswith("reaction")}
+    found = judged(run.assign(**wrong).drop(columns="reaction_2_y_N"), Declared(rtol=1e-9))
+    assert not found.passed
+    assert any("restarted from the engine's own state" in reason for reason in found.reasons)
+
+
+def test_garbage_is_no_error_that_the_finer_file_shows(judged):
+    scene = "basics/two_bars_free"
+    coarse, finer = (frame_of(scene, "exudyn", steps_per_orbit=n)[["t_s", "angle_1_rad"]] for n in (5000, 10_000))
+    assert judged(coarse, Declared(), scene, finer=finer).passed
+    found = judged(coarse.assign(angle_1_rad=coarse.angle_1_rad.where(coarse.t_s < 600.0, 0.0)), Declared(), scene,
+                   finer=finer)  # fmt: skip
+    assert not found.passed
+    assert found.advice[0].startswith("the two files part at t = 6")
+
+
+def test_rows_after_the_end_are_left_out_however_few_digits_count(judged):
+    scene = "basics/two_bars_free"
+    run = frame_of(scene, rtol=1e-9)
+    more = pd.concat([run, run.iloc[-1:].assign(t_s=[2020.0])])
+    found = judged(more, Declared(rtol=1e-9), scene, digits=2)
+    assert found.passed
+    assert {"2 digits of each number count", "1 row after the scene's end, t = 2000 s, not judged"} <= set(found.notes)
+
+
 def test_a_mistake_is_named_in_a_single_column(table, judged):
     one = table[["t_s", "angle_1_rad"]]
     assert judged(one).passed

@@ -65,7 +65,7 @@ def findings_beyond_limit(run: Residuals) -> tuple[list[CheckFinding], list[Rest
         said = f"no rates: nothing can be judged beyond the predictability limit, {run.limit_s:.4g} s"
         return [*found, CheckFinding("run", "outcome", outcome=Outcome.NOTHING_COMPARED, reason=said)], []
     try:
-        segments = restart_segments(run.errors, run.continued, first)
+        segments = restart_segments(run.errors, run.main, first)
     except (EngineError, ArithmeticError) as error:
         said = f"the reference can't be restarted from the engine's states: {error}"
         return [*found, CheckFinding("run", "outcome", outcome=Outcome.NOTHING_COMPARED, reason=said)], []
@@ -166,7 +166,7 @@ def within_roundoff(errors: ErrorModel, segment: RestartSegment, quantity: str) 
 
 def uncovered_findings(run: Residuals, segments: list[RestartSegment], first: int) -> list[CheckFinding]:
     """First fault at samples that no segment covers, if there is one."""
-    compared = (run.errors, run.continued, segments, first)
+    compared = (run.errors, run.main, segments, first)
     wrong = fault_between_segments(*compared, extra={})
     if wrong is None:
         return []

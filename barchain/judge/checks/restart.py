@@ -20,7 +20,7 @@ from adapters.reference.numpy_engines import Reference
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.local_errors import resolving_s
 from barchain.judge.scales import MACHINE_EPSILON, MAX_ATTITUDE_NOISE_RAD, NORM_SLACK, largest_entry
-from barchain.metrics.quantities import TRACK, differences, own_rate
+from barchain.metrics.quantities import TRACK, completed, differences, own_rate
 from barchain.solutions.at_times import restarted_run
 from barchain.solutions.reference import (
     SOLUTION_RTOL,
@@ -192,6 +192,7 @@ def compare_segment(errors: ErrorModel, trajectory: Trajectory, first: int, last
     rows = trajectory.samples(slice(first, last + 1))
     if rows.impulse_N_s is not None:  # the restarted reference counts its impulses from its own start
         rows = rows.replace(impulse_N_s=rows.impulse_N_s - rows.impulse_N_s[0])
+    rows = completed(rows, errors.absent, restarted.trajectory)
     apart, allowed = differences(rows, restarted.trajectory), {}
     pull = pull_on_gaps(scene, trajectory, first, model.n)
     for name in (q for q in JUDGED if q in apart):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from barchain.judge.diagnosis.motion.search import MotionSearch, least_squares
+from scenarios import Gravity
 from scenarios.plural import plural
 
 if TYPE_CHECKING:
@@ -22,6 +23,10 @@ VISIBLE = 100.0
 """Ratio of an effect to the noise, root mean square, from which on a scene shows whether it is there"""
 PRESENT = 0.2
 """Largest departure from 1 of the share of an effect that a scene has"""
+
+
+MODELS = {f"gravity-{model}" for model in Gravity}
+"""Names of another model of gravity than a scene's: what an engine takes for one model shows in its scenes alone"""
 
 
 def agreed(found: Mapping[str, Diagnosis], others: Mapping[str, OwnMotion]) -> dict[str, Diagnosis]:
@@ -60,9 +65,12 @@ def contradiction(names: tuple[str, ...], diagnosis: Diagnosis, others: Mapping[
     """Scene in whose motion an explanation of another scene should show and does not; empty without one."""
     fits = diagnosis.own.fits if diagnosis.own is not None else []
     fit = next((f for f in fits if f.explains and tuple(c.name for c in f.candidates) == names), None)
-    if fit is None:
+    if fit is None or diagnosis.own is None:
         return ""
-    return next((scene for scene, own in others.items() if lacks(own, fit)), "")
+    gravity = diagnosis.own.given_scene.effects.gravity
+    alike = {name: own for name, own in others.items() if own.given_scene.effects.gravity == gravity}
+    held = alike if MODELS & set(names) else others
+    return next((scene for scene, own in held.items() if lacks(own, fit)), "")
 
 
 def lacks(own: OwnMotion, fit: Fitted) -> bool:
@@ -110,4 +118,5 @@ def in_common(failed: Sequence[Scene], passed: Iterable[Scene]) -> str:
     effects = sorted(set.intersection(*(set(s.effects.names) for s in failed)))
     found = [words for words, has in TRAITS if all(map(has, failed)) and not any(map(has, right))]
     found += [name for name in effects if not any(name in s.effects.names for s in right)]
-    return f" Of these scenes, {plural(len(failed), 'scene')} with {found[0]} fail alone." if found else ""
+    verb = "fails" if len(failed) == 1 else "fail"
+    return f" Of these scenes, {plural(len(failed), 'scene')} with {found[0]} {verb} alone." if found else ""

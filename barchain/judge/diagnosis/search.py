@@ -15,7 +15,7 @@ from barchain.judge.diagnosis.mistake import Explanation, Fit, Left, ranked
 from barchain.judge.diagnosis.readings import READINGS, TIMINGS, VECTORS, WHOLE_TURNS, Reading
 from barchain.judge.residuals import worst
 from barchain.judge.scales import scales
-from barchain.metrics.quantities import QUANTITY_OF, arrays, differences
+from barchain.metrics.quantities import QUANTITY_OF, arrays, completed, differences
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -78,15 +78,6 @@ class GivenResult:
         given, right = self.given.samples(rows), self.right.samples(rows)
         return GivenResult(self.scene, given, right, tolerance, self.scale, self.absent)
 
-    def beside(self, supposed: Trajectory) -> Trajectory:
-        """Given trajectory; parts that it lacks are as supposed."""
-        changes: dict[str, Array | tuple[int, ...] | None] = {}
-        for name, lacking in self.absent.items():
-            values, other = getattr(self.given, name), getattr(supposed, name)
-            if other is not None and other.shape == values.shape:
-                changes[name] = np.where(lacking, other, values)
-        return self.given.replace(**changes) if changes else self.given
-
     def perturbed(self, motion: Trajectory) -> Trajectory:
         """A motion with every value off by the tolerance of its quantity, with random signs."""
         rng = np.random.default_rng(0)
@@ -126,7 +117,7 @@ class GivenResult:
         allowed, n = tolerance or self.tolerance, self.n
         if any_turns:
             supposed = self.with_turns(supposed)
-        apart = differences(self.beside(supposed), supposed) if len(supposed.t_s) >= n else {}
+        apart = differences(completed(self.given, self.absent, supposed), supposed) if len(supposed.t_s) >= n else {}
         found = Fit()
         for name in sorted(self.quantities):
             size = known(apart[name][:n]) if name in apart else np.full(n, math.inf)
@@ -141,7 +132,7 @@ class GivenResult:
         The median sample decides: a wrapped angle may jump at a single one.
         """
         supposed = self.with_turns(supposed) if any_turns else supposed
-        apart = differences(self.beside(supposed), supposed)
+        apart = differences(completed(self.given, self.absent, supposed), supposed)
         over = (apart[q] > MOST_CARRIED * self.tolerance[q] for q in self.quantities if q in apart)
         return any(2 * int(np.count_nonzero(each)) > len(each) for each in over)
 

@@ -44,6 +44,12 @@ def terms(b: Balance) -> list[Candidate]:
         simplified_tide(found)
     if b.equations.model.gravity == "gradient":
         simplified_gradient(found)
+    for body in b.scene.effects.third_body:
+        place = body.distance_m * np.exp(1j * (body.longitude_rad + body.rate_rad_s * b.equations.states.t_s))
+        fall = b.equations.zero._replace(common=-body.mu_m3_s2 * place / abs(place) ** 3)
+        who = BODY_WORDS.get(body.name, body.name)
+        words = f"the fall of the central body towards the {who}, relative to which the track is, is"
+        found.times(f"third-body-{body.name}-indirect", words, LOADS, fall)
     if b.scene.effects.joint_spring_damper is not None:
         springs_and_dampers(found)
     damping(found)
