@@ -113,7 +113,7 @@ OTHERS = (
     ("three_bars_gradient", "masses-in-reversed-order"), ("three_bars_gradient", "inertia-slender"),
     ("thrust_body", "thrusts-at-other-end"), ("thrust_body", "thrust-2-on-next-bar"),
     ("impulse_alone", "impulse-2-missing"), ("joint_springs_alone", "springs-rest-at-start"),
-    ("prescribed_orbital_joint", "prescribed-rotation-other-actuator"),
+    ("prescribed_orbital_joint", "prescribed-rotation-by-external-actuator"),
     ("solar_pressure_alone", "sunlight-with-shadow"),
 )  # fmt: skip
 

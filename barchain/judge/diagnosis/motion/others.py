@@ -162,7 +162,8 @@ def of_pushes(scene: Scene) -> Made:
         for end, where in ((End.LEFT, "left"), (End.RIGHT, "right")):
             if len({p.end for p in some.every}) > 1:
                 yield f"{name}-at-{where}-ends", f"{who} act{s} at the {where} end always", some.each(at_end(end))
-        yield (f"{name}-in-other-axes", f"{who} count{s} the direction in {other(first.axes)} axes, the other ones",
+        axes = f"{other(first.axes)} axes"
+        yield (f"{name}-in-{axes.replace(' ', '-')}", f"{who} count{s} the direction in {axes}, the other ones",
                some.each(lambda p: {"axes": other(p.axes)}))  # fmt: skip
 
         def frozen(p: Any) -> dict[str, Any]:
@@ -346,7 +347,7 @@ def of_rotations(scene: Scene) -> Made:
     for some in sets(scene, "prescribed_rotation"):
         name, who, s, law = some.name, some.who, some.s, some.every[some.places[0]]
         frame = "inertial axes" if law.frame is Frame.LOCAL_HORIZONTAL else "the local horizontal"
-        yield (f"{name}-other-frame", f"{who} count{s} the angle from {frame}, the other direction",
+        yield (f"{name}-from-{other(law.frame)}", f"{who} count{s} the angle from {frame}, the other direction",
                some.each(lambda p: {"frame": other(p.frame)}))  # fmt: skip
         yield f"{name}-from-the-start", f"{who} begin{s} at t = 0", some.each(lambda _: {"start_s": 0.0})
         made = some.each(lambda p: {"actuator": other(p.actuator)})
@@ -355,4 +356,4 @@ def of_rotations(scene: Scene) -> Made:
         if laws and len(set(motors)) == len(motors):
             actuator = "an external torque" if law.actuator is Actuator.JOINT else "a joint's actuator"
             words = f"{who} ha{s or 've'} {actuator}: the torque on the neighbour is wrong"
-            yield f"{name}-other-actuator", words, made
+            yield f"{name}-by-{other(law.actuator)}-actuator", words, made
