@@ -16,7 +16,7 @@ from adapters.engine import AccuracyParameter
 from barchain.judge.error_model import ErrorModel
 from barchain.runs.job import RunResult
 from barchain.solutions.judging import solution_jobs, solution_of
-from barchain.solutions.reference import closely_sampled
+from barchain.solutions.reference import at_own_samples, closely_sampled
 from barchain.solutions.shipped import shipped_solution
 from reports.tables.outcome import Outcome
 from scenarios import Gravity, load_scene
@@ -101,19 +101,6 @@ def reference_solution(scene: Scene) -> ReferenceSolution:
         engine = job.registration.load()(**dict.fromkeys(job.options, True))
         runs[job.role] = RunResult(Outcome.PASS, trajectory=engine.run(job.scene, job.setting))
     return solution_of(scene, runs)
-
-
-def at_own_samples(solution: ReferenceSolution, scene: Scene) -> ReferenceSolution:
-    """Solution at every so many of its samples: those of a scene that is sampled sparsely."""
-    rows = slice(None, None, (solution.scene.run.samples - 1) // (scene.run.samples - 1))
-    return dataclasses.replace(
-        solution,
-        scene=scene,
-        trajectory=solution.trajectory.samples(rows),
-        error={name: values[rows] for name, values in solution.error.items()},
-        amplification=solution.amplification[rows],
-        response={name: values[rows] for name, values in solution.response.items()},
-    )
 
 
 def without(scene: Scene, lacking: frozenset[str]) -> Scene:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.given.table import TableError, read_columns
+from barchain.given.table import TableError, half_of, read_columns
 from barchain.given.units import UnitError, factor
 from scenarios.nearest import likeness, nearest, nearest_name
 
@@ -148,14 +148,6 @@ def read_channels(path: Path, scene: Scene, mapping: Mapping[str, str], digits: 
     check(path.name, values, columns)
     check_ignored(path.name, scene, ignored, units, [name for name in units if name not in values])
     return Channels(path.name, values.pop(TIME), halves.pop(TIME), values, halves, ignored)
-
-
-def half_of(values: Array, digits: int) -> Array:
-    """Half a unit of a digit of each value, (n,), counted from its first; that of a zero is zero."""
-    with np.errstate(divide="ignore"):
-        leading = np.floor(np.log10(np.abs(values)))
-    found: Array = 0.5 * 10.0 ** (leading + 1.0 - digits)
-    return found
 
 
 def mapped(file: str, columns: list[Column], mapping: Mapping[str, str]) -> dict[str, str]:

@@ -139,12 +139,17 @@ def column(name: str, texts: list[str]) -> Column:
     if not digits:
         return Column(name, values, np.zeros(len(values)))
     most = max(significant for significant, *_ in digits)
-    with np.errstate(divide="ignore"):
-        leading = np.floor(np.log10(np.abs(values)))
-    half = np.where(np.isfinite(leading), 0.5 * 10.0 ** (np.nan_to_num(leading, neginf=0.0) + 1.0 - most), 0.0)
+    half = half_of(values, most)
     if not any(exponent for *_, exponent in digits):
         half = np.maximum(half, 0.5 * 10.0 ** -max(decimals for _, decimals, _ in digits))
     return Column(name, values, half, most)
+
+
+def half_of(values: Array, digits: int) -> Array:
+    """Half a unit of a digit of each value, (n,), counted from its first; zero of a zero, and of what is no number."""
+    with np.errstate(divide="ignore"):
+        leading = np.floor(np.log10(np.abs(values)))
+    return np.where(np.isfinite(leading), 0.5 * 10.0 ** (np.nan_to_num(leading, neginf=0.0) + 1.0 - digits), 0.0)
 
 
 def written(word: str) -> tuple[int, int, bool]:

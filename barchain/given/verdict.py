@@ -275,9 +275,9 @@ def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declar
     elif main.enough and not advice and needs_diagnosis(found):
         mistakes = diagnosis(found, main)
         mistakes = None if mistakes.inside_tolerances else mistakes
-        said = undeclared_noise(found, own) or promised_too_much(name, main, finer, declared)
-        if mistakes is not None and not mistakes.explanations and said:
-            mistakes, advice = None, [said]
+        if mistakes is not None and not mistakes.explanations:
+            said = undeclared_noise(found, own) or promised_too_much(name, main, finer, declared)
+            mistakes, advice = (None, [said]) if said else (mistakes, advice)
     if mistakes is not None:
         found = explained(found, mistakes)
     if (share := spanned(main)) < LEAST_SHARE and found.outcome is Outcome.PASS:

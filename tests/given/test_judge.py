@@ -114,7 +114,7 @@ def test_a_file_of_fewer_bars_that_does_not_pass_is_said_to_be_of_another_scene(
     assert found.advice == ["the file has columns of 2 bars, the scene has 5"]
 
 
-def test_a_reaction_that_is_missing_is_not_judged_beyond_the_limit_either(table, judged):
+def test_a_reaction_that_is_missing_is_not_judged_beyond_the_limit_either(judged):
     found = judged(frame_of(SCENE, rtol=1e-9).drop(columns="reaction_2_y_N"), Declared(rtol=1e-9))
     assert found.passed, found.reasons
     assert any("from the file's own states alone" in note for note in found.notes)

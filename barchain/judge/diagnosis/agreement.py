@@ -63,9 +63,10 @@ def agreed(found: Mapping[str, Diagnosis], others: Mapping[str, OwnMotion]) -> d
 
 def contradiction(names: tuple[str, ...], diagnosis: Diagnosis, others: Mapping[str, OwnMotion]) -> str:
     """Scene in whose motion an explanation of another scene should show and does not; empty without one."""
-    fits = diagnosis.own.fits if diagnosis.own is not None else []
-    fit = next((f for f in fits if f.explains and tuple(c.name for c in f.candidates) == names), None)
-    if fit is None or diagnosis.own is None:
+    if diagnosis.own is None:
+        return ""
+    fit = next((f for f in diagnosis.own.fits if f.explains and tuple(c.name for c in f.candidates) == names), None)
+    if fit is None:
         return ""
     gravity = diagnosis.own.given_scene.effects.gravity
     alike = {name: own for name, own in others.items() if own.given_scene.effects.gravity == gravity}

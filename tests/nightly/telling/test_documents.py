@@ -83,13 +83,15 @@ def test_a_verdict_that_is_no_pass_is_named_in_every_document_of_every_night(his
         assert [case.system_out for case in cases if case.system_out][-1] == told.words
 
 
+def judged_as(word: str) -> Figure:
+    """Verdict with the name that a comparison gives it."""
+    found = verdict(word)
+    return replace(found, identity=replace(found.identity, setting=""))
+
+
 def test_larger_errors_of_a_result_that_became_right_are_no_regression_on_any_night(
     history: str, tmp_path: Path
 ) -> None:
-    def judged_as(word: str) -> Figure:
-        found = verdict(word)
-        return replace(found, identity=replace(found.identity, setting=""))  # as a comparison names it
-
     add(history, night(error(1e-5), judged_as("inconsistent"), number=0))
     for number in (1, 2):
         add(history, night(error(2e-5), judged_as("pass"), number=number, parts=NEWER))
@@ -103,10 +105,6 @@ def test_larger_errors_of_a_result_that_became_right_are_no_regression_on_any_ni
 def test_an_error_that_grows_from_the_level_of_right_nights_is_worse_though_another_mistake_is_mended(
     history: str, tmp_path: Path
 ) -> None:
-    def judged_as(word: str) -> Figure:
-        found = verdict(word)
-        return replace(found, identity=replace(found.identity, setting=""))  # as a comparison names it
-
     add(history, night(error(1e-5), judged_as("pass"), number=0))
     add(history, night(error(1e-5), judged_as("inconsistent"), number=1, parts=NEWER))
     add(history, night(error(2e-5), judged_as("pass"), number=2))

@@ -216,14 +216,12 @@ class Problem:
     def __init__(self, search: MotionSearch, blocks: tuple[str, ...]) -> None:
         """Weigh the residual."""
         residual = search.residual
-        columns = residual.balance.columns
+        balance = residual.balance
         self.known = residual.known
         self.blocks = blocks
-        self.columns = residual.balance.of_blocks(blocks)
+        self.columns = balance.of_blocks(blocks)
         self.value, self.noise = (x[self.known][:, self.columns] for x in (residual.value, residual.noise))
-        self.parts = [
-            np.isin(self.columns, np.arange(columns[n].start, columns[n].stop)) for n in blocks if n in residual.wrong
-        ]
+        self.parts = [np.isin(self.columns, balance.of_blocks([n])) for n in blocks if n in residual.wrong]
         least = np.zeros(len(self.columns))
         for part in self.parts:
             least[part] = FLOOR * np.sqrt(np.mean(self.value[:, part] ** 2))
