@@ -43,6 +43,7 @@ if TYPE_CHECKING:
 RECORD = "record.json"
 FORMAT = 1
 NIGHT_NAME = re.compile(r"\d{4}-\d\d-\d\dT\d\d-\d\d-\d\d-\w+")
+TORN = "it is being written, or was copied in part"
 LATEST = "latest"
 """Name that stands for the last night"""
 
@@ -94,11 +95,13 @@ class NightStore:
         return True
 
     def nights(self) -> tuple[NightSummary, ...]:
-        """Nights in the order of their starts; torn ones are left out (:meth:`torn`)."""
-        return tuple(sorted(self.summaries().values(), key=lambda night: (night.started, night.name)))
+        """Nights in the order of their starts; torn ones and copies do not count (:meth:`left_out`)."""
+        whole = self.summaries()
+        kept = whole.keys() - copies(whole.values())
+        return tuple(sorted((whole[name] for name in kept), key=lambda night: (night.started, night.name)))
 
     def summaries(self) -> dict[str, NightSummary]:
-        """Whole nights by name."""
+        """Whole nights by the name of their folder, copies among them."""
         sizes = self.place.sizes(f"*/{FIGURES}")
         records = self.place.read_all([name.replace(FIGURES, RECORD) for name in sizes])
         found = {}
@@ -113,11 +116,14 @@ class NightStore:
                 found[name] = self.known[name][1]
         return found
 
-    def torn(self) -> list[str]:
-        """Names of nights that are being written, or were copied in part: they count as not there."""
+    def left_out(self) -> dict[str, str]:
+        """Folders of nights that count as not there, each with the reason."""
         parts = {*self.place.sizes(f"*/{FIGURES}"), *self.place.sizes(f"*/{RECORD}")}
-        names = {name.partition("/")[0] for name in parts}
-        return sorted(name for name in names - self.summaries().keys() if NIGHT_NAME.fullmatch(name))
+        whole = self.summaries()
+        names = {name.partition("/")[0] for name in parts} - whole.keys()
+        torn = {name: TORN for name in names if NIGHT_NAME.fullmatch(name)}
+        more = {name: f"it is a copy of {kept}" for name, kept in copies(whole.values()).items()}
+        return dict(sorted((torn | more).items()))
 
     def summary(self, name: str) -> NightSummary:
         """Night by its name, the beginning of it, or ``latest``.
@@ -138,9 +144,9 @@ class NightStore:
             return known[fitting[0]]
         if fitting:
             raise HistoryError(f"{name[:60]}: {len(fitting)} nights begin so, e.g. {fitting[0]} and {fitting[1]}")
-        torn = next((each for each in self.torn() if name and each.startswith(name)), "")
-        if torn:
-            raise HistoryError(f"{torn}: left out of the history: it is being written, or was copied in part")
+        for folder, reason in self.left_out().items():
+            if name and folder.startswith(name):
+                raise HistoryError(f"{folder}: left out of the history: {reason}")
         if not known:
             raise HistoryError(f"{name[:60]}: no such night; the history holds no nights")
         raise HistoryError(f"{name[:60]}: no such night{nearest(name, known)}; `barchain history list` shows all")
@@ -226,6 +232,14 @@ def open_store(given: str, *, create: bool = False) -> NightStore:
             f"{place.url}: no history there; `barchain nightly` and `barchain history add DIR` begin one"
         )
     return NightStore(place)
+
+
+def copies(nights: Collection[NightSummary]) -> dict[str, str]:
+    """Names of nights that stand in the history once more, each with the name that counts."""
+    first: dict[tuple[datetime.datetime, str], str] = {}
+    every = sorted(nights, key=lambda night: (not night.complete, night.name))
+    counts = {night.name: first.setdefault((night.started, night.added), night.name) for night in every}
+    return {name: kept for name, kept in counts.items() if name != kept}
 
 
 def now() -> str:

@@ -62,8 +62,8 @@ def list_nights(url: str | None, as_json: bool) -> None:
     """List all nights in the order of their starts."""
     with opened(url) as store:
         nights = store.nights()
-        for torn in store.torn():
-            say(f"{torn}: left out: it is being written, or was copied in part", err=True)
+        for folder, reason in store.left_out().items():
+            say(f"{folder}: left out: {reason}", err=True)
     if as_json:
         print_json([night_values(night) for night in nights])
         return

@@ -107,8 +107,8 @@ def run_and_tell(
             baseline_night(store, baseline)  # a wrong name is told before anything runs
         if not store.nights():
             say(f"history: begins in {store}", err=True)
-        for torn in store.torn():
-            say(f"{torn}: left out: it is being written, or was copied in part", err=True)
+        for folder, reason in store.left_out().items():
+            say(f"{folder}: left out: {reason}", err=True)
         with shown_progress() as progress:
             ended = run_night(plan, minutes, store, out, progress, process_age_s())
         with kept_without_documents(ended.name):

@@ -90,7 +90,7 @@ def test_a_kill_at_any_instant_leaves_whole_nights_and_every_night_that_was_conf
         store.add(large_night(k, FIGURES))
     assert len(store.nights()) == 8
     whole(store, range(8))
-    assert store.torn() == []
+    assert store.left_out() == {}
 
 
 FILLER = """

@@ -95,7 +95,22 @@ def test_a_torn_night_is_named_and_left_out(store: NightStore) -> None:
     (folder(store, made[1].name) / FIGURES).write_bytes(b"PAR1")
     (folder(store, made[2].name) / FIGURES).unlink()
     assert [n.name for n in store.nights()] == [made[3].name]
-    assert store.torn() == [each.name for each in made[:3]]
+    assert list(store.left_out()) == [each.name for each in made[:3]]
+
+
+def test_a_night_that_stands_there_once_more_under_another_name_counts_once(store: NightStore) -> None:
+    half, made = night(error(), complete=False, number=0, label="own"), night(error(), number=1)
+    store.add(half)
+    store.add(made)
+    shutil.copytree(folder(store, made.name), folder(store, f"{made.name}-copy"))
+    shutil.copytree(folder(store, half.name), folder(store, "before"))
+    store.add(night(error(), number=0, label="own"))
+    assert [n.name for n in store.nights()] == [half.name, made.name]
+    assert store.left_out() == {
+        "before": f"it is a copy of {half.name}", f"{made.name}-copy": f"it is a copy of {made.name}"
+    }  # fmt: skip
+    with pytest.raises(HistoryError, match=r"left out of the history: it is a copy of"):
+        store.night(f"{made.name}-copy")
 
 
 def test_figures_that_are_not_those_of_the_record_are_one_line(store: NightStore) -> None:
