@@ -13,16 +13,13 @@ from pictures.pages.scene_page import link
 from pictures.pages.words import table
 from pictures.paths import DOCS, ENGINE_PAGES
 from pictures.templating import render
+from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
     from pictures.pages.record import MeasuredRecord
     from scenarios import Scene
 
 ENGINES_INDEX = ENGINE_PAGES / "index.md"
-
-
-COUNTED = ("pass", "roundoff_limited", "nothing_compared", "unsupported", "inconsistent")
-"""Outcomes with a column in the table of all pairs"""
 
 
 @dataclass(frozen=True)
@@ -57,18 +54,22 @@ def independent_engines() -> frozenset[str]:
 
 def totals(measured: MeasuredRecord) -> str:
     """Table of the outcomes of independent engines, a row for each family that was compared."""
-    independent, rows = independent_engines(), []
-    for family in FAMILIES:
-        words = Counter(
+    independent = independent_engines()
+    counted = {
+        family: Counter(
             row["outcome"] for (scene, engine), row in measured.comparison.items()
             if scene.startswith(f"{family.folder}/") and engine in independent
-        )  # fmt: skip
+        )
+        for family in FAMILIES
+    }  # fmt: skip
+    outcomes = [outcome for outcome in Outcome if any(words[outcome] for words in counted.values())]
+    rows = []
+    for family, words in counted.items():
+        scenes = {s for s, _ in measured.comparison if s.startswith(f"{family.folder}/")}
         if words:
-            scenes = {s for s, _ in measured.comparison if s.startswith(f"{family.folder}/")}
-            rows.append([family.title, len(scenes), words.total(), *(words[outcome] for outcome in COUNTED)])
+            rows.append([family.title, len(scenes), words.total(), *(words[outcome] for outcome in outcomes)])
     both = [sum(column) for column in zip(*(row[1:] for row in rows), strict=True)]
-    assert sum(both[2:]) == both[1], "an outcome of the record has no column"
-    head = ("scenes", "number:", "pairs:", *(f"{outcome.replace('_', ' ')}:" for outcome in COUNTED))
+    head = ("scenes", "number:", "pairs:", *(f"{outcome.replace('_', ' ')}:" for outcome in outcomes))
     return table(head, [*rows, ["all", *both]])
 
 
