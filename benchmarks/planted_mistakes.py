@@ -84,6 +84,7 @@ TOLD_OF_EVERY_CLASS = ("entry point", "time of import", "order")
 """Checks whose warnings are no finding: the classes have no entry point, and few settings show an order"""
 
 UNKNOWN = "No known mistake"
+LIKELY = "Most likely:"
 """Start of a diagnosis that names nothing"""
 
 G0 = 9.80665
@@ -339,6 +340,11 @@ def named_by(check: Check) -> str:
     return "" if words.startswith(UNKNOWN) else words
 
 
+def likely_by(check: Check) -> str:
+    """Words of a check on a mistake that leaves little, and yet more than the engine's own noise."""
+    return check.words.partition(" Off: ")[0].partition(LIKELY)[2]
+
+
 def verdict(mistake: Blunder, report: ConformanceReport) -> tuple[str, str]:
     """Whether a report names a mistake, and what it says."""
     said = statements(report)
@@ -348,6 +354,8 @@ def verdict(mistake: Blunder, report: ConformanceReport) -> tuple[str, str]:
     where = [[c for c in said if re.search(w, named_by(c), re.I)] for w in expected]
     rightly = sum(map(bool, where))
     state = "named rightly" if rightly == len(where) else "one of two named" if rightly else "only detected"
+    if not rightly and any(all(re.search(w, likely_by(c), re.I) for w in expected) for c in said):
+        state = "named as most likely"
     physics = [c for c in said if c.group is Group.PHYSICS]
     shown = [found[0] for found in where if found] or physics[:1] or said[:1]
     return state, "; ".join(dict.fromkeys(f"{c.name}: {c.words.partition(' Off: ')[0]}" for c in shown))

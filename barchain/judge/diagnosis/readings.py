@@ -260,6 +260,11 @@ def subtracted_from(total: float) -> Change:
     return lambda v, _: total - v
 
 
+def begun_at(point: Point) -> Change:
+    """Positions of a track whose start is taken as that of another point."""
+    return lambda v, m: v - (point(m)[0][0] - m.start.com_m)
+
+
 def at_point(point: Point, which: int) -> Change:
     """Position (0) or velocity (1) of a point."""
     return lambda _, m: point(m)[which]
@@ -405,6 +410,8 @@ def track_readings() -> Iterator[Reading]:
             ("velocity", "velocities alone are those", (VELOCITY,)),
         ):
             yield Reading(f"{part}-of-{name}", f"the {words} of {what}", "centre-of-mass", {f: at[f] for f in fields})
+        said = f"the orbit's first position is taken as that of {what}, not of the centre of mass"
+        yield Reading(f"position-from-{name}", said, "centre-of-mass", {COM: begun_at(point)})
 
 
 def axes_readings() -> Iterator[Reading]:
