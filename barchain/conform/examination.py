@@ -114,24 +114,20 @@ def whole_class(registration: Registration) -> type[Engine]:
 
 
 def imported_libraries(registration: Registration, before: set[str]) -> list[str]:
-    """Packages outside Python's library, barchain's and its own that an adapter imports at its top."""
+    """Installed packages outside Python's library and barchain's that an adapter imports at its top."""
     own = registration.target.partition(":")[0].partition(".")[0]
     known = {own, *OWN_MODULES, *sys.stdlib_module_names}
     loaded_now = [module for name, module in list(sys.modules.items()) if name.partition(".")[0] == own]
     names = {package_of(value) for module in loaded_now for value in list(vars(module).values())}
     new = {name.partition(".")[0] for name in set(sys.modules) - before}
-    beside = folder_of(own)
-    return sorted(name for name in (names & new) - known if folder_of(name) != beside)[:REPORTED_LIBRARIES]
+    return sorted(name for name in (names & new) - known if is_installed(name))[:REPORTED_LIBRARIES]
 
 
-def folder_of(package: str) -> str:
-    """Folder in which an author keeps a package beside others; the name itself of one that was installed."""
+def is_installed(package: str) -> bool:
+    """Whether a package was installed: other modules on the path are the author's own."""
     path = getattr(sys.modules.get(package), "__file__", None)
-    if path is None:
-        return package
-    place = Path(path).parent.parent if Path(path).stem == "__init__" else Path(path).parent
-    installed = {Path(found) for found in (sysconfig.get_path("purelib"), sysconfig.get_path("platlib"))}
-    return package if place in installed else str(place)
+    installed = (Path(sysconfig.get_path(kind)) for kind in ("purelib", "platlib"))
+    return path is None or any(Path(path).is_relative_to(folder) for folder in installed)
 
 
 def package_of(value: object) -> str:

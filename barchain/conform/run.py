@@ -71,7 +71,7 @@ def conform(
         report(check)
         before = now
     seconds = time.perf_counter() - start
-    return ConformanceReport(engine.name, engine.registration.version, tuple(found), seconds, extent.whole)
+    return ConformanceReport(given, engine.registration.version, tuple(found), seconds, extent.whole)
 
 
 def assert_conforms(given: str, *, time_limit_s: float = RUN_S) -> None:

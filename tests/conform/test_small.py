@@ -56,10 +56,12 @@ def test_a_class_has_a_short_name_and_a_wrong_name_tells_how_a_class_is_given() 
         chosen_engines(["mine.Engine"])
 
 
-def test_a_base_module_beside_an_engines_module_is_no_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "base_of_mine.py").write_text("class Base:\n    pass\n", "utf-8")
-    (tmp_path / "engine_of_mine.py").write_text("import pytest\nfrom base_of_mine import Base\n", "utf-8")
-    monkeypatch.syspath_prepend(str(tmp_path))
+def test_a_base_module_of_an_author_is_no_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for folder in ("base", "engines"):
+        (tmp_path / folder).mkdir()
+        monkeypatch.syspath_prepend(str(tmp_path / folder))
+    (tmp_path / "base" / "base_of_mine.py").write_text("class Base:\n    pass\n", "utf-8")
+    (tmp_path / "engines" / "engine_of_mine.py").write_text("import pytest\nfrom base_of_mine import Base\n", "utf-8")
     before = set(sys.modules) - {"pytest"}
     __import__("engine_of_mine")
     assert imported_libraries(Registration("engine_of_mine:Mine"), before) == ["pytest"]
