@@ -262,6 +262,8 @@ def find_engine(name: str) -> Registration:
     UnknownEngineError
         If there is none; the message gives the nearest name, or all names.
     """
+    if isinstance(name, str) and name in ENGINES:  # a name that no package can take: none is looked through
+        return ENGINES[name]
     known = engines()
     if not isinstance(name, str):
         raise UnknownEngineError(
