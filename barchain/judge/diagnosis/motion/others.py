@@ -100,6 +100,7 @@ def of_chain(scene: Scene) -> Made:
          (mass[::-1], length[::-1], inertia[::-1])),
         ("mean-masses", "bars all have the mean mass", ((scene.mass_kg / n,) * n, length, inertia)),
         ("mean-lengths", "bars all have the mean length", (mass, (scene.size_m / n,) * n, inertia)),
+        ("mean-inertias", "bars all have the mean moment of inertia", (mass, length, (sum(inertia) / n,) * n)),
         ("inertia-about-end", "moments of inertia are those about the bars' ends", (mass, length, about_end)),
         ("inertia-slender", "moments of inertia are those of slender bars, not the given ones",
          (mass, length, slender)),

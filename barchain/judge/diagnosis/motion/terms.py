@@ -11,6 +11,7 @@ import numpy as np
 from barchain.judge.diagnosis.motion.balance import BARS, JOINTS, real
 from barchain.judge.diagnosis.motion.candidate import BODIES, GRAVITY, LOADS, NICE, Candidate, Candidates
 from barchain.judge.diagnosis.motion.equations import Load
+from barchain.judge.diagnosis.motion.kinetics import at_joint, kinetic_terms
 from barchain.judge.diagnosis.motion.numbers import BODY_WORDS
 
 if TYPE_CHECKING:
@@ -55,9 +56,8 @@ def terms(b: Balance) -> list[Candidate]:
     damping(found)
     on_bars(found)
     if b.scene.bars > 1:
-        velocity_terms(found)
+        kinetic_terms(found)
         in_joints(found)
-        armature(found)
     return found.found
 
 
@@ -194,12 +194,6 @@ def simplified_gradient(found: Candidates) -> None:
         found.fixed(f"gradient-{name}", f"the torque of the gravity gradient {words}", GRAVITY, change)
 
 
-def at_joint(values: Array, joint: int) -> Array:
-    """Values (k, N - 1) of one joint alone, from 0."""
-    found: Array = values * (np.arange(values.shape[1]) == joint)
-    return found
-
-
 def springs_and_dampers(found: Candidates) -> None:
     """Springs and dampers of all joints and of one, their rest angles, their sides, and other laws."""
     b, e, s = found.balance, found.balance.equations, found.balance.equations.states
@@ -233,19 +227,6 @@ def springs_and_dampers(found: Candidates) -> None:
         lost_turns = -k * 2.0 * math.pi * np.round(angle / (2.0 * math.pi))
         found.fixed(f"springs-wrapped{name}", f"the springs' angles {words}are wrapped to half a turn either way",
                     LOADS, e.on_joints(lost_turns))  # fmt: skip
-
-
-def velocity_terms(found: Candidates) -> None:
-    """Terms of the rates squared, which couple the bars."""
-    b, e, s = found.balance, found.balance.equations, found.balance.equations.states
-    found.times("centrifugal", "the centrifugal torque of the bars' rates squared is", BODIES,
-                lambda: b.block(BARS, b.rule.integral(b.shape.centrifugal(s))))  # fmt: skip
-    found.times("kinetic-slope", "the slope of the kinetic energy with the angles is", BODIES,
-                lambda: b.block(BARS, b.rule.integral(b.shape.kinetic_slope(s))))  # fmt: skip
-    from_root = np.tril(np.tile(b.shape.left + b.shape.right, (s.bars, 1)), -1) + np.diag(b.shape.left)
-    pull = b.shape.mass * ((s.unit * s.rate**2) @ from_root.T)
-    words = "the velocity-dependent terms (centrifugal and Coriolis', of all bars from the first bar's end on) are"
-    found.times("velocity-terms", words, BODIES, e.force(pull))
 
 
 def damping(found: Candidates) -> None:
@@ -295,23 +276,6 @@ def in_joints(found: Candidates) -> None:
         for j in range(s.bars - 1) if s.bars > 2 else ():
             words = f"the joint {j + 1} has{said.removeprefix('have')}"
             found.added(f"joint-{j + 1}-{name}", words, unit, LOADS, e.on_joints(at_joint(values, j)))
-
-
-def armature(found: Candidates) -> None:
-    """Moments of inertia that turn with the joints, and with the root."""
-    b, own = found.balance, found.balance.motion.states
-    gained = np.diff(own.rate, axis=0)
-    turning, root = np.diff(gained, axis=1), gained * (np.arange(own.bars) == 0)
-
-    def added(name: str, words: str, turning: Array, more: Array | float = 0.0) -> None:
-        momenta = np.pad(turning, ((0, 0), (1, 0))) - np.pad(turning, ((0, 0), (0, 1))) + more
-        said = f"the {words} an armature of {{}} that no scene has"
-        found.added(name, said, "kg m^2", BODIES, partial(b.block, BARS, -momenta))
-
-    added("armature", "joints have", turning)
-    added("armature-with-root", "joints and the root have", turning, root)
-    for j in range(own.bars - 1) if own.bars > 2 else ():
-        added(f"armature-{j + 1}", f"joint {j + 1} has", at_joint(turning, j))
 
 
 def of_reactions(b: Balance) -> list[Candidate]:
