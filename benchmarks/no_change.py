@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 PLAN = """
 name = "short"
-minutes = 4
+minutes = {minutes}
 
 [[selftest]]
 name = "alarm"
@@ -98,10 +98,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--folder", type=Path, required=True)
     parser.add_argument("--nights", type=int, default=60)
+    parser.add_argument("--minutes", type=float, default=4.0, help="budget of a night")
     parser.add_argument("--beside", type=int, default=20, help="nights of these that run beside other programs")
     asked = parser.parse_args()
     asked.folder.mkdir(parents=True, exist_ok=True)
-    (asked.folder / "plan.toml").write_text(PLAN, "utf-8")
+    (asked.folder / "plan.toml").write_text(PLAN.format(minutes=asked.minutes), "utf-8")
     changes = judged = 0
     for number in range(asked.nights):
         kept = asked.folder / f"night-{number:03d}.json"

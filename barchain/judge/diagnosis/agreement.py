@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from barchain.judge.diagnosis.motion.candidate import GRAVITY
 from barchain.judge.diagnosis.motion.search import MotionSearch, least_squares
-from scenarios import Gravity
 from scenarios.plural import plural
 
 if TYPE_CHECKING:
@@ -23,10 +23,6 @@ VISIBLE = 100.0
 """Ratio of an effect to the noise, root mean square, from which on a scene shows whether it is there"""
 PRESENT = 0.2
 """Largest departure from 1 of the share of an effect that a scene has"""
-
-
-MODELS = {f"gravity-{model}" for model in Gravity}
-"""Names of another model of gravity than a scene's: what an engine takes for one model shows in its scenes alone"""
 
 
 def agreed(found: Mapping[str, Diagnosis], others: Mapping[str, OwnMotion]) -> dict[str, Diagnosis]:
@@ -69,8 +65,8 @@ def contradiction(names: tuple[str, ...], diagnosis: Diagnosis, others: Mapping[
     if fit is None:
         return ""
     gravity = diagnosis.own.given_scene.effects.gravity
-    alike = {name: own for name, own in others.items() if own.given_scene.effects.gravity == gravity}
-    held = alike if MODELS & set(names) else others
+    of_gravity = any(c.section == GRAVITY for c in fit.candidates)  # an engine may have one model of gravity wrong
+    held = {s: own for s, own in others.items() if not of_gravity or own.given_scene.effects.gravity == gravity}
     return next((scene for scene, own in held.items() if lacks(own, fit)), "")
 
 

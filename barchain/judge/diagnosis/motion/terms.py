@@ -10,7 +10,6 @@ import numpy as np
 
 from barchain.judge.diagnosis.motion.balance import BARS, JOINTS, real
 from barchain.judge.diagnosis.motion.candidate import BODIES, GRAVITY, LOADS, NICE, Candidate, Candidates
-from barchain.judge.diagnosis.motion.equations import Load
 from barchain.judge.diagnosis.motion.kinetics import at_joint, kinetic_terms
 from barchain.judge.diagnosis.motion.numbers import BODY_WORDS
 
@@ -19,6 +18,7 @@ if TYPE_CHECKING:
 
     from adapters.trajectory import Array
     from barchain.judge.diagnosis.motion.balance import Balance
+    from barchain.judge.diagnosis.motion.equations import Load
     from reference_impl.model.arrays import ComplexArray
 
 NAMES = {
@@ -109,7 +109,11 @@ def of_piece(found: Candidates, label: str, section: str, load: Load) -> None:
         common = e.zero._replace(common=load.common)
         found.times(f"{name}-common", f"the part of {label} that all bars have in common is", section, common)
         words = f"{label} acts on all bars as at the chain's centre of mass"
-        found.fixed(f"{name}-at-centre", words, section, Load(e.zero.common, -load.force, -load.torque))
+        uniform = load._replace(common=e.zero.common).times(-1.0)
+        found.fixed(f"{name}-at-centre", words, section, uniform)
+        if load.torque.any():
+            words = f"the force of {label} acts on all bars as at the chain's centre of mass"
+            found.fixed(f"{name}-force-at-centre", words, section, uniform._replace(torque=e.zero.torque))
     acting = np.nonzero(load.acts)[0].tolist()
     for bar in acting if len(acting) > 1 else ():
         found.times(f"{name}-on-bar-{bar + 1}", f"{label} on bar {bar + 1} is", section, load.on(bar))
@@ -160,6 +164,9 @@ def simplified_tide(found: Candidates) -> None:
     r, mu = abs(s.com)[:, None], e.model.mu_m3_s2
     up = s.com[:, None] / r
     shape = e.place - 3.0 * up * (up.conj() * e.place).real
+    along = up * (up.conj() * e.tide.force).real
+    for name, part in (("along", along), ("across", e.tide.force - along)):
+        found.times(f"tide-{name}", f"the part of the tidal force {name} the vertical is", GRAVITY, e.force(part))
     for name, n2, words in (
         ("first-order", mu / r**3, "is expanded to the first order only"),
         ("of-start", mu / abs(b.motion.states.com[0]) ** 3, "is of first order, with the mean motion at the start"),
