@@ -67,6 +67,14 @@ class Terms:
     reversed_reactions: bool = False
     """Masses in reversed order in the reactions"""
     j2_radius_m: float = 0.0
+    j2_at_centre: bool = False
+    """Whether the force of J2 is the same for all bars"""
+    centre_by_length: bool = False
+    """Whether places count from the bars' mean place by their lengths"""
+    straight_matrix: bool = False
+    """Whether the mass matrix is that of a straight chain"""
+    relative_rates: bool = False
+    """Whether the centrifugal torque takes rates relative to the bar before"""
     rtol: float = 1.0
 
 
@@ -94,7 +102,8 @@ class SmallEngine:
         n, near = len(self.m), self.l * (1.0 - terms.joint)
         far = self.l * terms.joint
         chain = np.tril(np.tile(near + far, (n, 1)), -1) + np.diag(near)
-        self.a = chain - (self.m / self.m.sum()) @ chain
+        weight = self.l if terms.centre_by_length else self.m
+        self.a = chain - (weight / weight.sum()) @ chain
         self.g = self.a.T @ (self.m[:, None] * self.a)
         self.start = scene.radius0_m
 
@@ -116,7 +125,7 @@ class SmallEngine:
             if e.oblateness:
                 b = 1.5 * mu * e.oblateness.j2 * (p.j2_radius_m or e.oblateness.radius_m) ** 2
                 centre -= 0.0 if p.centre_without == "j2" else b * z / r**5
-                force -= self.m * b * (place / abs(place) ** 5 - z / r**5)
+                force -= 0.0 if p.j2_at_centre else self.m * b * (place / abs(place) ** 5 - z / r**5)
                 torque += 5.0 * b / abs(place) ** 5 * self.j * seen.real * seen.imag
         if e.joint_spring_damper:
             s = e.joint_spring_damper
@@ -143,14 +152,15 @@ class SmallEngine:
         th, w = y[4 : 4 + n], y[4 + n :]
         centre, force, torque, thrusts = self.loads(t, complex(*y[:2]), th, w)
         apart = th[:, None] - th[None, :]
-        matrix = self.g * np.cos(apart) + np.diag(self.j)
+        matrix = self.g * (1.0 if self.terms.straight_matrix else np.cos(apart)) + np.diag(self.j)
+        turning = np.diff(w, prepend=0.0) if self.terms.relative_rates else w
         joined = np.zeros((n, n))
         for k in range(n - 1):
             joined[k : k + 2, k : k + 2] += np.array([[1.0, -1.0], [-1.0, 1.0]])
         matrix = matrix + self.terms.armature * joined
         whole = force + thrusts
         given = torque + (np.exp(-1j * th) * (self.a.T @ whole)).imag
-        given -= self.terms.centrifugal * (self.g * np.sin(apart)) @ w**2
+        given -= self.terms.centrifugal * (self.g * np.sin(apart)) @ turning**2
         mean = (force.sum() + (0.0 if self.terms.centre_without == "thrust" else thrusts.sum())) / self.m.sum()
         return centre + mean, np.linalg.solve(matrix, given), force, thrusts
 
@@ -221,6 +231,11 @@ PLANTED = (
             Terms(thrust_turned=(0.0, np.radians(1.0)))),
     Planted("torques of thrusts halved", "torque.*thrusts is half", INERTIAL, Terms(arm=(0.5, 0.5))),
     Planted("centrifugal terms halved", "centrifugal.*half", GRADIENT, Terms(centrifugal=0.5)),
+    Planted("centrifugal terms by relative rates", "centrifugal.*relative to the bar before", FREE,
+            Terms(relative_rates=True)),
+    Planted("mass matrix of a straight chain", "mass matrix lacks the cosine", FREE, Terms(straight_matrix=True)),
+    Planted("centre of mass by lengths", "centre of mass.*lengths", FREE, Terms(centre_by_length=True)),
+    Planted("J2 alike on all bars", "force of the oblateness.*centre of mass", J2, Terms(j2_at_centre=True)),
     Planted("reactions without thrust", "reactions.*lack.*thrust|thrust.*reactions alone", BODY,
             Terms(reactions_without_thrust=True)),
     Planted("masses reversed in the reactions", "masses.*revers.*reactions", FREE, Terms(reversed_reactions=True)),
