@@ -16,7 +16,7 @@ from barchain.judge.diagnosis.motion.numbers import numbers
 from barchain.judge.diagnosis.motion.others import others
 from barchain.judge.diagnosis.motion.quadrature import quadrature
 from barchain.judge.diagnosis.motion.residual import Residual
-from barchain.judge.diagnosis.own_motion import densely
+from barchain.judge.diagnosis.own_motion import OwnMotion, densely
 from barchain.solutions.reference import closely_sampled
 from scenarios import load_scene
 from tests.diagnosis.planting import diagnosis_of_scene, run, unequal_chain
@@ -122,6 +122,17 @@ OTHERS = (
 def test_a_wrong_number_of_the_chain_is_named(name: str) -> None:
     number = next(n for n in numbers(SCENE) if n.name == name)
     check_scene_named(SCENE, name, number.change(LITTLE))
+
+
+def test_a_wrong_engine_that_ends_early_is_diagnosed_up_to_its_end() -> None:
+    wrong = next(n for n in numbers(SCENE) if n.name == "mass_kg-2").change(LITTLE)
+
+    def ended(scene: Scene, rtol: float) -> Trajectory:
+        whole = run(dataclasses.replace(wrong, run=scene.run), rtol)
+        return whole.samples(slice(2 * len(whole.t_s) // 3))
+
+    own = OwnMotion(SCENE, ended(SCENE, 1e-9), lambda one, two: (ended(one, 1e-9), ended(two, 1e-10)))
+    assert ("mass_kg-2",) in [e.names for e in own.explaining]
 
 
 @pytest.mark.parametrize("case", one_in(4, EFFECTS, "-".join))

@@ -13,13 +13,15 @@ from scipy.interpolate import make_interp_spline
 
 from adapters.common.initial_state import chain_model
 from barchain.judge.diagnosis.mistake import Explanation, Fit, Left
-from barchain.judge.diagnosis.motion.balance import CENTRE, JOINTS, motion_of
+from barchain.judge.diagnosis.motion.balance import CENTRE, FEWEST, JOINTS, motion_of
+from barchain.judge.diagnosis.motion.quadrature import SAME_INSTANT
 from barchain.judge.diagnosis.motion.residual import Residual
 from barchain.judge.diagnosis.motion.search import GAIN, MotionSearch
 from barchain.judge.diagnosis.starts import starts
 from barchain.metrics.quantities import arrays, differences
 from reference_impl.model.kinematics import consistent_state
 from reference_impl.model.relative import accelerations
+from scenarios.scene import RunAt
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -85,9 +87,11 @@ class OwnMotion:
             scene, twice = densely(self.given_scene, self.given)
             main, finer = self.runs(scene, twice)
             finer = None if finer is None else finer.samples(slice(None, None, 2))
-            whole = [t for t in (finer, main) if t is not None and len(t.t_s) == scene.run.samples and finite(t)]
-            if whole:
-                return scene, whole[0], whole[1] if len(whole) > 1 else None
+            made = [t for t in (finer, main) if t is not None and finite(t)]
+            n = min((at_instants(t, scene) for t in made), default=0)
+            if n >= FEWEST:
+                best, *other = (t.samples(slice(n)) for t in made)
+                return first_samples(scene, n), best, other[0] if other else None
         return self.given_scene, self.given, self.other
 
     def apart(self, quantity: str) -> float:
@@ -98,8 +102,8 @@ class OwnMotion:
 
     def repaired(self) -> Iterator[OwnMotion]:
         """The same motion at the given samples, made consistent in each way that there is."""
-        scene, best, other = self.dense
-        every = (scene.run.samples - 1) // (self.given_scene.run.samples - 1)
+        _, best, other = self.dense
+        every = round(float(self.given.t_s[1] - self.given.t_s[0]) / float(best.t_s[1] - best.t_s[0]))
         coarse = None if other is None else repaired(best.samples(slice(None, None, every)))
         for k, motion in enumerate(repaired(self.given)):
             yield OwnMotion(self.given_scene, motion, None, coarse[k] if coarse else None)
@@ -168,6 +172,20 @@ class OwnMotion:
             share, near = self.fits[0].share, LIKELY if self.fits[0].share * GAIN <= 1.0 else " Nearest:"
             said += f"{near} {self.fits[0].explanation.words} (leaves {100.0 * share:.2g}% of that)."
         return said
+
+
+def at_instants(t: Trajectory, scene: Scene) -> int:
+    """Number of first samples that are at a scene's instants: a wrong engine may land, and end between two of them."""
+    n = min(len(t.t_s), scene.run.samples)
+    return int(np.cumprod(np.isclose(t.t_s[:n], scene.times_s[:n], rtol=SAME_INSTANT)).sum())
+
+
+def first_samples(scene: Scene, samples: int) -> Scene:
+    """Scene with its first samples alone."""
+    if samples == scene.run.samples:
+        return scene
+    instants_s = scene.times_s[:samples].tolist()
+    return dataclasses.replace(scene, run=RunAt(instants_s[-1], samples, tuple(instants_s)))
 
 
 def finite(t: Trajectory) -> bool:
