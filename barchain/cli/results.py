@@ -189,7 +189,7 @@ def show_table(found: pd.DataFrame) -> None:
 
 def show_judgement(before: Path, after: Path) -> None:
     """Print what changed between two folders by the rules of nights; exits with 1 if a figure is worse."""
-    from barchain.nightly.changes import Direction, result_words
+    from barchain.nightly.changes import Direction, results_words
     from barchain.nightly.judging import judge_pair
     from barchain.nightly.results import read_night
 
@@ -200,7 +200,8 @@ def show_judgement(before: Path, after: Path) -> None:
     for words in judged.renamed:
         say(f"  {words}")
     for change in judged.tonight:
-        said = f"was {result_words(change.was)}, is {result_words(change.now)}: {change.reason}"
+        was, now = results_words(change)
+        said = f"was {was}, is {now}: {change.reason}"
         say(f"  {change.direction}  {change.identity.name}: {said}")
     if any(change.direction is Direction.WORSE for change in judged.tonight):
         raise findings()

@@ -11,7 +11,6 @@ import os
 import random
 import signal
 import sys
-import sysconfig
 import threading
 import time
 from pathlib import Path
@@ -21,6 +20,7 @@ import numpy as np
 import psutil
 
 from adapters.engine import Engine
+from barchain.runs.kept_answers import root_of
 from barchain.runs.message import DeclarationError, plain_text
 from barchain.runs.phases import failed
 from barchain.runs.questions import (
@@ -120,14 +120,7 @@ def imported_libraries(registration: Registration, before: set[str]) -> list[str
     loaded_now = [module for name, module in list(sys.modules.items()) if name.partition(".")[0] == own]
     names = {package_of(value) for module in loaded_now for value in list(vars(module).values())}
     new = {name.partition(".")[0] for name in set(sys.modules) - before}
-    return sorted(name for name in (names & new) - known if is_installed(name))[:REPORTED_LIBRARIES]
-
-
-def is_installed(package: str) -> bool:
-    """Whether a package was installed: other modules on the path are the author's own."""
-    path = getattr(sys.modules.get(package), "__file__", None)
-    installed = (Path(sysconfig.get_path(kind)) for kind in ("purelib", "platlib"))
-    return path is None or any(Path(path).is_relative_to(folder) for folder in installed)
+    return sorted(name for name in (names & new) - known if root_of(name) is None)[:REPORTED_LIBRARIES]
 
 
 def package_of(value: object) -> str:

@@ -122,12 +122,20 @@ class JudgedNight:
         return any(change.direction is Direction.WORSE for change in self.tonight)
 
 
-def result_words(figure: Figure) -> str:
-    """Result of a figure in words."""
+def result_words(figure: Figure, *, exact: bool = False) -> str:
+    """Result of a figure in words: of a number six digits, or all."""
     if figure.missing:
         return "missing"
-    unit = str(figure.identity.unit)
-    return figure.word or f"{figure.value:.6g}{f' {unit}' if unit not in {'', '1'} else ''}"
+    if figure.value is None:
+        return figure.word
+    unit, value = str(figure.identity.unit), f"{figure.value!r}" if exact else f"{figure.value:.6g}"
+    return f"{value}{f' {unit}' if unit not in {'', '1'} else ''}"
+
+
+def results_words(change: Change) -> tuple[str, str]:
+    """Old and new result of a change in words, with the digits that tell them apart."""
+    was, now = result_words(change.was), result_words(change.now)
+    return (was, now) if was != now else (result_words(change.was, exact=True), result_words(change.now, exact=True))
 
 
 State = tuple[tuple[str, str, str], ...]

@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
 from barchain.nightly.acceptances import accepting
-from barchain.nightly.changes import VERDICT, result_words
+from barchain.nightly.changes import VERDICT, results_words
 from barchain.nightly.figures import STEPPED, FigureKind
 from barchain.nightly.judging import still_holding
 from barchain.nightly.sentence import opening
@@ -68,13 +68,14 @@ def night_facts(
     confirmed : mapping, optional
         Results of attributions in words, by the id of the change.
     """
-    cells = [f for f in figures if f.identity.kind is FigureKind.VERDICT and f.identity.quantity == VERDICT]
+    every = list(figures)
+    cells = [f for f in every if f.identity.kind is FigureKind.VERDICT and f.identity.quantity == VERDICT]
     tonight = tuple(events(list(standing_for(change_entries(judged, judged.tonight, accepted, confirmed)))))
     holding = events(change_entries(judged, still_holding(judged), accepted, confirmed))
-    standing = tuple(e for e in holding if e.accepted is None)
+    standing, held = (tuple(e for e in holding if (e.accepted is None) is told) for told in (True, False))
     names = [night.name for night in judged.compared_with]
     return NightlyFile(
-        sentence=opening(judged, tonight, len(standing), baseline),
+        sentence=opening(judged, tonight, len(standing), baseline, len(held)),
         night=night_entry(judged),
         against=AgainstEntry(nights=len(names), first=names[0] if names else "", last=names[-1] if names else "",
                              baseline=baseline),
@@ -85,15 +86,24 @@ def night_facts(
                 scene=cell.identity.scene, engine=cell.identity.engine, setting=cell.identity.setting,
                 verdict=cell.word or MISSING, reason=cell.reason,
             )
-            for cell in cells
+            for cell in (*cells, *without_verdict(every, cells))
             if not cell.not_run and cell.word not in FINE
         ),
         changes=tonight,
         standing=standing,
-        held=tuple(e for e in holding if e.accepted is not None),
+        held=held,
         renamed=judged.renamed,
         run=run,
     )  # fmt: skip
+
+
+def without_verdict(figures: Sequence[Figure], verdicts: Sequence[Figure]) -> list[Figure]:
+    """Runs that gave no result, of pairs that have no verdict: their part may have ended before it was judged."""
+    judged = {(cell.identity.scene, cell.identity.engine) for cell in verdicts}
+    failed = {
+        (f.identity.scene, f.identity.engine): f for f in figures if f.identity.kind is FigureKind.BITS and f.missing
+    }
+    return [f for pair, f in failed.items() if pair not in judged]
 
 
 def change_entries(
@@ -154,10 +164,11 @@ def change_entry(
 ) -> ChangeEntry:
     """Entry of a change."""
     identity, found = change.identity, suspicion(change, nights)
+    was, became = results_words(change)
     return ChangeEntry(
         id=change.id, figure=identity.name, scene=identity.scene, engine=identity.engine, setting=identity.setting,
         quantity=identity.quantity, kind=str(identity.kind), unit=str(identity.unit),
-        was=result_words(change.was), became=result_words(change.now), factor=change.factor,
+        was=was, became=became, factor=change.factor,
         factor_low=change.factor_low, factor_high=change.factor_high, direction=change.direction.value,
         last=change.last, since=change.since, reason=change.reason, irreproducible=change.irreproducible,
         suspects=tuple(suspect.entry for suspect in found.suspects), unknown=found.unknown, confirmed=confirmed,

@@ -22,7 +22,9 @@ NOT_REPRODUCIBLE = "not reproducible: the same sources, versions and machine cla
 NOT_JUDGED = "Nothing was judged: no figure of this night has an earlier one."
 
 
-def opening(judged: JudgedNight, changes: Sequence[ChangeEntry], standing: int = 0, baseline: str = "") -> str:
+def opening(
+    judged: JudgedNight, changes: Sequence[ChangeEntry], standing: int = 0, baseline: str = "", held: int = 0
+) -> str:  # fmt: skip
     """Sentence on a night.
 
     Parameters
@@ -34,6 +36,8 @@ def opening(judged: JudgedNight, changes: Sequence[ChangeEntry], standing: int =
         Changes of earlier nights for the worse that still hold.
     baseline : str
         Name of the one night that it was judged against.
+    held : int
+        Changes of earlier nights for the worse that still hold and are accepted.
     """
     night = judged.night
     if night.void:
@@ -55,7 +59,7 @@ def opening(judged: JudgedNight, changes: Sequence[ChangeEntry], standing: int =
         rest = f"{many}{since}; {every}. Nothing else changed."
     else:
         rest = f"Nothing changed{since} among {judged.judged} figures." if judged.judged else NOT_JUDGED
-    holding = f"{amount(standing, 'earlier change').capitalize()} for the worse still hold{'s' * (standing == 1)}."
+    holding = (still(standing, "earlier change"), still(held, "accepted change"))
     coming = ""
     if judged.replanned and not baseline:
         gone = judged.left_out if night.complete else 0
@@ -67,9 +71,14 @@ def opening(judged: JudgedNight, changes: Sequence[ChangeEntry], standing: int =
     said = (
         counted(wild, "run", NOT_REPRODUCIBLE),
         plain([change for change in told if not change.irreproducible], since, judged.judged),
-        rest, holding if standing else "", renamed_words(judged.renamed), coming,
+        rest, *holding, renamed_words(judged.renamed), coming,
     )  # fmt: skip
     return " ".join(part for part in said if part) + ending
+
+
+def still(count: int, noun: str) -> str:
+    """``Three earlier changes for the worse still hold.``; empty without any."""
+    return f"{amount(count, noun).capitalize()} for the worse still hold{'s' * (count == 1)}." if count else ""
 
 
 def figures(changes: Sequence[ChangeEntry]) -> int:

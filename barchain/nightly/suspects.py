@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
     from barchain.nightly.figures import NightPart, NightSummary
 
+SOLUTION = "solution:"
+
 
 @dataclass(frozen=True)
 class Suspect:
@@ -48,8 +50,8 @@ def differing(last: NightSummary, since: NightSummary, depends: Iterable[str]) -
     for name in sorted(depends):
         before, after = last.part_named.get(name), since.part_named.get(name)
         if before is None or after is None:
-            there, other = (after, last) if before is None else (before, since)
-            if there is not None and not is_renamed(there, other):
+            there, own, other = (after, since, last) if before is None else (before, last, since)
+            if there is not None and not is_renamed(there, own, other):
                 found.append(Suspect(name, before, after))
         elif before.differs(after):
             found.append(Suspect(name, before, after))
@@ -57,8 +59,13 @@ def differing(last: NightSummary, since: NightSummary, depends: Iterable[str]) -
     return tuple(one for one in found if not (one.name.startswith(REQUIREMENTS) and rest(one.name) in engines))
 
 
-def is_renamed(part: NightPart, other: NightSummary) -> bool:
-    """Whether a part is there under another name on another night: a part of the same kind with equal content."""
+def is_renamed(part: NightPart, own: NightSummary, other: NightSummary) -> bool:
+    """Whether a part of one night is there under another name on another: one of the same kind with equal content.
+
+    A solution that a night made has no digest of its own: it is that of its scene.
+    """
+    if part.name.startswith(SOLUTION) and not part.digest:
+        part = own.part_named.get(f"scene:{rest(part.name)}", part)
     kind = f"{part.name.partition(':')[0]}:"
     return bool(part.digest) and any(each.digest == part.digest and each.name.startswith(kind) for each in other.parts)
 

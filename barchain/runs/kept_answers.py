@@ -156,9 +156,9 @@ def root_of(top: str) -> Path | None:
     if found is None or found.origin is None or not found.has_location:
         return None
     path = Path(found.origin)
-    if any(path.is_relative_to(get_path(kind)) for kind in ("stdlib", "platstdlib", "purelib", "platlib")):
-        return None
-    return path.parent if found.submodule_search_locations else path
+    root = path.parent if found.submodule_search_locations else path
+    with_python = any(path.is_relative_to(get_path(kind)) for kind in ("stdlib", "platstdlib", "purelib", "platlib"))
+    return None if with_python or any(root.parent.glob("*.dist-info")) else root  # or of another environment
 
 
 def source_of(module: str) -> Path | None:

@@ -65,6 +65,18 @@ def toy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
         del sys.modules[name]
 
 
+def test_a_library_of_another_environment_is_known_by_its_distribution(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "lib_elsewhere").mkdir()
+    (tmp_path / "lib_elsewhere" / "__init__.py").write_text("")
+    monkeypatch.syspath_prepend(tmp_path)
+    assert keys.root_of("lib_elsewhere") == tmp_path / "lib_elsewhere"
+    keys.root_of.cache_clear()
+    (tmp_path / "lib_elsewhere-1.0.dist-info").mkdir()
+    assert keys.root_of("lib_elsewhere") is None
+
+
 def run_of(registration: Registration, scene: Scene | None = None) -> Call:
     setting = ENGINES["reference"].load().sweep.setting()
     job = Job(scene or load_scene("basics/kepler_circular"), "toy", registration, setting, Role.MAIN)

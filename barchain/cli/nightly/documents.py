@@ -195,6 +195,8 @@ def end_night(facts: NightlyFile, fail_on: str, *, need_history: bool = False) -
     code = exit_code(facts, fail_on, need_history=need_history)
     if need_history and not facts.compared and code is ExitCode.NOT_BELIEVED:
         say("exit code 3: --require-history asks for an earlier night to compare with", err=True)
+    if code is ExitCode.FINDINGS and fail_on == NOT_PASS and not facts.worse:
+        say("exit code 1: --fail-on not-pass asks for verdicts that are all a pass", err=True)
     if code is not ExitCode.OK:
         raise click.exceptions.Exit(code)
 

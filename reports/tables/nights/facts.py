@@ -64,6 +64,12 @@ class AcceptanceEntry(Entry):
         return f"accepted by {self.who} on {self.when.date()}{until}: {self.reason}"
 
 
+def ratio_words(factor: float) -> str:
+    """``×1.21``; of a factor that rounds to 1 its departure: ``×(1 + 2e-9)``."""
+    shown, off = f"{factor:.4g}", factor - 1.0
+    return f"×(1 {'-' if off < 0.0 else '+'} {abs(off):.2g})" if shown == "1" and off else f"×{shown}"
+
+
 class ChangeEntry(Entry):
     """Change of one figure."""
 
@@ -93,9 +99,9 @@ class ChangeEntry(Entry):
     @property
     def words(self) -> str:
         """Change in one line."""
-        factor = f" (×{self.factor:.4g})" if self.factor is not None else ""
+        factor = f" ({ratio_words(self.factor)})" if self.factor is not None else ""
         more = f", and {self.also} more of this run" if self.also else ""
-        return f"{self.direction}: {self.figure}: {self.was} → {self.became}{factor}{more}"
+        return f"{self.direction}: {self.figure}: {' → '.join(self.results)}{factor}{more}"
 
     also: int = Field(0, description="further figures of the same run that are missing since then: one event")
 
@@ -111,7 +117,7 @@ class ChangeEntry(Entry):
         if self.factor is None:
             return ""
         known = self.factor_low is not None and self.factor_high is not None
-        return f"×{self.factor:.4g}" + (f" ({self.factor_low:.3g} to {self.factor_high:.3g})" if known else "")
+        return ratio_words(self.factor) + (f" ({self.factor_low:.3g} to {self.factor_high:.3g})" if known else "")
 
     @property
     def suspect_words(self) -> str:

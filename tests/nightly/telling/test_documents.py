@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import datetime
 import json
 import re
@@ -422,6 +423,34 @@ def test_an_engine_that_fails_is_one_event_and_one_acceptance(history: str, tmp_
     words = ["history", "accept", event.id, "--reason", "known", "--history", history]
     assert CliRunner().invoke(cli, words).exit_code == 0
     assert report(history, tmp_path / "out")[0] == 0
+
+
+def test_a_run_without_a_result_is_told_though_its_part_ended_before_the_verdict(history: str, tmp_path: Path) -> None:
+    add(history, usual(number=0), usual(number=1))
+    late = Figure(bits().identity, reason="no result within 14 s, ended in simulate")
+    add(history, night(late, number=2, complete=False), run=RUN)
+    _, facts = report(history, tmp_path / "out")
+    (told,) = facts.rejected
+    assert told.words == "mujoco on paper/fig05: missing: no result within 14 s, ended in simulate"
+
+
+def test_the_solution_of_a_renamed_scene_is_no_suspect(history: str, tmp_path: Path) -> None:
+    def of(scene: str, number: int, engine: str, value: float) -> Any:
+        parts = (
+            NightPart(f"scene:{scene}", "", "aa"),
+            NightPart(f"solution:{scene}", "0.6.0"),
+            NightPart("engine:mujoco", engine, ""),
+        )
+        found = error(value, depends=tuple(part.name for part in parts))
+        return night(
+            dataclasses.replace(found, identity=dataclasses.replace(found.identity, scene=scene)),
+            number=number, parts=parts,
+        )  # fmt: skip
+
+    add(history, of("old", 0, "3.2.7", 1e-5), of("new", 1, "4.0.0", 2e-5))
+    _, facts = report(history, tmp_path / "out")
+    (found,) = facts.changes
+    assert [suspect.name for suspect in found.suspects] == ["engine:mujoco"]
 
 
 def test_a_night_is_told_in_three_lines_for_a_chat(history: str, tmp_path: Path) -> None:

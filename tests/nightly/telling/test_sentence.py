@@ -7,8 +7,11 @@ from typing import Any
 
 import pytest
 
+from barchain.nightly.changes import Change, Direction, results_words
+from barchain.nightly.figures import Figure
 from barchain.nightly.sentence import opening
 from reports.tables.nights.facts import AcceptanceEntry, ChangeEntry, SuspectEntry
+from tests.nightly.history.synthetic import error
 
 MUJOCO = SuspectEntry(name="engine:mujoco", before="3.2.7", after="4.0.0")
 NUMPY = SuspectEntry(name="library:numpy", before="1.26.4", after="2.4.6")
@@ -32,7 +35,7 @@ def said(*changes: ChangeEntry, **more: Any) -> str:
         replanned="replanned" in more,
     )  # fmt: skip
     judged.new, judged.left_out = more.get("replanned", (0, 0))
-    return opening(judged, changes, baseline=more.get("baseline", ""))
+    return opening(judged, changes, baseline=more.get("baseline", ""), held=more.get("held", 0))
 
 
 @pytest.mark.parametrize(
@@ -93,6 +96,19 @@ def test_a_night_without_a_figure_to_judge_does_not_say_that_nothing_changed() -
 
 def test_an_incomplete_night_says_so_too() -> None:
     assert said(complete=False).endswith("The night is incomplete.")
+
+
+def test_accepted_changes_that_still_hold_are_told() -> None:
+    assert said(held=23) == ("Nothing changed tonight among 900 figures. 23 accepted changes for the worse still hold.")
+
+
+def test_a_change_is_shown_with_the_digits_that_tell_its_results_apart() -> None:
+    was, now = (Figure(error().identity, value, reason="") for value in (1.28886e-07, 1.28886000001e-07))
+    told = Change(error().identity, was, now, "a", "b", Direction.WORSE, "", now.value / was.value)
+    assert results_words(told) == ("1.28886e-07 rad", "1.28886000001e-07 rad")
+    words = change(was="1.28886e-07 rad", became="1.28886000001e-07 rad", factor=1.0 + 7.8e-12).words
+    assert words.endswith("(×(1 + 7.8e-12))")
+    assert change(kind="bits", was=64 * "0", became=64 * "1", factor=None).words.count("0") < 20
 
 
 def test_another_plan_is_told_with_the_figures_that_come_and_go() -> None:
