@@ -63,6 +63,7 @@ from mistake_parts import (
 from adapters.registry import ENGINES, engines
 from barchain.conform import conform
 from barchain.conform.checks import CheckState, Group
+from barchain.judge.diagnosis.own_motion import LIKELY
 from scenarios import Gravity
 from scenarios.effect_types import Actuator, Axes, End, Frame
 
@@ -84,7 +85,6 @@ TOLD_OF_EVERY_CLASS = ("entry point", "time of import", "order")
 """Checks whose warnings are no finding: the classes have no entry point, and few settings show an order"""
 
 UNKNOWN = "No known mistake"
-LIKELY = "Most likely:"
 """Start of a diagnosis that names nothing"""
 
 G0 = 9.80665

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import datetime
 import json
 import re
@@ -443,7 +442,7 @@ def test_the_solution_of_a_renamed_scene_is_no_suspect(history: str, tmp_path: P
         )
         found = error(value, depends=tuple(part.name for part in parts))
         return night(
-            dataclasses.replace(found, identity=dataclasses.replace(found.identity, scene=scene)),
+            replace(found, identity=replace(found.identity, scene=scene)),
             number=number, parts=parts,
         )  # fmt: skip
 

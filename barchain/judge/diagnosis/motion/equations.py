@@ -104,6 +104,8 @@ class Shape:
     inertia: Array
     left: Array
     right: Array
+    weight: Array | None = None
+    """Of the bars' centres in the point from which places count; None: their masses, as is right"""
 
     @cached_property
     def whole(self) -> float:
@@ -115,13 +117,9 @@ class Shape:
         """A, (N, N) m."""
         n = len(self.mass)
         from_first = np.tril(np.tile(self.left + self.right, (n, 1)), -1) + np.diag(self.left)
-        centred: Array = from_first - (self.weight / self.weight.sum()) @ from_first
+        weight = self.mass if self.weight is None else self.weight
+        centred: Array = from_first - (weight / weight.sum()) @ from_first
         return centred
-
-    @property
-    def weight(self) -> Array:
-        """Weights of the bars' centres in the chain's: their masses."""
-        return self.mass
 
     @cached_property
     def coupling(self) -> Array:
@@ -161,18 +159,6 @@ class Shape:
     def generalised(self, s: States, load: Load) -> Array:
         """Q, (k, N) N m; accelerations common to all bars have no part in it."""
         return load.torque + (s.unit.conj() * (load.force @ self.reach)).imag
-
-
-@dataclass(frozen=True)
-class CentredShape(Shape):
-    """Shape whose places count from another point than the centre of mass."""
-
-    other_weight: Array
-
-    @property
-    def weight(self) -> Array:
-        """Weights of the bars' centres in that point."""
-        return self.other_weight
 
 
 @dataclass(frozen=True)

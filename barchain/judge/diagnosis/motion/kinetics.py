@@ -10,13 +10,12 @@ import numpy as np
 
 from barchain.judge.diagnosis.motion.balance import BARS
 from barchain.judge.diagnosis.motion.candidate import BODIES
-from barchain.judge.diagnosis.motion.equations import CentredShape
+from barchain.judge.diagnosis.motion.equations import Shape
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array
     from barchain.judge.diagnosis.motion.balance import Balance
     from barchain.judge.diagnosis.motion.candidate import Candidates
-    from barchain.judge.diagnosis.motion.equations import Shape
 
 
 def kinetic_terms(found: Candidates) -> None:
@@ -74,7 +73,7 @@ def couplings(found: Candidates) -> None:
         ("nothing", "alike, not by their masses", np.ones_like(length)),
         ("reversed-masses", "by the masses in reversed order", shape.mass[::-1]),
     ):
-        wrong: Shape = CentredShape(shape.mass, shape.inertia, shape.left, shape.right, weight)
+        wrong = Shape(shape.mass, shape.inertia, shape.left, shape.right, weight)
         matrix = wrong.coupled(s) + np.diag(shape.inertia)
         seen = wrong.generalised(s, loads) + wrong.centrifugal(s)
         found.fixed(f"centre-by-{name}", f"the centre of mass, from which the bars' places count, weighs them {words}",
