@@ -161,7 +161,7 @@ def test_unsupported_effects_have_their_reason(engine):
 
 
 @each
-@pytest.mark.parametrize("name", slow_but([*SMOOTH, *JUMPING, "solar_pressure"], ["drag", "impulse"]))
+@pytest.mark.parametrize("name", slow_but([*SMOOTH, *JUMPING, "solar_pressure"], ["drag"]))
 def test_every_effect_is_supported_to_the_accuracy_asked_for(engine, name):
     """In units of each channel's size: 1e-11 a step, at most some hundred steps' worth."""
     scene = effect_scene(name)

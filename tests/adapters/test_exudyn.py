@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import itertools
 import math
+from itertools import starmap
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +21,7 @@ from adapters.exudyn.timetable import Steps, tabulated
 from adapters.reference.numpy_engines import Reference
 from adapters.trajectory import Observable, Trajectory
 from scenarios import Actuator, Frame, Scene, load_scene, scene_names
+from tests.support.slow import one_in
 
 if TYPE_CHECKING:
     from adapters.exudyn.adapter import ExudynEngine
@@ -81,7 +84,7 @@ def test_the_tree_agrees_on_fig05_to_the_references_own_accuracy() -> None:
 
 
 @pytest.mark.parametrize("engine", [Exudyn, ExudynIndex3, ExudynAbsolute])
-@pytest.mark.parametrize("scene", ["paper/fig09", "paper/fig13"])
+@pytest.mark.parametrize("scene", one_in(2, ["paper/fig13", "paper/fig09"]))
 def test_halving_the_step_quarters_the_error(engine: type[Engine], scene: str) -> None:
     short = shortened(scene, 0.5, 6)
     # index 3 starts with a transient in its multipliers that dies by 0.9 a step: 5e-10 at the first sample
@@ -115,10 +118,10 @@ def test_the_slews_torque_and_reactions_agree_to_1e_4_of_their_maxima(name: str)
     assert error(found, scene, "reaction_N") < 1e-4 * scale(scene, "reaction_N")
 
 
-@pytest.mark.parametrize("engine", [Exudyn, ExudynIndex3])
-@pytest.mark.parametrize("frame", list(Frame))
-@pytest.mark.parametrize("actuator", list(Actuator))
-@pytest.mark.parametrize("bar", [1, 3])
+@pytest.mark.parametrize(
+    ("engine", "frame", "actuator", "bar"),
+    one_in(3, starmap(pytest.param, itertools.product([Exudyn, ExudynIndex3], Frame, Actuator, [1, 3]))),
+)
 def test_every_way_of_prescribing_a_rotation(engine: type[Engine], frame: Frame, actuator: Actuator, bar: int) -> None:
     scene = shortened("paper/fig17", 1 / 80, 4)
     law = dataclasses.replace(scene.effects.prescribed_rotation[0], bar=bar, frame=frame, actuator=actuator)
@@ -129,7 +132,7 @@ def test_every_way_of_prescribing_a_rotation(engine: type[Engine], frame: Frame,
         assert explained(coarse, fine, scene, quantity, floor=floor)
 
 
-@pytest.mark.parametrize("name", [n for n in scene_names() if n.startswith("basics/")])
+@pytest.mark.parametrize("name", one_in(3, [n for n in scene_names() if n.startswith("basics/")]))
 def test_every_basic_scene_is_within_its_own_error_estimate(name: str) -> None:
     scene = load_scene(name)
     for engine in (Exudyn, ExudynIndex3):

@@ -251,7 +251,7 @@ def test_halving_the_step_quarters_the_error_against_the_reference(name: str) ->
         assert error(coarse, name, what) / error(fine, name, what) == pytest.approx(ratio, rel=0.1)
 
 
-@pytest.mark.parametrize("name", SUPPORTED)
+@pytest.mark.parametrize("name", one_in(2, SUPPORTED))
 def test_the_tree_agrees_with_the_reference_to_nine_digits(name: str) -> None:
     found = ExudynTree().run(halved(name), Setting(AccuracyParameter.STEPS_PER_ORBIT, 800))
     for what in ("angle_rad", "reaction_N", "com_m"):
@@ -259,7 +259,7 @@ def test_the_tree_agrees_with_the_reference_to_nine_digits(name: str) -> None:
 
 
 @pytest.mark.parametrize("engine", [ExudynIndex3, ExudynAbsolute, ExudynAbsoluteIndex3])
-@pytest.mark.parametrize("name", one_in(4, SUPPORTED))
+@pytest.mark.parametrize("name", one_in(8, SUPPORTED))
 def test_every_engine_carries_the_effects_with_second_order(engine: type[Engine], name: str) -> None:
     scene = halved(name)
     coarse, fine = (engine().run(scene, Setting(AccuracyParameter.STEPS_PER_ORBIT, k)) for k in (1000, 2000))
@@ -359,6 +359,7 @@ def test_what_is_left_at_a_trees_free_end_is_the_rounding_it_declares(name: str)
     assert float(ExudynTree().run(scene, setting).info["free_end_N"]) < float(np.max(declared))
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("engine", slow_but(REDUNDANT[:2], REDUNDANT[:1]))
 def test_a_prescribed_rotation_goes_on_beside_other_effects(engine: type[Engine]) -> None:
     slews, flat = load_scene("effects/slews"), load_scene("effects/oblateness").effects.oblateness

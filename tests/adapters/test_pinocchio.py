@@ -10,7 +10,7 @@ from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.pinocchio.adapter import Pinocchio
 from scenarios import Gravity, load_scene
 from tests.support.generic_scenes import generic, of_bars, solution, solution_at_start, steep, worst
-from tests.support.slow import one_in, slow_but
+from tests.support.slow import slow_but
 from tests.support.step_order import JUMPING, SMOOTH, effect_scene, errors
 
 pytest.importorskip("pinocchio")
@@ -113,7 +113,7 @@ def test_what_it_can_not_do_is_said_with_a_reason():
     assert "takes torques" in Pinocchio.unsupported(load_scene("paper/fig17"))
 
 
-@pytest.mark.parametrize("name", one_in(3, slow_but([*SMOOTH, *JUMPING, "solar_pressure"], ["drag", "impulse"])))
+@pytest.mark.parametrize("name", slow_but([*SMOOTH, *JUMPING, "solar_pressure"], ["drag"]))
 def test_every_effect_is_carried_to_the_accuracy_asked_for(name):
     """In units of each channel's size: 1e-12 a step, some hundred steps, twice that for the reference's own."""
     scene = effect_scene(name)

@@ -20,7 +20,7 @@ from adapters.reference.numpy_engines import Reference
 from barchain.metrics.model_difference import com_displacement, track_response
 from barchain.solutions.reference import with_perturbed_start
 from scenarios import Actuator, Axes, Drag, Frame, Gravity, Impulse, PrescribedRotation, Thrust, load_scene
-from tests.support.slow import slow_but
+from tests.support.slow import one_in, slow_but
 
 EPS = np.finfo(float).eps
 TIGHT = Setting(AccuracyParameter.RTOL, 1e-13)
@@ -101,7 +101,7 @@ def round_off(scene, departure):
 
 
 @pytest.mark.parametrize("rtol", slow_but([1e-6, 1e-9, 1e-12], [1e-9]))
-@pytest.mark.parametrize("name", scenes())
+@pytest.mark.parametrize("name", one_in(2, scenes()))
 def test_a_particle_under_effects_is_where_enckes_method_puts_it(name, rtol):
     scene, (place, departure) = scenes()[name], yardstick(name)
     found = Rebound().run(scene, Setting(AccuracyParameter.RTOL, rtol))
@@ -271,7 +271,7 @@ def prediction(scene):
     return apart, predicted.uncertainty_m + 2.0 * own, float(np.hypot(*predicted.vector_m.T).max())
 
 
-@pytest.mark.parametrize("left_out", ["quadrupole", "oblateness"])
+@pytest.mark.parametrize("left_out", one_in(2, ["quadrupole", "oblateness"]))
 def test_a_mean_pull_that_were_left_out_of_the_prediction_would_be_seen(left_out, monkeypatch):
     monkeypatch.setattr(
         barchain.metrics.model_difference, "FIELD_EFFECTS", barchain.metrics.model_difference.FIELD_EFFECTS - {left_out}

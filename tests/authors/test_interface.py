@@ -39,6 +39,9 @@ def still_frame(scene: Scene) -> kit.FrameState:
     return kit.FrameState(*start.com_m.tolist(), *start.com_velocity_m_s.tolist())
 
 
+INTERFACE = engine_interface()
+
+
 def test_every_public_name_is_there_once_and_in_the_table_of_the_docstring() -> None:
     assert len(kit.__all__) == len(set(kit.__all__))
     assert all(hasattr(kit, name) for name in kit.__all__)
@@ -47,7 +50,7 @@ def test_every_public_name_is_there_once_and_in_the_table_of_the_docstring() -> 
 
 @pytest.mark.parametrize("name", [n for n in kit.__all__ if n[0].isupper() and inspect.isclass(getattr(kit, n))])
 def test_every_field_and_declaration_of_a_public_class_is_in_the_tables(name: str) -> None:
-    section = engine_interface().partition(f"\n## `{name}`\n")[2].partition("\n## ")[0]
+    section = INTERFACE.partition(f"\n## `{name}`\n")[2].partition("\n## ")[0]
     own = inspect.get_annotations(getattr(kit, name))
     assert not [field for field in own if not field.startswith("_") and f"| `{field}` |" not in section]
 

@@ -98,7 +98,7 @@ def test_the_source_has_the_style_of_barchains_own(package: Path) -> None:
         assert done.returncode == 0, done.stdout + done.stderr
 
 
-@pytest.mark.parametrize("name", one_in(2, QUICK))
+@pytest.mark.parametrize("name", one_in(4, QUICK))
 def test_the_engine_returns_what_it_declares_and_agrees_with_the_reference(name: str, made: type[Engine]) -> None:
     scene = load_scene(name)
     seen, expected = made().run(scene), Reference().run(scene)

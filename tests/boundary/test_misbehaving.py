@@ -124,6 +124,7 @@ def test_every_misbehaviour_costs_its_own_row_and_leaves_no_process(
     assert ours() <= before
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     "names",
     [

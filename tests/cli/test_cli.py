@@ -16,6 +16,7 @@ from tests.support.results import read_record
 QUICK = "basics/libration"
 
 
+@pytest.mark.exhaustive
 def test_a_setting_that_predicts_no_sample_costs_its_own_row_alone(tmp_path):
     scene, out = "paper/fig05", tmp_path / "out"
     words = ["-q", "compare", scene, "--engine", "reference", "--engine", "rebound", "--set", "reference:rtol=1e-4"]
@@ -36,6 +37,7 @@ def test_simulate_writes_one_row_a_sample_in_named_columns(tmp_path):
     assert not [c for c in table if c.startswith("torque")]
 
 
+@pytest.mark.slow
 def test_a_torque_is_named_by_the_bar_that_it_turns_whatever_the_order_of_the_rotations(tmp_path):
     rotation = "[[effects.prescribed_rotation]]\nbar = {}\namplitude_deg = {}\nduration_s = 60.0\n"
     shared = (

@@ -21,6 +21,7 @@ def shell(line: str, folder: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(["sh", "-c", line], cwd=folder, capture_output=True, text=True, check=False)
 
 
+@pytest.mark.exhaustive
 @posix
 @pytest.mark.parametrize("streams", ["<&- >&- 2>&-", pytest.param("2>/dev/full", marks=[needs_full, pytest.mark.slow])])
 def test_closed_streams_and_a_full_standard_error_cost_no_run(streams: str, tmp_path: Path) -> None:
@@ -29,10 +30,10 @@ def test_closed_streams_and_a_full_standard_error_cost_no_run(streams: str, tmp_
     assert (tmp_path / "out" / "index.html").is_file()
 
 
+@pytest.mark.exhaustive
 @posix
 @needs_full
 @pytest.mark.parametrize("unbuffered", ["", "1"])
-@pytest.mark.slow
 def test_standard_output_that_is_full_is_told_after_the_work(unbuffered: str, tmp_path: Path) -> None:
     made = shell(f"PYTHONUNBUFFERED={unbuffered} {COMPARE} >/dev/full", tmp_path)
     assert made.returncode == 2

@@ -159,6 +159,7 @@ def test_a_program_counts_though_its_entry_names_no_files(program):
     assert content_digest(folder, entry) != before
 
 
+@pytest.mark.slow
 def test_a_child_that_a_program_leaves_behind_delays_nothing(program):
     found = run(program(f"{RIGHT}\nimport subprocess\nsubprocess.Popen(['sleep', '876543'], start_new_session=True)\n"))
     assert found.outcome is Outcome.PASS, found.reason
@@ -175,6 +176,7 @@ def test_the_command_line_offers_every_language() -> None:
     assert ("python", *LANGUAGES) == OFFERED
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("language", slow_but(LANGUAGES, ["c"]))
 def test_the_start_in_each_language_is_short_and_passes(tmp_path, monkeypatch, language):
     of = LANGUAGES[language]
@@ -191,7 +193,7 @@ def test_the_start_in_each_language_is_short_and_passes(tmp_path, monkeypatch, l
     assert found.passed, found.metrics[found.metrics.reason.notna()][["quantity", "reason"]]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("language", exhaustive_but(LANGUAGES, ["c"]))
 def test_the_start_in_each_language_conforms(tmp_path, monkeypatch, language):
     of = LANGUAGES[language]

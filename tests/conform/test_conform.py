@@ -42,6 +42,7 @@ def examined(name: str, *only: str) -> ConformanceReport:
     return conform(f"{HERE}:{name}", extent=extent_of(only))
 
 
+@pytest.mark.exhaustive
 def test_a_right_engine_of_another_package_conforms_on_every_scene() -> None:
     report = examined("Right")
     assert report.passed, failed(report)
@@ -52,7 +53,7 @@ def test_a_right_engine_of_another_package_conforms_on_every_scene() -> None:
     assert told - {"time of import"} == {"entry point"}  # a busy machine imports slowly
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_reactions_of_the_opposite_sign_are_named_and_no_later_stage_is_run() -> None:
     report = examined("ReactionsReversed")
     found = failed(report)
@@ -83,6 +84,7 @@ def test_an_error_that_does_not_follow_the_setting_is_a_finding_by_itself() -> N
     assert "times the bound at rtol=1e-" in found["errors inside the bound"]
 
 
+@pytest.mark.slow
 def test_noise_beyond_a_scenes_forces_is_told_with_both_numbers() -> None:
     said = failed(examined("Noisy", "two_bars_free"))["two bars free"]
     assert said.startswith("declared noise of 1e+06 N is larger than the reactions of the scene, ")
@@ -91,7 +93,7 @@ def test_noise_beyond_a_scenes_forces_is_told_with_both_numbers() -> None:
 
 @pytest.mark.parametrize(
     ("name", "check", "words"),
-    one_in(4, starmap(pytest.param, [
+    one_in(8, starmap(pytest.param, [
         ("OrderOfChosenSteps", "order and setting", "expected None"),
         ("UnknownEffect", "effect names", "'oblatness' is no effect (did you mean oblateness?)"),
         ("FineFirst", "sweep", "not sorted from coarse to fine"),
@@ -121,7 +123,7 @@ def test_a_result_that_is_not_whole_is_a_fault_of_the_first_run(name: str, words
     assert failed(examined(name)) == {"a first run": words}
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_angles_of_a_single_bar_that_differ_by_whole_turns_are_named_as_that() -> None:
     assert (
         "Your angles differ by whole turns (explained to"
@@ -138,12 +140,12 @@ def test_what_runs_leave_behind_is_told() -> None:
     assert next(c.words for c in report.checks if c.name == "output").startswith("prints ")
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_scene_that_an_engine_changes_is_told() -> None:
     assert "changes the scene that it is given" in failed(examined("ChangesScene", "behaviour"))["state of the process"]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_runs_that_differ_in_the_last_bit_are_told() -> None:
     assert "differ" in failed(examined("Random", "behaviour"))["same bits again"]
 
@@ -214,7 +216,7 @@ def test_a_junit_file_of_an_engine_that_passes_no_scene_has_a_failure(tmp_path: 
     assert [case.findtext("system-out") for case in suite] == ["round-off limits the run", None]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_part_of_the_examination_is_run_alone_and_is_no_conformance(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["conform", f"{HERE}:Right", "--only", "thrust_body"]) == 0
     shown = capsys.readouterr()
@@ -235,7 +237,7 @@ def test_a_part_that_an_engine_does_not_support_is_no_pass(capsys: pytest.Captur
     assert run(["conform", "exudyn-tree", "--only", "loading"]) == 0
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_run_that_is_ended_tells_its_phase_and_the_option_that_allows_more_time(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -252,7 +254,7 @@ def test_an_array_that_all_runs_share_is_told_and_each_scene_is_judged_by_its_ow
     assert "angle_rad" in found["arrays of its own"]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_result_that_depends_on_the_runs_before_it_is_told_and_no_physics_is_named() -> None:
     report = examined("KeepsModel")
     assert "depends on the runs before it" in failed(report)["one bar gradient"]
@@ -273,7 +275,7 @@ def test_an_engine_without_rates_is_judged_up_to_the_predictability_limit() -> N
     assert any("beyond the predictability limit" in c.words for c in report.checks if c.state is CheckState.WARNING)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_wrong_first_sample_is_told_as_that() -> None:
     assert "at the first sample alone" in failed(examined("FirstReactionWrong", "two_bars_free"))["two bars free"]
 
@@ -307,7 +309,7 @@ def test_the_command_exits_with_1_and_gives_the_checks_as_json_and_junit(
     assert float(suite.get("time", "0")) == pytest.approx(found[0]["seconds"], rel=0.05, abs=0.05)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_an_exception_in_a_check_is_a_failed_check_and_all_files_are_written(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -339,7 +341,7 @@ def test_an_unknown_engine_is_one_line_with_the_nearest_name(capsys: pytest.Capt
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
-    exhaustive_but((name for name, r in engines().items() if not r.missing), ["reference-fast", "rebound"]),
+    exhaustive_but((name for name, r in engines().items() if not r.missing), ["reference-fast"]),
 )
 def test_every_engine_of_barchain_conforms(name: str) -> None:
     report = conform(name)

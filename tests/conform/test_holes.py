@@ -19,6 +19,7 @@ from barchain.runs.job import RunResult
 from reports.tables.outcome import Outcome
 from tests.conform import own_engine
 from tests.support.kernel import needs_kernel
+from tests.support.slow import exhaustive_but, slow_but
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -80,25 +81,21 @@ def check_of(engine: str, scene: str) -> Check:
     return scene_check(given, name, main_and_finer(given, [name])[name])
 
 
-@pytest.mark.parametrize(
-    "mistake",
-    [
-        pytest.param(name, marks=[] if name in {"LoadsNeedGravity", "TrackOfAFrame"} else pytest.mark.slow)
-        for name in BESIDE_OTHERS
-    ],
-)
+@pytest.mark.parametrize("mistake", slow_but(BESIDE_OTHERS, ["TrackOfAFrame"]))
 def test_a_mistake_that_no_effect_alone_shows_fails_where_effects_stand_together(here: None, mistake: str) -> None:
     del here
     check = check_of(mistake, f"together_{BESIDE_OTHERS[mistake]}")
     assert check.state is CheckState.FAILED, check.words
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) for n in STAGES[TOGETHER]])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", exhaustive_but(STAGES[TOGETHER], STAGES[TOGETHER][:2]))
 def test_the_same_engine_without_a_mistake_passes(here: None, name: str) -> None:
     del here
     assert check_of("Right", name.removeprefix("conform/")).state is CheckState.PASSED
 
 
+@pytest.mark.slow
 def test_an_error_that_two_settings_share_is_no_noise_whatever_is_declared(here: None) -> None:
     del here
     check = check_of("NoiseHidesThrust", "thrust_inertial")
@@ -106,6 +103,7 @@ def test_an_error_that_two_settings_share_is_no_noise_whatever_is_declared(here:
     assert "such an error is no noise, though noise is declared, 9e-06 rad of the angles" in check.words
 
 
+@pytest.mark.slow
 def test_a_scene_of_declared_effects_that_noise_makes_unjudgeable_is_a_failure(here: None) -> None:
     del here
     check = check_of("NoiseEndsJudgement", "thrust_inertial")
@@ -155,7 +153,7 @@ def test_right_variants_conform(mistake: str) -> None:
     assert report.passed, [c.words for c in report.failures]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_an_engine_that_is_right_at_its_finest_setting_alone_does_not_conform() -> None:
     report = conform(f"{HERE}:RightAtTheFinest", extent=extent_of(["together_2", "three_bars_gradient"]))
     assert any(c.group is Group.PHYSICS for c in report.failures)

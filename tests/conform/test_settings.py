@@ -83,6 +83,7 @@ def test_a_declared_order_that_is_far_too_low_asks_for_no_finer_setting_than_the
     assert setting_of(low.load(), scene) != setting_of(judged_class(low), scene) == Mujoco.sweep.setting()
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     ("engine", "state"),
     [

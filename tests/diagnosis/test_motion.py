@@ -135,14 +135,14 @@ def test_a_wrong_engine_that_ends_early_is_diagnosed_up_to_its_end() -> None:
     assert ("mass_kg-2",) in [e.names for e in own.explaining]
 
 
-@pytest.mark.parametrize("case", one_in(4, EFFECTS, "-".join))
+@pytest.mark.parametrize("case", one_in(8, EFFECTS, "-".join))
 def test_a_wrong_number_of_an_effect_is_named(case: tuple[str, str]) -> None:
     scene, name = loaded(case[0]), case[1]
     number = next(n for n in numbers(scene) if n.name == name)
     check_scene_named(scene, name, number.change(LITTLE))
 
 
-@pytest.mark.parametrize("case", one_in(4, OTHERS, "-".join))
+@pytest.mark.parametrize("case", one_in(8, OTHERS, "-".join))
 def test_another_scene_is_named(case: tuple[str, str]) -> None:
     scene, name = loaded(case[0]), case[1]
     check_scene_named(scene, name, next(a.scene for a in others(scene) if a.name == name))

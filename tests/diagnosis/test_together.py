@@ -80,6 +80,7 @@ def test_four_mistakes_in_different_quantities_are_named_together() -> None:
     assert [set(each) for each in found.names] == [set(names)], str(found)
 
 
+@pytest.mark.slow
 def test_a_known_mistake_beside_an_unknown_one_explains_its_own_quantity_alone() -> None:
     made = []
     for rtol in (RTOL, 0.1 * RTOL):

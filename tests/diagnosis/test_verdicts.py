@@ -68,7 +68,7 @@ def test_a_diagnosed_verdict_survives_its_message() -> None:
     assert verdict_from(verdict_bytes(found)).rows == found.rows
 
 
-@pytest.mark.parametrize(("engine", "name"), one_in(4, (pytest.param(e, n) for e in COARSE for n in PLANTED)))
+@pytest.mark.parametrize(("engine", "name"), one_in(8, (pytest.param(e, n) for e in COARSE for n in PLANTED)))
 def test_a_mistake_in_an_engine_with_independent_physics_is_named(engine: str, name: str) -> None:
     solved, setting, loaded = solution(SCENE), COARSE[engine], ENGINES[engine].load()
 

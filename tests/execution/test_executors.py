@@ -106,6 +106,7 @@ def test_a_call_that_comes_after_the_end_of_its_place_starts_no_worker() -> None
     assert (found.end, slot.process) == (CallEnd.DIED, None)
 
 
+@pytest.mark.slow
 def test_an_answer_that_is_no_bytes_never_reaches_the_sender_of_the_call(cluster: LocalCluster) -> None:
     (found,) = answers(DaskCluster(cluster.address, PATIENT_S), Call(calls.no_bytes, (), PATIENT_S))
     assert (found.end, found.reason) == (CallEnd.RAISED, "TypeError: the call returned a str, expected bytes")
@@ -137,7 +138,7 @@ def test_a_worker_that_is_killed_half_way_loses_no_call(tmp_path_factory: pytest
     assert {key: answer.content for key, answer in found.items()} == {k: str(k).encode() for k in range(40)}
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_lost_scheduler_ends_a_session_in_one_line_after_the_answers_so_far(
     tmp_path_factory: pytest.TempPathFactory,
 ) -> None:

@@ -114,12 +114,14 @@ def test_a_file_of_fewer_bars_that_does_not_pass_is_said_to_be_of_another_scene(
     assert found.advice == ["the file has columns of 2 bars, the scene has 5"]
 
 
+@pytest.mark.slow
 def test_a_reaction_that_is_missing_is_not_judged_beyond_the_limit_either(judged):
     found = judged(frame_of(SCENE, rtol=1e-9).drop(columns="reaction_2_y_N"), Declared(rtol=1e-9))
     assert found.passed, found.reasons
     assert any("from the file's own states alone" in note for note in found.notes)
 
 
+@pytest.mark.slow
 def test_reactions_that_are_wrong_beyond_the_limit_fail_though_a_part_is_missing(judged):
     run = frame_of(SCENE, rtol=1e-9)
     late = run.t_s > 0.6 * run.t_s.iloc[-1]
@@ -129,6 +131,7 @@ def test_reactions_that_are_wrong_beyond_the_limit_fail_though_a_part_is_missing
     assert any("restarted from the engine's own state" in reason for reason in found.reasons)
 
 
+@pytest.mark.slow
 def test_garbage_is_no_error_that_the_finer_file_shows(judged):
     scene = "basics/two_bars_free"
     coarse, finer = (frame_of(scene, "exudyn", steps_per_orbit=n)[["t_s", "angle_1_rad"]] for n in (5000, 10_000))
@@ -180,6 +183,7 @@ def test_a_promise_that_the_file_does_not_keep_is_told_with_the_one_that_it_keep
     assert found.advice == ["it agrees as a method does that requests rtol=1e-08 in each step"]
 
 
+@pytest.mark.exhaustive
 def test_digits_of_a_curve_that_was_read_off_can_be_told(judged):
     curve = frame_of(SCENE)[["t_s", "angle_1_rad"]].iloc[5:60:5]
     shown = pd.DataFrame({"time [s]": curve.t_s, "angle_1 [deg]": np.degrees(curve.angle_1_rad)})
@@ -193,6 +197,7 @@ def test_a_name_that_goes_on_after_a_channel_is_a_fault(table, judged):
         judged(table.rename(columns={"angle_1_rad": "angle_1_rads"}))
 
 
+@pytest.mark.slow
 def test_an_error_that_iterations_leave_is_no_mistake_of_the_motion_and_its_size_is_proposed(judged):
     scene = "basics/two_bars_free"
     coarse, finer = (frame_of(scene, "exudyn", steps_per_orbit=n) for n in (5000, 10_000))
@@ -226,6 +231,7 @@ def test_what_is_missing_is_not_judged_and_said(table, judged):
     assert any("temperature" in note for note in extra.notes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("digits", exhaustive_but(["%.12g", "%.6g", "%.4f"], ["%.6g"]))
 def test_digits_that_were_not_written_are_an_error_bar_and_hide_nothing_larger(judged, digits):
     exact = to_frame(shipped_solution(closely_sampled(load_scene(SCENE))).trajectory)
@@ -260,7 +266,7 @@ def test_other_times_are_met_by_the_solution_there(judged, times):
     assert "opposite sign" in wrong.mistakes
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_the_solution_at_other_times_is_the_one_at_its_own_samples_and_the_run_of_the_reference_between():
     for name in SCENE, "conform/impulse_alone":
         solution = shipped_solution(closely_sampled(load_scene(name)))
@@ -356,6 +362,7 @@ def test_half_a_unit_in_the_last_place_follows_what_a_column_shows(tmp_path):
     assert half("0", "7") == pytest.approx([0.5, 0.5])
 
 
+@pytest.mark.slow
 def test_a_column_of_one_value_in_short_form_is_exact_beside_numbers_in_full(judged):
     seen = frame_of("basics/two_bars_free", "reference", rtol=1e-9)
     assert seen.com_x_m.nunique() == 1
@@ -364,6 +371,7 @@ def test_a_column_of_one_value_in_short_form_is_exact_beside_numbers_in_full(jud
     assert not judged(apart, Declared(rtol=1e-9), "basics/two_bars_free").passed
 
 
+@pytest.mark.slow
 def test_digits_coarser_than_all_values_of_a_quantity_are_no_agreement(table, judged):
     still = {name: 0.0 for name in table if name.startswith("rate")}
     assert not judged(table.assign(**still)).passed, "beside numbers in full a zero is exact"
@@ -379,6 +387,7 @@ def test_rows_beyond_the_predictability_limit_alone_are_no_agreement(table, judg
         assert not any("agrees" in line for line in found.advice)
 
 
+@pytest.mark.slow
 def test_a_file_with_one_wrong_column_is_not_said_to_be_inside_the_tolerances(table, judged):
     found = judged(table[["t_s"]].assign(angle_1_rad=1.001 * table.angle_1_rad), Declared(rtol=1e-9))
     assert not found.passed

@@ -22,7 +22,7 @@ from barchain.solutions.certified_table import DamagedTableError, physics_digest
 from barchain.solutions.reference import SOLUTION_CHECK_RTOL, SOLUTION_RTOL, establish, with_perturbed_start
 from scenarios import load_scene
 from tests.support.scene_lists import HARD, TAME, TOLD
-from tests.support.slow import one_in
+from tests.support.slow import exhaustive_but, one_in
 
 LONG_RUNS = ("paper/fig05", "paper/fig05_bar_horizontal", "paper/fig09")  # five chaotic orbits each
 QUICK = "basics/two_bars_free"
@@ -106,8 +106,9 @@ def test_the_reference_agrees_inside_the_stated_error_bars_up_to_its_predictabil
 
 @pytest.mark.parametrize(
     "name",
-    [QUICK, "basics/libration", pytest.param("paper/fig13", marks=pytest.mark.slow)]
-    + [pytest.param(n, marks=pytest.mark.exhaustive) for n in TAME if n.startswith("paper/")],
+    exhaustive_but(
+        [QUICK, "basics/libration", *(n for n in TAME if n.startswith("paper/"))], [QUICK, "basics/libration"]
+    ),
 )
 def test_a_fresh_run_agrees_with_the_committed_table_inside_both_error_bars(name):
     found = check(load_scene(name))

@@ -77,7 +77,7 @@ def test_the_reference_solution_is_made_by_the_compiled_form_where_it_is_install
     assert {j.engine for j in solution_jobs(SCENE)} == {"reference"}
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_the_record_says_which_form_made_a_reference_solution(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = load_scene("basics/free_rotation")
     scene = dataclasses.replace(scene, run=dataclasses.replace(scene.run, samples=41))

@@ -94,7 +94,7 @@ def test_each_kind_of_fault_costs_its_own_row_and_says_why(spoiled, name):
     check_row(spoiled[1], name)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("name", sorted(FAULTS.keys() - set(QUICK)))
 def test_each_fault_costs_its_own_row_and_says_why(spoiled_further, name):
     check_row(spoiled_further[1], name)
@@ -112,7 +112,7 @@ def test_what_an_engine_prints_or_leaves_behind_does_not_come_through(spoiled, c
     assert "hello" not in printed.out + printed.err
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_what_an_engine_changes_in_its_process_is_gone_for_the_next():
     found = run_comparison([SCENE], registered=registered(["LeavesTraces", "SeesTraces"]), executor=LocalProcesses(1))
     assert found.outcomes[SCENE, "SeesTraces"] is Outcome.PASS
@@ -153,7 +153,7 @@ def unsolved(tmp_path_factory):
     return folder, result
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_scene_without_a_reference_solution_is_one_failure_and_none_of_its_engines(unsolved):
     _, result = unsolved
     assert result.outcomes == {
@@ -200,7 +200,7 @@ def test_an_engine_compared_on_no_scene_is_a_failure_if_it_was_named(names, tmp_
     assert all("(all scenes)" not in path.read_text() for path in render(tmp_path))
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_an_engine_that_can_do_none_of_several_scenes_is_a_failure_though_nobody_named_it(tmp_path):
     both = registered(["Unmodified"]) | {"CanNot": Registration("tests.support.stability_engines:CanNot")}
     result = run_comparison([SCENE, "basics/free_rotation"], out=tmp_path, registered=both)

@@ -166,6 +166,7 @@ def test_engines_that_share_the_judges_equations_are_no_independent_evidence() -
     assert not shares_equations(ENGINES["exudyn"], SolutionSource.HEYOKA)
 
 
+@pytest.mark.slow
 def test_a_comparison_on_a_core_scene_runs_no_solution_and_says_what_judged(tmp_path: Path) -> None:
     engine = {"Unmodified": Registration("tests.support.faulty_engines:Unmodified")}
     result = run_comparison([QUICK], out=tmp_path, registered=engine)
@@ -268,6 +269,7 @@ def test_error_bars_hold_where_rounding_is_large(
             assert np.all(apart <= made.error[quantity]), quantity
 
 
+@pytest.mark.slow
 def test_extended_precision_ends_where_the_growth_of_errors_has_made_it_worthless() -> None:
     scene = change_scene(load_scene("paper/fig09"), {"run": {"orbits": 40.0, "samples": 801}})
     if judging_engine(scene) != WIDE:

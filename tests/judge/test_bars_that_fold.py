@@ -169,7 +169,7 @@ def test_a_restart_measures_the_growth_of_errors_in_more_than_one_direction(long
     assert own.amplification.max() == pytest.approx(most, rel=0.1)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     ("name", "engine", "outcome"),
     [

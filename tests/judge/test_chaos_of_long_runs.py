@@ -70,6 +70,7 @@ def test_a_tight_engine_is_restarted_only_as_far_as_its_amplification_was_measur
     assert judged(chaos, wrong, finer, engine=REFERENCE, setting=TIGHT).outcome is Outcome.EXCEEDS_BOUND
 
 
+@pytest.mark.slow
 def test_samples_far_apart_beside_the_motion_raise_a_doubt_that_a_restart_settles(chaos: ReferenceSolution) -> None:
     main = run(chaos.scene, 1e-8)
     errors = ErrorModel(REFERENCE, DEFAULT, chaos, main)

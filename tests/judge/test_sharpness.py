@@ -124,6 +124,7 @@ def test_the_velocity_of_a_particle_is_judged_by_the_predicted_departure(steep):
     assert "com_velocity" in out(wrong, "normalised_error")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", one_in(3, ["paper/fig15", "basics/libration", "basics/point_chain"]))
 def test_the_reference_is_consistent_with_itself_at_every_setting(name):
     solution = solution_of(short(name, 0.15, 31))

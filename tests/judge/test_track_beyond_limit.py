@@ -66,8 +66,8 @@ def bound(scene: Scene) -> dict[str, np.ndarray]:
     return parted_track_bound(cast("ReferenceSolution", Solved(scene, found, found)), found.t_s, LIMIT_S)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("speed_factor", exhaustive_but([1.0, 1.2, 0.95], [1.0]))
-@pytest.mark.slow
 def test_opposite_thrusts_move_the_track_by_less_than_the_bound_and_not_by_far_less(speed_factor: float) -> None:
     allowed = bound(bar(speed_factor, thrust=(thrust(0.0, Axes.BODY),)))
     apart = {"com": np.zeros(601), "com_velocity": np.zeros(601)}
@@ -82,6 +82,7 @@ def test_opposite_thrusts_move_the_track_by_less_than_the_bound_and_not_by_far_l
         assert values[-1] > 0.05 * (allowed[name] - pull[name])[-1]
 
 
+@pytest.mark.slow
 def test_a_thrust_or_an_impulse_of_fixed_direction_moves_the_track_alike_at_any_attitude() -> None:
     plain = bound(bar(1.0))
     fixed = bound(bar(1.0, thrust=(thrust(FIXED),), impulse=(Impulse(1, End.LEFT, Axes.INERTIAL, FIXED, 50.0, 3e3),)))
@@ -107,7 +108,7 @@ def faces(scene: Scene, frame: Frame) -> list[Scene]:
     return [dataclasses.replace(scene, effects=held, chain=chain) for chain in turned]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(("speed_factor", "force", "least_share"), [(1.17, "drag", 0.04), (1.3, "light", 0.004)])
 def test_air_and_light_part_tracks_by_no_more_than_their_strength_along_the_orbit(
     speed_factor: float, force: str, least_share: float

@@ -63,6 +63,7 @@ def test_round_off_since_the_start_makes_no_later_sample_unpredictable(chaotic, 
     assert declared_noise_rad(errors, errors.n - 1) == 0.0
 
 
+@pytest.mark.exhaustive
 def test_the_tide_on_open_joints_is_allowed_in_restarts_and_nothing_else_is(chaotic, unmodified):
     """Two halves of a radial chain that stand d farther apart pull by 0.75 n² m d more; the rest stays strict."""
     main, opened_m = unmodified[0], 1e-3
@@ -97,7 +98,7 @@ def test_samples_that_no_segment_covers_answer_for_themselves(chaotic, unmodifie
     assert "inf times" in fault_between_segments(errors, lost, few, first, extra={})[2]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_an_impulse_beyond_the_limit_is_followed_and_no_later_segment_lacks_its_channel():
     chain = load_scene("paper/fig05")
     blow = load_scene("effects/impulse").effects.impulse[0]

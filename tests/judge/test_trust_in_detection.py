@@ -109,7 +109,7 @@ def test_a_turned_scene_turned_back_is_the_scene_itself():
         assert apart["reaction"].max() < 1e-10 * max(1.0, np.abs(straight.reaction_N).max())
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_mistaken_direction_in_inertial_axes_is_no_round_off():
     """Such an engine gives another result in each frame, as round-off does."""
 
@@ -147,6 +147,7 @@ def test_an_engine_in_absolute_coordinates_that_round_off_ruins_is_limited_and_n
     assert any("digits are left" in r["reason"] for r in final.rows)
 
 
+@pytest.mark.exhaustive
 def test_an_engine_in_relative_coordinates_can_not_pass_as_limited_by_round_off(chaotic, unmodified):
     """However noisy its runs are: coordinates as small as the chain leave no room."""
     rng = np.random.default_rng(3)
@@ -187,7 +188,7 @@ def test_a_comparison_looks_closely_enough_and_keeps_a_scene_s_own_instants():
     assert closely_sampled(lasting("paper/fig05", 1.0, 101)).run.samples == 101
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_five_samples_over_two_chaotic_orbits_are_judged_and_not_only_the_first():
     solution = solution_of(closely_sampled(lasting("paper/fig05", 2.0, 5)))
     main, finer = run(solution.scene, 1e-8), run(solution.scene, 1e-9)

@@ -40,6 +40,7 @@ def test_the_gallery_has_every_scene_but_those_of_conform() -> None:
     assert {s.name for s in gallery_scenes()} == {n for n in scene_names() if not n.startswith(LEFT_OUT)}
 
 
+@pytest.mark.slow
 @needs_compiler
 @every_scene
 def test_every_scene_has_a_picture_and_a_thumbnail_with_a_title(scene: Scene) -> None:

@@ -45,6 +45,7 @@ def test_every_image_of_a_page_is_drawn_and_has_a_text() -> None:
             assert path.parent / image["file"] in rendered()
 
 
+@pytest.mark.slow
 def test_every_scene_of_the_gallery_is_shown_and_linked_by_the_index() -> None:
     index = rendered()[GALLERY / "index.md"]
     assert not [s.name for s in gallery_scenes() if f"]({s.name}.md)" not in index or f"\n{s.name}\n" not in index]

@@ -15,7 +15,7 @@ from barchain.studies.roundoff.study import DECADES
 from reference_impl.precision.arithmetic import FLOAT32, FLOAT64, exact_numbers
 from tests.reference.cancellation import errors_of_all
 from tests.support.kernel import needs_kernel
-from tests.support.slow import one_in, slow_but, thinned
+from tests.support.slow import one_in, slow_but
 
 ROOT = Path(__file__).resolve().parents[2]
 KEPT = 1e-13
@@ -157,7 +157,7 @@ QUICK = ("gravity's differences by subtraction", "compiled: relative places by s
 
 
 @needs_kernel
-@pytest.mark.parametrize("what", thinned(4, one_in(2, slow_but(SUBTRACTIONS, QUICK))))
+@pytest.mark.parametrize("what", slow_but(SUBTRACTIONS, QUICK))
 def test_a_cancelling_subtraction_put_back_anywhere_is_seen(what, tmp_path):
     """A copy of the reference with the fault in it is asked for the same digits, in a process of its own."""
     file, old, new = SUBTRACTIONS[what]

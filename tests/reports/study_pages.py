@@ -74,6 +74,7 @@ def nightly_page(folder: Path) -> Path:
 
 PAGES: dict[str, Callable[[Path], Path]] = {
     "report": report,
+    "short report": lambda folder: render(build(folder, ["basics/kepler_hyperbolic"], samples=31))[0],
     "ensemble": studied(
         "ensemble", "ensemble", "paper/fig05", "--vary", "angle_deg=normal(0, 1)", "--runs", "20", "--orbits", "0.1",
         "--samples", "3",

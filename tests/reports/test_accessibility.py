@@ -34,7 +34,7 @@ FAULTS = {
 
 @pytest.mark.slow
 @in_browser
-@pytest.mark.parametrize("name", exhaustive_but(PAGES, ["report", "nightly"]))
+@pytest.mark.parametrize("name", exhaustive_but(PAGES, ["short report", "nightly"]))
 def test_axe_finds_nothing_on_a_page(name: str, tmp_path: Path) -> None:
     found = violations([PAGES[name](tmp_path)])
     assert not found, "\n".join(map(str, found))
@@ -52,7 +52,7 @@ def test_a_fault_of_a_page_is_found_and_named(rule: str, tmp_path: Path) -> None
     assert not violations([page], schemes=["light"], widths=[390])
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @in_browser
 def test_folded_parts_are_checked_and_a_page_that_follows_an_address_is_told(tmp_path: Path) -> None:
     page = tmp_path / "page.html"
@@ -62,7 +62,7 @@ def test_folded_parts_are_checked_and_a_page_that_follows_an_address_is_told(tmp
     assert OUTSIDE in [v.rule for v in violations([page], ["dark"], [1200])]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @in_browser
 def test_the_command_counts_violations_of_files_and_folders(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "deep").mkdir()

@@ -181,6 +181,7 @@ def test_digits_lie_on_lines_between_measured_sizes(tmp_path):
     assert found.digits(1e-6, formulation="nothing") is None
 
 
+@pytest.mark.slow
 def test_every_line_of_a_chart_has_a_sign_besides_its_colour(tmp_path):
     sections = view_roundoff(write(tmp_path)).charts
     charts = [p for shown, folded in sections.values() for p in (*shown, *folded)]
@@ -223,6 +224,7 @@ def test_growth_that_is_not_as_expected_is_placed(tmp_path):
     assert page.count("steady noise") == 1
 
 
+@pytest.mark.slow
 def test_least_errors_have_a_last_digit_too(tmp_path):
     rows = view_roundoff(write(tmp_path)).best_laws
     metres = EARTH_M * 8.0 * U["float64"] / 0.1

@@ -111,7 +111,7 @@ def test_two_instants_next_to_one_sample_are_rejected_in_one_line(effects: str, 
     assert all(word in message for word in words), message
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.skipif(bool(ENGINES["heyoka"].missing), reason="heyoka is not installed")
 def test_engines_agree_at_samples_that_ten_digits_put_a_jump_next_to() -> None:
     """In units of the largest of each: an rtol of 1e-13 a step, some hundred steps, ten times as much for reactions."""

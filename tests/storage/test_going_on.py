@@ -40,6 +40,7 @@ def record(**entries: Any) -> dict[str, Any]:
     return {KEY: SCHEMA_VERSION} | entries
 
 
+@pytest.mark.slow
 def test_a_comparison_goes_on_with_other_engines_and_makes_only_what_is_missing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

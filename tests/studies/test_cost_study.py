@@ -60,7 +60,7 @@ def measured(solution, engine, values):
     return TABLES["points"].framed(rows)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     ("engine", "values", "order", "within"),
     [
@@ -238,7 +238,7 @@ def test_a_study_that_was_cut_off_measures_only_what_is_missing(tmp_path, engine
     pd.testing.assert_frame_equal(read_cost(tmp_path).points.set_index("setting"), points)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_study_that_goes_on_makes_the_runs_that_its_budget_allowed_when_it_began(
     tmp_path, engines, made, monkeypatch
 ):

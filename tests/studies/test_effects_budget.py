@@ -211,7 +211,7 @@ def test_drag_is_taken_in_the_air_of_the_lowest_height() -> None:
         assert found.caveat.endswith("this drag is a lower bound.")
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_the_budget_takes_the_heights_that_its_own_run_came_to(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """A thrust that lifts the chain, or anything besides two bodies, is in them."""
     asked: list[Heights] = []

@@ -175,7 +175,7 @@ def test_a_chunk_that_comes_back_damaged_is_no_result_and_is_not_kept(damage, tm
     assert not file.exists()
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.filterwarnings("ignore")  # a cluster that loses a worker has much to say about it
 def test_a_cluster_that_loses_a_worker_half_way_loses_no_run_and_changes_no_bit():
     distributed = pytest.importorskip("distributed")

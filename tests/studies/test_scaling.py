@@ -332,6 +332,7 @@ def test_a_study_without_time_runs_nothing_and_says_why(tmp_path: Path) -> None:
     assert "No engine has three points" in render_study("scaling", tmp_path).page.read_text()
 
 
+@pytest.mark.slow
 def test_a_study_that_was_cut_off_measures_only_what_is_missing(tmp_path: Path) -> None:
     plan, told = scaling_study(["reference"], (2, 5), repeats=1), list[str]()
 

@@ -121,7 +121,7 @@ def homes(fault: str) -> Iterator[SceneRuns]:
     return map(stage, own or CHEAP)
 
 
-@pytest.mark.parametrize("name", slow_but(FIXED_SCENES, list(FIXED_SCENES)[::12]))
+@pytest.mark.parametrize("name", slow_but(FIXED_SCENES, list(FIXED_SCENES)[::20]))
 def test_every_fault_is_caught_in_some_scene_or_proven_invisible(name: str) -> None:
     fault, survived = FIXED_SCENES[name], []
     for where in homes(name):

@@ -128,7 +128,7 @@ def test_what_is_recorded_is_of_scenes_and_engines_that_are_there() -> None:
         assert stability_of(word) in Stability
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_engines_that_can_not_are_left_out_and_no_engine_is_run_without_hope(tmp_path: Path) -> None:
     faulty: dict[str, type[Faulty]] = {
         "can-not": CanNot, "can-not-follow": CanNotFollow, "hangs": faulty_engines.Hangs,

@@ -64,6 +64,7 @@ def test_every_part_of_an_installation_has_a_digest() -> None:
     assert parts["adapter:rebound"].digest != parts["adapter:pymunk"].digest
 
 
+@pytest.mark.exhaustive
 def test_figures_of_installed_engines_depend_on_installed_parts_only() -> None:
     installed = [name for name, r in ENGINES.items() if not r.missing]
     there = {*named(*installed), MACHINE}

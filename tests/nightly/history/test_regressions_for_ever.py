@@ -104,6 +104,7 @@ def test_pruning_spares_the_nights_that_a_regression_is_compared_with(store: Nig
     assert red(store)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("period", [1, 2, 7])
 def test_an_engine_that_disappears_is_told_and_stays_told(store: NightStore, period: int) -> None:
     """Also if its scenes are divided among nights."""

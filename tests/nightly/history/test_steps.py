@@ -19,6 +19,7 @@ from barchain.nightly.rank_test import (
 )
 from barchain.nightly.steps import FALSE_ALARMS, LEAST_EFFECT, find_steps
 from tests.nightly.history.noise import alarms, nights_until_found, noise, told
+from tests.support.slow import exhaustive_but
 
 
 @pytest.mark.parametrize(("old", "new"), [(10, 2), (30, 4), (60, 6), (12, 30), (150, 12)])
@@ -142,17 +143,16 @@ def test_a_slow_down_by_a_fifth_is_found_within_six_nights() -> None:
     assert all(n is not None and n <= 6 for n in found)
 
 
-@pytest.mark.parametrize("tails", ["student", "normal", "outliers"])
-@pytest.mark.parametrize("rho", [
-    pytest.param(rho, marks=pytest.mark.exhaustive if rho == 0.3 else pytest.mark.slow) for rho in (0.0, 0.3, 0.6)
-])  # fmt: skip
+@pytest.mark.slow
+@pytest.mark.parametrize("tails", exhaustive_but(["student", "normal", "outliers"], ["student"]))
+@pytest.mark.parametrize("rho", exhaustive_but([0.0, 0.3, 0.6], [0.6]))
 def test_false_alarms_over_sixty_nights_of_three_hundred_series_are_as_rare_as_derived(tails: str, rho: float) -> None:
     rung = len(set(alarms(noise(0, 300, 72, 0.03, rho, tails), 13)))
     expected = 60 * FALSE_ALARMS
     assert rung <= expected + math.sqrt(expected)  # one
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_false_alarms_stay_rare_where_all_series_share_the_nights_noise() -> None:
     x = noise(7, 300, 72, 0.02, 0.3) + noise(8, 1, 72, 0.03, 0.5)
     assert len(set(alarms(x, 13))) <= 1

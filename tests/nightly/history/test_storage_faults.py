@@ -18,6 +18,7 @@ import pytest
 from barchain.nightly.history import NightStore, open_store
 from reports.tables.writing import DigestedFile
 from tests.nightly.history.synthetic import error, large_night, night
+from tests.support.slow import one_in
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -80,7 +81,7 @@ def killed_writer(url: str, chance: random.Random) -> list[str]:
         return process.stdout.read().split()
 
 
-@pytest.mark.parametrize("seed", [pytest.param(k, marks=pytest.mark.slow if k else ()) for k in range(10)])
+@pytest.mark.parametrize("seed", one_in(10, range(10)))
 def test_a_kill_at_any_instant_leaves_whole_nights_and_every_night_that_was_confirmed(url: str, seed: int) -> None:
     said = killed_writer(url, random.Random(seed))
     store = open_store(url, create=True)

@@ -68,7 +68,7 @@ def test_two_nights_of_the_same_code_agree_in_every_bit(plan: NightPlan, tmp_pat
     assert judged.judged > 20
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_an_engine_that_is_not_installed_costs_its_own_figures_alone_and_the_night_is_incomplete(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -140,7 +140,7 @@ def test_a_night_that_is_killed_goes_on_with_what_it_has(
         assert [night.complete for night in store.nights()] == [True]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_an_interrupted_night_is_kept_as_incomplete_and_replaced_when_it_has_gone_on(
     plan: NightPlan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -196,7 +196,7 @@ def test_a_kill_after_a_night_is_in_the_history_does_not_double_it(plan: NightPl
     assert nights[0].name == first.name
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_part_that_fails_costs_its_own_figures_only(tmp_path: Path) -> None:
     one_scene = PLAN.replace(', "basics/kepler_elliptic"', "")
     text = f'{one_scene}[[comparison]]\nname = "broken"\nscenes = ["no_scene.toml"]\n'
@@ -246,7 +246,7 @@ def test_a_job_without_time_is_left_and_named(plan: NightPlan, tmp_path: Path, m
         assert (night.complete, night.figures) == (False, 0)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_of_two_parts_with_one_scene_and_engine_the_graver_verdict_is_kept(tmp_path: Path) -> None:
     text = 'name = "two"\n' + "".join(
         f'[[comparison]]\nname = "{name}"\nscenes = ["basics/two_bars_free"]\nengines = ["pymunk"]\n{more}\n'
@@ -306,7 +306,7 @@ def test_two_nights_at_once_are_two_nights(plan: NightPlan, tmp_path: Path, url:
     assert plan.identity
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_history_that_can_not_be_written_keeps_the_results_and_the_next_call_adds_them(
     plan: NightPlan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
