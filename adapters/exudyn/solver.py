@@ -36,7 +36,7 @@ POSITION_FLOOR = 1e-15  # of a position, for joints held at position level
 DIFFERENCE_FRACTION = 1e-2  # of a bar: least coordinate by which Exudyn's numerical derivatives step
 LARGEST_DIFFERENCE = 100.0  # in absolute coordinates; larger ones turn angles so far that it shows in multipliers
 ITERATIONS = 200  # joint motors converge linearly
-START_FRACTION = 0.25  # of the run's step: short, yet long enough for Newton's tolerance over it to be small
+START_FRACTION = 0.5  # of the run's step: short, yet long enough for Newton's tolerance over it to be small
 
 
 def steps_of(scene: Scene, steps_per_orbit: float) -> Steps:
@@ -209,8 +209,9 @@ class StartForces:
     Exudyn computes initial accelerations with zero for the second time derivative of a prescribed offset. That is
     correct for a law relative to inertial axes. It fails where the offset follows the motion (the bar's longitude, a
     motor's neighbour), and the trapezoidal rule propagates the error undamped. One step of implicit Euler (Newmark with
-    gamma = 1) does not depend on the initial accelerations: it gives their mean over the step. Two such steps, h and
-    2h, extrapolate to t = 0 with an error O(h²), the method's own.
+    gamma = 1) does not depend on the initial accelerations: it gives their mean over the step. Three such steps,
+    h, 2h and 3h, extrapolate to t = 0 with an error O(h³). Two would leave the method's own order, with a factor
+    that the law's own torque does not bound.
     """
 
     accelerations: Array
@@ -225,10 +226,13 @@ def offset_follows_motion(scene: Scene) -> bool:
 
 
 def start_forces(make: Callable[[Steps], Model], steps: Steps, method: Method) -> StartForces:
-    """Extrapolate from two implicit Euler steps to t = 0."""
+    """Extrapolate from three implicit Euler steps of one, two and three parts to t = 0; the error is of third order."""
     h = START_FRACTION * steps.size_s
-    near, far = (euler_step(make, Steps(size, 1), method) for size in (h, 2.0 * h))
-    return StartForces(2.0 * near.accelerations - far.accelerations, 2.0 * near.multipliers - far.multipliers)
+    one, two, three = (euler_step(make, Steps(k * h, 1), method) for k in (1, 2, 3))
+    return StartForces(
+        3.0 * (one.accelerations - two.accelerations) + three.accelerations,
+        3.0 * (one.multipliers - two.multipliers) + three.multipliers,
+    )
 
 
 def euler_step(make: Callable[[Steps], Model], step: Steps, method: Method) -> StartForces:

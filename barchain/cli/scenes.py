@@ -34,7 +34,17 @@ SCHEMAS = {
 """Model, or function, that has the JSON Schema of each kind of file"""
 
 
-@click.group(invoke_without_command=True, short_help="List the scenes, or show one.")
+class SceneGroup(click.Group):
+    """Group whose fault names the command that shows a scene, for a scene's name typed in its place."""
+
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
+        """See `click.Group.resolve_command`."""
+        if args[0] not in self.commands and not ctx.resilient_parsing:
+            raise click.UsageError(f"scenes has no command {args[0]!r}; to show a scene: barchain scenes show SCENE")
+        return super().resolve_command(ctx, args)
+
+
+@click.group(cls=SceneGroup, invoke_without_command=True, short_help="List the scenes, or show one.")
 @click.option("--tag", metavar="T", help="List only scenes with this tag.")
 @click.option("--folder", metavar="F", help="List only scenes of this folder, e.g. paper or hard.")
 @click.option("--effect", metavar="E", help="List only scenes with this effect, e.g. drag or prescribed_rotation.")

@@ -71,6 +71,7 @@ QUICK = "basics/libration"
         ("scenes --folder papr", ["--folder papr", "did you mean paper?"]),
         ("scenes --effect drg", ["--effect drg", "did you mean drag?"]),
         ("scenes show paper/fig5", ["did you mean paper/fig05?"]),
+        ("scenes paper/fig05", ["barchain scenes show SCENE"]),
         ("selftest --random 1 --host exudin", ["did you mean exudyn?"]),
     ],
 )
