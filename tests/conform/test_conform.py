@@ -280,6 +280,7 @@ def test_a_wrong_first_sample_is_told_as_that() -> None:
     assert "at the first sample alone" in failed(examined("FirstReactionWrong", "two_bars_free"))["two bars free"]
 
 
+@pytest.mark.slow
 def test_differences_as_single_precision_leaves_them_are_told() -> None:
     assert (
         "Single precision inside an engine"

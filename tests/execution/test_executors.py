@@ -87,6 +87,7 @@ def test_a_process_is_replaced_after_its_number_of_calls(executor: Executor) -> 
     assert found[0].content != found[1].content
 
 
+@pytest.mark.slow
 def test_a_process_that_is_killed_between_two_calls_is_replaced() -> None:
     with LocalProcesses(1).session() as session:
         session.submit(0, Call(calls.process, (), PATIENT_S))

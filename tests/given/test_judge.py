@@ -109,6 +109,7 @@ def test_a_header_in_capitals_is_read_and_what_is_no_text_is_said(table, judged,
         judge_files(SCENE, tmp_path / "run.mat", time_limit_s=60.0)
 
 
+@pytest.mark.slow
 def test_a_file_of_fewer_bars_that_does_not_pass_is_said_to_be_of_another_scene(judged):
     found = judged(frame_of("basics/two_bars_free"))
     assert found.advice == ["the file has columns of 2 bars, the scene has 5"]
@@ -219,6 +220,7 @@ def test_a_decimal_comma_gets_one_clear_line(table, judged, tmp_path):
         judge_files(SCENE, tmp_path / "run.csv", time_limit_s=60.0)
 
 
+@pytest.mark.slow
 def test_what_is_missing_is_not_judged_and_said(table, judged):
     few = table[["t_s", "angle_3_rad", "reaction_1_x_N", "reaction_1_y_N"]]
     found = judged(few)
@@ -240,6 +242,7 @@ def test_digits_that_were_not_written_are_an_error_bar_and_hide_nothing_larger(j
     assert judged(moved, Declared(), float_format=digits).outcome is Outcome.INCONSISTENT
 
 
+@pytest.mark.slow
 def test_a_file_without_a_declared_accuracy_is_judged_by_its_digits_and_told_what_it_is_worth(table, judged):
     found = judged(table, Declared())
     assert not found.passed

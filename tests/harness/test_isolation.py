@@ -104,6 +104,7 @@ def test_faults_make_the_comparison_fail(spoiled):
     assert not spoiled[1].passed
 
 
+@pytest.mark.slow
 def test_what_an_engine_prints_or_leaves_behind_does_not_come_through(spoiled, capfd):
     folder, _ = spoiled
     assert not (folder / "stray.txt").exists()
@@ -233,6 +234,7 @@ def test_a_comparison_cut_off_leaves_the_tables_it_had(tmp_path):
     assert set(read_table(tmp_path).engine) == {"Unmodified"}
 
 
+@pytest.mark.slow
 def test_a_scene_that_no_external_engine_passes_is_a_failure():
     result = run_comparison([SCENE], registered=registered(["GivesUp"]), need_external=True)
     assert result.outcomes[SCENE, "(any independent engine)"] is Outcome.NOTHING_COMPARED

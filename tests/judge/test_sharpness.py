@@ -173,6 +173,7 @@ def opened_places(seen):
     return seen.replace(position_m=seen.position_m + aside - aside.mean(axis=0))
 
 
+@pytest.mark.slow
 def test_joints_put_in_place_are_judged_by_rounding_and_not_by_the_step(steep):
     solution = solution_of(steep)
     assert out(judged(ExudynIndex3, solution)) == set()

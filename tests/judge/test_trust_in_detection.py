@@ -95,6 +95,7 @@ def test_values_with_too_few_digits_are_told_by_their_form(steep, channel, said,
     assert said in rounded_values(seen.replace(**{channel: rounded(getattr(seen, channel))}))
 
 
+@pytest.mark.slow
 def test_a_turned_scene_turned_back_is_the_scene_itself():
     """Every effect's directions turn with the frame; what is left are the last digits that the start was moved by."""
     scene = lasting("effects/everything", 0.05, 21)
@@ -126,6 +127,7 @@ def test_a_mistaken_direction_in_inertial_axes_is_no_round_off():
     assert not judged(solution_of(scene), main, finer, perturbed=others).outcome.ok
 
 
+@pytest.mark.slow
 def test_an_engine_in_absolute_coordinates_that_round_off_ruins_is_limited_and_neither_wrong_nor_right():
     scene = lasting("paper/fig15", 0.2, 41)
     chain = dataclasses.replace(

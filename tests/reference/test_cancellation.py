@@ -153,7 +153,7 @@ SUBTRACTIONS = {
 }
 
 
-QUICK = ("gravity's differences by subtraction", "compiled: relative places by subtraction")
+QUICK = ("gravity's differences by subtraction",)
 
 
 @needs_kernel

@@ -102,6 +102,7 @@ def test_a_folder_without_a_study_is_rejected(tmp_path):
         render_study("roundoff", tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("asked", one_in(2, [(1e-6,), (1e-2, 1e-8)]))
 def test_sizes_that_were_not_asked_for_leave_no_blank_rows_and_columns(tmp_path, asked):
     rows = tables()

@@ -31,6 +31,7 @@ def test_rows_of_all_cases_and_their_summary_are_kept_and_read(tmp_path):
     assert list(barchain.rows(tmp_path).study) == ["turning"] * 3
 
 
+@pytest.mark.slow
 def test_a_study_that_goes_on_makes_what_is_missing_alone(tmp_path, monkeypatch):
     def interrupted():
         yield from turned("reference", rtol=1e-8)

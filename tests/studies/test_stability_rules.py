@@ -148,6 +148,7 @@ def test_a_small_departure_grows_at_the_linear_rate_of_a_pendulum_in_the_tide() 
     assert found[0] == pytest.approx(np.sqrt(3.0) * n, rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_track_seen_less_than_once_a_radian_is_bounded_and_not_interpolated() -> None:
     long = load_scene("hard/long_1000")
 
