@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import itertools
 import math
-from itertools import starmap
+from itertools import product, starmap
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -120,7 +119,7 @@ def test_the_slews_torque_and_reactions_agree_to_1e_4_of_their_maxima(name: str)
 
 @pytest.mark.parametrize(
     ("engine", "frame", "actuator", "bar"),
-    one_in(3, starmap(pytest.param, itertools.product([Exudyn, ExudynIndex3], Frame, Actuator, [1, 3]))),
+    one_in(3, starmap(pytest.param, product([Exudyn, ExudynIndex3], Frame, Actuator, [1, 3]))),
 )
 def test_every_way_of_prescribing_a_rotation(engine: type[Engine], frame: Frame, actuator: Actuator, bar: int) -> None:
     scene = shortened("paper/fig17", 1 / 80, 4)

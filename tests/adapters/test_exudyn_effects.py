@@ -19,7 +19,7 @@ from adapters.exudyn.solver import RestartSegments, method_for, steps_of
 from adapters.exudyn.timetable import Steps
 from adapters.reference.numpy_engines import Reference
 from scenarios import Gravity, Scene, load_scene
-from tests.support.slow import one_in, slow_but
+from tests.support.slow import one_in
 
 if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
@@ -359,8 +359,8 @@ def test_what_is_left_at_a_trees_free_end_is_the_rounding_it_declares(name: str)
     assert float(ExudynTree().run(scene, setting).info["free_end_N"]) < float(np.max(declared))
 
 
-@pytest.mark.exhaustive
-@pytest.mark.parametrize("engine", slow_but(REDUNDANT[:2], REDUNDANT[:1]))
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", REDUNDANT[:2])
 def test_a_prescribed_rotation_goes_on_beside_other_effects(engine: type[Engine]) -> None:
     slews, flat = load_scene("effects/slews"), load_scene("effects/oblateness").effects.oblateness
     moon = load_scene("effects/third_body").effects.third_body[:1]

@@ -128,8 +128,8 @@ def test_every_misbehaviour_costs_its_own_row_and_leaves_no_process(
 @pytest.mark.parametrize(
     "names",
     [
-        pytest.param([n for n in FINE if n.startswith("simulate")], marks=pytest.mark.slow, id="simulate"),
-        pytest.param(list(FINE), marks=pytest.mark.exhaustive, id="all"),
+        pytest.param([n for n in FINE if n.startswith("simulate")], id="simulate"),
+        pytest.param(list(FINE), id="all"),
     ],
 )
 def test_harmless_engines_pass_whatever_they_start(tmp_path: Path, names: list[str]) -> None:

@@ -23,7 +23,7 @@ from barchain.runs.job import Job, Role
 from barchain.runs.kept_answers import answer_key
 from barchain.runs.run import one_run, outside_call
 from reports.tables.outcome import Outcome
-from tests.support.slow import exhaustive_but, one_in, slow_but
+from tests.support.slow import one_in, slow_but
 
 SCENE = barchain.change_scene(barchain.load_scene("basics/two_bars_free"), {"run": {"samples": 5, "duration_s": 100.0}})
 ENTRY = """
@@ -194,7 +194,7 @@ def test_the_start_in_each_language_is_short_and_passes(tmp_path, monkeypatch, l
 
 
 @pytest.mark.exhaustive
-@pytest.mark.parametrize("language", exhaustive_but(LANGUAGES, ["c"]))
+@pytest.mark.parametrize("language", LANGUAGES)
 def test_the_start_in_each_language_conforms(tmp_path, monkeypatch, language):
     of = LANGUAGES[language]
     tool = (of.build or of.runner).split()[0]

@@ -29,7 +29,7 @@ def cases(tmp_path_factory):
     return out
 
 
-@pytest.mark.exhaustive
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", slow_but(SCENES, SCENES[:1]))
 def test_a_program_that_only_reads_the_folder_passes(cases, tmp_path, scene):
     table = tmp_path / "run.csv"
