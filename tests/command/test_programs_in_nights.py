@@ -32,7 +32,7 @@ def built(folder: Path) -> None:
     subprocess.run(C.build, shell=True, cwd=folder, check=True)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.skipif(shutil.which(C.build.split()[0]) is None, reason="no C compiler is here")
 def test_a_changed_program_is_told_by_a_night_with_its_files_as_the_suspect(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -21,7 +21,7 @@ from barchain.conform.runs import START_S
 from barchain.conform.target import extent_of
 from barchain.runs.asking import Reply, ask
 from tests.support.kernel import needs_kernel
-from tests.support.slow import exhaustive_but, one_in
+from tests.support.slow import one_in
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -193,6 +193,7 @@ def test_runs_without_a_result_are_told_as_that_and_not_as_runs_that_differ(monk
     assert seen == [START_S + TIMES * 60.0, START_S + 60.0]
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     ("name", "state", "words"),
     [
@@ -200,7 +201,6 @@ def test_runs_without_a_result_are_told_as_that_and_not_as_runs_that_differ(monk
         ("RaisesOnLongRuns", CheckState.WARNING, "the run ended by itself (the run is too long)"),
     ],
 )
-@pytest.mark.slow
 def test_a_long_run_is_ended_while_it_integrates(name: str, state: CheckState, words: str) -> None:
     (found,) = [c for c in behaviour(target.examined(f"{HERE}:{name}")) if c.name == "end at a time limit"]
     assert found.state is state
@@ -339,11 +339,8 @@ def test_an_unknown_engine_is_one_line_with_the_nearest_name(capsys: pytest.Capt
     assert "did you mean mujoco" in error
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "name",
-    exhaustive_but((name for name, r in engines().items() if not r.missing), ["reference-fast"]),
-)
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("name", [name for name, r in engines().items() if not r.missing])
 def test_every_engine_of_barchain_conforms(name: str) -> None:
     report = conform(name)
     assert report.passed, failed(report)

@@ -57,16 +57,9 @@ def test_a_right_result_has_no_diagnosis(engine: str, name: str) -> None:
     check_nothing_named(engine, name)
 
 
-def marks_of(engine: str, name: str) -> pytest.MarkDecorator:
-    """All but one engine of a library, and all but one scene, are tried by hand and nightly."""
-    same = [other for other in ENGINES_HERE if ENGINES[other].requires == ENGINES[engine].requires]
-    kept = engine == same[0] and name == "paper/fig13"
-    return pytest.mark.slow if kept else pytest.mark.exhaustive
-
-
-@pytest.mark.parametrize(
-    ("engine", "name"), [pytest.param(e, n, marks=marks_of(e, n)) for e in ENGINES_HERE for n in (*CORE, *LONG)]
-)
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("name", [*CORE, *LONG])
+@pytest.mark.parametrize("engine", ENGINES_HERE)
 def test_no_built_in_engine_gets_a_diagnosis(engine: str, name: str) -> None:
     check_nothing_named(engine, name)
 

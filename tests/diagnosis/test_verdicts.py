@@ -86,7 +86,7 @@ def test_a_mistake_in_an_engine_with_independent_physics_is_named(engine: str, n
     assert (name,) in found.names, str(found)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_comparison_stores_the_diagnosis() -> None:
     registered = {n: Registration(f"tests.support.faulty_engines:{n}") for n in ("SwapsSign", "Unmodified")}
     found = run_comparison(["effects/slender"], registered=registered)

@@ -227,7 +227,7 @@ def test_tables_hold_equally_spaced_instants_once():
     np.testing.assert_allclose(np.diff(times), times[1], rtol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_the_command_makes_tables_checks_them_and_fails_where_they_differ(tmp_path, monkeypatch):
     monkeypatch.setattr(certified_table, "CERTIFIED_SOLUTIONS", tmp_path)
     certified_table.committed_tables.cache_clear()

@@ -186,7 +186,7 @@ def test_the_report_tells_of_a_scene_without_a_reference_solution_once(unsolved)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("names", [["Unmodified", "CanNot"], pytest.param(None, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("names", [["Unmodified", "CanNot"], None])
 def test_an_engine_compared_on_no_scene_is_a_failure_if_it_was_named(names, tmp_path):
     both = registered(["Unmodified"]) | {"CanNot": Registration("tests.support.stability_engines:CanNot")}
     result = run_comparison([SCENE], names, tmp_path, registered=both)

@@ -89,7 +89,7 @@ def test_a_thrust_or_an_impulse_of_fixed_direction_moves_the_track_alike_at_any_
         np.testing.assert_allclose(fixed[name], values, rtol=1e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_what_acts_before_the_limit_adds_nothing_and_what_acts_later_nothing_before_it_acts() -> None:
     plain, early = bound(bar(1.0)), Impulse(1, End.LEFT, Axes.BODY, FIXED, 50.0, LIMIT_S - 400.0)
     np.testing.assert_allclose(bound(bar(1.0, impulse=(early,)))["com"], plain["com"], rtol=1e-2)

@@ -29,7 +29,7 @@ from tests.judge.trust_cases import (
 )
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_an_unmodified_run_is_judged_to_its_end_far_beyond_what_can_be_predicted(chaotic, unmodified):
     verdict = judged(chaotic, *unmodified)
     assert verdict.outcome is Outcome.PASS

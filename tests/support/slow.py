@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable
 
 
-CI_SHARE = 4
+CI_SHARE = 8
 """Of the parameters that the default run leaves out, the slow tests try one in so many, from the first on"""
 
 

@@ -112,8 +112,8 @@ def with_digest(monkeypatch: pytest.MonkeyPatch, name: str, version: str) -> Non
     monkeypatch.setattr(installed, "installed_parts", changed)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("name", ["adapter:reference", "library:scipy"])
-@pytest.mark.slow
 def test_a_night_under_other_sources_or_libraries_does_not_go_on_and_keeps_the_digests_of_its_start(
     plan: NightPlan, tmp_path: Path, killed: Path, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:

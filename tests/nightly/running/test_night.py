@@ -210,7 +210,7 @@ def test_a_part_that_fails_costs_its_own_figures_only(tmp_path: Path) -> None:
     assert not ended.run.complete
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_scene_that_can_not_be_read_costs_itself_alone_and_the_night_ends_as_bad_input(tmp_path: Path) -> None:
     text = PLAN.replace('"basics/kepler_elliptic"', '"broken.toml"')
     (tmp_path / "plan.toml").write_text(text, "utf-8")
