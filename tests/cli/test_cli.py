@@ -57,6 +57,7 @@ def test_a_torque_is_named_by_the_bar_that_it_turns_whatever_the_order_of_the_ro
     assert tables[0][torques[1]].abs().max() > 1.5 * tables[0][torques[0]].abs().max(), "three times the angle"
 
 
+@pytest.mark.slow
 def test_the_condition_number_of_the_joints_comes_on_request(tmp_path):
     out = tmp_path / "run.csv"
     assert run(["simulate", "basics/two_bars_free", "--condition", "--out", str(out)]) == 0

@@ -210,6 +210,7 @@ def test_an_engine_that_can_do_none_of_several_scenes_is_a_failure_though_nobody
     assert not summary_verdict(summarise(read_results(tmp_path))).good
 
 
+@pytest.mark.slow
 def test_results_so_far_are_kept_and_resumed(tmp_path, monkeypatch):
     first = run_comparison([SCENE], out=tmp_path, registered=registered(["Unmodified", "GivesUp"]))
     record = read_record(tmp_path)

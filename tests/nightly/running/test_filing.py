@@ -139,6 +139,7 @@ def test_the_code_of_a_night_depends_on_every_installed_part() -> None:
     assert code_of(other, ["reference"]) != code_of(here, ["reference"])
 
 
+@pytest.mark.slow
 def test_the_installation_of_the_start_stands_in_the_state_file(killed: Path) -> None:
     state = read_state(killed)
     assert state is not None
