@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from adapters.common.initial_state import initial_state
-from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES
 from adapters.trajectory import Observable, Trajectory, from_frame, to_frame
 from barchain.runs.trajectory_checks import fault
 from scenarios import load_scene
 from tests.support.scene_lists import ALL, TAME
 from tests.support.slow import left_to_later
+from tests.support.solutions import run
 
 SHARE = 0.04  # of the run: long enough to move, short enough for every pair
 SAMPLES = 9
@@ -57,20 +57,9 @@ def quick(engine, name):
     return (list(HERE).index(engine) + TAME.index(name)) % SHARE_OF_PAIRS == 0
 
 
-@pytest.fixture(scope="module")
-def certified_solutions():
-    return {}
-
-
-def solution_of(certified_solutions, name):
-    if name not in certified_solutions:
-        certified_solutions[name] = Reference().run(shortened(name), Reference.sweep.setting(1e-12))
-    return certified_solutions[name]
-
-
 @pytest.mark.parametrize(("engine", "name"), left_to_later((pytest.param(*pair), quick(*pair)) for pair in PAIRS))
 def test_an_engine_returns_what_it_declares_in_the_common_units_axes_and_signs(
-    engine, name, certified_solutions, tmp_path, monkeypatch, capfd
+    engine, name, tmp_path, monkeypatch, capfd
 ):
     monkeypatch.chdir(tmp_path)
     scene, loaded = shortened(name), ENGINES[engine].load()
@@ -82,7 +71,7 @@ def test_an_engine_returns_what_it_declares_in_the_common_units_axes_and_signs(
     assert printed.out + printed.err == ""
     assert list(tmp_path.iterdir()) == []
     starts_at_the_initial_state(scene, seen)
-    means_the_same(scene, seen, solution_of(certified_solutions, name))
+    means_the_same(scene, seen, run(scene, 1e-12))
 
 
 def starts_at_the_initial_state(scene, seen):

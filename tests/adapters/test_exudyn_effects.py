@@ -17,8 +17,8 @@ from adapters.exudyn.frames import BarMotion, frame_of, turned
 from adapters.exudyn.loads import Loading
 from adapters.exudyn.solver import RestartSegments, method_for, steps_of
 from adapters.exudyn.timetable import Steps
-from adapters.reference.numpy_engines import Reference
 from scenarios import Gravity, Scene, load_scene
+from tests.support import solutions
 from tests.support.slow import one_in
 
 if TYPE_CHECKING:
@@ -229,7 +229,7 @@ def test_light_and_thrust_push_as_their_pages_say(absolute: bool) -> None:
 
 @functools.cache
 def solution(name: str) -> Trajectory:
-    return Reference().run(halved(name), Setting(AccuracyParameter.RTOL, 1e-13))
+    return solutions.run(halved(name), 1e-13)
 
 
 def halved(name: str) -> Scene:
@@ -242,7 +242,7 @@ def error(found: Trajectory, name: str, what: str) -> float:
     return float(np.abs(getattr(found, what) - getattr(solution(name), what)).max())
 
 
-@pytest.mark.parametrize("name", one_in(3, SUPPORTED))
+@pytest.mark.parametrize("name", one_in(9, SUPPORTED))
 def test_halving_the_step_quarters_the_error_against_the_reference(name: str) -> None:
     scene = halved(name)
     coarse, fine = (Exudyn().run(scene, Setting(AccuracyParameter.STEPS_PER_ORBIT, k)) for k in (800, 1600))
@@ -251,7 +251,7 @@ def test_halving_the_step_quarters_the_error_against_the_reference(name: str) ->
         assert error(coarse, name, what) / error(fine, name, what) == pytest.approx(ratio, rel=0.1)
 
 
-@pytest.mark.parametrize("name", one_in(2, SUPPORTED))
+@pytest.mark.parametrize("name", one_in(6, SUPPORTED))
 def test_the_tree_agrees_with_the_reference_to_nine_digits(name: str) -> None:
     found = ExudynTree().run(halved(name), Setting(AccuracyParameter.STEPS_PER_ORBIT, 800))
     for what in ("angle_rad", "reaction_N", "com_m"):
@@ -270,7 +270,7 @@ def test_every_engine_carries_the_effects_with_second_order(engine: type[Engine]
 @pytest.mark.parametrize("engine", one_in(3, ENGINES))
 def test_a_thrust_that_starts_and_ends_keeps_the_order(engine: type[Engine]) -> None:
     scene = load_scene("effects/thrust_table")
-    exact = Reference().run(scene, Setting(AccuracyParameter.RTOL, 1e-13))
+    exact = solutions.run(scene, 1e-13)
     assert engine.order is not None
     coarse, fine = (engine().run(scene, Setting(AccuracyParameter.STEPS_PER_ORBIT, k)) for k in (1000, 2000))
     assert coarse.angle_rad is not None
@@ -291,7 +291,7 @@ def test_a_sample_at_a_jump_shows_what_was_just_before_it(engine: type[Engine]) 
     scene = dataclasses.replace(scene, effects=dataclasses.replace(scene.effects, thrust=(late,)))
     scene = shortened(scene, 1200.0, 13)
     found = engine().run(scene, Setting(AccuracyParameter.STEPS_PER_ORBIT, 2000))
-    exact = Reference().run(scene, Setting(AccuracyParameter.RTOL, 1e-12))
+    exact = solutions.run(scene, 1e-12)
     assert found.reaction_N is not None
     assert exact.reaction_N is not None
     np.testing.assert_array_equal(found.t_s, scene.times_s)
@@ -359,14 +359,14 @@ def test_what_is_left_at_a_trees_free_end_is_the_rounding_it_declares(name: str)
     assert float(ExudynTree().run(scene, setting).info["free_end_N"]) < float(np.max(declared))
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("engine", REDUNDANT[:2])
 def test_a_prescribed_rotation_goes_on_beside_other_effects(engine: type[Engine]) -> None:
     slews, flat = load_scene("effects/slews"), load_scene("effects/oblateness").effects.oblateness
     moon = load_scene("effects/third_body").effects.third_body[:1]
     effects = dataclasses.replace(slews.effects, gravity=Gravity.QUADRUPOLE, oblateness=flat, third_body=moon)
     scene = shortened(dataclasses.replace(slews, effects=effects), 300.0, 7)
-    exact = Reference().run(scene, Setting(AccuracyParameter.RTOL, 1e-12))
+    exact = solutions.run(scene, 1e-12)
     assert exact.angle_rad is not None
     errors = []
     for k in (10000, 20000):

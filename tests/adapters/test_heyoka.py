@@ -13,7 +13,6 @@ from adapters.heyoka.compiled import DOUBLE, QUAD, symbols
 from adapters.heyoka.equations import backward_step
 from adapters.heyoka.run import HeyokaRun
 from adapters.heyoka.structure import structure_of, units_of
-from adapters.reference.numpy_engines import Reference
 from barchain.metrics.quantities import differences
 from barchain.runs.choices import choose_setting
 from reference_impl.model import relative
@@ -21,6 +20,7 @@ from reference_impl.model.state import Accelerations
 from scenarios import load_scene
 from tests.adapters.heyoka_state import certified_accelerations, compiled
 from tests.reference.paper_chains import AGREEMENT, LAWS, chain, disagreement, grip
+from tests.support import solutions
 from tests.support.arbiter import judge
 from tests.support.slow import slow_but
 
@@ -137,7 +137,7 @@ def test_a_run_ends_where_the_references_does_and_says_so_alike(name, changes):
     assert structure_of(scene).lands
     seen, solution = (
         Heyoka().run(scene, Setting(AccuracyParameter.RTOL, 1e-15)),
-        Reference().run(scene, Setting(AccuracyParameter.RTOL, 1e-13)),
+        solutions.run(scene, 1e-13),
     )
     assert seen.ended == solution.ended != ""
     assert len(seen.t_s) == len(solution.t_s) < scene.run.samples
@@ -153,7 +153,7 @@ def test_no_step_straddles_a_break_of_a_law_and_samples_at_breaks_are_seen_once(
     run.walk()
     seen = run.trajectory()
     np.testing.assert_array_equal(seen.t_s, scene.times_s)
-    solution = Reference().run(scene, Setting(AccuracyParameter.RTOL, 1e-13))
+    solution = solutions.run(scene, 1e-13)
     for name, apart in differences(seen, solution).items():
         size = {"com": scene.radius0_m, "com_velocity": scene.speed0_m_s, "rate": scene.fastest_rate_rad_s}.get(
             name, 1.0
@@ -170,7 +170,7 @@ def test_a_chain_of_fifty_bars_runs():
     scene = varied("paper/fig13", chain=chain, run={"duration_s": 60.0, "samples": 3})
     seen, solution = (
         Heyoka().run(scene, Setting(AccuracyParameter.RTOL, 1e-15)),
-        Reference().run(scene, Setting(AccuracyParameter.RTOL, 1e-13)),
+        solutions.run(scene, 1e-13),
     )
     assert differences(seen, solution)["attitude"].max() <= 1e-11
     assert differences(seen, solution)["reaction"].max() <= 1e-11

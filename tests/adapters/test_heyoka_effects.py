@@ -20,7 +20,6 @@ from adapters.heyoka.compiled import DOUBLE, QUAD
 from adapters.heyoka.events import Modes
 from adapters.heyoka.run import HeyokaRun
 from adapters.heyoka.structure import BAR, LAW, Structure, structure_of
-from adapters.reference.numpy_engines import Reference
 from reference_impl.model import invariants
 from reference_impl.model.kinematics import relative_positions, relative_velocities
 from scenarios import (
@@ -41,6 +40,7 @@ from scenarios import (
     load_scene,
 )
 from tests.harness.certified_start import scene_of, start
+from tests.support import solutions
 from tests.support.scene_lists import TAME
 from tests.support.slow import one_in
 
@@ -402,7 +402,7 @@ def test_a_scene_that_a_thrust_brings_down_ends_at_the_surface_as_the_references
     assert structure_of(scene).lands
     seen, solution = (
         Heyoka().run(scene, Setting(AccuracyParameter.RTOL, 1e-15)),
-        Reference().run(scene, Setting(AccuracyParameter.RTOL, 1e-13)),
+        solutions.run(scene, 1e-13),
     )
     assert seen.ended[:-5] == solution.ended[:-5] != ""  # to 0.01 s
     assert len(seen.t_s) == len(solution.t_s) < scene.run.samples

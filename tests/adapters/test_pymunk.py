@@ -19,10 +19,10 @@ from adapters.common.kepler import propagate
 from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.pymunk.adapter import Pymunk, PymunkAbsolute
 from adapters.pymunk.iteration_count import sweeps
-from adapters.reference.numpy_engines import Reference
 from adapters.trajectory import Observable
 from reference_impl.model.invariants import relative_angular_momentum, relative_kinetic_energy
 from scenarios import Gravity, load_scene
+from tests.support import solutions
 from tests.support.slow import one_in
 from tests.support.step_order import JUMPING, SMOOTH, by_steps, effect_scene, errors
 
@@ -63,7 +63,7 @@ def steep(orbits=1.0, samples=51, **orbit):
 
 @functools.cache
 def solution(scene):
-    return Reference().run(scene, Setting(AccuracyParameter.RTOL, 1e-13))
+    return solutions.run(scene, 1e-13)
 
 
 @functools.cache

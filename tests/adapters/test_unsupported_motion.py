@@ -21,6 +21,7 @@ from barchain.solutions.reference import establish, with_perturbed_start
 from reports.tables.outcome import Outcome
 from scenarios import Axes, Gravity, Impulse, Scene, load_scene
 from scenarios.effect_types import End
+from tests.support import solutions
 from tests.support.generic_scenes import of_bars
 
 if TYPE_CHECKING:
@@ -142,7 +143,7 @@ def lit() -> Scene:
 
 @functools.cache
 def reference(scene: Scene) -> Trajectory:
-    return Reference().run(scene, Setting(AccuracyParameter.RTOL, 1e-9))
+    return solutions.run(scene, 1e-9)
 
 
 def test_engines_of_equal_steps_do_not_support_it_and_the_others_do() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from itertools import starmap
 
 import pytest
 
@@ -12,7 +11,7 @@ from barchain.cli.main import run
 from barchain.runs.asking import engine_class
 from barchain.runs.estimate import LONGEST_S, TooLongError, estimated_run_s, need_runnable
 from scenarios import load_scene, make_scene, scene_names
-from tests.support.slow import one_in
+from tests.support.slow import one_in, rows
 
 TABLES = {
     "title": "Many", "source": "test", "orbit": {"altitude_m": 5e5},
@@ -67,9 +66,7 @@ def test_python_functions_reject_too() -> None:
             call()
 
 
-@pytest.mark.parametrize(
-    ("bars", "orbits"), one_in(4, starmap(pytest.param, [(10, 1.0), (3, 5.0), (1, 10.0), (100, 0.05)]))
-)
+@pytest.mark.parametrize(("bars", "orbits"), one_in(4, rows([(10, 1.0), (3, 5.0), (1, 10.0), (100, 0.05)])))
 def test_the_reference_evaluates_its_equations_no_less_often_than_estimated(bars: int, orbits: float) -> None:
     given = scene(bars, orbits)
     angles = tuple(0.2 * (1 + k % 3) for k in range(bars))

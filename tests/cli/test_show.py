@@ -42,7 +42,7 @@ def test_only_the_rows_asked_for_are_shown(compared: Path, capsys: pytest.Captur
     assert len(pd.read_csv(file)) == 1
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_two_folders_side_by_side_show_what_differs(
     compared: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

@@ -3,7 +3,6 @@
 import shutil
 import subprocess
 import sys
-from itertools import starmap
 
 import pytest
 from click.testing import CliRunner
@@ -23,7 +22,7 @@ from barchain.runs.job import Job, Role
 from barchain.runs.kept_answers import answer_key
 from barchain.runs.run import one_run, outside_call
 from reports.tables.outcome import Outcome
-from tests.support.slow import one_in, slow_but
+from tests.support.slow import one_in, rows, slow_but
 
 SCENE = barchain.change_scene(barchain.load_scene("basics/two_bars_free"), {"run": {"samples": 5, "duration_s": 100.0}})
 ENTRY = """
@@ -77,7 +76,7 @@ def test_a_run_has_the_samples_that_the_program_wrote(program):
 
 @pytest.mark.parametrize(
     ("text", "outcome", "words"),
-    one_in(3, starmap(pytest.param, [
+    one_in(6, rows([
         ("import sys; sys.exit('no licence')", Outcome.FAILED, "no licence"),
         ("pass", Outcome.FAILED, "without a result"),
         ("import os; os.kill(os.getpid(), 11)", Outcome.FAILED, "signal 11"),
@@ -209,7 +208,7 @@ def test_the_start_in_each_language_conforms(tmp_path, monkeypatch, language):
     assert report.passed, [check.words for check in report.failures]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_an_option_names_a_file_of_programs(program, tmp_path, monkeypatch):
     program(RIGHT)
     monkeypatch.delenv(FILES)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from itertools import starmap
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
@@ -21,7 +20,7 @@ from barchain.conform.runs import START_S
 from barchain.conform.target import extent_of
 from barchain.runs.asking import Reply, ask
 from tests.support.kernel import needs_kernel
-from tests.support.slow import one_in
+from tests.support.slow import one_in, rows
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -93,7 +92,7 @@ def test_noise_beyond_a_scenes_forces_is_told_with_both_numbers() -> None:
 
 @pytest.mark.parametrize(
     ("name", "check", "words"),
-    one_in(8, starmap(pytest.param, [
+    one_in(8, rows([
         ("OrderOfChosenSteps", "order and setting", "expected None"),
         ("UnknownEffect", "effect names", "'oblatness' is no effect (did you mean oblateness?)"),
         ("FineFirst", "sweep", "not sorted from coarse to fine"),
@@ -112,6 +111,7 @@ def test_a_wrong_declaration_is_named_and_nothing_is_run(name: str, check: str, 
     assert all(c.state is CheckState.NOT_RUN for c in report.checks if c.group is not Group.LOADING)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "words"),
     [
@@ -288,7 +288,7 @@ def test_differences_as_single_precision_leaves_them_are_told() -> None:
     )
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_one_line_tests_an_engine_in_the_continuous_integration_of_its_package() -> None:
     with pytest.raises(AssertionError, match="degrees"):
         assert_conforms(f"{HERE}:Degrees")

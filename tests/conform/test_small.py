@@ -37,7 +37,7 @@ def test_a_part_with_warnings_alone_passes_and_one_without_a_supported_scene_doe
     assert report_of(CheckState.UNSUPPORTED).verdict == "supports nothing of this part of the examination"
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @needs_kernel
 def test_compare_takes_a_class_that_no_package_registers(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = str(tmp_path / "report")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,9 +17,9 @@ from barchain.judge.evidence import Evidence
 from barchain.metrics.quantities import arrays
 from barchain.runs.job import RunResult
 from barchain.solutions.judging import solution_engine
-from barchain.solutions.reference import densely_sampled, establish, with_perturbed_start
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
+from tests.support.solutions import run, solution_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -54,19 +53,6 @@ def unequal_chain(samples: int = 101, duration_s: float = 2000.0) -> Scene:
     return dataclasses.replace(base, chain=chain, orbit=orbit, run=run)
 
 
-@functools.lru_cache(256)
-def run(scene: Scene, rtol: float) -> Trajectory:
-    """Run of the reference."""
-    return ENGINES[solution_engine()].load()().run(scene, Setting(AccuracyParameter.RTOL, rtol))
-
-
-@functools.cache
-def solution(scene: Scene) -> ReferenceSolution:
-    """Reference solution of a scene."""
-    perturbed, dense = run(with_perturbed_start(scene), 1e-13), run(densely_sampled(scene), 1e-10)
-    return establish(scene, run(scene, 1e-13), run(scene, 1e-12), perturbed, dense)
-
-
 def planted(scene: Scene, mistake: Mistake, rtol: float, motion: Trajectory | None = None) -> Trajectory | None:
     """Result with a mistake of reading, of a right or a given motion; None if it changes nothing in the scene."""
     if isinstance(mistake, Reading):
@@ -84,7 +70,7 @@ def dense_runs(change: Callable[[Scene], Scene]) -> Callable[[Scene, Scene], tup
 
 def diagnosis_of_scene(scene: Scene, change: Callable[[Scene], Scene]) -> Diagnosis:
     """Diagnosis of an engine that takes another scene for the given one."""
-    solved, (main, finer) = solution(scene), dense_runs(change)(scene, scene)
+    solved, (main, finer) = solution_of(scene), dense_runs(change)(scene, scene)
     impulse = scene.effects.impulse
     main, finer = (t.replace(impulse_N_s=np.zeros_like(t.reaction_N)) if impulse and t.impulse_N_s is None else t
                    for t in (main, finer))  # fmt: skip

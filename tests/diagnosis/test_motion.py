@@ -19,9 +19,10 @@ from barchain.judge.diagnosis.motion.residual import Residual
 from barchain.judge.diagnosis.own_motion import OwnMotion, densely
 from barchain.solutions.reference import closely_sampled
 from scenarios import load_scene
-from tests.diagnosis.planting import diagnosis_of_scene, run, unequal_chain
+from tests.diagnosis.planting import diagnosis_of_scene, unequal_chain
 from tests.support.kernel import needs_kernel
 from tests.support.slow import one_in
+from tests.support.solutions import run
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -12,8 +12,9 @@ from barchain.judge.diagnosis.motion.others import others
 from barchain.judge.diagnosis.readings import READINGS, Reading
 from barchain.judge.diagnosis.starts import STARTS
 from barchain.judge.diagnosis.verdicts import verdict_tolerance
-from tests.diagnosis.planting import RTOL, planted, run, solution, unequal_chain, verdict_on
-from tests.support.slow import one_in
+from tests.diagnosis.planting import RTOL, planted, unequal_chain, verdict_on
+from tests.support.slow import one_in, rows
+from tests.support.solutions import run, solution_of
 
 if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
@@ -57,7 +58,7 @@ def diagnosis_of(names: tuple[str, ...]) -> Diagnosis:
             motion = read
         return motion
 
-    solved, (main, finer) = solution(SCENE), (made(SCENE, rtol) for rtol in (RTOL, 0.1 * RTOL))
+    solved, (main, finer) = solution_of(SCENE), (made(SCENE, rtol) for rtol in (RTOL, 0.1 * RTOL))
     tolerance = verdict_tolerance(verdict_on(main, finer, solved))
     return diagnose(SCENE, main, solved, tolerance, lambda one, two: (made(one, RTOL), made(two, 0.1 * RTOL)))
 
@@ -68,7 +69,7 @@ def test_a_pair_of_mistakes_is_named(names: tuple[str, str]) -> None:
     assert set(names) in [set(each) for each in found.names], str(found)
 
 
-@pytest.mark.parametrize("names", one_in(2, SCENE_PAIRS), ids="+".join)
+@pytest.mark.parametrize("names", one_in(4, SCENE_PAIRS), ids="+".join)
 def test_a_wrong_start_or_scene_beside_a_mistake_of_reading_is_named(names: tuple[str, str]) -> None:
     found = diagnosis_of(names)
     assert any(set(names) <= set(each) for each in found.names), str(found)
@@ -80,14 +81,14 @@ def test_four_mistakes_in_different_quantities_are_named_together() -> None:
     assert [set(each) for each in found.names] == [set(names)], str(found)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_known_mistake_beside_an_unknown_one_explains_its_own_quantity_alone() -> None:
     made = []
     for rtol in (RTOL, 0.1 * RTOL):
         right = run(SCENE, rtol)
         assert right.reaction_N is not None
         made.append(right.replace(reaction_N=-right.reaction_N, com_m=right.com_m + np.sin(right.t_s)[:, None]))
-    solved = solution(SCENE)
+    solved = solution_of(SCENE)
     found = diagnose(SCENE, made[0], solved, verdict_tolerance(verdict_on(made[0], made[1], solved)))
     assert not found.explanations
     assert [e.names for e in found.parts] == [("reaction-sign",)]
@@ -97,17 +98,17 @@ def test_a_known_mistake_beside_an_unknown_one_explains_its_own_quantity_alone()
 SAME_FACTOR = ", or the masses of all bars are, in the moments of inertia too"
 
 
-@pytest.mark.parametrize(
-    ("field", "factor", "words"),
-    [
-        ("reaction_N", 1.37, "the reactions are 1.37 times the right values" + SAME_FACTOR),
-        ("rate_rad_s", 1.0 + 1e-6, "the rates are (1 + 1e-06) times the right values"),
-        ("com_velocity_m_s", 1.0 - 1e-6, "the velocities of the centre of mass are (1 - 1e-06) times the right values"),
-    ],
-)
+FACTORS = [
+    ("reaction_N", 1.37, "the reactions are 1.37 times the right values" + SAME_FACTOR),
+    ("rate_rad_s", 1.0 + 1e-6, "the rates are (1 + 1e-06) times the right values"),
+    ("com_velocity_m_s", 1.0 - 1e-6, "the velocities of the centre of mass are (1 - 1e-06) times the right values"),
+]
+
+
+@pytest.mark.parametrize(("field", "factor", "words"), one_in(3, rows(FACTORS)))
 def test_an_unknown_factor_is_fitted(field: str, factor: float, words: str) -> None:
     made = [right.replace(**{field: factor * getattr(right, field)}) for right in (run(SCENE, RTOL), run(SCENE, 1e-10))]
-    solved = solution(SCENE)
+    solved = solution_of(SCENE)
     found = diagnose(SCENE, made[0], solved, verdict_tolerance(verdict_on(made[0], made[1], solved)))
     assert [e.words for e in found.explanations] == [words], str(found)
 
@@ -115,7 +116,7 @@ def test_an_unknown_factor_is_fitted(field: str, factor: float, words: str) -> N
 @pytest.mark.slow
 def test_an_unknown_constant_angle_is_fitted() -> None:
     made = [right.replace(angle_rad=right.angle_rad + 0.3) for right in (run(SCENE, RTOL), run(SCENE, 1e-10))]
-    solved = solution(SCENE)
+    solved = solution_of(SCENE)
     found = diagnose(SCENE, made[0], solved, verdict_tolerance(verdict_on(made[0], made[1], solved)))
     assert [e.words for e in found.explanations] == ["the angles are off by a constant 17.1887 degrees"], str(found)
 

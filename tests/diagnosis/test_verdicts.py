@@ -20,8 +20,9 @@ from barchain.judge.diagnosis.starts import STARTS
 from barchain.judge.diagnosis.verdicts import diagnosed_verdict, needs_diagnosis, verdict_tolerance
 from barchain.judge.verdict import verdict_bytes, verdict_from
 from reports.tables.outcome import Outcome
-from tests.diagnosis.planting import RTOL, planted, run, solution, unequal_chain, verdict_on
+from tests.diagnosis.planting import RTOL, planted, unequal_chain, verdict_on
 from tests.support.slow import one_in
+from tests.support.solutions import run, solution_of
 
 if TYPE_CHECKING:
     from adapters.trajectory import Trajectory
@@ -45,7 +46,7 @@ def wrong_runs(name: str):  # type: ignore[no-untyped-def]
 
 
 def test_an_inconsistent_row_tells_size_unit_beginning_and_explanation_once() -> None:
-    solved, (main, finer) = solution(SCENE), wrong_runs("angles-and-rates-in-degrees")
+    solved, (main, finer) = solution_of(SCENE), wrong_runs("angles-and-rates-in-degrees")
     verdict = verdict_on(main, finer, solved)
     assert needs_diagnosis(verdict)
     found = diagnosed_verdict(verdict, main, solved)
@@ -63,14 +64,14 @@ def test_an_inconsistent_row_tells_size_unit_beginning_and_explanation_once() ->
 
 
 def test_a_diagnosed_verdict_survives_its_message() -> None:
-    solved, (main, finer) = solution(SCENE), wrong_runs("reactions-in-axes-of-bar-before")
+    solved, (main, finer) = solution_of(SCENE), wrong_runs("reactions-in-axes-of-bar-before")
     found = diagnosed_verdict(verdict_on(main, finer, solved), main, solved)
     assert verdict_from(verdict_bytes(found)).rows == found.rows
 
 
 @pytest.mark.parametrize(("engine", "name"), one_in(8, (pytest.param(e, n) for e in COARSE for n in PLANTED)))
 def test_a_mistake_in_an_engine_with_independent_physics_is_named(engine: str, name: str) -> None:
-    solved, setting, loaded = solution(SCENE), COARSE[engine], ENGINES[engine].load()
+    solved, setting, loaded = solution_of(SCENE), COARSE[engine], ENGINES[engine].load()
 
     def made(scene: Scene, at: Setting) -> Trajectory:
         mistake = BY_NAME.get(name)
@@ -100,7 +101,7 @@ def test_a_comparison_stores_the_diagnosis() -> None:
 
 
 def test_the_sentence_addresses_the_author_and_gives_the_runner_up() -> None:
-    solved, (main, finer) = solution(SCENE), wrong_runs("reaction-sign")
+    solved, (main, finer) = solution_of(SCENE), wrong_runs("reaction-sign")
     found = diagnose(SCENE, main, solved, verdict_tolerance(verdict_on(main, finer, solved)))
     assert str(found).startswith("Your reactions have the opposite sign (explained to ")
     assert found.next_best is not None
@@ -113,14 +114,14 @@ def test_the_words_of_a_late_difference_give_its_instant() -> None:
 
 
 def test_a_result_inside_its_tolerances_says_so() -> None:
-    solved, main = solution(SCENE), run(SCENE, RTOL)
+    solved, main = solution_of(SCENE), run(SCENE, RTOL)
     found = diagnose(SCENE, main, solved, verdict_tolerance(verdict_on(main, run(SCENE, 0.1 * RTOL), solved)))
     assert found.inside_tolerances
     assert str(found) == "The result is inside the tolerances."
 
 
 def test_tolerances_of_a_verdict_end_at_the_predictability_limit() -> None:
-    solved, main = solution(SCENE), run(SCENE, RTOL)
+    solved, main = solution_of(SCENE), run(SCENE, RTOL)
     verdict = verdict_on(main, run(SCENE, 0.1 * RTOL), solved)
     middle = math.floor(float(main.t_s[50]))
     rows = [row | {"limit_s": float(middle)} for row in verdict.rows]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import replace
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -38,6 +39,7 @@ from tests.support import effect_cases
 from tests.support.effect_cases import J2, MU, RADIUS, chain, seen, vectors
 from tests.support.joint_roundoff import C, Case, U, forward, joint_bound
 from tests.support.radial_chain import first_moments, radial_tension
+from tests.support.slow import one_in, rows
 
 if TYPE_CHECKING:
     from reference_impl.model.arrays import Array
@@ -306,7 +308,7 @@ def test_a_thrust_along_inertial_axes_gives_the_momentum_of_its_table() -> None:
     assert abs(turned[-1] - turned[0]) > momentum_allowed(model, h)  # which the other laws leave
 
 
-@pytest.mark.parametrize("inertial", [True, False])
+@pytest.mark.parametrize("inertial", one_in(2, [True, False]))
 def test_a_table_is_met_at_every_instant_as_if_each_piece_were_a_run_of_its_own(inertial: bool) -> None:
     """Pieces run one after the other, from instant to instant, at a tenth of the tolerance."""
     model = pushed(inertial, gravity="gradient")
@@ -328,9 +330,10 @@ def test_a_table_is_met_at_every_instant_as_if_each_piece_were_a_run_of_its_own(
 # prescribed rotation among effects that are not central
 
 
-@pytest.mark.parametrize("local", [True, False])
-@pytest.mark.parametrize("motor", [True, False])
-@pytest.mark.parametrize("coordinates", ["minimal", "absolute"])
+@pytest.mark.parametrize(
+    ("local", "motor", "coordinates"),
+    one_in(3, rows(product([True, False], [True, False], ["minimal", "absolute"]))),
+)
 def test_a_prescribed_bar_keeps_its_law_under_effects_that_are_not_central(
     local: bool, motor: bool, coordinates: str
 ) -> None:

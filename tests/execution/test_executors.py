@@ -65,7 +65,7 @@ def test_a_call_that_raises_dies_or_hangs_costs_its_own_answer(executor: Executo
     assert (late.end, late.reason) == (CallEnd.TIMED_OUT, "no result within 2 s")
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_own_work_is_limited_by_processor_time_and_not_by_the_clock(executor: Executor) -> None:
     waiting = Call(calls.slowly, (b"late", 2.5), 2.0, own_work=True)
     waited, late = answers(executor, waiting, Call(calls.works, (), 1.0, own_work=True))

@@ -93,6 +93,7 @@ def test_a_damaged_answer_is_asked_for_again(damage: bytes, tmp_path: Path) -> N
 EFFECTS = "effects basics/two_bars_free --engine reference --repeats 1 --minutes 0.01"
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     ("command", "study"),
     [

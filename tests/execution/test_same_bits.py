@@ -58,7 +58,7 @@ def same(first: pd.DataFrame, second: pd.DataFrame) -> None:
     pd.testing.assert_frame_equal(first, second, check_exact=True)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_comparison_on_a_cluster_gives_the_tables_of_this_machine(tmp_path: Path, cluster: LocalCluster) -> None:
     cluster.worker()
     there = compared(tmp_path / "there", QUICK, DaskCluster(cluster.address, PATIENT_S))

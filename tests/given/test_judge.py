@@ -115,7 +115,7 @@ def test_a_file_of_fewer_bars_that_does_not_pass_is_said_to_be_of_another_scene(
     assert found.advice == ["the file has columns of 2 bars, the scene has 5"]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_reaction_that_is_missing_is_not_judged_beyond_the_limit_either(judged):
     found = judged(frame_of(SCENE, rtol=1e-9).drop(columns="reaction_2_y_N"), Declared(rtol=1e-9))
     assert found.passed, found.reasons
@@ -143,6 +143,7 @@ def test_garbage_is_no_error_that_the_finer_file_shows(judged):
     assert found.advice[0].startswith("the two files part at t = 6")
 
 
+@pytest.mark.exhaustive
 def test_rows_after_the_end_are_left_out_however_few_digits_count(judged):
     scene = "basics/two_bars_free"
     run = frame_of(scene, rtol=1e-9)
@@ -165,6 +166,7 @@ def test_times_in_another_unit_are_asked_for(table, judged):
     assert found.advice == ["the last row is at t = 457.677 s, and 457.677 min are the scene's end: time [min]?"]
 
 
+@pytest.mark.slow
 def test_a_sample_that_shows_the_motion_after_a_jump_is_named(judged):
     scene = "effects/impulse"
     right = frame_of(scene, rtol=1e-9)
@@ -179,6 +181,7 @@ def test_a_sample_that_shows_the_motion_after_a_jump_is_named(judged):
     assert "show the motion after these" in found.mistakes
 
 
+@pytest.mark.exhaustive
 def test_a_promise_that_the_file_does_not_keep_is_told_with_the_one_that_it_keeps(table, judged):
     found = judged(table, Declared(rtol=1e-14))
     assert found.advice == ["it agrees as a method does that requests rtol=1e-08 in each step"]
@@ -198,7 +201,7 @@ def test_a_name_that_goes_on_after_a_channel_is_a_fault(table, judged):
         judged(table.rename(columns={"angle_1_rad": "angle_1_rads"}))
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_an_error_that_iterations_leave_is_no_mistake_of_the_motion_and_its_size_is_proposed(judged):
     scene = "basics/two_bars_free"
     coarse, finer = (frame_of(scene, "exudyn", steps_per_orbit=n) for n in (5000, 10_000))
@@ -220,7 +223,7 @@ def test_a_decimal_comma_gets_one_clear_line(table, judged, tmp_path):
         judge_files(SCENE, tmp_path / "run.csv", time_limit_s=60.0)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_what_is_missing_is_not_judged_and_said(table, judged):
     few = table[["t_s", "angle_3_rad", "reaction_1_x_N", "reaction_1_y_N"]]
     found = judged(few)
@@ -233,7 +236,7 @@ def test_what_is_missing_is_not_judged_and_said(table, judged):
     assert any("temperature" in note for note in extra.notes)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("digits", exhaustive_but(["%.12g", "%.6g", "%.4f"], ["%.6g"]))
 def test_digits_that_were_not_written_are_an_error_bar_and_hide_nothing_larger(judged, digits):
     exact = to_frame(shipped_solution(closely_sampled(load_scene(SCENE))).trajectory)
@@ -252,6 +255,7 @@ def test_a_file_without_a_declared_accuracy_is_judged_by_its_digits_and_told_wha
     assert "opposite sign" in reversed_.mistakes
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("times", slow_but(["whole seconds", "none at the start", "irregular"], ["none at the start"]))
 def test_other_times_are_met_by_the_solution_there(judged, times):
     scene = load_scene(SCENE)
@@ -365,7 +369,7 @@ def test_half_a_unit_in_the_last_place_follows_what_a_column_shows(tmp_path):
     assert half("0", "7") == pytest.approx([0.5, 0.5])
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_column_of_one_value_in_short_form_is_exact_beside_numbers_in_full(judged):
     seen = frame_of("basics/two_bars_free", "reference", rtol=1e-9)
     assert seen.com_x_m.nunique() == 1
@@ -374,7 +378,7 @@ def test_a_column_of_one_value_in_short_form_is_exact_beside_numbers_in_full(jud
     assert not judged(apart, Declared(rtol=1e-9), "basics/two_bars_free").passed
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_digits_coarser_than_all_values_of_a_quantity_are_no_agreement(table, judged):
     still = {name: 0.0 for name in table if name.startswith("rate")}
     assert not judged(table.assign(**still)).passed, "beside numbers in full a zero is exact"
@@ -410,6 +414,7 @@ def test_units_of_the_same_quantity_convert_and_others_do_not():
             factor(numbered, "m", 1.0)
 
 
+@pytest.mark.slow
 def test_the_command_ends_with_the_verdict_and_writes_a_report(table, tmp_path):
     table.to_csv(tmp_path / "my run.csv", index=False)
     table.assign(angle_1_rad=0.0).to_csv(tmp_path / "wrong.csv", index=False)

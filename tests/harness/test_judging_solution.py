@@ -269,7 +269,7 @@ def test_error_bars_hold_where_rounding_is_large(
             assert np.all(apart <= made.error[quantity]), quantity
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_extended_precision_ends_where_the_growth_of_errors_has_made_it_worthless() -> None:
     scene = change_scene(load_scene("paper/fig09"), {"run": {"orbits": 40.0, "samples": 801}})
     if judging_engine(scene) != WIDE:

@@ -2,7 +2,8 @@
 
 import pytest
 
-from tests.judge.trust_cases import lasting, run, solution_of
+from tests.judge.trust_cases import lasting
+from tests.support.solutions import run, solution_of
 
 
 @pytest.fixture(scope="session")

@@ -22,7 +22,7 @@ def outcomes(scene: Scene, engine: str) -> list[str]:
     return [cell.outcome for cell in result_of(on_scene(scene, [engine]), LocalProcesses(1))]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     ("name", "engine"),
     [

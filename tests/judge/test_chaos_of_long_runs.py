@@ -8,27 +8,19 @@ import numpy as np
 import pytest
 
 from adapters.engine import AccuracyParameter, Setting
-from adapters.registry import ENGINES
 from barchain.judge.checks.beyond_limit import doubtful_increments, fault_between_segments
 from barchain.judge.checks.restart import LINEAR_RAD, restart_segments
 from barchain.judge.error_model import ErrorModel
-from barchain.solutions.judging import solution_engine
-from barchain.solutions.reference import establish, with_perturbed_start
 from reports.tables.outcome import Outcome
 from scenarios import make_scene
 from tests.judge.trust_cases import judged
+from tests.support.solutions import REFERENCE, run, solution_of
 
 if TYPE_CHECKING:
-    from adapters.trajectory import Trajectory
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 
-REFERENCE = ENGINES[solution_engine()].load()
 TIGHT, DEFAULT = (Setting(AccuracyParameter.RTOL, rtol) for rtol in (1e-12, 1e-8))
-
-
-def run(scene: Scene, rtol: float) -> Trajectory:
-    return REFERENCE().run(scene, Setting(AccuracyParameter.RTOL, rtol))
 
 
 def tumbling() -> Scene:
@@ -45,16 +37,12 @@ def tumbling() -> Scene:
     })  # fmt: skip
 
 
-def solved(scene: Scene) -> ReferenceSolution:
-    return establish(scene, run(scene, 1e-13), run(scene, 1e-12), run(with_perturbed_start(scene), 1e-13))
-
-
 @pytest.fixture(scope="module")
 def chaos() -> ReferenceSolution:
-    return solved(tumbling())
+    return solution_of(tumbling())
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_tight_engine_is_restarted_only_as_far_as_its_amplification_was_measured(chaos: ReferenceSolution) -> None:
     """A perturbation of 3e-5 rad leaves the linear range 1e8 times sooner than an engine's errors of 1e-13."""
     main, finer = run(chaos.scene, 1e-12), run(chaos.scene, 1e-13)

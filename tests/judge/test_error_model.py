@@ -16,14 +16,15 @@ from barchain.judge.compare import judge
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.evidence import Evidence
 from barchain.runs.job import RunResult
-from barchain.solutions.reference import ReferenceSolution, establish, with_perturbed_start
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
+from tests.support.solutions import run, solution_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from adapters.trajectory import Trajectory
+    from barchain.solutions.reference import ReferenceSolution
+
 
 SETTING = Setting(AccuracyParameter.RTOL, 1e-8)
 ONCE = {
@@ -34,15 +35,11 @@ ONCE = {
 MEMBERS = ("attitude_rad", "bound", "limit_s", "missed", "noise", "place_m")
 
 
-def run(scene: Any, rtol: float) -> Trajectory:
-    return Reference().run(scene, Setting(AccuracyParameter.RTOL, rtol))
-
-
 @pytest.fixture(scope="module")
 def solution() -> ReferenceSolution:
     scene = load_scene("paper/fig15")
     scene = dataclasses.replace(scene, run=dataclasses.replace(scene.run, duration_s=0.1 * scene.period_s, samples=21))
-    return establish(scene, run(scene, 1e-13), run(scene, 1e-12), run(with_perturbed_start(scene), 1e-13))
+    return solution_of(scene)
 
 
 def counted(counts: collections.Counter[str], name: str, function: Callable[..., Any]) -> Callable[..., Any]:

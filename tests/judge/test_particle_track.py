@@ -17,7 +17,8 @@ from barchain.solutions.reference import closely_sampled
 from barchain.solutions.shipped import shipped_solution
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
-from tests.judge.trust_cases import solution_of, value
+from tests.judge.trust_cases import value
+from tests.support.solutions import solution_of
 
 pytest.importorskip("rebound")
 SCENE = load_scene("paper/fig05")

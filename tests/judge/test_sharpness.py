@@ -18,10 +18,11 @@ from barchain.judge.compare import judge
 from barchain.judge.evidence import Evidence
 from barchain.metrics.quantities import differences, drifts
 from barchain.runs.job import RunResult
-from barchain.solutions.reference import FINE_RTOL, densely_sampled, establish, with_perturbed_start
+from barchain.solutions.reference import densely_sampled, with_perturbed_start
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
 from tests.support.slow import one_in
+from tests.support.solutions import run, solution_of
 
 SLEW = """
 title = "A slew with three samples inside, on an ellipse"
@@ -68,21 +69,11 @@ samples = 51
 """
 
 
-def run(scene, rtol):
-    return Reference().run(scene, Setting(AccuracyParameter.RTOL, rtol))
-
-
 def short(name, share, samples):
     scene = load_scene(name)
     return dataclasses.replace(
         scene, run=dataclasses.replace(scene.run, duration_s=share * scene.period_s, samples=samples)
     )
-
-
-@functools.cache
-def solution_of(scene, *, fine=True):
-    closely = run(densely_sampled(scene), FINE_RTOL) if fine else None
-    return establish(scene, run(scene, 1e-13), run(scene, 1e-12), run(with_perturbed_start(scene), 1e-13), closely)
 
 
 @functools.cache
@@ -149,7 +140,7 @@ def test_a_manoeuvre_between_few_samples_is_no_false_alarm(tmp_path):
     scene = load_scene(tmp_path / "slew.toml")
     assert densely_sampled(scene).run.duration_s / (densely_sampled(scene).run.samples - 1) <= 60.0 / 20
     assert out(judged(Exudyn, solution_of(scene))) == set()
-    assert "torque" in out(judged(Exudyn, solution_of(scene, fine=False)))  # as seen from the scene's own samples
+    assert "torque" in out(judged(Exudyn, solution_of(scene, dense=False)))  # as seen from the scene's own samples
 
 
 def test_a_bar_that_is_hard_to_turn_is_no_false_alarm(tmp_path):
@@ -159,7 +150,7 @@ def test_a_bar_that_is_hard_to_turn_is_no_false_alarm(tmp_path):
     assert out(judged(Exudyn, solution_of(scene))) == set()
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_straight_track_is_exact_but_for_rounding(free):
     solution = solution_of(free)
     for engine in (Reference, Exudyn, Rebound):
@@ -195,6 +186,7 @@ def test_the_centre_of_mass_residual_is_judged_by_the_rounding_of_a_sum(steep):
         assert "com_residual" in out(judged(engine, solution, functools.partial(off_centre, off=off)))
 
 
+@pytest.mark.slow
 def test_energy_may_drift_by_what_the_finer_setting_changes_and_no_more(free):
     solution = solution_of(free)
     for engine in (Reference, Exudyn):
@@ -206,6 +198,7 @@ def test_energy_may_drift_by_what_the_finer_setting_changes_and_no_more(free):
     assert {"energy", "angular_momentum"} <= out(judged(Exudyn, solution, damped), "drift")
 
 
+@pytest.mark.exhaustive
 def test_the_bound_of_a_tree_follows_the_motion_and_not_the_chains_fastest_mode(steep):
     solution = solution_of(steep)
     assert out(judged(ExudynTree, solution)) == set()

@@ -22,11 +22,10 @@ from tests.judge.trust_cases import (
     cut,
     garbage,
     judged,
-    run,
-    solution_of,
     three_settings,
     value,
 )
+from tests.support.solutions import run, solution_of
 
 
 @pytest.mark.exhaustive
@@ -39,8 +38,8 @@ def test_an_unmodified_run_is_judged_to_its_end_far_beyond_what_can_be_predicted
     assert value(verdict, "attitude", "restart_ratio") < 1.0
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("every", [1, 20])
-@pytest.mark.slow
 def test_round_off_of_absolute_coordinates_excuses_no_nonsense_beyond_the_limit(chaotic, unmodified, every):
     class FromTheEarthsCentre(NoisyReference):
         coordinates = Coordinates.ABSOLUTE

@@ -21,10 +21,9 @@ from tests.judge.trust_cases import (
     NoisyReference,
     garbage,
     judged,
-    run,
-    solution_of,
     three_settings,
 )
+from tests.support.solutions import run, solution_of
 
 NOISE_RAD = 3e-6
 
@@ -34,6 +33,7 @@ def free():
     return solution_of(load_scene("conform/three_bars_free"))
 
 
+@pytest.mark.slow
 def test_declared_noise_of_rates_does_not_switch_off_restarts(chaotic, unmodified):
     late = (unmodified[0].t_s > 0.5 * unmodified[0].t_s[-1])[:, None]
     drawn = np.random.default_rng(3).uniform(-3.0, 3.0, unmodified[0].angle_rad.shape)

@@ -15,7 +15,8 @@ from barchain.runs.job import ROUNDOFF_ROLES, RunResult
 from barchain.solutions.reference import MOST_TURNED_RAD, closely_sampled
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
-from tests.judge.trust_cases import judged, lasting, run, solution_of, three_settings, value
+from tests.judge.trust_cases import judged, lasting, three_settings, value
+from tests.support.solutions import run, solution_of
 
 DISTANCE_M = {"moon": 384.4e6, "sun": 149597870.7e3}
 """Their tides move a bar of 100 m by as little as round-off does"""

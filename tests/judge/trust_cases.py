@@ -1,7 +1,6 @@
 """Runs, verdicts and disturbed results for the tests of a pass."""
 
 import dataclasses
-import functools
 
 import numpy as np
 
@@ -11,15 +10,10 @@ from adapters.reference.numpy_engines import Reference
 from barchain.judge.compare import judge
 from barchain.judge.evidence import Evidence
 from barchain.runs.job import RunResult
-from barchain.solutions.reference import establish, with_perturbed_start
 from reports.tables.outcome import Outcome
 from scenarios import load_scene
 
 SETTING = Setting(AccuracyParameter.RTOL, 1e-8)
-
-
-def run(scene, rtol):
-    return Reference().run(scene, Setting(AccuracyParameter.RTOL, rtol))
 
 
 def lasting(name, orbits, samples):
@@ -27,11 +21,6 @@ def lasting(name, orbits, samples):
     return dataclasses.replace(
         scene, run=dataclasses.replace(scene.run, duration_s=orbits * scene.period_s, samples=samples)
     )
-
-
-@functools.cache
-def solution_of(scene):
-    return establish(scene, run(scene, 1e-13), run(scene, 1e-12), run(with_perturbed_start(scene), 1e-13))
 
 
 def judged(solution, main, finer, engine=Reference, setting=SETTING, **more):

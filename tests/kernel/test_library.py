@@ -85,8 +85,8 @@ def test_the_library_was_built_from_these_sources() -> None:
     assert library().source_digest().decode() == build.source_digest()
 
 
+@pytest.mark.exhaustive
 @needs_compiler
-@pytest.mark.slow
 def test_an_edited_source_is_compiled_when_it_is_next_used(tmp_path: Path) -> None:
     shutil.copytree(ROOT / "reference_impl", tmp_path / "reference_impl")
     gravity = tmp_path / "reference_impl" / "kernel" / "c" / "chain" / "gravity.h"

@@ -52,6 +52,7 @@ def test_every_scene_has_a_picture_and_a_thumbnail_with_a_title(scene: Scene) ->
         assert root.get("role") == "img"
 
 
+@pytest.mark.slow
 @needs_compiler
 @every_scene
 def test_a_picture_has_both_themes_and_loads_nothing(scene: Scene) -> None:
@@ -61,6 +62,7 @@ def test_a_picture_has_both_themes_and_loads_nothing(scene: Scene) -> None:
         assert "<script" not in text
 
 
+@pytest.mark.slow
 @needs_compiler
 @every_scene
 def test_whatever_moves_is_hidden_from_readers_who_want_no_motion(scene: Scene) -> None:
@@ -72,6 +74,7 @@ def test_whatever_moves_is_hidden_from_readers_who_want_no_motion(scene: Scene) 
         assert "@media (prefers-reduced-motion:reduce){.m{display:none}" in (root.findtext(f"{SVG}style") or "")
 
 
+@pytest.mark.slow
 @needs_compiler
 def test_pictures_stay_small() -> None:
     files = [path for path in IMAGES.rglob("*") if path.is_file()]
@@ -128,6 +131,7 @@ def test_the_picture_at_the_top_of_the_readme_has_one_theme_in_each_file(theme: 
     assert load_scene(TOP).title in text
 
 
+@pytest.mark.slow
 @needs_compiler
 def test_nothing_that_is_generated_names_a_folder_of_the_machine() -> None:
     assert not [path for path, text in drawn().items() if str(ROOT) in text]

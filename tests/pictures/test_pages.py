@@ -37,7 +37,7 @@ rendered = cache(site_files)
 pytestmark = pytest.mark.skipif(bool(find_engine(COMPILED).missing), reason="pictures need the compiled reference")
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_every_image_of_a_page_is_drawn_and_has_a_text() -> None:
     for path, text in rendered().items():
         for image in IMAGE.finditer(text if path.suffix == ".md" else ""):
@@ -45,7 +45,7 @@ def test_every_image_of_a_page_is_drawn_and_has_a_text() -> None:
             assert path.parent / image["file"] in rendered()
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_every_scene_of_the_gallery_is_shown_and_linked_by_the_index() -> None:
     index = rendered()[GALLERY / "index.md"]
     assert not [s.name for s in gallery_scenes() if f"]({s.name}.md)" not in index or f"\n{s.name}\n" not in index]
@@ -66,6 +66,7 @@ def test_files_of_scenes_that_are_gone_are_removed(tmp_path: Path, monkeypatch: 
     assert [p.name for p in tmp_path.iterdir()] == ["kept.md"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 def test_every_engine_has_a_page_that_names_it(engine: str) -> None:
     page = rendered()[page_file(library_of(engine))]
@@ -150,6 +151,7 @@ def test_tables_of_many_engines_are_divided_and_keep_their_order() -> None:
     assert portions([]) == []
 
 
+@pytest.mark.slow
 def test_reasons_stand_below_a_table_of_the_gallery_and_not_in_it() -> None:
     page = rendered()[GALLERY / "paper" / "fig17.md"]
     assert not [line for line in page.splitlines() if line.startswith("|") and "not supported" in line]

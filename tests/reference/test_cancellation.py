@@ -15,7 +15,7 @@ from barchain.studies.roundoff.study import DECADES
 from reference_impl.precision.arithmetic import FLOAT32, FLOAT64, exact_numbers
 from tests.reference.cancellation import errors_of_all
 from tests.support.kernel import needs_kernel
-from tests.support.slow import one_in, slow_but
+from tests.support.slow import exhaustive_but, one_in
 
 ROOT = Path(__file__).resolve().parents[2]
 KEPT = 1e-13
@@ -154,7 +154,7 @@ SUBTRACTIONS = {
 
 
 @needs_kernel
-@pytest.mark.parametrize("what", slow_but(SUBTRACTIONS, ["gravity's differences by subtraction"]))
+@pytest.mark.parametrize("what", exhaustive_but(SUBTRACTIONS, ["gravity's differences by subtraction"]))
 def test_a_cancelling_subtraction_put_back_anywhere_is_seen(what, tmp_path):
     """A copy of the reference with the fault in it is asked for the same digits, in a process of its own."""
     file, old, new = SUBTRACTIONS[what]

@@ -37,6 +37,7 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     return [p for p in render_all(build(tmp_path_factory.mktemp("report"), ["paper/fig05"])) if p.suffix == ".html"]
 
 
+@pytest.mark.exhaustive
 def test_the_policy_of_a_report_lets_it_load_nothing_and_the_report_obeys(pages: list[Path]) -> None:
     assert pages
     for page in pages:

@@ -214,7 +214,7 @@ def test_nothing_moves_until_the_control_is_operated_from_the_keyboard(tab: Tab)
     assert tab.evaluate(MOVING) == [["hidden", "paused"]] * len(SCENES)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @in_browser
 def test_columns_of_a_kind_fold_and_unfold_by_a_checkbox(tab: Tab) -> None:
     own = tab.locator(".runs td.own")
@@ -235,7 +235,7 @@ def test_the_link_of_a_cell_unfolds_the_metrics_of_its_run(tab: Tab) -> None:
     assert row.is_visible()
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @in_browser
 @pytest.mark.parametrize("width", [1200, 1600])
 def test_a_cells_link_shows_the_run_below_the_heads_with_its_outcome(tab: Tab, width: int) -> None:

@@ -55,7 +55,7 @@ def test_the_page_has_all_numbers_and_sentences(tmp_path):
     assert "<flat> tyre" in page
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_equal_tables_give_equal_bytes(tmp_path):
     first, second = (render_study("roundoff", write(tmp_path / name)).page.read_bytes() for name in "ab")
     assert first == second
@@ -126,7 +126,7 @@ def digits_of(folder, rows=None):
     return {name: [found.digits(ratio, formulation=f) for f in ("relative", "absolute")] for name, ratio in found.named}
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_digits_are_those_of_the_law_and_lost_where_the_error_leaves_none(tmp_path):
     relative, absolute = digits_of(tmp_path / "a")["100 m truss"]
     assert absolute.median == pytest.approx(-np.log10(0.5 * U["float64"] * EARTH_M / 100.0))
@@ -149,7 +149,7 @@ def test_laws_tell_where_the_last_digit_goes(tmp_path):
     assert laws["generic", "absolute", "float64", "reaction"]["constant"].split() == ["0.50", "u/ε"]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_slope_that_is_off_is_marked(tmp_path):
     rows = tables()
     for row in rows["laws"]:
@@ -182,7 +182,7 @@ def test_digits_lie_on_lines_between_measured_sizes(tmp_path):
     assert found.digits(1e-6, formulation="nothing") is None
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_every_line_of_a_chart_has_a_sign_besides_its_colour(tmp_path):
     sections = view_roundoff(write(tmp_path)).charts
     charts = [p for shown, folded in sections.values() for p in (*shown, *folded)]
@@ -210,7 +210,7 @@ def test_numbers_read_well():
     assert length(0.104).split() == ["104", "mm"]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_growth_that_is_not_as_expected_is_placed(tmp_path):
     rows = tables()
     (head,) = (r for r in rows["growth_laws"] if r["coordinates"] == "absolute")
@@ -225,7 +225,7 @@ def test_growth_that_is_not_as_expected_is_placed(tmp_path):
     assert page.count("steady noise") == 1
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_least_errors_have_a_last_digit_too(tmp_path):
     rows = view_roundoff(write(tmp_path)).best_laws
     metres = EARTH_M * 8.0 * U["float64"] / 0.1

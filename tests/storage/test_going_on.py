@@ -136,7 +136,7 @@ def test_results_of_other_studies_are_not_replaced(tmp_path: Path) -> None:
     assert stability.FILES.rows(tmp_path).empty
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_from_python_nothing_is_overwritten_unasked(tmp_path: Path) -> None:
     barchain.compare([SCENE], ["rebound"], tmp_path)
     with pytest.raises(ResultsInPlaceError, match="holds results of comparison"):

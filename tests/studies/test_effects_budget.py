@@ -41,6 +41,7 @@ from barchain.studies.effects.timing import (
 from barchain.studies.study import Reporter, run_study
 from reports.tables.effects import TABLE, EffectKind, read_effects
 from scenarios import Gravity, Scene, load_scene
+from tests.support import solutions
 from tests.support.scene_lists import TAME
 from tests.support.slow import one_in
 
@@ -67,9 +68,8 @@ def one_of(scene: Scene, effect: str) -> Switch:
 
 def motion(scene: Scene, rtol: float = 1e-10) -> Trajectory:
     """Run of the reference."""
-    from adapters.engine import AccuracyParameter, Setting
 
-    return Reference().run(scene, Setting(AccuracyParameter.RTOL, rtol))
+    return solutions.run(scene, rtol)
 
 
 @pytest.mark.parametrize("name", one_in(4, TAME))
@@ -413,6 +413,7 @@ def budget(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Any]]:
     return folder, told
 
 
+@pytest.mark.slow
 def test_every_effect_has_a_row_with_all_that_was_asked_for(budget: Any) -> None:
     tables = read_effects(budget[0])
     assert list(tables.effects.columns) == list(TABLE.columns)
@@ -439,6 +440,7 @@ def test_every_effect_has_a_row_with_all_that_was_asked_for(budget: Any) -> None
     assert record["scene"]["largest_reaction_N"] > 0.0
 
 
+@pytest.mark.slow
 def test_a_budget_that_goes_on_makes_nothing_that_is_there(budget: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     def made(*_: object) -> None:
         raise AssertionError("a run or a time is made again")
@@ -449,6 +451,7 @@ def test_a_budget_that_goes_on_makes_nothing_that_is_there(budget: Any, monkeypa
     pd.testing.assert_frame_equal(read_effects(budget[0]).effects, before)
 
 
+@pytest.mark.slow
 def test_j2_moves_the_centre_of_mass_as_its_closed_form_says(budget: Any) -> None:
     """To first order 3/4 J2 (R/r)² g t² at first, less what the orbit's own turning makes of it: (n t)²/4 at most."""
     scene = brief(load_scene(DRAG))

@@ -146,7 +146,7 @@ def test_own_steps_reach_the_tolerance_or_the_arithmetics_floor(solution):
     assert (rows.evaluations > 0).all()
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_errors_of_rounding_grow_with_time_as_a_random_walk_moves_things():
     family = ScaledScene(load_scene("paper/fig15"), (1e-4,), 12, orbits=3.0, samples=12)
     known = solution_of(family)
@@ -253,6 +253,7 @@ def test_an_interrupted_study_keeps_what_it_has(tmp_path):
     assert len(read_roundoff(tmp_path).evaluation) > 0
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("timed", [lambda: one_state(3), lambda: many_states("float32", 3)])
 def test_a_timing_is_a_ratio_with_an_interval(timed):
     row = timed()
@@ -269,6 +270,7 @@ def test_parts_are_known_to_the_command_line():
     assert laws.LOST == 0.1
 
 
+@pytest.mark.exhaustive
 def test_a_fresh_process_evaluates_every_form_of_the_product():
     code = (
         "from barchain.studies.roundoff.formulations import PRODUCTION\n"

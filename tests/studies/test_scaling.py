@@ -308,6 +308,7 @@ def test_an_engine_that_fails_costs_its_own_rows_only(study: Any) -> None:
     assert "nan" not in html.lower()
 
 
+@pytest.mark.slow
 def test_a_good_point_has_all_that_was_asked_for(tmp_path: Path) -> None:
     run_study(scaling_study(["reference"], (2, 5), repeats=1), tmp_path)
     own = read_table(tmp_path, "scaling", "points")

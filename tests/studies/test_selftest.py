@@ -121,7 +121,7 @@ def homes(fault: str) -> Iterator[SceneRuns]:
     return map(stage, own or CHEAP)
 
 
-@pytest.mark.parametrize("name", slow_but(FIXED_SCENES, list(FIXED_SCENES)[::20]))
+@pytest.mark.parametrize("name", slow_but(FIXED_SCENES, list(FIXED_SCENES)[::40]))
 def test_every_fault_is_caught_in_some_scene_or_proven_invisible(name: str) -> None:
     fault, survived = FIXED_SCENES[name], []
     for where in homes(name):
@@ -318,6 +318,7 @@ def test_the_command_writes_its_tables(folder: Path) -> None:
     assert set(rate.quantity) == {"rate", "angular_momentum_about_com"}
 
 
+@pytest.mark.slow
 def test_the_page_is_rendered_from_the_tables_alone(folder: Path) -> None:
     page = render_study("selftest", folder).page
     check_policy(page)

@@ -175,6 +175,7 @@ def test_ours_are_stable_in_short_hard_scenes(folder: Path) -> None:
     assert tables.record["finished"]
 
 
+@pytest.mark.slow
 def test_scipy_at_its_defaults_reports_success_and_is_told_on(folder: Path) -> None:
     plain = read_stability(folder).plain.set_index("scene")
     assert set(plain.run) == {"pass"}
@@ -182,6 +183,7 @@ def test_scipy_at_its_defaults_reports_success_and_is_told_on(folder: Path) -> N
     assert view_stability(folder).wrong["succeeded"] == 2
 
 
+@pytest.mark.slow
 def test_the_page_is_rendered_from_the_tables_alone(folder: Path) -> None:
     page = render_study("stability", folder).page
     check_policy(page)
@@ -196,6 +198,7 @@ def test_the_page_is_rendered_from_the_tables_alone(folder: Path) -> None:
         assert word in text, word
 
 
+@pytest.mark.slow
 def test_a_study_goes_on_from_what_an_earlier_one_left(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def nothing(_: LocalSession, key: object, call: Call) -> None:
         raise AssertionError(f"{call.given[0]} is run again ({key})")

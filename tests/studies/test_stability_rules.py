@@ -3,25 +3,23 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
-from adapters.engine import AccuracyParameter, Setting
-from adapters.reference.numpy_engines import Reference
 from barchain.metrics.model_difference import com_displacement, track_response
 from barchain.runs.job import Job, Role, RunResult, failure
 from barchain.runs.run import run_job
-from barchain.solutions.reference import FINE_RTOL, densely_sampled, establish, with_perturbed_start
+from barchain.solutions.reference import with_perturbed_start
 from barchain.studies.stability.evidence import evidence
 from barchain.studies.stability.plan import settings
 from barchain.studies.stability.rules import EngineRuns, finding, law, linear_rate
 from reports.tables.outcome import Outcome
 from reports.tables.stability import TABLES, Stability
 from scenarios import load_scene
-from tests.support import faulty_engines
+from tests.support import faulty_engines, solutions
+from tests.support.slow import one_in, rows
 from tests.support.stability_engines import (
     FALLS,
     FREE,
@@ -42,27 +40,9 @@ from tests.support.stability_engines import (
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from adapters.trajectory import Array, Trajectory
+    from adapters.trajectory import Array
     from barchain.metrics.model_difference import Displacement
-    from scenarios import Scene
     from tests.support.faulty_engines import Faulty
-
-
-@functools.cache
-def solution(name: str):  # type: ignore[no-untyped-def]
-    """Reference solution of a scene, run in this process."""
-    of = scene(name)
-
-    def engine_runs(each: Scene, rtol: float) -> Trajectory:
-        return Reference().run(each, Setting(AccuracyParameter.RTOL, rtol))
-
-    return establish(
-        of,
-        engine_runs(of, 1e-13),
-        engine_runs(of, 1e-12),
-        engine_runs(with_perturbed_start(of), 1e-13),
-        engine_runs(densely_sampled(of), FINE_RTOL),
-    )
 
 
 def seen_of(engine: type[Faulty], name: str) -> EngineRuns:
@@ -70,7 +50,7 @@ def seen_of(engine: type[Faulty], name: str) -> EngineRuns:
     own = settings(scene(name), engine)
     jobs = {role: Job(scene(name), "faulty", registration(engine), s, role) for role, s in own.items()}
     runs = {role: run_job(job) for role, job in jobs.items()}
-    return EngineRuns(scene(name), "faulty", engine, own, runs, solution(name))
+    return EngineRuns(scene(name), "faulty", engine, own, runs, solutions.solution_of(scene(name)))
 
 
 CASES = [
@@ -95,7 +75,7 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize(("engine", "name", "outcome", "words"), CASES)
+@pytest.mark.parametrize(("engine", "name", "outcome", "words"), one_in(3, rows(CASES)))
 def test_each_outcome_is_reached_by_an_engine_made_for_it(
     engine: type[Faulty], name: str, outcome: Stability, words: str, tmp_path: Path
 ) -> None:
@@ -141,7 +121,7 @@ def test_a_refusal_is_said_while_building_and_nowhere_else() -> None:
 
 
 def test_a_small_departure_grows_at_the_linear_rate_of_a_pendulum_in_the_tide() -> None:
-    found = linear_rate(solution(FALLS))
+    found = linear_rate(solutions.solution_of(scene(FALLS)))
     assert found is not None
     n = scene(FALLS).mean_motion_rad_s
     # the perturbed run differs in angle and rate, and its decaying part e^-√3nt is below 1 % from growth 10 on
@@ -155,8 +135,8 @@ def test_a_track_seen_less_than_once_a_radian_is_bounded_and_not_interpolated() 
     def displaced(samples: int) -> tuple[Displacement, Array]:
         run = dataclasses.replace(long.run, duration_s=3.0 * long.period_s, samples=samples)
         of = dataclasses.replace(long, run=run)
-        engine_runs = Reference().run(of, Setting(AccuracyParameter.RTOL, 1e-10))
-        aside = Reference().run(with_perturbed_start(of), Setting(AccuracyParameter.RTOL, 1e-10))
+        engine_runs = solutions.run(of, 1e-10)
+        aside = solutions.run(with_perturbed_start(of), 1e-10)
         return com_displacement(of, engine_runs), track_response(of, engine_runs, aside)["com"]
 
     (close, moved), (far, most) = displaced(301), displaced(4)

@@ -4,13 +4,12 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from adapters.engine import AccuracyParameter, Setting
-from adapters.reference.numpy_engines import Reference
 from barchain.metrics.quantities import differences
+from tests.support import solutions
 
 
 def certified_stand_in(scene, error=1e-12):
-    seen = Reference().run(scene, Setting(AccuracyParameter.RTOL, 1e-13))
+    seen = solutions.run(scene, 1e-13)
     n = len(seen.t_s)
     bound = {name: np.full(n, error) for name in differences(seen, seen)}
     return SimpleNamespace(scene=scene, trajectory=seen, error=bound, precision="double", source="stand-in")

@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.common.initial_state import chain_model, initial_state
-from adapters.engine import AccuracyParameter, Setting
-from adapters.reference.numpy_engines import Reference
 from reference_impl.model.relative import accelerations
 from reference_impl.model.state import Accelerations, State
 from scenarios import Gravity, Scene, load_scene
+from tests.support import solutions
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
@@ -62,7 +61,7 @@ def of_bars(scene: Scene, bars: int) -> Scene:
 @functools.cache
 def solution(scene: Scene) -> Trajectory:
     """The reference at its tightest."""
-    return Reference().run(scene, Setting(AccuracyParameter.RTOL, 1e-13))
+    return solutions.run(scene, 1e-13)
 
 
 def worst(a: Array | None, b: Array | None) -> float:

@@ -9,7 +9,7 @@ import pytest
 from _pytest.mark import ParameterSet
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable
+    from collections.abc import Callable, Collection, Iterable, Sequence
 
 
 CI_SHARE = 8
@@ -31,6 +31,11 @@ def one_in(share: int, values: Iterable[Any], name: Callable[[Any], str] | None 
         for each in values
     ]
     return left_to_later((each, k % share == 0) for k, each in enumerate(found))
+
+
+def rows(values: Iterable[Sequence[Any]]) -> list[ParameterSet]:
+    """Parameters of a test that takes several at once."""
+    return [pytest.param(*each) for each in values]
 
 
 def left_to_later(parameters: Iterable[tuple[ParameterSet, bool]]) -> list[ParameterSet]:

@@ -112,7 +112,7 @@ def test_a_folder_without_repository_gives_no_commit(tmp_path: Path) -> None:
         commit_tree("HEAD", tmp_path / "tree", tmp_path)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_an_older_release_runs_todays_barchain_and_a_version_that_does_not_exist_is_told(tmp_path: Path) -> None:
     made = pinned_environment(["pymunk==7.3.0"])
     tree = installed_tree(tmp_path / "tree")

@@ -212,7 +212,7 @@ def test_a_speed_up_is_better_and_told_once() -> None:
     assert not any(judged.worse for judged in told)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_culprits_of_steps_in_times_are_right_in_nineteen_of_twenty() -> None:
     right = []
     for seed in range(20):

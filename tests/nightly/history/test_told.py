@@ -95,7 +95,7 @@ def test_a_second_step_of_a_figure_is_told_as_soon_as_a_first_one(second: float)
     assert any(len(told(x[:, :night])[0]) == 2 for night in range(101, 112))
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_doubling_after_an_accepted_slow_down_is_told(store: NightStore) -> None:
     x = noise(15, 4, 70, 0.01, 0.0)
     x[0, 30:] += 0.1

@@ -149,7 +149,7 @@ def test_the_installation_of_the_start_stands_in_the_state_file(killed: Path) ->
     }
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("content", exhaustive_but(["", "{", '{"plan": "x"}', "[]", "null"], [""]))
 def test_a_damaged_state_is_told_once_and_the_results_beside_it_stay(
     plan: NightPlan, tmp_path: Path, killed: Path, content: str
@@ -171,7 +171,7 @@ def test_a_damaged_state_is_told_once_and_the_results_beside_it_stay(
         assert sorted(each.complete for each in store.nights()) == [True, True, True]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_clock_that_was_in_the_future_once_stops_no_turns_and_is_told(plan: NightPlan, tmp_path: Path) -> None:
     ahead = datetime.datetime.now(datetime.UTC) + datetime.timedelta(days=5000)
     with open_store(str(tmp_path / "history"), create=True) as store:

@@ -87,7 +87,7 @@ def test_an_engine_that_is_not_installed_costs_its_own_figures_alone_and_the_nig
     assert {figure.identity.engine for figure in figures} >= {"reference"}
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_an_engine_that_hangs_costs_its_own_row_alone_and_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -119,7 +119,7 @@ files = ["hangs.py"]
     )
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_night_that_is_killed_goes_on_with_what_it_has(
     plan: NightPlan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -53,6 +53,7 @@ def test_a_small_campaign_passes(small: tuple[Campaign, Path]) -> None:
     assert not [c for c in found.cells if c.kind is CellClass.BROKEN]
 
 
+@pytest.mark.slow
 def test_its_tables_hold_its_cells(small: tuple[Campaign, Path]) -> None:
     found, out = small
     table = read_table(out, "campaign", "campaign")
@@ -61,6 +62,7 @@ def test_its_tables_hold_its_cells(small: tuple[Campaign, Path]) -> None:
     assert read_record(out, "campaign")["passed"]
 
 
+@pytest.mark.slow
 def test_its_page_is_rendered_from_its_tables_alone(small: tuple[Campaign, Path]) -> None:
     _, out = small
     (page,) = [p for p in render_all(out) if p.name == "campaign.html"]
