@@ -1,6 +1,6 @@
 """Mistakes planted one at a time in barchain's own code, and whether its default tests notice.
 
-    python benchmarks/planted_in_the_code.py                     # all: an hour on two cores
+    python benchmarks/planted_in_the_code.py                     # all: a quarter of an hour on two cores
     python benchmarks/planted_in_the_code.py --only "judge|runs" # those whose files match
 
 Each mistake is one replacement in a copy of the committed and staged files. The tests of the folders concerned must

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 SMALL = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
 MOST_CAUSES = 3
 MOST_SUSPECTS = 3
+CONFIRMED = "confirmed"
+"""Verdict of an attribution that found its suspect by runs"""
 DIRECTIONS = {"worse": "for the worse", "better": "for the better", "changed": "neither better nor worse"}
 NOT_REPRODUCIBLE = "not reproducible: the same sources, versions and machine class gave other bits"
 NOT_JUDGED = "Nothing was judged: no figure of this night has an earlier one."
@@ -115,16 +117,26 @@ def plain(changes: Sequence[ChangeEntry], since: str, judged: int) -> str:
 def causes(changes: Sequence[ChangeEntry]) -> str:
     """Whose changes they are: ``all three since engine:mujoco 4.0.0, confirmed``."""
     found: Counter[str] = Counter()
+    confirmed: Counter[str] = Counter()
     for change in changes:
         found[cause(change)] += 1 + change.also
+        if len(change.suspects) == 1 and change.confirmed.startswith(CONFIRMED):
+            confirmed[cause(change)] += 1 + change.also
+
+    def shown(name: str) -> str:
+        if not confirmed[name]:
+            return name
+        every = confirmed[name] == found[name]
+        return f"{name}, {'' if every else f'{amount(confirmed[name])} of them '}{CONFIRMED}"
+
     if len(found) == 1:
         (only,) = found
         count = figures(changes)
         every = "" if count == 1 else "both " if count == 2 else f"all {amount(count)} "
-        return f"{every}{only}"
-    shown = [f"{amount(count)} {name}" for name, count in found.most_common(MOST_CAUSES)]
+        return f"{every}{shown(only)}"
+    words = [f"{amount(count)} {shown(name)}" for name, count in found.most_common(MOST_CAUSES)]
     more = figures(changes) - sum(count for _, count in found.most_common(MOST_CAUSES))
-    return listed([*shown, f"{amount(more)} by other causes"] if more else shown)
+    return listed([*words, f"{amount(more)} by other causes"] if more else words)
 
 
 def cause(change: ChangeEntry) -> str:
@@ -132,7 +144,8 @@ def cause(change: ChangeEntry) -> str:
     if len(change.suspects) == 1:
         (only,) = change.suspects
         since = f"since {only.name} {only.after or '(gone)'}".rstrip()
-        return f"{since}, {change.confirmed.partition(':')[0]}" if change.confirmed else since
+        verdict = change.confirmed.partition(":")[0]
+        return since if verdict in ("", CONFIRMED) else f"{since}, {verdict}"
     if change.confirmed:
         return f"by real runs {change.confirmed}"
     if change.suspects:

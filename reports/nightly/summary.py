@@ -27,13 +27,15 @@ def write_summary(folder: Path, facts: NightlyFile) -> None:
 
 
 def message(facts: NightlyFile, link: str = "") -> str:
-    """Night in three lines for mail or a chat: the sentence, the worst figures with their suspects, a link."""
+    """Night in three lines for mail or a chat: the sentence, the worst figures with suspects and a reason, a link."""
     every, said = (*facts.changes, *facts.standing), []
     for change in every[:MOST_NAMED]:
         suspects = ", ".join(suspect.name for suspect in change.suspects) or "no part that differs"
         said.append(f"{change.words} ({suspects})")
     if len(every) > MOST_NAMED:
         said.append(f"and {len(every) - MOST_NAMED} more")
+    changed = {(change.scene, change.engine) for change in every}
+    said += [rejected.words for rejected in facts.rejected if (rejected.scene, rejected.engine) in changed][:1]
     if not said:
         said = [rejected.words for rejected in facts.rejected[:MOST_NAMED]]
     return "\n".join(line for line in (facts.sentence, "; ".join(said), link or facts.night.name) if line)

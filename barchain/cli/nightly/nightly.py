@@ -75,7 +75,7 @@ def nightly(
     url = url or os.environ.get(VARIABLE) or str(out)
     if listed:
         for job in planned(plan, url):
-            say(job.shown(out / job.name))
+            say(job.shown(out / "NIGHT" / job.name))
         return
     run_and_tell(plan, minutes or plan.file.minutes, url, out, junit, baseline, fail_on, need_history=need_history)
 

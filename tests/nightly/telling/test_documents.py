@@ -463,3 +463,11 @@ def test_a_night_is_told_in_three_lines_for_a_chat(history: str, tmp_path: Path)
     )
     assert "(engine:mujoco)" in lines[1]
     assert lines[2] == "https://example.org/nightly.html"
+
+
+def test_the_message_for_a_chat_gives_a_reason_of_what_changed(history: str) -> None:
+    for number, factor, wrong in ((0, 1.0, False), (1, 2.0, True)):
+        rejected = verdict("inconsistent", reason="the torque is doubled") if wrong else verdict()
+        add(history, night(error(1e-5 * factor), rejected, number=number))
+    said = CliRunner().invoke(cli, ["history", "tell", "--history", history]).output
+    assert "mujoco on paper/fig05: inconsistent: the torque is doubled" in said

@@ -62,6 +62,11 @@ def said(*changes: ChangeEntry, **more: Any) -> str:
             "One figure of 900 changed tonight, for the worse; since engine:mujoco 4.0.0, confirmed.",
         ),
         (
+            (*(change(confirmed="confirmed: engine:mujoco 3.2.7 → 4.0.0"),) * 2, change()),
+            "Three figures of 900 changed tonight, all for the worse; all three since engine:mujoco 4.0.0, two of them "
+            "confirmed.",
+        ),
+        (
             (change(accepted=ACCEPTED),),
             "One figure of 900 changed tonight; the change is accepted. Nothing else changed.",
         ),
