@@ -128,6 +128,7 @@ def copy(folder: Path) -> None:
     for name in filter(None, listed.split("\0")):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy2(ROOT / name, folder / name)
+    subprocess.run([sys.executable, "-c", BUILD], cwd=ROOT, check=True)
     shutil.copytree(ROOT / BUILT, folder / BUILT, dirs_exist_ok=True)
 
 
