@@ -49,7 +49,7 @@ FAULTS = {
     "Chatters": (Outcome.PASS, ""),
 }
 QUICK = ("Segfault", "DoesNotImport", "NotThere")
-"""Faults that every test run tries, of the quick ones"""
+"""Faults that every test run tries: a crash, an exception at import, no such class"""
 
 
 def unshipped(name):
@@ -71,13 +71,13 @@ def spoiled_by(names, folder):
 
 @pytest.fixture(scope="module")
 def spoiled(tmp_path_factory):
-    """One comparison over faults of each kind, with unmodified engines among them."""
+    """One comparison over the quick faults."""
     return spoiled_by(QUICK, tmp_path_factory.mktemp("faulty"))
 
 
 @pytest.fixture(scope="module")
 def spoiled_further(tmp_path_factory):
-    """One comparison over all other faults."""
+    """One comparison over all other faults, with unmodified engines among them."""
     return spoiled_by(sorted(FAULTS.keys() - set(QUICK)), tmp_path_factory.mktemp("faulty"))
 
 
