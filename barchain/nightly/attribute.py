@@ -7,14 +7,14 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from barchain.nightly.bisection import AttributionVerdict, find_causes
+from barchain.nightly.bisection import find_causes
 from barchain.nightly.cells import NO_SCENES, CellError, Cells, middle, shows, swaps_of
 from barchain.nightly.changes import Direction, result_words
 from barchain.nightly.facts import OWN, suspicion
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import MOST_TEXT, FigureKind
 from barchain.nightly.history import now
-from barchain.nightly.told import ATTRIBUTED
+from barchain.nightly.told import ATTRIBUTED, AttributionVerdict
 from barchain.runs.environment import scratch_folder
 from barchain.studies.study import ignore
 

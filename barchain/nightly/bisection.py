@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,6 +17,7 @@ from barchain.nightly.origins import AT, state_words, states_between
 from barchain.nightly.parts import capture
 from barchain.nightly.releases import releases_of
 from barchain.nightly.suspects import differing
+from barchain.nightly.told import AttributionVerdict
 from barchain.runs.environment import scratch_folder
 from barchain.runs.processes import GitError, git
 from barchain.studies.study import ignore
@@ -31,19 +31,6 @@ if TYPE_CHECKING:
     from barchain.nightly.history import NightStore
 
     Cell = frozenset[str]
-
-
-class AttributionVerdict(StrEnum):
-    """Result of an attribution."""
-
-    CONFIRMED = "confirmed"
-    """One suspect alone makes the change, and the others together do not"""
-    BOTH = "both"
-    """Several suspects make a change, each by itself"""
-    INTERACTION = "interaction"
-    """Suspects make the change only together"""
-    NOT_REPRODUCED = "not reproduced"
-    """All suspects together don't make the change in a fresh environment"""
 
 
 def find_causes(

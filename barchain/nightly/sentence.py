@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING
 
+from barchain.nightly.told import AttributionVerdict
 from scenarios.plural import plural
 
 if TYPE_CHECKING:
@@ -17,8 +18,6 @@ if TYPE_CHECKING:
 SMALL = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
 MOST_CAUSES = 3
 MOST_SUSPECTS = 3
-CONFIRMED = "confirmed"
-"""Verdict of an attribution that found its suspect by runs"""
 DIRECTIONS = {"worse": "for the worse", "better": "for the better", "changed": "neither better nor worse"}
 NOT_REPRODUCIBLE = "not reproducible: the same sources, versions and machine class gave other bits"
 NOT_JUDGED = "Nothing was judged: no figure of this night has an earlier one."
@@ -119,15 +118,15 @@ def causes(changes: Sequence[ChangeEntry]) -> str:
     found: Counter[str] = Counter()
     confirmed: Counter[str] = Counter()
     for change in changes:
-        found[cause(change)] += 1 + change.also
-        if len(change.suspects) == 1 and change.confirmed.startswith(CONFIRMED):
-            confirmed[cause(change)] += 1 + change.also
+        name, count = cause(change), 1 + change.also
+        found[name] += count
+        confirmed[name] += count * (len(change.suspects) == 1 and verdict(change) == AttributionVerdict.CONFIRMED)
 
     def shown(name: str) -> str:
         if not confirmed[name]:
             return name
         every = confirmed[name] == found[name]
-        return f"{name}, {'' if every else f'{amount(confirmed[name])} of them '}{CONFIRMED}"
+        return f"{name}, {'' if every else f'{amount(confirmed[name])} of them '}{AttributionVerdict.CONFIRMED}"
 
     if len(found) == 1:
         (only,) = found
@@ -144,8 +143,7 @@ def cause(change: ChangeEntry) -> str:
     if len(change.suspects) == 1:
         (only,) = change.suspects
         since = f"since {only.name} {only.after or '(gone)'}".rstrip()
-        verdict = change.confirmed.partition(":")[0]
-        return since if verdict in ("", CONFIRMED) else f"{since}, {verdict}"
+        return since if verdict(change) in ("", AttributionVerdict.CONFIRMED) else f"{since}, {verdict(change)}"
     if change.confirmed:
         return f"by real runs {change.confirmed}"
     if change.suspects:
@@ -153,6 +151,11 @@ def cause(change: ChangeEntry) -> str:
         more = len(names) - MOST_SUSPECTS
         return f"with the suspects {listed([*names[:MOST_SUSPECTS], f'{amount(more)} more'] if more > 0 else names)}"
     return "with unknown cause" if change.unknown else "without a change of any part"
+
+
+def verdict(change: ChangeEntry) -> str:
+    """Verdict of the attribution of a change, without its causes; empty if none was made."""
+    return change.confirmed.partition(":")[0]
 
 
 def amount(count: int, noun: str = "") -> str:

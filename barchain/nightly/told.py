@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import defaultdict
+from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 from barchain.nightly.acceptances import accepted, fits
@@ -24,6 +25,19 @@ if TYPE_CHECKING:
 FILE = "told.json"
 ATTRIBUTED = "attributed"
 """Folder of the results of attributions"""
+
+
+class AttributionVerdict(StrEnum):
+    """Result of an attribution."""
+
+    CONFIRMED = "confirmed"
+    """One suspect alone makes the change, and the others together do not"""
+    BOTH = "both"
+    """Several suspects make a change, each by itself"""
+    INTERACTION = "interaction"
+    """Suspects make the change only together"""
+    NOT_REPRODUCED = "not reproduced"
+    """All suspects together don't make the change in a fresh environment"""
 
 
 def keep_judgement(store: NightStore, judged: JudgedNight) -> None:

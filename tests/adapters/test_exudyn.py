@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 import math
 from itertools import product
 from typing import TYPE_CHECKING
@@ -37,7 +36,6 @@ def shortened(name: str, orbits: float, samples: int) -> Scene:
     )
 
 
-@functools.cache
 def solution(scene: Scene) -> Trajectory:
     return solutions.run(scene, 1e-13)
 

@@ -227,7 +227,6 @@ def test_light_and_thrust_push_as_their_pages_say(absolute: bool) -> None:
         assert torque == pytest.approx(arm[0] * force[1] - arm[1] * force[0], rel=50 * EPS)
 
 
-@functools.cache
 def solution(name: str) -> Trajectory:
     return solutions.run(halved(name), 1e-13)
 

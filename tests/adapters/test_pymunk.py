@@ -61,7 +61,6 @@ def steep(orbits=1.0, samples=51, **orbit):
     return lasting(scene, orbits, samples)
 
 
-@functools.cache
 def solution(scene):
     return solutions.run(scene, 1e-13)
 

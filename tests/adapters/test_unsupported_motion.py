@@ -141,7 +141,6 @@ def lit() -> Scene:
     return dataclasses.replace(scene, name="lit", effects=effects, run=run)
 
 
-@functools.cache
 def reference(scene: Scene) -> Trajectory:
     return solutions.run(scene, 1e-9)
 

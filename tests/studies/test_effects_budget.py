@@ -68,7 +68,6 @@ def one_of(scene: Scene, effect: str) -> Switch:
 
 def motion(scene: Scene, rtol: float = 1e-10) -> Trajectory:
     """Run of the reference."""
-
     return solutions.run(scene, rtol)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -58,7 +57,6 @@ def of_bars(scene: Scene, bars: int) -> Scene:
     return dataclasses.replace(scene, chain=dataclasses.replace(chain, **changes))
 
 
-@functools.cache
 def solution(scene: Scene) -> Trajectory:
     """The reference at its tightest."""
     return solutions.run(scene, 1e-13)

@@ -8,7 +8,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from barchain.nightly.bisection import AttributionVerdict, EndsError, bisect, find_causes, minimal
+from barchain.nightly.bisection import EndsError, bisect, find_causes, minimal
+from barchain.nightly.told import AttributionVerdict
 
 A, B = frozenset("a"), frozenset("b")
 
