@@ -132,3 +132,14 @@ def test_an_interrupted_cost_study_has_no_orders() -> None:
 
     assert rows(True).to_numpy().tolist() == [[4.0, 3.9, 4.1, "", ""]]
     assert rows(False).fillna(0.0).to_numpy().tolist() == [[0.0, 0.0, 0.0, NOT_RUN, cost.INTERRUPTED]]
+
+
+def test_noise_in_times_does_not_change_whether_an_error_is_reached() -> None:
+    """A coarser setting that was slower than a finer one leaves the curve: the error is then reached "at most"."""
+    named = {"scene": "s", "engine": "e", "quantity": "attitude", "measure": "seconds", "target": 1e-3, "cost": 1.0}
+    verdicts = []
+    for status in ("reached", "at most", "not reached"):
+        reach = cost.TABLES["reach"].framed([named | {"status": status}])
+        rows = cost.FILES.to_rows({"reach": reach}, {"complete": True})
+        verdicts.append(rows[rows["metric"] == "reach"]["outcome"].item())
+    assert verdicts == ["reached", "reached", "not reached"]
