@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 BUSY = 20.0
-"""Wall time of own work, relative to its limit, after which its process is ended in any case: it must stand still"""
+"""Wall time of a call, relative to its limit, after which its process is ended in any case: it must stand still"""
 CALLS_PER_PROCESS = 1000  # a leak of barchain's own code ends with its process
 QUESTION_S = 30.0  # for an import, a declaration or a claim: the slowest package known here imports in eight seconds
 MEMORY_B = 4 * 2**30
@@ -36,7 +36,7 @@ class Call:
     """Of a module, so that another process can import it"""
     given: tuple[Any, ...]
     limit_s: float
-    """Time after which its process is ended, s: wall time, as an engine may sleep"""
+    """Time after which its process is ended, s: wall time, as an engine may sleep, without the wait for a processor"""
     pool: str = "calls"
     """Calls of one pool share processes, one after the other; empty: a process of its own"""
     calls_per_process: int = CALLS_PER_PROCESS
@@ -53,7 +53,7 @@ class Call:
 
     @property
     def wall_s(self) -> float:
-        """Wall time after which the process is ended in any case, s."""
+        """Wall time after which the process is ended if it did not wait for a processor, s."""
         return self.limit_s * (BUSY if self.own_work else 1.0)
 
 

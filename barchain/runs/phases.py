@@ -192,10 +192,10 @@ class Stopwatch:
         return min(wall_s, max(used_s, wall_s - (queue_time_s() - self.waited_s)))
 
 
-def queue_time_s() -> float:
-    """Time that this thread has waited for a processor so far, s; 0 where the system does not tell."""
+def queue_time_s(pid: int | None = None) -> float:
+    """Time that this thread, or a process, has waited for a processor so far, s; 0 where the system does not tell."""
     try:
-        return int(WAITS.read_bytes().split()[1]) / 1e9
+        return int((WAITS if pid is None else Path(f"/proc/{pid}/schedstat")).read_bytes().split()[1]) / 1e9
     except (OSError, ValueError, IndexError):
         return 0.0
 

@@ -19,6 +19,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Self
 
 from barchain.runs.call import (
+    BUSY,
     Answer,
     CallEnd,
     known_of,
@@ -27,6 +28,7 @@ from barchain.runs.call import (
     unpacked,
     write_frame,
 )
+from barchain.runs.child import FORKS
 from barchain.runs.environment import ONE_THREAD, need_current_folder, start
 from barchain.runs.message import MessageError, plain_text
 
@@ -81,7 +83,9 @@ class Slot:
         process = self.started()
         assert process.stdin is not None
         assert process.stdout is not None
-        timer = threading.Timer(known_of(call)[0].wall_s + START_S, process.kill)
+        known, _ = known_of(call)
+        most_s = BUSY * known.limit_s if FORKS else known.wall_s  # else it is the worker that looks at the limit
+        timer = threading.Timer(most_s + START_S, process.kill)
         timer.start()
         try:
             write_frame(process.stdin, call)

@@ -18,12 +18,13 @@ import signal
 import sys
 import time
 from pathlib import Path
-from typing import BinaryIO
+from typing import TYPE_CHECKING, BinaryIO
 
 import psutil
 
 from barchain.runs import run  # noqa: F401  # what every forked process has loaded already
 from barchain.runs.call import (
+    BUSY,
     FILE_B,
     LENGTH,
     MEMORY_B,
@@ -40,9 +41,12 @@ from barchain.runs.call import (
 from barchain.runs.child import FORKS, LOG, PR_SET_CHILD_SUBREAPER, called, process_control, serve
 from barchain.runs.environment import FOLDER, Watchman
 from barchain.runs.message import MessageError, plain_text
-from barchain.runs.phases import late_words
+from barchain.runs.phases import late_words, queue_time_s
 from barchain.runs.processes import descendants, last_line, tail_of
 from barchain.runs.versions import code_versions
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 KEPT_POOLS = 3  # calls of several pools come mixed: solutions, other runs, verdicts
 POLL_S = 0.05  # between looks at time, memory and output: an engine fills some 100 MB in that time
@@ -162,7 +166,7 @@ class Children:
 
     def awaited(self, child: Child, call: Call, start: float) -> Answer:
         """Answer of a process, or the first limit that it exceeds, or how it ended."""
-        received, poll = bytearray(), select.poll()
+        queued_s, received, poll = queue_time_s(child.pid), bytearray(), select.poll()
         poll.register(child.back, select.POLLIN)
         poll.register(self.requests, select.POLLIN)
         while True:
@@ -180,7 +184,7 @@ class Children:
                     continue
             if child.code is not None:  # it had ended before this look at its pipe
                 return ended(child, child.code, call)
-            if time.monotonic() - start > call.wall_s:
+            if is_late(call, time.monotonic() - start, lambda: queue_time_s(child.pid) - queued_s):
                 return Answer(end=CallEnd.TIMED_OUT, reason=late_words(child.folder, call.limit_s))
             if child.exit_code() is not None:
                 continue
@@ -202,6 +206,17 @@ class Children:
             self.end(child)
         if FORKS:
             self.end_strays()
+
+
+def is_late(call: Call, spent_s: float, queued_s: Callable[[], float]) -> bool:
+    """Whether a call is beyond its limit; the time in which its process waited for a processor does not count.
+
+    On a machine that other programs keep busy a sound engine would else be late. Where the system does not tell this
+    time, the limit is wall time; :data:`BUSY` limits of wall time end a call in any case.
+    """
+    if spent_s <= call.wall_s:
+        return False
+    return spent_s > BUSY * call.limit_s or spent_s - queued_s() > call.wall_s
 
 
 def memory_B(pid: int) -> int:

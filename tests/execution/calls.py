@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
 import time
 
 
@@ -42,3 +44,15 @@ def no_bytes() -> bytes:
 def works() -> bytes:
     while True:
         pass
+
+
+def works_beside_others(seconds: float) -> bytes:
+    """Work for some seconds on a processor that three other processes keep busy."""
+    os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+    others = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(3)]
+    end = time.process_time() + seconds
+    while time.process_time() < end:
+        pass
+    for other in others:
+        other.kill()
+    return b"done"

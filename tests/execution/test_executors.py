@@ -14,6 +14,7 @@ import pytest
 from barchain.runs.call import Call, CallEnd, pickled
 from barchain.runs.cluster.connection import ClusterLostError
 from barchain.runs.executors import DaskCluster, LocalProcesses
+from barchain.runs.phases import queue_time_s
 from barchain.runs.pool import Slots
 from tests.execution import calls
 from tests.support.local_cluster import LocalCluster, kill
@@ -63,6 +64,13 @@ def test_a_call_that_raises_dies_or_hangs_costs_its_own_answer(executor: Executo
         "its process died (signal 9, SIGKILL) and gave no result; last output: so long",
     )
     assert (late.end, late.reason) == (CallEnd.TIMED_OUT, "no result within 2 s")
+
+
+@pytest.mark.skipif(not queue_time_s(), reason="the system does not tell a wait for a processor")
+def test_a_run_is_not_late_because_other_programs_keep_the_processor_busy() -> None:
+    (answer,) = answers(LocalProcesses(1), Call(calls.works_beside_others, (1.2,), 2.0, pool=""))
+    assert answer.content == b"done"
+    assert answer.seconds > 2.0
 
 
 @pytest.mark.exhaustive
