@@ -15,7 +15,7 @@ expressions' numbers once before each step (3 to 5 % of a run). Exudyn has no fa
 connector acts on points, without the gradient's torque. The cost study measures the loads' share of a run.
 
 Supported: all gravity models, oblateness, third bodies, drag, solar pressure without shadow, joint springs and dampers,
-thrusts; prescribed rotations except by the tree.
+thrusts; prescribed rotations except by the tree, and except by a motor in a joint at index 3 in absolute coordinates.
 Not supported: impulses, the shadow's edge, bars that turn their other face to the wind or the Sun, thrust tables with
 corners inside a step, and thrusts that start or end during a run with prescribed rotations.
 
