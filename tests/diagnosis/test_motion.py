@@ -11,7 +11,9 @@ import pytest
 
 from adapters.common.equal_steps import finer_setting
 from adapters.registry import ENGINES
+from barchain.judge.diagnosis.motion import equations
 from barchain.judge.diagnosis.motion.balance import motion_of
+from barchain.judge.diagnosis.motion.equations import Equations
 from barchain.judge.diagnosis.motion.numbers import numbers
 from barchain.judge.diagnosis.motion.others import others
 from barchain.judge.diagnosis.motion.quadrature import quadrature
@@ -43,6 +45,21 @@ LOADED = (
 def loaded(name: str) -> Scene:
     """Scene of conformance, at the samples of a comparison."""
     return closely_sampled(load_scene(f"conform/{name}"))
+
+
+@pytest.mark.parametrize("name", ["drag_alone", "oblateness_alone", "quadrupole_alone", "slender_alone"])
+def test_loads_of_all_states_at_once_are_those_of_each_state(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = load_scene(f"conform/{name}")
+    motion = motion_of(run(scene, 1e-9))
+    assert motion is not None
+    at_once = Equations(scene, motion.states).effects
+    monkeypatch.setattr(equations, "AT_ONCE", frozenset())
+    one_by_one = Equations(scene, motion.states).effects
+    assert any(load.acts.any() for load in one_by_one)
+    for rows, each in zip(at_once, one_by_one, strict=True):
+        for a, b in zip(rows, each, strict=True):
+            assert a.shape == b.shape
+            assert np.abs(a - b).max() <= 1e-12 * np.abs(b).max()
 
 
 @pytest.mark.parametrize("breaks", [(), (0.31,), (0.25, 0.731)])

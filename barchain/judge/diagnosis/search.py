@@ -126,14 +126,14 @@ class GivenResult:
             found[name] = Left(ratio, own, float(size[inside].max(initial=0.0)) / self.scale[name])
         return found
 
-    def hopeless(self, supposed: Trajectory, *, any_turns: bool = False) -> bool:
-        """Whether no tolerance carried through a reading explains the differences: a quick look before :meth:`fit`.
+    def hopeless(self, supposed: Trajectory, altered: frozenset[str], *, any_turns: bool = False) -> bool:
+        """Whether no tolerance carried through a reading explains the differences of the quantities that it alters.
 
-        The median sample decides: a wrapped angle may jump at a single one.
+        A quick look before :meth:`fit`. The median sample decides: a wrapped angle may jump at a single one.
         """
         supposed = self.with_turns(supposed) if any_turns else supposed
-        apart = differences(completed(self.given, self.absent, supposed), supposed)
-        over = (apart[q] > MOST_CARRIED * self.tolerance[q] for q in self.quantities if q in apart)
+        apart = differences(completed(self.given, self.absent, supposed), supposed, altered & self.quantities)
+        over = (values > MOST_CARRIED * self.tolerance[q] for q, values in apart.items())
         return any(2 * int(np.count_nonzero(each)) > len(each) for each in over)
 
     def with_turns(self, supposed: Trajectory) -> Trajectory:
@@ -187,6 +187,8 @@ class Tried:
     mistake: Reading | Timing
     supposed: Trajectory
     fit: Fit
+    few: Trajectory
+    """The trajectory at the samples at which combinations are tried first"""
     altered: frozenset[str] = frozenset()
     """Quantities that a mistake of reading alters"""
     any_turns: bool = False
@@ -223,7 +225,8 @@ class ReadingSearch:
             if mistake.any_turns and (altered or mistake.name == WHOLE_TURNS):  # of one bar, "relative" alters nothing
                 altered |= {"attitude"} & self.result.quantities
             if altered:
-                found.append(Tried(mistake, supposed, fit, altered, mistake.any_turns))
+                few = supposed.samples(self.few_rows)
+                found.append(Tried(mistake, supposed, fit, few, altered, mistake.any_turns))
         return found
 
     @cached_property
@@ -236,7 +239,7 @@ class ReadingSearch:
         """Late and early samples alone."""
         halves = self.halves()
         made = [(m, m.read(self.result.right, halves)) for m in TIMINGS]
-        return [Tried(m, s, self.result.fit(s)) for m, s in made if s is not None]
+        return [Tried(m, s, self.result.fit(s), s.samples(self.few_rows)) for m, s in made if s is not None]
 
     @cached_property
     def alone(self) -> list[Explanation]:
@@ -292,14 +295,16 @@ class ReadingSearch:
                     yield from self.composed(base, reading)
 
     def composed(self, first: Tried, second: Tried) -> Iterator[Explanation]:
-        """A mistake of reading on top of another mistake, if they explain the result at some samples."""
+        """A mistake of reading on top of another mistake, if they explain the result at some samples.
+
+        What the reading does not alter is inside its tolerance with the first mistake alone.
+        """
         turns, reading = first.any_turns or second.any_turns, second.mistake
         assert isinstance(reading, Reading)
-        some = reading.read(self.result.scene, first.supposed.samples(self.few_rows))
-        if self.few.hopeless(some, any_turns=turns):
+        if self.few.hopeless(reading.read(self.result.scene, first.few), second.altered, any_turns=turns):
             return
-        for result, rows in ((self.few, self.few_rows), (self.result, np.arange(self.result.n))):
-            supposed, tolerance = result.read(reading, first.supposed.samples(rows))
+        for result, motion in ((self.few, first.few), (self.result, first.supposed)):
+            supposed, tolerance = result.read(reading, motion)
             fit = result.fit(supposed, any_turns=turns, tolerance=tolerance)
             if fit.outside:
                 return

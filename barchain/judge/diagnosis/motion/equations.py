@@ -10,6 +10,7 @@ with d_k = sum_j A_kj u_j the bars' centres from the centre of mass, and G = A' 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -34,6 +35,8 @@ if TYPE_CHECKING:
 
 ENDS = (0.5, 0.5)
 """Joints at the bars' ends"""
+AT_ONCE = frozenset({"drag", "oblateness", "quadrupole", "slender"})
+"""Effects whose accelerations hold for arrays with a state in each row, too"""
 
 
 class Load(NamedTuple):
@@ -251,15 +254,25 @@ class Equations:
         spin = gradient_angular_accelerations(self.model, self.states.com[:, None] + self.place, self.states.unit)
         return self.torque(self.model.inertia_kg_m2 * spin)
 
+    @cached_property
+    def rows(self) -> StateRows:
+        """All states as one input of effects."""
+        return StateRows(self)
+
     def of_effect(self, effect: ChainEffect) -> Load:
         """Loads of an effect."""
+        model = self.model
+        if effect.name in AT_ONCE:
+            rows = effect.accelerations(self.rows, None)
+            common = self.zero.common + np.ravel(rows.common)
+            return Load(common, model.mass_kg * rows.difference, model.inertia_kg_m2 * rows.angular)
         modes = [effect.segment_mode(*span) for span in self.spans] if self.spans else [None] * len(self.inputs)
         found = [effect.accelerations(at, mode) for at, mode in zip(self.inputs, modes, strict=True)]
         if not found:
             return self.zero
-        common = np.array([complex(f.common) for f in found])
+        each = np.array([complex(f.common) for f in found])
         difference, angular = np.array([f.difference for f in found]), np.array([f.angular for f in found])
-        return Load(common, self.model.mass_kg * difference, self.model.inertia_kg_m2 * angular)
+        return Load(each, model.mass_kg * difference, model.inertia_kg_m2 * angular)
 
     @cached_property
     def effects(self) -> list[Load]:
@@ -273,6 +286,20 @@ class Equations:
         for load in self.effects:
             found = found.plus(load)
         return found
+
+
+class StateRows(EffectState):
+    """States of equations as one input of the effects :data:`AT_ONCE`: (k, N) arrays, and (k, 1) of the chain."""
+
+    def __init__(self, equations: Equations) -> None:
+        """Lay out the states."""
+        s, place, drift = equations.states, equations.place, equations.drift
+        com, velocity = (as_vectors(z[:, None]) for z in (s.com, s.velocity))
+        state = State(com, velocity, s.angle, s.rate, as_vectors(place), as_vectors(drift))
+        super().__init__(equations.model, math.nan, state, s.unit)
+        self.com = s.com[:, None]  # type: ignore[assignment]  # of each state
+        self.velocity = s.velocity[:, None] + drift
+        self.zero_acceleration, self.zero_angular = equations.zero.force, equations.zero.torque
 
 
 def mode_changes(scene: Scene, states: States) -> list[int]:

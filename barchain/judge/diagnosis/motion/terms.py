@@ -117,8 +117,13 @@ def of_piece(found: Candidates, label: str, section: str, load: Load) -> None:
     acting = np.nonzero(load.acts)[0].tolist()
     for bar in acting if len(acting) > 1 else ():
         found.times(f"{name}-on-bar-{bar + 1}", f"{label} on bar {bar + 1} is", section, load.on(bar))
-    if has_force and "thrust" not in label:
-        at_ends(found, name, label, section, load)
+    if "thrust" not in label:
+        if has_force:
+            at_ends(found, name, label, section, load)
+    elif b.scene.bars > 1:
+        moved = load._replace(force=np.roll(load.force, 1, axis=1), torque=np.roll(load.torque, 1, axis=1))
+        words = f"force and torque of {label} are added to the next bar"
+        found.fixed(f"{name}-added-to-next-bar", f"the {words}", section, moved.plus(load.times(-1.0)))
     if label == "the tidal force":
         whole = load._replace(force=load.force + b.shape.mass * e.centre[:, None])
         at_ends(found, "gravity", "the gravity", section, whole)
@@ -167,6 +172,9 @@ def simplified_tide(found: Candidates) -> None:
     along = up * (up.conj() * e.tide.force).real
     for name, part in (("along", along), ("across", e.tide.force - along)):
         found.times(f"tide-{name}", f"the part of the tidal force {name} the vertical is", GRAVITY, e.force(part))
+    first = 2.0 * mu / r**3 * b.shape.mass * up * (up.conj() * e.place).real
+    words = "the part along the vertical of the tidal force, expanded to the first order, is"
+    found.times("tide-first-order-along", words, GRAVITY, e.force(first))
     for name, n2, words in (
         ("first-order", mu / r**3, "is expanded to the first order only"),
         ("of-start", mu / abs(b.motion.states.com[0]) ** 3, "is of first order, with the mean motion at the start"),
