@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
 def turned_by(torque: Array, at: EffectState) -> EffectAccelerations:
     """Accelerations by torques (N-1,) N m on the first bar of each joint, and the opposite ones on the second."""
-    on_bars = np.zeros(at.model.bars)
-    on_bars[:-1] += torque
-    on_bars[1:] -= torque
+    on_bars = np.zeros_like(at.zero_angular)
+    on_bars[..., :-1] += torque
+    on_bars[..., 1:] -= torque
     return EffectAccelerations(0j, at.zero_acceleration, on_bars / at.model.inertia_kg_m2)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cmath
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
 
@@ -35,7 +34,8 @@ class ThirdBodyEffect(ChainEffect):
 
     def body_position(self, t_s: float) -> complex:
         """Position of the third body from the centre, m."""
-        return cmath.rect(self.distance_m, self.longitude_rad + self.rate_rad_s * t_s)
+        place: complex = self.distance_m * np.exp(1j * (self.longitude_rad + self.rate_rad_s * t_s))
+        return place
 
     def accelerations(self, at: EffectState, mode: Array | None) -> EffectAccelerations:
         """Attraction minus that on the central body, with the gradient torque and the force on second moments."""
@@ -44,8 +44,8 @@ class ThirdBodyEffect(ChainEffect):
         if at.absolute:
             common, difference = 0j, self.tide(body, at.position_from_body)
         else:
-            common = complex(self.tide(body, np.array([at.com]))[0])
-            difference = complex_field_differences(self.mu_m3_s2, np.array(at.com - body), at.position)
+            common = self.tide(body, np.asarray(at.com))  # type: ignore[assignment]  # a scalar of NumPy
+            difference = complex_field_differences(self.mu_m3_s2, np.asarray(at.com - body), at.position)
         spin = at.zero_angular
         if self.turns:
             spin = second_moment.angular_accelerations(self.mu_m3_s2, at.position_from_body - body, at.unit)

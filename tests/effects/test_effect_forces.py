@@ -219,12 +219,12 @@ FAULTS = {
     ),
     "third body: two places' tides": (
         third_body,
-        "difference = complex_field_differences(self.mu_m3_s2, np.array(at.com - body), at.position)",
+        "difference = complex_field_differences(self.mu_m3_s2, np.asarray(at.com - body), at.position)",
         "difference = self.tide(body, at.position_from_body) - common",
     ),
     "third body: two places' pulls": (
         third_body,
-        "difference = complex_field_differences(self.mu_m3_s2, np.array(at.com - body), at.position)",
+        "difference = complex_field_differences(self.mu_m3_s2, np.asarray(at.com - body), at.position)",
         "seen, near = at.position_from_body - body, at.com - body\n"
         "            difference = -self.mu_m3_s2 * (seen / abs(seen) ** 3 - near / abs(near) ** 3)",
     ),

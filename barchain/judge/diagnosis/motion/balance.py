@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -69,13 +70,23 @@ class Balance:
         scene: Scene,
         hidden: Sequence[int] | None = None,
         reach: tuple[float, float] = ENDS,
+        beside: Balance | None = None,
     ) -> None:
-        """Keep the arguments; `hidden` are the intervals in which an effect changes its mode, found by default."""
+        """Keep the arguments.
+
+        `hidden` are the intervals in which an effect changes its mode, found by default. Loads that are the same in the
+        balance of another scene, `beside` this one, are taken from there.
+        """
         self.motion, self.scene = motion, scene
         self.hidden = mode_changes(scene, motion.states) if hidden is None else hidden
-        self.rule: Quadrature = quadrature(motion.states.t_s, scene.effects.breaks_s, self.hidden)
+        rule = quadrature(motion.states.t_s, scene.effects.breaks_s, self.hidden)
+        same = beside is not None and rule.pieces == beside.rule.pieces and np.array_equal(rule.known, beside.rule.known)
+        self.rule: Quadrature = beside.rule if beside is not None and same else rule
         spans = tuple(self.rule.pieces[p] for p in self.rule.piece)
         self.equations = Equations(scene, motion.states.at(self.rule.rows), spans, reach)
+        if beside is not None and self.equations.alike(other := beside.equations):
+            known = tuple(zip(other.model.effects, other.effects, strict=True))
+            self.equations = dataclasses.replace(self.equations, known=known)
 
     @property
     def shape(self) -> Shape:

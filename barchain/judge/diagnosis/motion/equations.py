@@ -10,7 +10,7 @@ with d_k = sum_j A_kj u_j the bars' centres from the centre of mass, and G = A' 
 
 from __future__ import annotations
 
-import math
+import dataclasses
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 ENDS = (0.5, 0.5)
 """Joints at the bars' ends"""
-AT_ONCE = frozenset({"drag", "oblateness", "quadrupole", "slender"})
+AT_ONCE = frozenset({"drag", "joint_spring_damper", "oblateness", "quadrupole", "slender", "third_body"})
 """Effects whose accelerations hold for arrays with a state in each row, too"""
 
 
@@ -176,12 +176,15 @@ class Equations:
         Start and end of the smooth piece around each state, s; empty: modes of effects follow from the states.
     reach : tuple of float
         Distance of the left and of the right joint from a bar's centre, in lengths.
+    known : tuple of (ChainEffect, Load)
+        Loads of effects at the same states that were computed already.
     """
 
     scene: Scene
     states: States
     spans: tuple[tuple[float, float], ...] = ()
     reach: tuple[float, float] = ENDS
+    known: tuple[tuple[ChainEffect, Load], ...] = ()
 
     @cached_property
     def model(self) -> ChainModel:
@@ -277,7 +280,17 @@ class Equations:
     @cached_property
     def effects(self) -> list[Load]:
         """Loads of each effect of the model."""
-        return [self.of_effect(effect) for effect in self.model.effects]
+        found = []
+        for effect in self.model.effects:
+            same = (load for other, load in self.known if is_same(effect, other))
+            found.append(next(same, None) or self.of_effect(effect))
+        return found
+
+    def alike(self, other: Equations) -> bool:
+        """Whether an effect has the same load here as in other equations."""
+        places = self.scene.chain == other.scene.chain and self.reach == other.reach
+        instants = self.spans == other.spans and np.array_equal(self.states.t_s, other.states.t_s)
+        return places and instants and self.scene.central_body == other.scene.central_body
 
     @cached_property
     def total(self) -> Load:
@@ -296,10 +309,16 @@ class StateRows(EffectState):
         s, place, drift = equations.states, equations.place, equations.drift
         com, velocity = (as_vectors(z[:, None]) for z in (s.com, s.velocity))
         state = State(com, velocity, s.angle, s.rate, as_vectors(place), as_vectors(drift))
-        super().__init__(equations.model, math.nan, state, s.unit)
+        super().__init__(equations.model, s.t_s[:, None], state, s.unit)  # type: ignore[arg-type]  # of each state
         self.com = s.com[:, None]  # type: ignore[assignment]  # of each state
         self.velocity = s.velocity[:, None] + drift
         self.zero_acceleration, self.zero_angular = equations.zero.force, equations.zero.torque
+
+
+def is_same(a: ChainEffect, b: ChainEffect) -> bool:
+    """Whether two effects are equal."""
+    names = [f.name for f in dataclasses.fields(a)]  # type: ignore[arg-type]  # every effect is a dataclass
+    return type(a) is type(b) and all(np.array_equal(getattr(a, name), getattr(b, name)) for name in names)
 
 
 def mode_changes(scene: Scene, states: States) -> list[int]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
@@ -54,18 +55,29 @@ class Quadrature:
         most = int(np.count_nonzero(at)) - (1 if degree == DEGREE else 3)  # of few samples too, the error shows
         return make_interp_spline(self.t_s[self.rows[at]], values[at], min(degree, most))
 
-    def integral(self, values: Values, degree: int = DEGREE) -> Values:
-        """Integral of values (k, c) over each interval, (n - 1, c); zero in unknown intervals."""
-        found: Values = np.zeros((len(self.t_s) - 1, *values.shape[1:]), values.dtype)
+    @cached_property
+    def weights(self) -> Array:
+        """(n - 1, k) weight of each evaluation in the integral over each interval; zero in unknown intervals."""
+        return self.weights_of(DEGREE)
+
+    def weights_of(self, degree: int) -> Array:
+        """Weights of splines of a degree: integrals are linear in the values."""
+        found: Array = np.zeros((len(self.t_s) - 1, len(self.rows)))
+        each = np.eye(len(self.rows))
         for number, (start, end) in enumerate(self.pieces):
-            summed = self.curve(values, number, degree).antiderivative()
+            summed = self.curve(each, number, degree).antiderivative()
             found += np.diff(summed(np.clip(self.t_s, start, end)), axis=0)
         found[~self.known] = 0.0
         return found
 
+    def integral(self, values: Values) -> Values:
+        """Integral of values (k, ...) over each interval, (n - 1, ...); zero in unknown intervals."""
+        found: Values = np.tensordot(self.weights, values, 1)
+        return found
+
     def error(self, values: Array) -> Array:
         """Estimate of the error of :meth:`integral`, at least zero."""
-        found: Array = np.abs(self.integral(values) - self.integral(values, LOWER))
+        found: Array = np.abs(self.integral(values) - self.weights_of(LOWER) @ values)
         return found
 
 

@@ -157,7 +157,7 @@ class MotionSearch:
         same = (effects.solar_pressure, effects.drag) == (own.solar_pressure, own.drag)
         try:
             with np.errstate(all="ignore"):
-                other = Balance(right.motion, scene, right.hidden if same else None, reach)
+                other = Balance(right.motion, scene, right.hidden if same else None, reach, right)
                 value = other.value
         except (ValueError, ArithmeticError, np.linalg.LinAlgError):
             return np.full_like(right.value, np.nan)
