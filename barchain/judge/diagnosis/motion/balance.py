@@ -80,8 +80,7 @@ class Balance:
         self.motion, self.scene = motion, scene
         self.hidden = mode_changes(scene, motion.states) if hidden is None else hidden
         rule = quadrature(motion.states.t_s, scene.effects.breaks_s, self.hidden)
-        same = beside is not None and rule.pieces == beside.rule.pieces and np.array_equal(rule.known, beside.rule.known)
-        self.rule: Quadrature = beside.rule if beside is not None and same else rule
+        self.rule: Quadrature = beside.rule if beside is not None and rule.alike(beside.rule) else rule
         spans = tuple(self.rule.pieces[p] for p in self.rule.piece)
         self.equations = Equations(scene, motion.states.at(self.rule.rows), spans, reach)
         if beside is not None and self.equations.alike(other := beside.equations):

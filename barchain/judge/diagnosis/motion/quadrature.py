@@ -49,6 +49,10 @@ class Quadrature:
     known: NDArray[np.bool_]
     """(n - 1,) intervals with enough samples"""
 
+    def alike(self, other: Quadrature) -> bool:
+        """Whether integrals at the same samples have the same weights."""
+        return self.pieces == other.pieces and np.array_equal(self.known, other.known)
+
     def curve(self, values: Array | ComplexArray, number: int, degree: int = DEGREE) -> BSpline:
         """Spline through values (k, c) in a smooth piece, which goes on to the ends of the piece."""
         at = self.piece == number
