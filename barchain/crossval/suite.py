@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import time
+from collections import defaultdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +12,7 @@ import pandas as pd
 
 from adapters.common.equal_steps import finer_setting
 from adapters.engine import EngineError
-from barchain.crossval.plan import ANY_INDEPENDENT, SceneProgress, required_verdicts
+from barchain.crossval.plan import ANY_INDEPENDENT, SEVERAL, SceneProgress, required_verdicts
 from barchain.judge.compare import judge
 from barchain.judge.diagnosis.own_motion import MadeRuns, densely
 from barchain.judge.diagnosis.verdicts import diagnosed_verdict, needs_diagnosis
@@ -23,11 +24,11 @@ from barchain.record.scene_description import gradient_defect
 from barchain.runs.asking import OutsideEngine, engine_class
 from barchain.runs.call import CallLateError
 from barchain.runs.cases import Case, Known, Shared, Task, run_cases
-from barchain.runs.job import JUDGING_ROLES, Job, Role, RunResult
+from barchain.runs.job import JUDGING_ROLES, Job, Role, RunResult, failure
 from barchain.runs.left_out import cannot
 from barchain.runs.message import plain_text
 from barchain.runs.run import keep_run
-from barchain.runs.tasks import limit_of, run_task
+from barchain.runs.tasks import expected_work, limit_of, run_task
 from barchain.solutions.judging import (
     CERTIFIER,
     WORDS,
@@ -68,6 +69,12 @@ class Suite:
         self.judging: list[Job] = []
         """Runs of judging solutions that are to be made"""
         self.judged_runs = 0
+        self.lightest: dict[str, tuple[float, str]] = {}
+        """Least work of each engine in a scene, and the scene"""
+        self.finished: set[str] = set()
+        """Engines of which a run has ended in time"""
+        self.late: dict[str, dict[str, None]] = defaultdict(dict)
+        """Scenes in which a run of an engine was ended at the time limit"""
         self.start = time.perf_counter()
 
     def run(self) -> dict[tuple[str, str], Verdict]:
@@ -111,6 +118,9 @@ class Suite:
         solution = Shared(self.solution(progress)) if shipped is None else Known(shipped)
         for engine in supporting:
             setting = self.comparison.setting(engine, self.classes[engine], shipped)
+            job = Job(progress.scene, engine, self.comparison.engines[engine], setting, Role.MAIN)
+            least = expected_work(job), name
+            self.lightest[engine] = min(self.lightest.get(engine, least), least)
             yield (name, engine), self.pair(progress, engine, setting, solution)
 
     def shipped(self, progress: SceneProgress) -> ReferenceSolution | None:
@@ -158,12 +168,31 @@ class Suite:
             self.store.write_series(f"trajectories/{name}/{Role.SOLUTION}", samples)
 
     def run_of(self, job: Job) -> Task:
-        """Run to be made; it is kept as soon as it is there."""
-        return run_task(job, limit_of(job, self.comparison.time_limit_s), kept=lambda result: self.kept(job, result))
+        """Run to be made; it is kept as soon as it is there.
+
+        An engine's run in its lightest scene comes first: if that one is late, the others will be.
+        """
+        first = job.role is Role.MAIN and self.lightest.get(job.engine, (0.0, ""))[1] == job.scene.name
+        return run_task(
+            job, limit_of(job, self.comparison.time_limit_s), kept=lambda result: self.kept(job, result),
+            first=first, instead=lambda: self.given_up(job),
+        )  # fmt: skip
+
+    def given_up(self, job: Job) -> RunResult | None:
+        """Result of a run that is not made, as the engine hangs: late in several scenes, and in time in none."""
+        late = [scene for scene in self.late[job.engine] if scene != job.scene.name]
+        if job.role in JUDGING_ROLES or job.engine in self.finished or len(late) < SEVERAL:
+            return None
+        said = f"not tried: it was late in {' and in '.join(late[:SEVERAL])}, and in time in no scene"
+        return failure(Outcome.TIMED_OUT, said)
 
     def kept(self, job: Job, result: RunResult) -> None:
         """Keep a run, and tell of the progress before the first verdict."""
         keep_run(self.store, job, result)
+        if result.outcome is Outcome.TIMED_OUT:
+            self.late[job.engine][job.scene.name] = None
+        else:
+            self.finished.add(job.engine)
         self.store.record["seconds"] = time.perf_counter() - self.start
         if job in self.judging:
             self.judged_runs += 1

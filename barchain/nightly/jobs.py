@@ -68,7 +68,7 @@ def tonights(scenes: Sequence[str], nights: int, turn: int) -> tuple[str, ...]:
 
 FIRST = "-left"
 """Ending of the name of a job that does what an earlier night left"""
-RUNS = 4
+RUNS = 6
 """Longest runs that fit into the time of their part"""
 LEAST_RUN_S, MOST_RUN_S = 10.0, 120.0
 

@@ -16,7 +16,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 BUSY = 20.0
-"""Wall time of a call, relative to its limit, after which its process is ended in any case: it must stand still"""
+"""Wall time of own work, relative to its limit, after which its process is ended in any case: it must stand still"""
+WAITED = 3.0
+"""The same of an engine's call: what waits longer for a processor takes the time of the other engines"""
 CALLS_PER_PROCESS = 1000  # a leak of barchain's own code ends with its process
 QUESTION_S = 30.0  # for an import, a declaration or a claim: the slowest package known here imports in eight seconds
 MEMORY_B = 4 * 2**30
@@ -55,6 +57,11 @@ class Call:
     def wall_s(self) -> float:
         """Wall time after which the process is ended if it did not wait for a processor, s."""
         return self.limit_s * (BUSY if self.own_work else 1.0)
+
+    @property
+    def most_s(self) -> float:
+        """Wall time after which the process is ended in any case, s."""
+        return self.limit_s * (BUSY if self.own_work else WAITED)
 
 
 class CallEnd(StrEnum):

@@ -40,6 +40,8 @@ class Task:
     """Makes the result of the answer; called once, as soon as the answer is there"""
     priority: tuple[float, ...] = ()
     """Tasks with smaller ones begin first; those of equal ones in the order in which they were asked for"""
+    instead: Callable[[], Any] = lambda: None
+    """Result that makes the call needless, asked for at its turn; None: there is none"""
 
 
 @dataclass(frozen=True)
@@ -179,11 +181,15 @@ class Runner:
             self.deliver(running, place, task.result(answer))
             yield from self.taken()
             self.submit(session)
+        yield from self.taken()
 
     def submit(self, session: Session) -> None:
         """Hand over as many tasks as the place can take; later ones may be more urgent."""
         while self.queue and session.left < AHEAD * session.side_by_side():
             _, number, task, running, place = heapq.heappop(self.queue)
+            if (found := task.instead()) is not None:
+                self.deliver(running, place, found)
+                continue
             self.tasks[number] = task, running, place
             session.submit(number, task.call)
 

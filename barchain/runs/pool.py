@@ -19,7 +19,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Self
 
 from barchain.runs.call import (
-    BUSY,
     Answer,
     CallEnd,
     known_of,
@@ -84,7 +83,7 @@ class Slot:
         assert process.stdin is not None
         assert process.stdout is not None
         known, _ = known_of(call)
-        most_s = BUSY * known.limit_s if FORKS else known.wall_s  # else it is the worker that looks at the limit
+        most_s = known.most_s if FORKS else known.wall_s  # else it is the worker that looks at the limit
         timer = threading.Timer(most_s + START_S, process.kill)
         timer.start()
         try:

@@ -98,8 +98,9 @@ def limit_of(job: Job, time_limit_s: float) -> TimeLimit:
 
 
 def run_task(
-    job: Job, limit: TimeLimit, group: PoolGroup | None = None, kept: Callable[[RunResult], object] | None = None
-) -> Task:
+    job: Job, limit: TimeLimit, group: PoolGroup | None = None, kept: Callable[[RunResult], object] | None = None,
+    *, first: bool = False, instead: Callable[[], RunResult | None] = lambda: None,
+) -> Task:  # fmt: skip
     """Task that makes a run, for a case.
 
     Runs of judging solutions come first, then the longest.
@@ -112,6 +113,10 @@ def run_task(
         Group of processes; it follows from the job by default.
     kept : callable, optional
         Called with the result as soon as it is there.
+    first : bool
+        Whether it comes before the other runs of its group.
+    instead : callable
+        Result that makes the run needless, asked for at its turn.
     """
     chosen = pool_group(job) if group is None else group
     if chosen is PoolGroup.THIRD_PARTY:
@@ -126,7 +131,7 @@ def run_task(
             kept(found)
         return found
 
-    return Task(call, result, (float(chosen), -expected_work(job)))
+    return Task(call, result, (float(chosen), -math.inf if first else -expected_work(job)), instead)
 
 
 def expected_work(job: Job) -> float:

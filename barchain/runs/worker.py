@@ -24,7 +24,6 @@ import psutil
 
 from barchain.runs import run  # noqa: F401  # what every forked process has loaded already
 from barchain.runs.call import (
-    BUSY,
     FILE_B,
     LENGTH,
     MEMORY_B,
@@ -212,11 +211,9 @@ def is_late(call: Call, spent_s: float, queued_s: Callable[[], float]) -> bool:
     """Whether a call is beyond its limit; the time in which its process waited for a processor does not count.
 
     On a machine that other programs keep busy a sound engine would else be late. Where the system does not tell this
-    time, the limit is wall time; :data:`BUSY` limits of wall time end a call in any case.
+    time, the limit is wall time.
     """
-    if spent_s <= call.wall_s:
-        return False
-    return spent_s > BUSY * call.limit_s or spent_s - queued_s() > call.wall_s
+    return spent_s > call.wall_s and (spent_s > call.most_s or spent_s - queued_s() > call.wall_s)
 
 
 def memory_B(pid: int) -> int:

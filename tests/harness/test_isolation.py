@@ -100,6 +100,17 @@ def test_each_fault_costs_its_own_row_and_says_why(spoiled_further, name):
     check_row(spoiled_further[1], name)
 
 
+@pytest.mark.slow
+def test_an_engine_that_hangs_in_every_scene_is_tried_in_two_and_late_in_all():
+    scenes = ["basics/two_bars_free", "basics/free_rotation", "basics/kepler_circular", "basics/libration"]
+    registrations = registered(["Hangs"]) | {"reference": ENGINES["reference"]}
+    result = run_comparison(scenes, time_limit_s=3.0, registered=registrations, executor=LocalProcesses(2))
+    assert {result.outcomes[scene, "reference"] for scene in scenes} == {Outcome.PASS}
+    assert {result.outcomes[scene, "Hangs"] for scene in scenes} == {Outcome.TIMED_OUT}
+    reasons = result.metrics.query("engine == 'Hangs'").groupby("scene")["reason"].first()
+    assert sum(reason.startswith("not tried: it was late in ") for reason in reasons) >= 1
+
+
 def test_faults_make_the_comparison_fail(spoiled):
     assert not spoiled[1].passed
 

@@ -199,10 +199,10 @@ def test_a_wrong_name_in_a_plan_makes_no_history(tmp_path: Path, capsys: pytest.
     assert not (tmp_path / "nights").exists()
 
 
-def test_a_run_that_hangs_takes_a_quarter_of_its_part_s_time_at_most(tmp_path: Path) -> None:
+def test_a_run_that_hangs_takes_a_sixth_of_its_part_s_time_at_most(tmp_path: Path) -> None:
     core, more = (f'[[comparison]]\nname = "{name}"\nscenes = ["paper/fig05"]\n' for name in ("core", "more"))
     (core_job, _) = night_jobs(plan_of(tmp_path, f"minutes = 4\n{core}{more}"), 0, {})
-    assert core_job.arguments[-2:] == ("--time-limit", "30")
+    assert core_job.arguments[-2:] == ("--time-limit", "20")
 
 
 def test_times_of_a_single_engine_are_measured_beside_the_one_that_they_are_relative_to(tmp_path: Path) -> None:
