@@ -35,6 +35,7 @@ LEAST_RESERVE_S = 6.0
 RESERVED = 0.05
 """Part of a night that is kept for its end, between these two"""
 ALARM = "selftest"
+COST = "cost"
 LEAST_S = 6.0
 """A job with less time does not begin: reading barchain and an engine takes two seconds, an end up to four"""
 ENDING_S = 4.0
@@ -121,7 +122,7 @@ def waiting_parts(last: NightRun | None) -> list[str]:
 FILES: dict[str, tuple[StudyFiles, str]] = {
     "comparison": (crossval.FILES, "metrics"),
     "stability": (stability.FILES, "outcomes"),
-    "cost": (cost.FILES, "points"),
+    COST: (cost.FILES, "points"),
 }
 """Studies with scenes, each with a table that has a row for every scene and engine that is done"""
 
@@ -149,11 +150,17 @@ def scenes_left(job: NightJob, folder: Path) -> tuple[str, ...]:
     done = set(zip(rows["scene"], rows["engine"], strict=True))
     done |= {(str(scene), str(engine)) for scene, engine in record.get("left_out") or () if job.study == "stability"}
     engines = list(record.get("engines") or ())
-    if job.study == "cost":
+    if job.study == COST:
         return tuple(s for s in job.scenes if not is_timed(rows[rows["scene"] == scene_name(s)]))
     if not engines:
         return job.scenes
     return tuple(s for s in job.scenes if not all((scene_name(s), engine) in done for engine in engines))
+
+
+def times_left_out(folder: Path) -> str:
+    """Why the times of a cost study are no figures of the night; empty if they are."""
+    busy = cost.busy_machine(cost.FILES.contents(folder, "points").record)
+    return f"no times are compared: {busy}" if busy else ""
 
 
 def is_timed(points: pd.DataFrame) -> bool:

@@ -236,6 +236,8 @@ def change_named(judged: JudgedNight, name: str) -> Change:
 def changes_named(judged: JudgedNight, name: str) -> list[Change]:
     """Change of an id, or the last change of each figure of a name, or that fits a pattern with ``*``.
 
+    A pattern takes what is worse, and what changed tonight: what became better earlier needs no acceptance.
+
     Raises
     ------
     HistoryError
@@ -245,7 +247,11 @@ def changes_named(judged: JudgedNight, name: str) -> list[Change]:
     named = [change for change in every if change.identity.name == name]
     if named or "*" not in name:
         return named or event_of(change_named(judged, name), judged.changes)
-    fitting = [change for change in every if fits(change.identity.name, name)]
+    tonight = {change.id for change in judged.tonight}
+    fitting = [
+        change for change in every
+        if fits(change.identity.name, name) and (change.direction is Direction.WORSE or change.id in tonight)
+    ]  # fmt: skip
     if not fitting:
         refused = any(fits(change.identity.name, name) for change in judged.changes)
         changed = len({change.identity for change in judged.changes})

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from barchain.nightly.alarm import alarm_test
 from barchain.nightly.budget import (
     ALARM,
+    COST,
     ENDING_S,
     LEAST_S,
     MEASURED,
@@ -22,6 +23,7 @@ from barchain.nightly.budget import (
     pace_s,
     running_s,
     scenes_left,
+    times_left_out,
     waiting_parts,
     working_time_s,
 )
@@ -50,7 +52,7 @@ if TYPE_CHECKING:
 
 BAD_INPUT = 2
 """Exit code of a command whose scene, or other input, can't be read"""
-TIMED = frozenset({"cost", "scaling"})
+TIMED = frozenset({COST, "scaling"})
 """Studies that plan with a budget of time"""
 LABEL_DIGITS = 8
 
@@ -249,6 +251,8 @@ def result_of(job: NightJob, taken: NightJob, time_s: float, ended: Finished, ou
         state, reason = PartState.FAILED, fault
     elif job.study == ALARM and alarm is None:
         state, reason = PartState.FAILED, "no fault was inserted: the alarm was not tried"
+    elif job.study == COST:
+        reason = times_left_out(out)
     if beyond and state is not PartState.FAILED:
         state, reason = PartState.LEFT, reason or f"more scenes than fit into {time_s:.0f} s"
     done = taken.items - len(left)

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from barchain.nightly.figures import FigureKind
+from barchain.nightly.vanished import continued
 from reports.tables.nights.trends import CalendarNight, TrendChart, TrendCurve
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -42,15 +43,10 @@ def trend_charts(
     changes : sequence of Change
         Their first nights with the new value are marked.
     """
-    columns, there = np.flatnonzero(table.among(nights)), table.where(nights, SHOWN)
+    place = {night.name: k for k, night in enumerate(nights)}
     curves: dict[Key, list[TrendCurve]] = defaultdict(list)
     still: Counter[Key] = Counter()
-    for k in np.flatnonzero(there.any(axis=1)).tolist():
-        identity, at = table.identities[k], np.flatnonzero(there[k, columns])
-        value = table.results["value"][table.cells[k, columns[at]]]
-        at, value = at[value > 0.0], value[value > 0.0]
-        if not identity.engine or not len(value):
-            continue
+    for identity, at, value in drawn(table, nights, place):
         curves[key_of(identity)] += []
         if (value == value[0]).all():
             still[key_of(identity)] += 1
@@ -58,7 +54,6 @@ def trend_charts(
             quantity = f"{identity.quantity}{f' ({identity.setting})' if identity.setting else ''}"
             points = thinned(at.astype(float), value / np.median(value))
             curves[key_of(identity)].append(TrendCurve(quantity, str(identity.kind), *map(tuple, points)))
-    place = {night.name: k for k, night in enumerate(nights)}
     marked: dict[Key, set[int]] = defaultdict(set)
     for change in changes:
         if change.since in place:
@@ -66,6 +61,28 @@ def trend_charts(
     return tuple(
         TrendChart(*key, tuple(own), still[key], tuple(sorted(marked[key]))) for key, own in sorted(curves.items())
     )
+
+
+def drawn(
+    table: FigureTable, nights: Sequence[NightSummary], place: Mapping[str, int]
+) -> Iterator[tuple[FigureIdentity, NDArray[np.intp], NDArray[np.float64]]]:
+    """Figures of engines with the places of their nights and their values, from those above zero; a renamed one is one.
+
+    Only figures that some night lacks may go on under another name.
+    """
+    columns, there = np.flatnonzero(table.among(nights)), table.where(nights, SHOWN)
+    everywhere: NDArray[np.bool_] = np.all(there[:, columns], axis=1)
+    series, _ = continued(table.series_at(there & ~everywhere[:, None]))
+    for identity, at, value in (
+        *((table.identities[k], np.arange(len(columns)), table.results["value"][table.cells[k, columns]])
+          for k in np.flatnonzero(everywhere).tolist()),
+        *((one.identity, np.array([place[night.name] for night in one.nights]),
+           np.array([math.nan if figure.value is None else figure.value for figure in one.figures]))
+          for one in series),
+    ):  # fmt: skip
+        known = value > 0.0
+        if identity.engine and known.any():
+            yield identity, at[known], value[known]
 
 
 def key_of(identity: FigureIdentity) -> Key:

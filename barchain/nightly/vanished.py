@@ -150,8 +150,8 @@ def continued(series: Sequence[FigureSeries]) -> tuple[list[FigureSeries], list[
     """
     found = {one.identity: one for one in series}
     renames: dict[tuple[str, str], None] = {}
-    for role, words in ((of_scene, "the scene {0.scene} became {1.scene}"),
-                        (of_setting, "the setting {0.setting} of {1.engine} became {1.setting}")):  # fmt: skip
+    setting = "the setting {0.setting} of {1.engine} became {1.setting}"
+    for role, words in ((of_scene, "the scene {0.scene} became {1.scene}"), (of_setting, setting), (of_both, setting)):
         roles: dict[FigureIdentity, list[FigureSeries]] = defaultdict(list)
         for one in found.values():
             key = role(one)
@@ -217,3 +217,9 @@ def of_setting(one: FigureSeries) -> FigureIdentity | None:
     """Role of a figure at any value of its setting's parameter; None of a figure without one."""
     parameter, given, _ = one.identity.setting.partition("=")
     return replace(one.identity, setting=parameter) if given else None
+
+
+def of_both(one: FigureSeries) -> FigureIdentity | None:
+    """Role of a figure in a scene of some content and at any setting: both may have changed, one after the other."""
+    scene, setting = of_scene(one), of_setting(one)
+    return None if scene is None or setting is None else replace(setting, scene=scene.scene)

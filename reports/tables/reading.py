@@ -18,6 +18,8 @@ REMEDY = "restore the file, or run again with --overwrite or into another folder
 TABLES = "tables"
 """Key of a record: the digests of each table that belongs to it, the one in place among them"""
 DIGITS = 32
+MOST_TEXT = 300
+"""Longest text on one line"""
 
 
 class DamagedResultsError(ValueError):
@@ -32,7 +34,8 @@ def damaged(path: Path, what: object) -> DamagedResultsError:
 def brief(what: object) -> str:
     """Text on one short line, safe to print."""
     text = str(what) if not isinstance(what, Exception) else str(what) or type(what).__name__
-    return " ".join(text.encode("utf-8", "backslashreplace").decode("utf-8").split())[:300]
+    line = " ".join(text.encode("utf-8", "backslashreplace").decode("utf-8").split())
+    return line if len(line) <= MOST_TEXT else f"{line[:MOST_TEXT].rsplit(' ', 1)[0]} …"  # no number is cut
 
 
 def need_regular(path: Path) -> None:

@@ -82,11 +82,14 @@ def accept_change(
         acceptances_of([change for own in every.values() for change in own], user(), now, reason, end)  # all, or none
         for name, chosen in every.items():
             causes = {entry.id: entry.suspect_words for entry in change_entries(judged, chosen, known)}
-            for made in accept(store, chosen, user(), reason, end, name if "*" in name else "", causes):
+            entries = accept(store, chosen, user(), reason, end, name if "*" in name else "", causes)
+            for made in entries:
                 say(f"accepted: {made.words}")
+            replaced = {(made.pattern, made.since) for made in entries}
             earlier = filter(None, (accepting(change, known, now) for change in chosen))
-            for words in dict.fromkeys(one.words for one in earlier):
-                say(f"replaces: {words}", err=True)
+            for one in {each.words: each for each in earlier}.values():
+                same = (one.pattern, one.since) in replaced
+                say(f"{'replaces' if same else 'stands beside'}: {one.words}", err=True)
     if left := irreproducible(judged, names):
         say(f"left out: {plural(left, 'run')} that {'is' if left == 1 else 'are'} not reproducible", err=True)
 

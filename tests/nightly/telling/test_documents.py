@@ -411,6 +411,21 @@ def test_a_scene_of_another_name_and_equal_content_is_the_same_scene(history: st
     assert facts.night.exchanged == ()
 
 
+def test_a_regression_stays_where_first_the_setting_and_then_the_scene_gets_another_name(
+    history: str, tmp_path: Path
+) -> None:
+    def of(scene: str, steps: int, value: float, number: int) -> Any:
+        part = f"scene:{scene}"
+        own = (error(value, depends=(part,)), Figure(count().identity, 7.0, depends=(part,)))
+        moved = (replace(f, identity=replace(f.identity, scene=scene, setting=f"steps_per_orbit={steps}")) for f in own)
+        return night(*moved, number=number, parts=(NightPart(part, "", "aa"),))
+
+    add(history, of("old", 400, 1e-5, 0), of("old", 400, 1e-5, 1), of("old", 200, 4e-5, 2), of("new", 200, 4e-5, 3))
+    _, facts = report(history, tmp_path / "out")
+    assert facts.changes == ()
+    assert [(c.quantity, c.scene, c.factor) for c in facts.standing] == [("attitude.max", "new", pytest.approx(4.0))]
+
+
 def test_an_engine_that_fails_is_one_event_and_one_acceptance(history: str, tmp_path: Path) -> None:
     add(history, usual(number=0), usual(number=1))
     gone = [Figure(f.identity, reason="the run failed", depends=f.depends) for f in (error(), count())]

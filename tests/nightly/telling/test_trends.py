@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
@@ -23,6 +24,18 @@ def test_each_night_of_a_short_history_is_drawn(store: NightStore) -> None:
     (drawn,) = [c for c in charts if c.kind == FigureKind.ERROR]
     assert drawn.curves[0].night == (0.0, 1.0, 2.0, 3.0, 4.0)
     assert drawn.curves[0].factor == pytest.approx([k / 3.0 for k in (1, 2, 3, 4, 5)])
+
+
+def test_a_figure_whose_setting_got_another_value_is_drawn_as_one(store: NightStore) -> None:
+    for k, steps in enumerate((1000, 1000, 500, 500)):
+        own = error(1e-5 if steps == 1000 else 4e-5)
+        renamed = replace(own, identity=replace(own.identity, setting=f"steps_per_orbit={steps}"))
+        store.add(night(renamed, count(), number=k))
+    charts = trend_charts(store.table(), store.nights(), ())
+    (drawn,) = [c for c in charts if c.kind == FigureKind.ERROR]
+    (curve,) = drawn.curves
+    assert curve.night == (0.0, 1.0, 2.0, 3.0)
+    assert curve.factor == pytest.approx([0.4, 0.4, 1.6, 1.6])
 
 
 @pytest.mark.slow
