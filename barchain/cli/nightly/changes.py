@@ -135,6 +135,7 @@ def user() -> str:
 
 def sentence(judged: JudgedNight) -> str:
     """Judgement of a night in one sentence."""
+    from barchain.nightly.judging import still_holding  # noqa: PLC0415
     from scenarios.plural import plural  # noqa: PLC0415
 
     night = judged.night
@@ -143,4 +144,7 @@ def sentence(judged: JudgedNight) -> str:
     if not judged.compared_with:
         return f"{night.name}: {night.figures} figures; there is no earlier night"
     told = f"{plural(len(judged.tonight), 'change')} among {judged.judged} figures with an earlier night"
-    return f"{night.name}: {told}; {len(judged.same)} differ within rounding or their intervals"
+    holding = len(still_holding(judged))
+    hold = f"; {plural(holding, 'earlier change')} for the worse still {'holds' if holding == 1 else 'hold'} (--all)"
+    within = f"{len(judged.same)} differ within rounding or their intervals"
+    return f"{night.name}: {told}; {within}{hold if holding else ''}"
