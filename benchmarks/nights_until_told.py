@@ -59,6 +59,8 @@ def main() -> None:
     table = open_store(asked.history).table()
     found = table.series_at(table.where(table.nights, [FigureKind(asked.kind)]))
     every = [one for one in map(measured, found) if len(one.nights) > asked.before + 2]
+    if not every:
+        parser.error(f"no series of {asked.kind} has more than {asked.before + 2} nights with a number")
     nights = min(len(one.nights) for one in every)
     every = [until(one, nights) for one in every]
     print(f"{len(every)} series, {nights} nights, {asked.before} of them before the slow-down")

@@ -66,23 +66,37 @@ def trend_charts(
 def drawn(
     table: FigureTable, nights: Sequence[NightSummary], place: Mapping[str, int]
 ) -> Iterator[tuple[FigureIdentity, NDArray[np.intp], NDArray[np.float64]]]:
-    """Figures of engines with the places of their nights and their values, from those above zero; a renamed one is one.
-
-    Only figures that some night lacks may go on under another name.
-    """
+    """Figures of engines, the places of their nights, and their values, from those above zero; a renamed one is one."""
     columns, there = np.flatnonzero(table.among(nights)), table.where(nights, SHOWN)
-    everywhere: NDArray[np.bool_] = np.all(there[:, columns], axis=1)
-    series, _ = continued(table.series_at(there & ~everywhere[:, None]))
-    for identity, at, value in (
-        *((table.identities[k], np.arange(len(columns)), table.results["value"][table.cells[k, columns]])
-          for k in np.flatnonzero(everywhere).tolist()),
-        *((one.identity, np.array([place[night.name] for night in one.nights]),
-           np.array([math.nan if figure.value is None else figure.value for figure in one.figures]))
-          for one in series),
-    ):  # fmt: skip
-        known = value > 0.0
-        if identity.engine and known.any():
-            yield identity, at[known], value[known]
+    renamed = may_go_on(table.identities, there[:, columns])
+    for k in np.flatnonzero(there.any(axis=1) & ~renamed).tolist():
+        at = np.flatnonzero(there[k, columns])
+        yield from above_zero(table.identities[k], at, table.results["value"][table.cells[k, columns[at]]])
+    series, _ = continued(table.series_at(there & renamed[:, None]))
+    for one in series:
+        at = np.array([place[night.name] for night in one.nights])
+        values = [math.nan if figure.value is None else figure.value for figure in one.figures]
+        yield from above_zero(one.identity, at, np.array(values))
+
+
+def above_zero(
+    identity: FigureIdentity, at: NDArray[np.intp], value: NDArray[np.float64]
+) -> Iterator[tuple[FigureIdentity, NDArray[np.intp], NDArray[np.float64]]]:
+    """A figure of an engine where it is above zero; nothing without such a night."""
+    known = value > 0.0
+    if identity.engine and known.any():
+        yield identity, at[known], value[known]
+
+
+def may_go_on(identities: Sequence[FigureIdentity], there: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Whether a figure ended before one of an equal quantity began, or began after one ended, (figures,)."""
+    found, groups = np.zeros(len(identities), bool), defaultdict[tuple[str, str, str], list[int]](list)
+    for k in np.flatnonzero(there.any(axis=1)).tolist():
+        groups[identities[k].engine, identities[k].quantity, identities[k].anchor].append(k)
+    for own in groups.values():
+        first, last = there[own].argmax(axis=1), there.shape[1] - 1 - there[own, ::-1].argmax(axis=1)
+        found[own] = (last < first.max()) | (first > last.min())
+    return found
 
 
 def key_of(identity: FigureIdentity) -> Key:
