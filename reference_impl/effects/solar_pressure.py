@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cmath
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
 
@@ -36,33 +35,34 @@ class SolarPressureEffect(ChainEffect):
 
     def sun_direction(self, t_s: float) -> complex:
         """Unit vector to the Sun."""
-        return cmath.rect(1.0, self.longitude_rad + self.rate_rad_s * t_s)
+        direction: complex = np.exp(1j * (self.longitude_rad + self.rate_rad_s * t_s))
+        return direction
 
     def accelerations(self, at: EffectState, mode: Array | None) -> EffectAccelerations:
         """Force; uniform light exerts no torque on a bar."""
         held = self.mode(at) if mode is None else mode
-        if held[0] == 0.0:
-            return EffectAccelerations(0j, at.zero_acceleration, at.zero_angular)
-        s, m, face = self.sun_direction(at.t_s), at.model, held[1:]
-        k = face * (at.unit.conj() * s).imag
+        s, m, lit, face = self.sun_direction(at.t_s), at.model, held[..., :1], held[..., 1:]
+        k = lit * face * (at.unit.conj() * s).imag
         strength = -self.pressure_Pa * self.width_m * m.length_m * m.inverse_mass * k
         mirror = 2.0 * self.reflectivity * k * face
         return EffectAccelerations(
             0j, strength * ((1.0 - self.reflectivity) * s + mirror * 1j * at.unit), at.zero_angular
         )
 
-    def shadow_clearance_m(self, at: EffectState) -> float:
+    def shadow_clearance_m(self, at: EffectState) -> Array | float:
         """Distance of the centre of mass from the shadow, m, negative inside; height on the day side."""
         if not self.shadow_radius_m:
             return 1.0
         seen = self.sun_direction(at.t_s).conjugate() * at.com
-        return (abs(seen.imag) if seen.real < 0.0 else abs(seen)) - self.shadow_radius_m
+        aside: Array = np.where(seen.real < 0.0, abs(seen.imag), abs(seen))
+        return aside - self.shadow_radius_m
 
     def mode(self, at: EffectState) -> Array:
         """Light and faces; an edge-on bar gets its left face."""
-        lit = 1.0 if self.shadow_clearance_m(at) >= 0.0 else 0.0
         across = (at.unit.conj() * self.sun_direction(at.t_s)).imag
-        return np.concatenate([[lit], np.where(across < 0.0, -1.0, 1.0)])
+        face = np.where(across < 0.0, -1.0, 1.0)
+        lit = np.where(self.shadow_clearance_m(at) >= 0.0, 1.0, 0.0) * np.ones_like(face[..., :1])
+        return np.concatenate([lit, face], axis=-1)
 
     def event_functions(self, at: EffectState, mode: Array) -> Array:
         """(1 + N,) distance from the shadow's edge, m, and sines of the angles between the Sun and each face."""

@@ -47,7 +47,9 @@ def loaded(name: str) -> Scene:
     return closely_sampled(load_scene(f"conform/{name}"))
 
 
-@pytest.mark.parametrize("name", ["drag_alone", "oblateness_alone", "slender_alone", "together_6"])
+@pytest.mark.parametrize(
+    "name", ["drag_alone", "oblateness_alone", "slender_alone", "solar_shadow_alone", "together_6"]
+)
 def test_loads_of_all_states_at_once_are_those_of_each_state(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = load_scene(f"conform/{name}")
     motion = motion_of(run(scene, 1e-9))

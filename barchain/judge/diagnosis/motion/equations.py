@@ -35,7 +35,9 @@ if TYPE_CHECKING:
 
 ENDS = (0.5, 0.5)
 """Joints at the bars' ends"""
-AT_ONCE = frozenset({"drag", "joint_spring_damper", "oblateness", "quadrupole", "slender", "third_body"})
+AT_ONCE = frozenset({
+    "drag", "joint_spring_damper", "oblateness", "quadrupole", "slender", "solar_pressure", "third_body",
+})  # fmt: skip
 """Effects whose accelerations hold for arrays with a state in each row, too"""
 
 
@@ -326,6 +328,7 @@ def mode_changes(scene: Scene, states: States) -> list[int]:
     equations, changed = Equations(scene, states), set[int]()
     for effect in equations.model.effects:
         if effect.has_state_events:
-            modes = np.array([effect.mode(at) for at in equations.inputs])
+            modes = effect.mode(equations.rows)
+            assert modes is not None
             changed |= set(np.nonzero((modes[1:] != modes[:-1]).any(axis=1))[0].tolist())
     return sorted(changed)
