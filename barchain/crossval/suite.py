@@ -189,10 +189,11 @@ class Suite:
     def kept(self, job: Job, result: RunResult) -> None:
         """Keep a run, and tell of the progress before the first verdict."""
         keep_run(self.store, job, result)
-        if result.outcome is Outcome.TIMED_OUT:
-            self.late[job.engine][job.scene.name] = None
-        else:
-            self.finished.add(job.engine)
+        if job.role not in JUDGING_ROLES:
+            if result.outcome is Outcome.TIMED_OUT:
+                self.late[job.engine][job.scene.name] = None
+            else:
+                self.finished.add(job.engine)
         self.store.record["seconds"] = time.perf_counter() - self.start
         if job in self.judging:
             self.judged_runs += 1

@@ -115,19 +115,22 @@ def accepting(change: Change, known: Iterable[Acceptance], at: datetime.datetime
 def covers(acceptance: Acceptance, change: Change, at: datetime.datetime) -> bool:
     """Whether an acceptance covers a change of a figure that fits it.
 
-    A change between other nights is another change, though it may lead to the same value: the accepted night lies after
-    the last one with the earlier value, and is no later than the first one with the new value. A step of times, or
-    memory, has to be as large within its interval and the least effect, too: later steps beside it make it grow.
+    A change of another night is another change, though it may lead to the same value. That holds too where the accepted
+    night lies between its two: of a scene that is measured now and then, something else may have changed since. A step
+    of times, or memory, has to be as large within its interval and the least effect, too: later steps beside it make it
+    grow.
     """
     if acceptance.until is not None and at >= acceptance.until:
         return False
+    if start(change.since) != start(acceptance.since):
+        return False
     if change.is_step:
         accepted = acceptance.factors.get(change.identity.name)
-        if accepted is None or change.factor is None or change.since != acceptance.since:
+        if accepted is None or change.factor is None:
             return False
         low, high = change.factor_low or change.factor, change.factor_high or change.factor
         return low / (1.0 + LEAST_EFFECT) <= accepted <= high * (1.0 + LEAST_EFFECT)
-    return start(change.last) < start(acceptance.since) <= start(change.since)
+    return True
 
 
 def start(night: str) -> str:

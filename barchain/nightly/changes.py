@@ -236,7 +236,7 @@ SCALES: tuple[tuple[str, ...], ...] = (
     (FaultOutcome.CLEAN, FaultOutcome.FALSE_ALARM, FaultOutcome.BROKEN),
     (CellClass.PASS, CellClass.LIMITED, CellClass.UNSUPPORTED, CellClass.LATE, CellClass.FALSE_ALARM),
     (CellClass.CAUGHT, CellClass.BELOW, CellClass.BEYOND, CellClass.MISSED, CellClass.BROKEN),
-    ("reached", "no verdict", "not reached"),
+    ("reached", "at most", "no verdict", "not reached"),  # "at most" in nights before 2026-11-28
 )  # fmt: skip
 """Words of each study from the best to the worst"""
 

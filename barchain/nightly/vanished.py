@@ -158,7 +158,7 @@ def continued(series: Sequence[FigureSeries]) -> tuple[list[FigureSeries], list[
             if key is not None:
                 roles[key].append(one)
         for own in roles.values():
-            for parts in joined(own) if len(own) > 1 else ():
+            for parts in joined(own, alone=role is of_both) if len(own) > 1 else ():
                 whole = one_series(parts)
                 for part in parts:
                     del found[part.identity]
@@ -170,12 +170,14 @@ def continued(series: Sequence[FigureSeries]) -> tuple[list[FigureSeries], list[
     return list(found.values()), list(renames)
 
 
-def joined(own: Sequence[FigureSeries]) -> list[list[FigureSeries]]:
-    """Series of one role, those together that are one."""
+def joined(own: Sequence[FigureSeries], *, alone: bool = False) -> list[list[FigureSeries]]:
+    """Series of one role, those together that are one; if they are to be `alone`, only where no two share a night."""
     if len({one.nights[-1].name for one in own}) == len(own):
         nights = [night.name for one in own for night in one.nights]
         if len(set(nights)) == len(nights):
             return [list(own)]
+    if alone:
+        return []
     chains = [[one] for one in own]
     for new in sorted(own, key=lambda one: one.nights[0].started):
         old = before(new, own)

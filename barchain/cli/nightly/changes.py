@@ -35,15 +35,16 @@ def changes(night: str, every: bool, url: str | None, as_json: bool) -> None:
     need_extra()
     from barchain.nightly.acceptances import accepted  # noqa: PLC0415
     from barchain.nightly.facts import change_entries  # noqa: PLC0415
-    from barchain.nightly.judging import judge  # noqa: PLC0415
+    from barchain.nightly.judging import judge, still_holding  # noqa: PLC0415
 
     with opened(url) as store:
-        judged = judge(store, night)
-        entries = change_entries(judged, judged.changes if every else judged.tonight, accepted(store))
+        judged, known = judge(store, night), accepted(store)
+        entries = change_entries(judged, judged.changes if every else judged.tonight, known)
+        holding = any(entry.accepted is None for entry in change_entries(judged, still_holding(judged), known))
     if as_json:
         say(json.dumps([entry.model_dump(mode="json") for entry in entries], indent=2))
         return
-    say(sentence(judged))
+    say(sentence(judged) + ("; earlier changes for the worse still hold (--all)" if holding else ""))
     if entries:
         show_rows(HEADINGS, [
             (e.id, e.figure, *e.results, e.direction, e.since, e.suspect_words, e.accepted.words if e.accepted else "")
@@ -135,7 +136,6 @@ def user() -> str:
 
 def sentence(judged: JudgedNight) -> str:
     """Judgement of a night in one sentence."""
-    from barchain.nightly.judging import still_holding  # noqa: PLC0415
     from scenarios.plural import plural  # noqa: PLC0415
 
     night = judged.night
@@ -144,7 +144,4 @@ def sentence(judged: JudgedNight) -> str:
     if not judged.compared_with:
         return f"{night.name}: {night.figures} figures; there is no earlier night"
     told = f"{plural(len(judged.tonight), 'change')} among {judged.judged} figures with an earlier night"
-    holding = len(still_holding(judged))
-    hold = f"; {plural(holding, 'earlier change')} for the worse still {'holds' if holding == 1 else 'hold'} (--all)"
-    within = f"{len(judged.same)} differ within rounding or their intervals"
-    return f"{night.name}: {told}; {within}{hold if holding else ''}"
+    return f"{night.name}: {told}; {len(judged.same)} differ within rounding or their intervals"

@@ -197,3 +197,15 @@ def test_an_entry_that_somebody_wrote_by_hand_is_read_and_a_wrong_key_is_one_lin
     store.place.write(FILE, text.replace("until", "untill").encode())
     with pytest.raises(HistoryError, match=r"entry 1: untill: no such key \(did you mean until"):
         accepted(store)
+
+
+def test_a_pattern_accepts_nothing_that_is_seen_first_on_a_later_night(store: NightStore) -> None:
+    """A scene that is measured now and then may have changed by something else since."""
+    for k in range(4):
+        often, seldom = error(1e-5 if k < 2 else 3e-5), error(1e-5 if k < 2 else 1.0, "rate.max")
+        store.add(night(often, *([seldom] if k != 2 else []), number=k, complete=k != 2))
+        if k == 2:
+            accept(store, changes_named(judge(store), "*:mujoco:*"), "Ada", "meant", pattern="*:mujoco:*")
+    changed = {c.identity.quantity: accepting(c, accepted(store), AT) for c in judge(store).changes}
+    assert changed["attitude.max"] is not None
+    assert changed["rate.max"] is None

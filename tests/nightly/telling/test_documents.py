@@ -426,6 +426,19 @@ def test_a_regression_stays_where_first_the_setting_and_then_the_scene_gets_anot
     assert [(c.quantity, c.scene, c.factor) for c in facts.standing] == [("attitude.max", "new", pytest.approx(4.0))]
 
 
+def test_a_copy_of_a_scene_continues_no_other_setting_of_the_scene(history: str, tmp_path: Path) -> None:
+    def of(number: int, *own: tuple[str, int, float]) -> Any:
+        made = [
+            replace(error(value), identity=replace(error().identity, scene=scene, setting=f"steps_per_orbit={steps}"))
+            for scene, steps, value in own
+        ]
+        return night(*made, number=number, parts=(*PARTS, *(NightPart(f"scene:{s}", "", "aa") for s in ("a", "copy"))))
+
+    add(history, *(of(k, ("a", 1000, 1e-5), ("a", 2000, 1e-7)) for k in range(2)))
+    add(history, of(2, ("a", 1000, 1e-5), ("copy", 1000, 1e-5)))
+    assert report(history, tmp_path / "out")[1].changes == ()
+
+
 def test_an_engine_that_fails_is_one_event_and_one_acceptance(history: str, tmp_path: Path) -> None:
     add(history, usual(number=0), usual(number=1))
     gone = [Figure(f.identity, reason="the run failed", depends=f.depends) for f in (error(), count())]
