@@ -432,7 +432,8 @@ def test_a_copy_of_a_scene_continues_no_other_setting_of_the_scene(history: str,
             replace(error(value), identity=replace(error().identity, scene=scene, setting=f"steps_per_orbit={steps}"))
             for scene, steps, value in own
         ]
-        return night(*made, number=number, parts=(*PARTS, *(NightPart(f"scene:{s}", "", "aa") for s in ("a", "copy"))))
+        parts = (*PARTS, *(NightPart(f"scene:{s}", "", "aa") for s in ("a", "copy")))
+        return night(*made, number=number, parts=parts, plan=own[1][0])
 
     add(history, *(of(k, ("a", 1000, 1e-5), ("a", 2000, 1e-7)) for k in range(2)))
     add(history, of(2, ("a", 1000, 1e-5), ("copy", 1000, 1e-5)))
