@@ -29,7 +29,7 @@ from reference_impl.model.kinematics import bar_centres, consistent_state
 from scenarios import Actuator, Gravity
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Collection, Mapping
 
     from numpy.typing import NDArray
 
@@ -64,7 +64,7 @@ def arrays(trajectory: Trajectory) -> dict[str, Array]:
     return {name: v for name in QUANTITY_OF if (v := getattr(trajectory, name)) is not None}
 
 
-def components(trajectory: Trajectory, quantities: Iterable[str] = FIELDS) -> dict[str, Array]:
+def components(trajectory: Trajectory, quantities: Collection[str] = FIELDS) -> dict[str, Array]:
     """Values of each quantity by bar or joint, (n, k, 1) or (n, k, 2); quantities without components are left out."""
     found = {}
     for name in quantities:
@@ -76,7 +76,7 @@ def components(trajectory: Trajectory, quantities: Iterable[str] = FIELDS) -> di
     return found
 
 
-def differences(a: Trajectory, b: Trajectory, quantities: Iterable[str] = FIELDS) -> dict[str, Array]:
+def differences(a: Trajectory, b: Trajectory, quantities: Collection[str] = FIELDS) -> dict[str, Array]:
     """Largest difference over bars or joints at each common sample, for each of some quantities that both have.
 
     Returns
@@ -86,9 +86,8 @@ def differences(a: Trajectory, b: Trajectory, quantities: Iterable[str] = FIELDS
         ``impulse`` (N s), each (n,).
         Quantities without components (reactions of a single bar) are left out.
     """
-    n, chosen = min(len(a.t_s), len(b.t_s)), tuple(quantities)
-    other = components(b, chosen)
-    pairs = {name: (values, other[name]) for name, values in components(a, chosen).items() if name in other}
+    n, other = min(len(a.t_s), len(b.t_s)), components(b, quantities)
+    pairs = {name: (values, other[name]) for name, values in components(a, quantities).items() if name in other}
     return {name: np.linalg.norm(x[:n] - y[:n], axis=-1).max(axis=-1) for name, (x, y) in pairs.items()}
 
 

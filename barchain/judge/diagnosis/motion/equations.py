@@ -275,9 +275,9 @@ class Equations:
         found = [effect.accelerations(at, mode) for at, mode in zip(self.inputs, modes, strict=True)]
         if not found:
             return self.zero
-        each = np.array([complex(f.common) for f in found])
+        common = np.array([complex(f.common) for f in found])
         difference, angular = np.array([f.difference for f in found]), np.array([f.angular for f in found])
-        return Load(each, model.mass_kg * difference, model.inertia_kg_m2 * angular)
+        return Load(common, model.mass_kg * difference, model.inertia_kg_m2 * angular)
 
     @cached_property
     def effects(self) -> list[Load]:
