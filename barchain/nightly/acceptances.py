@@ -108,7 +108,7 @@ def accepting(change: Change, known: Iterable[Acceptance], at: datetime.datetime
     """Latest acceptance that covers a change at an instant; None if there is none, or the run is not reproducible."""
     if change.irreproducible:
         return None
-    covering = [a for a in known if fits(change.identity.name, a.pattern) and covers(a, change, at)]
+    covering = [a for a in known if any(fits(n, a.pattern) for n in change.names) and covers(a, change, at)]
     return max(covering, key=lambda a: a.date, default=None)
 
 
@@ -125,7 +125,7 @@ def covers(acceptance: Acceptance, change: Change, at: datetime.datetime) -> boo
     if start(change.since) != start(acceptance.since):
         return False
     if change.is_step:
-        accepted = acceptance.factors.get(change.identity.name)
+        accepted = next((acceptance.factors[name] for name in change.names if name in acceptance.factors), None)
         if accepted is None or change.factor is None:
             return False
         low, high = change.factor_low or change.factor, change.factor_high or change.factor

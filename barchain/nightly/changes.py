@@ -67,6 +67,13 @@ class Change:
     irreproducible: bool = False
     level: str = ""
     """Name of the night on which the earlier level began; of levels only"""
+    earlier: tuple[FigureIdentity, ...] = ()
+    """Names that the figure had before, in their order"""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All names that the figure ever had: an acceptance has that of its day."""
+        return tuple(identity.name for identity in (*self.earlier, self.identity))
 
     @property
     def is_step(self) -> bool:
@@ -75,13 +82,14 @@ class Change:
 
     @property
     def id(self) -> str:
-        """Name of the change: the same as long as figure, nights and values are.
+        """Name of the change: the same as long as figure, nights and values are; another name of the figure is nothing.
 
         That of a step has figure, night and direction only: the values after a step are other ones on each night.
         """
+        first = (*self.earlier, self.identity)[0]
         if self.is_step:
-            return content_digest([self.identity, self.since, str(self.direction)])[:ID_DIGITS]
-        return content_digest([self.identity, self.last, self.since, self.now.word, self.now.value])[:ID_DIGITS]
+            return content_digest([first, self.since, str(self.direction)])[:ID_DIGITS]
+        return content_digest([first, self.last, self.since, self.now.word, self.now.value])[:ID_DIGITS]
 
 
 @dataclass(frozen=True)
@@ -174,8 +182,9 @@ def changed(
     """Change of bits between two nights."""
     direction = Direction.WORSE if irreproducible else Direction.CHANGED
     return Change(
-        series.identity, was[1], now[1], was[0].name, now[0].name, direction, reason, irreproducible=irreproducible
-    )
+        series.identity, was[1], now[1], was[0].name, now[0].name, direction, reason,
+        irreproducible=irreproducible, earlier=series.earlier,
+    )  # fmt: skip
 
 
 def state_of(night: NightSummary, figure: Figure) -> State | None:
@@ -339,7 +348,7 @@ def level_changes(series: FigureSeries) -> tuple[Change, ...]:
             found.append(
                 Change(
                     series.identity, level, now, last, since, judged.direction, judged.reason, judged.factor,
-                    level=series.nights[begin].name,
+                    level=series.nights[begin].name, earlier=series.earlier,
                 )
             )  # fmt: skip
             undecided = judged.direction is Direction.CHANGED and series.identity.kind is FigureKind.ERROR
@@ -400,4 +409,5 @@ def same_changes(series: FigureSeries) -> tuple[Change, ...]:
     if judged is None or judged.direction is not Direction.SAME:
         return ()
     last, since = series.nights[-2].name, series.nights[-1].name
-    return (Change(series.identity, was, now, last, since, judged.direction, judged.reason, judged.factor),)
+    words = judged.direction, judged.reason, judged.factor
+    return (Change(series.identity, was, now, last, since, *words, earlier=series.earlier),)

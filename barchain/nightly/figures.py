@@ -300,10 +300,12 @@ class FigureSeries:
     identity: FigureIdentity
     nights: tuple[NightSummary, ...]
     figures: tuple[Figure, ...]
+    earlier: tuple[FigureIdentity, ...] = ()
+    """Names that the figure had before, in their order"""
 
     def at(self, places: Sequence[int]) -> FigureSeries:
         """Series at some places."""
         if len(places) == len(self.nights):
             return self
         nights, figures = [self.nights[k] for k in places], [self.figures[k] for k in places]
-        return FigureSeries(self.identity, tuple(nights), tuple(figures))
+        return FigureSeries(self.identity, tuple(nights), tuple(figures), self.earlier)

@@ -22,9 +22,10 @@ from barchain.nightly.changes import (
 )
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import STEPPED, Figure, FigureKind, FigureSeries, NightSummary
+from barchain.nightly.renamed import Lineages, continued
 from barchain.nightly.steps import FALSE_ALARMS, LEAST_EFFECT, WINDOW, time_changes
 from barchain.nightly.told import comparable_nights, steps_before, told_by
-from barchain.nightly.vanished import SAMPLED, Presence, continued, vanished
+from barchain.nightly.vanished import SAMPLED, Presence, presence_in, vanished
 from scenarios.nearest import nearest
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ def judge_night(
     series: Sequence[FigureSeries],
     nights: Sequence[NightSummary],
     false_alarms: float = FALSE_ALARMS,
-    presence: Presence | None = None,
+    lineages: Lineages | None = None,
     told: ToldChanges = MappingProxyType({}),
 ) -> JudgedNight:
     """Judge the last of some nights.
@@ -52,8 +53,8 @@ def judge_night(
         In their order. Void nights are left out; a void night is not judged.
     false_alarms : float
         Probability of a false alarm in a night, of times and memory together.
-    presence : Presence, optional
-        Nights on which scenes and figures were measured, for figures that are gone; default: those of `series`.
+    lineages : Lineages, optional
+        Names of the figures over the comparable nights; default: those of `series`, which have all of their nights.
     told : mapping
         Steps of times and memory that earlier nights told, by name of the figure.
     """
@@ -61,7 +62,8 @@ def judge_night(
     if tonight.void is not None:
         return JudgedNight(tonight, ())
     kept = comparable(nights)
-    own, renames = continued([one for one in (restricted(each, kept) for each in series) if one.nights])
+    lineages = lineages or Lineages(kept, presence_in(series, nights))
+    own = continued([one for one in (restricted(each, kept) for each in series) if one.nights], lineages)
     alike = same_class(kept)
     current = [one for one in own if one.nights[-1].name == tonight.name]
     settled = without_mended(
@@ -72,7 +74,7 @@ def judge_night(
     )
     noisy = [restricted(one, alike) for one in own if one.identity.kind in STEPPED]
     stepped, fresh = time_changes([one for one in noisy if one.nights], false_alarms, told)
-    gone = vanished(own, kept, presence)
+    gone = vanished(own, kept, lineages.presence)
     changes = sorted([*settled, *stepped, *gone], key=lambda c: (not c.irreproducible, c.since))
     steps = {change.id for change in stepped}
     new = [c for c in changes if c.since == tonight.name and c.id not in steps]
@@ -84,7 +86,7 @@ def judge_night(
         sum(len(one.nights) == 1 and not one.identity.quantity.startswith(SAMPLED) for one in current),
         sum(one.nights[-1].name == kept[-2].name and not one.identity.quantity.startswith(SAMPLED) for one in own)
         if replanned else 0,
-        tuple(words for since, words in renames if since == tonight.name),
+        tuple(words for since, words in lineages.renames if since == tonight.name),
     )  # fmt: skip
 
 
@@ -168,8 +170,8 @@ def judge_pair(before: Night, after: Night) -> JudgedNight:
     series = tuple(
         FigureSeries(identity, tuple(n for n, _ in own), tuple(f for _, f in own)) for identity, own in found.items()
     )
-    judged = judge_night(series, nights)
-    whole, _ = continued(series)
+    lineages = Lineages(nights, presence_in(series, nights))
+    judged, whole = judge_night(series, nights, lineages=lineages), continued(series, lineages)
     compared = sum(len(one.nights) > 1 for one in whole if one.identity.kind not in STEPPED)
     gone = []
     for one in whole if before.plan == after.plan and after.complete else ():
@@ -205,15 +207,15 @@ def judge(store: NightStore, name: str = "latest", *, false_alarms: float = FALS
     if chosen.void is not None:
         return judge_night((), before, false_alarms)
     before, table = comparable(before), store.table()
+    lineages = Lineages(before, Presence(table.nights, table.identities, table.cells >= 0))
     stepped = same_class(before)[-WINDOW:]
     settled = [kind for kind in FigureKind if kind not in STEPPED]
     series = (
-        *table.levels(before, settled),
+        *table.levels(before, settled, lineages.borders),
         *table.series_at(table.where(stepped, STEPPED)),
         *table.gone(before, stepped, STEPPED),
     )
-    presence = Presence(table.nights, table.identities, table.cells >= 0)
-    return judge_night(series, before, false_alarms, presence, steps_before(told, chosen.name))
+    return judge_night(series, before, false_alarms, lineages, steps_before(told, chosen.name))
 
 
 def change_named(judged: JudgedNight, name: str) -> Change:

@@ -156,9 +156,11 @@ class FigureTable:
         return self.series_at((self.cells >= 0) & fitting[:, None])
 
     def levels(
-        self, known: Sequence[NightSummary], kinds: Collection[FigureKind], dense: int = DENSE_NIGHTS
+        self, known: Sequence[NightSummary], kinds: Collection[FigureKind], borders: Mask, dense: int = DENSE_NIGHTS
     ) -> tuple[FigureSeries, ...]:
         """Series over some nights, before the `dense` last ones without figures that equal both neighbours.
+
+        Nights of `borders` (series, nights) count too: there another name of the figure begins or ends.
 
         A figure that stays the same for a thousand nights tells no more than its first and its last one. The rules of
         levels need the last night of each level and the first of the next; missing figures count by their nights, and
@@ -172,7 +174,8 @@ class FigureTable:
         ends = there & (after != self.cells)  # the last night of a level
         missing = there & self.missing[self.cells]
         missing |= there & np.where(after >= 0, self.missing[after], False)  # and the night before
-        return self.series_at(differs | ends | missing | (there & (self.among(known[-dense:]) | moved[:, None])))
+        always = borders | self.among(known[-dense:]) | moved[:, None]
+        return self.series_at(differs | ends | missing | (there & always))
 
     @property
     def missing(self) -> Mask:

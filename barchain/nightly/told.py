@@ -54,7 +54,7 @@ def keep_judgement(store: NightStore, judged: JudgedNight) -> None:
         c
         for c in judged.changes
         if c.id in tonight
-        or (c.is_step and (c.since, c.direction is Direction.WORSE) not in known.get(c.identity.name, ()))
+        or (c.is_step and not any((c.since, c.direction is Direction.WORSE) in known.get(n, ()) for n in c.names))
     ]
     later = any(name > night.name and facts["changes"] for name, facts in told.items())
     content = {

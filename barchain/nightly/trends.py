@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from barchain.nightly.figures import FigureKind
-from barchain.nightly.vanished import continued
+from barchain.nightly.renamed import Lineages
+from barchain.nightly.vanished import Presence
 from reports.tables.nights.trends import CalendarNight, TrendChart, TrendCurve
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ def trend_charts(
     place = {night.name: k for k, night in enumerate(nights)}
     curves: dict[Key, list[TrendCurve]] = defaultdict(list)
     still: Counter[Key] = Counter()
-    for identity, at, value in drawn(table, nights, place):
+    for identity, at, value in drawn(table, nights):
         curves[key_of(identity)] += []
         if (value == value[0]).all():
             still[key_of(identity)] += 1
@@ -64,39 +65,20 @@ def trend_charts(
 
 
 def drawn(
-    table: FigureTable, nights: Sequence[NightSummary], place: Mapping[str, int]
+    table: FigureTable, nights: Sequence[NightSummary]
 ) -> Iterator[tuple[FigureIdentity, NDArray[np.intp], NDArray[np.float64]]]:
     """Figures of engines, the places of their nights, and their values, from those above zero; a renamed one is one."""
     columns, there = np.flatnonzero(table.among(nights)), table.where(nights, SHOWN)
-    renamed = may_go_on(table.identities, there[:, columns])
-    for k in np.flatnonzero(there.any(axis=1) & ~renamed).tolist():
-        at = np.flatnonzero(there[k, columns])
-        yield from above_zero(table.identities[k], at, table.results["value"][table.cells[k, columns[at]]])
-    series, _ = continued(table.series_at(there & renamed[:, None]))
-    for one in series:
-        at = np.array([place[night.name] for night in one.nights])
-        values = [math.nan if figure.value is None else figure.value for figure in one.figures]
-        yield from above_zero(one.identity, at, np.array(values))
-
-
-def above_zero(
-    identity: FigureIdentity, at: NDArray[np.intp], value: NDArray[np.float64]
-) -> Iterator[tuple[FigureIdentity, NDArray[np.intp], NDArray[np.float64]]]:
-    """A figure of an engine where it is above zero; nothing without such a night."""
-    known = value > 0.0
-    if identity.engine and known.any():
-        yield identity, at[known], value[known]
-
-
-def may_go_on(identities: Sequence[FigureIdentity], there: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Whether a figure ended before one of an equal quantity began, or began after one ended, (figures,)."""
-    found, groups = np.zeros(len(identities), bool), defaultdict[tuple[str, str, str], list[int]](list)
+    lineages = Lineages(nights, Presence(table.nights, table.identities, there))
     for k in np.flatnonzero(there.any(axis=1)).tolist():
-        groups[identities[k].engine, identities[k].quantity, identities[k].anchor].append(k)
-    for own in groups.values():
-        first, last = there[own].argmax(axis=1), there.shape[1] - 1 - there[own, ::-1].argmax(axis=1)
-        found[own] = (last < first.max()) | (first > last.min())
-    return found
+        identity = table.identities[k]
+        if k in lineages.after or not identity.engine:
+            continue
+        own = [(n, np.flatnonzero(there[n, columns[p.start : p.stop]]) + p.start) for n, p in lineages.places(k)]
+        at = np.concatenate([places for _, places in own])
+        value = np.concatenate([table.results["value"][table.cells[n, columns[places]]] for n, places in own])
+        if (above_zero := value > 0.0).any():
+            yield identity, at[above_zero], value[above_zero]
 
 
 def key_of(identity: FigureIdentity) -> Key:

@@ -1,10 +1,8 @@
-"""Figures that are gone, and figures that go on under another name."""
+"""Figures that are gone, and the nights on which figures and scenes were measured."""
 
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import replace
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -72,9 +70,7 @@ def presence_in(series: Sequence[FigureSeries], nights: Sequence[NightSummary]) 
     return Presence(nights, [one.identity for one in series], there)
 
 
-def vanished(
-    series: Sequence[FigureSeries], nights: Sequence[NightSummary], presence: Presence | None = None
-) -> tuple[Change, ...]:
+def vanished(series: Sequence[FigureSeries], nights: Sequence[NightSummary], presence: Presence) -> tuple[Change, ...]:
     """Figures that are gone up to the last of some nights, each since the first occasion without it.
 
     A figure that is gone stays so on the nights of other plans and machines.
@@ -84,11 +80,10 @@ def vanished(
     series : sequence of FigureSeries
     nights : sequence of NightSummary
         In their order.
-    presence : Presence, optional
+    presence : Presence
     """
     if not nights:
         return ()
-    presence = presence or presence_in(series, nights)
     tonight = nights[-1]
     plans = [[night for night in nights if night.plan == plan] for plan in {night.plan: None for night in nights}]
     current = [one for one in series if one.nights and one.nights[-1].name == tonight.name]
@@ -121,7 +116,7 @@ def vanished_figure(one: FigureSeries, plan: Sequence[NightSummary], presence: P
     reason = f"not measured, though each of the {OCCASIONS} nights before that did its scene had it"
     was = one.figures[-1]
     now = Figure(one.identity, reason=reason, depends=was.depends)
-    return Change(one.identity, was, now, last.name, after.name, Direction.WORSE, reason)
+    return Change(one.identity, was, now, last.name, after.name, Direction.WORSE, reason, earlier=one.earlier)
 
 
 def study_of(identity: FigureIdentity) -> str:
@@ -139,89 +134,3 @@ def subject_of(identity: FigureIdentity) -> Subject:
 def place(identity: FigureIdentity) -> tuple[str, str, str, str]:
     """Study, scene, engine and setting of a figure: a run that had no time lacks all of its figures."""
     return study_of(identity), identity.scene, identity.engine, identity.setting
-
-
-def continued(series: Sequence[FigureSeries]) -> tuple[list[FigureSeries], list[tuple[str, str]]]:
-    """Series, each with the nights of those that it continues, and the renames: their first nights and words.
-
-    A figure keeps its role in a scene of equal content, and at any value of its setting's parameter. Series of one role
-    that share no night are one, which has the name of its last night. Of others a series continues the last one of its
-    role that ended before it began, if no other one began on its first night.
-    """
-    found = {one.identity: one for one in series}
-    renames: dict[tuple[str, str], None] = {}
-    setting = "the setting {0.setting} of {1.engine} became {1.setting}"
-    for role, words in ((of_scene, "the scene {0.scene} became {1.scene}"), (of_setting, setting), (of_both, setting)):
-        roles: dict[FigureIdentity, list[FigureSeries]] = defaultdict(list)
-        for one in found.values():
-            key = role(one)
-            if key is not None:
-                roles[key].append(one)
-        for own in roles.values():
-            for parts in joined(own, alone=role is of_both) if len(own) > 1 else ():
-                whole = one_series(parts)
-                for part in parts:
-                    del found[part.identity]
-                found[whole.identity] = whole
-                names = sorted(((n, part.identity) for part in parts for n in part.nights), key=lambda n: n[0].started)
-                for (_, old), (night, new) in pairwise(names):
-                    if old != new:
-                        renames[night.name, words.format(old, new)] = None
-    return list(found.values()), list(renames)
-
-
-def joined(own: Sequence[FigureSeries], *, alone: bool = False) -> list[list[FigureSeries]]:
-    """Series of one role, those together that are one; if they are to be `alone`, only where no two share a night."""
-    if len({one.nights[-1].name for one in own}) == len(own):
-        nights = [night.name for one in own for night in one.nights]
-        if len(set(nights)) == len(nights):
-            return [list(own)]
-    if alone:
-        return []
-    chains = [[one] for one in own]
-    for new in sorted(own, key=lambda one: one.nights[0].started):
-        old = before(new, own)
-        if old is not None:
-            ahead = next(chain for chain in chains if any(one is old for one in chain))
-            behind = next(chain for chain in chains if any(one is new for one in chain))
-            if ahead is not behind and ahead[-1] is old:
-                ahead += behind
-                chains.remove(behind)
-    return [chain for chain in chains if len(chain) > 1]
-
-
-def one_series(parts: Sequence[FigureSeries]) -> FigureSeries:
-    """Series of the nights of several, in their order, with the name of the last."""
-    name = max(parts, key=lambda one: one.nights[-1].started).identity
-    rows = sorted(
-        ((night, figure) for one in parts for night, figure in zip(one.nights, one.figures, strict=True)),
-        key=lambda row: row[0].started,
-    )
-    return FigureSeries(name, tuple(n for n, _ in rows), tuple(replace(f, identity=name) for _, f in rows))
-
-
-def before(new: FigureSeries, own: Sequence[FigureSeries]) -> FigureSeries | None:
-    """Series that a new one continues; None if there is none, or several began on its night."""
-    first = new.nights[0]
-    if sum(one.nights[0].name == first.name for one in own) > 1:
-        return None
-    ended = [one for one in own if one.nights[-1].started < first.started]
-    return max(ended, key=lambda one: one.nights[-1].started, default=None)
-
-
-def of_scene(one: FigureSeries) -> FigureIdentity | None:
-    """Role of a figure in a scene of some content; None where the content is not known."""
-    part = one.nights[-1].part_named.get(f"scene:{one.identity.scene}")
-    return replace(one.identity, scene=part.digest) if part is not None and part.digest else None
-
-
-def of_setting(one: FigureSeries) -> FigureIdentity | None:
-    """Role of a figure at any value of its setting's parameter; None of a figure without one."""
-    parameter, given, _ = one.identity.setting.partition("=")
-    return replace(one.identity, setting=parameter) if given else None
-
-
-def of_both(one: FigureSeries) -> FigureIdentity | None:
-    """Role of a figure in a scene of some content and at any setting: both may have changed, one after the other."""
-    scene, setting = of_scene(one), of_setting(one)
-    return None if scene is None or setting is None else replace(setting, scene=scene.scene)
