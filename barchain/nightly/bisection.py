@@ -171,7 +171,7 @@ def bisect_nights(
     swaps, fixed = swaps_of(differing(last, since, {*was.depends, *now.depends}), scenes)
     swap = the_one([one for one in swaps if not one.scenes], fixed, part)
     with scratch_folder() as scratch:
-        cells = Cells(was, now, last, since, swaps, scenes, scratch)
+        cells = Cells(was, now, last, since, swaps, scenes, scratch, note)
         states = releases_between(swap, scratch) if swap.distribution else commits_between(last, since, swap)
         try:
             found = bisect(len(states), walk(was, now, swap, states, cells, note))

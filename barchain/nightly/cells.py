@@ -15,10 +15,11 @@ from barchain.nightly.figures import STEPPED, Figure, FigureIdentity, FigureKind
 from barchain.nightly.origins import can_be_installed, requirement_of
 from barchain.nightly.parts import SOURCES, installed_parts
 from barchain.nightly.results import read_figures_of
+from barchain.studies.study import ignore
 from scenarios import load_scene, scene_names
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from barchain.nightly.figures import NightSummary
     from barchain.nightly.suspects import Suspect
@@ -118,9 +119,11 @@ class Cells:
 
     def __init__(
         self, was: Figure, now: Figure, last: NightSummary, since: NightSummary, swaps: Sequence[Swap],
-        scenes: OwnScenes, scratch: Path,
+        scenes: OwnScenes, scratch: Path, note: Callable[[str], None] = ignore,
     ) -> None:  # fmt: skip
         """Take the figure of both nights and the suspects that can be exchanged; nothing is made yet.
+
+        `note` is told of each run when it begins: one may take minutes.
 
         Raises
         ------
@@ -129,7 +132,7 @@ class Cells:
         """
         self.identity, self.last, self.since, self.swaps, self.scenes = was.identity, last, since, swaps, scenes
         self.depends = sorted({*was.depends, *now.depends})
-        self.scratch, self.trees = scratch, dict[str, Path]()
+        self.scratch, self.trees, self.note = scratch, dict[str, Path](), note
         self.repeats = REPEATS if self.identity.kind in STEPPED else 1
         self.measured: dict[tuple[Any, ...], Mapping[FigureIdentity, Figure] | str] = {}
         command_of(self.identity, self.scene())
@@ -168,6 +171,7 @@ class Cells:
         """All figures of a run in a cell, or why there are none."""
         folder = self.scratch / f"cell-{len(self.measured)}"
         folder.mkdir(parents=True)
+        self.note(f"run {len(self.measured) + 1}, in an environment with {', '.join(pins) or 'the same versions'}")
         registrations = [find_engine(name) for name in (self.identity.engine, self.identity.anchor) if name]
         also = sorted({name for r in registrations for name in (r.requires, r.distribution)} - {""})
         try:

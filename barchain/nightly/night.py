@@ -254,7 +254,8 @@ def result_of(job: NightJob, taken: NightJob, time_s: float, ended: Finished, ou
     elif job.study == COST:
         reason = times_left_out(out)
     if beyond and state is not PartState.FAILED:
-        state, reason = PartState.LEFT, reason or f"more scenes than fit into {time_s:.0f} s"
+        waits = f"{len(beyond)} of {len(job.scenes)} scenes did not fit into its {time_s:.0f} s"
+        state, reason = PartState.LEFT, reason or waits
     done = taken.items - len(left)
     if state is PartState.FAILED:
         done = 0
