@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from reference_impl.model.effect import ChainProperties
 
 SAME_INSTANT = 1e-12  # relative; a sample this close after an instant of the table coincides with that instant
+SMALLEST = np.nextafter(0.0, 1.0)
 
 
 @final
@@ -46,34 +47,35 @@ class ThrustEffect(ChainEffect):
 
     def accelerations(self, at: EffectState, mode: Array | None) -> EffectAccelerations:
         """Force and torque on one bar."""
-        segment = self.mode(at) if mode is None else mode
+        size = self.interpolated_force_N(self.mode(at) if mode is None else mode, at.t_s)
         difference, spin = at.zero_acceleration, at.zero_angular
-        size = self.interpolated_force_N(int(segment[0]), at.t_s)
-        if size == 0.0:
+        if not size.any():
             return EffectAccelerations(0j, difference, spin)
-        m, k, u = at.model, self.bar, at.unit[self.bar]
-        force = size * cmath.rect(1.0, self.direction_rad) * (1.0 if self.inertial else u)
+        m, own = at.model, slice(self.bar, self.bar + 1)
+        u = at.unit[..., own]
+        force = size * (cmath.rect(1.0, self.direction_rad) * (1.0 if self.inertial else u))
         difference, spin = difference.copy(), spin.copy()
-        difference[k] = force / m.mass_kg[k]
-        spin[k] = self.side * m.lever[k] * (np.conj(u) * force).imag
+        difference[..., own] = force / m.mass_kg[own]
+        spin[..., own] = self.side * m.lever[own] * (np.conj(u) * force).imag
         return EffectAccelerations(0j, difference, spin)
 
-    def interpolated_force_N(self, piece: int, t_s: float) -> float:
-        """Force on a segment of the table, extrapolated beyond its ends; 0 outside the table."""
-        if piece < 0:
-            return 0.0
-        (t0, t1), (f0, f1) = self.times_s[piece : piece + 2], self.force_N[piece : piece + 2]
-        return float(f0 + (f1 - f0) * ((t_s - t0) / (t1 - t0)))
+    def interpolated_force_N(self, piece: Array, t_s: float) -> Array:
+        """Force on segments of the table, extrapolated beyond their ends; 0 outside the table."""
+        k = piece.astype(int)
+        t0, f0, t1, f1 = self.times_s[k], self.force_N[k], self.times_s[k + 1], self.force_N[k + 1]
+        found: Array = np.where(k < 0, 0.0, f0 + (f1 - f0) * ((t_s - t0) / (t1 - t0)))
+        return found
 
     def mode(self, at: EffectState) -> Array:
         """Segment just before an instant; at t = 0, just after."""
-        return self.segment_at(at.t_s * (1.0 - SAME_INSTANT), "left" if at.t_s > 0.0 else "right")
+        return self.segment_at(np.maximum(at.t_s * (1.0 - SAME_INSTANT), SMALLEST))
 
     def segment_mode(self, start_s: float, end_s: float) -> Array:
         """Segment between two known instants."""
-        return self.segment_at(0.5 * (start_s + end_s), "left")
+        return self.segment_at(0.5 * (start_s + end_s))
 
-    def segment_at(self, t_s: float, side: str) -> Array:
-        """(1,) index of the segment that contains an instant."""
-        after = int(np.searchsorted(self.times_s, t_s, side=side))  # type: ignore[call-overload]
-        return np.array([after - 1.0 if after < len(self.times_s) else -1.0])
+    def segment_at(self, t_s: float) -> Array:
+        """(1,) index of the segment that contains an instant; of instants (k, 1) as many."""
+        after = np.searchsorted(self.times_s, np.atleast_1d(t_s))
+        found: Array = np.where(after < len(self.times_s), after - 1.0, -1.0)
+        return found

@@ -11,7 +11,6 @@ import pytest
 
 from adapters.common.equal_steps import finer_setting
 from adapters.registry import ENGINES
-from barchain.judge.diagnosis.motion import equations
 from barchain.judge.diagnosis.motion.balance import motion_of
 from barchain.judge.diagnosis.motion.equations import Equations
 from barchain.judge.diagnosis.motion.numbers import numbers
@@ -20,6 +19,9 @@ from barchain.judge.diagnosis.motion.quadrature import quadrature
 from barchain.judge.diagnosis.motion.residual import Residual
 from barchain.judge.diagnosis.own_motion import OwnMotion, densely
 from barchain.solutions.reference import closely_sampled
+from reference_impl.model.complex_vectors import as_vectors
+from reference_impl.model.effect import EffectState
+from reference_impl.model.state import State
 from scenarios import load_scene
 from tests.diagnosis.planting import diagnosis_of_scene, unequal_chain
 from tests.support.kernel import needs_kernel
@@ -48,18 +50,24 @@ def loaded(name: str) -> Scene:
 
 
 @pytest.mark.parametrize(
-    "name", ["drag_alone", "oblateness_alone", "slender_alone", "solar_shadow_alone", "together_6"]
+    "name", ["drag_alone", "oblateness_alone", "slender_alone", "solar_shadow_alone", "thrust_body", "together_6"]
 )
-def test_loads_of_all_states_at_once_are_those_of_each_state(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_loads_of_all_states_at_once_are_those_that_the_reference_has_at_each(name: str) -> None:
     scene = load_scene(f"conform/{name}")
     motion = motion_of(run(scene, 1e-9))
     assert motion is not None
-    at_once = Equations(scene, motion.states).effects
-    monkeypatch.setattr(equations, "AT_ONCE", frozenset())
-    one_by_one = Equations(scene, motion.states).effects
-    assert any(load.acts.any() for load in one_by_one)
-    for rows, each in zip(at_once, one_by_one, strict=True):
-        for a, b in zip(rows, each, strict=True):
+    at_once, s = Equations(scene, motion.states), motion.states
+    vectors = map(as_vectors, (s.com, s.velocity, at_once.place, at_once.drift))
+    rows = zip(s.t_s.tolist(), *vectors, s.angle, s.rate, s.unit, strict=True)
+    model = at_once.model
+    alone = [EffectState(model, t, State(c, v, a, w, d, e), u) for t, c, v, d, e, a, w, u in rows]
+    assert any(load.acts.any() for load in at_once.effects)
+    for effect, load in zip(model.effects, at_once.effects, strict=True):
+        common, difference, angular = (
+            np.array(x) for x in zip(*(effect.accelerations(at, None) for at in alone), strict=True)
+        )
+        own = common, model.mass_kg * difference, model.inertia_kg_m2 * angular
+        for a, b in zip(load, own, strict=True):
             assert a.shape == b.shape
             assert np.abs(a - b).max() <= 1e-12 * np.abs(b).max()
 

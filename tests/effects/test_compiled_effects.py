@@ -251,7 +251,7 @@ def test_pieces_of_a_thrust_meet_where_the_table_says() -> None:
     thrust = effect("thrust", np.random.default_rng(0))
     assert isinstance(thrust, ThrustEffect)
     for piece, ((_, b), (_, f)) in enumerate(zip(pairwise(thrust.times_s), pairwise(thrust.force_N), strict=True)):
-        assert thrust.interpolated_force_N(piece, b) == pytest.approx(f, rel=4 * U)
+        assert thrust.interpolated_force_N(np.array([piece]), b) == pytest.approx(f, rel=4 * U)
 
 
 @pytest.mark.exhaustive

@@ -79,8 +79,11 @@ class Balance:
         """
         self.motion, self.scene = motion, scene
         self.hidden = mode_changes(scene, motion.states) if hidden is None else hidden
-        rule = quadrature(motion.states.t_s, scene.effects.breaks_s, self.hidden)
-        self.rule: Quadrature = beside.rule if beside is not None and rule.alike(beside.rule) else rule
+        rule = quadrature(motion.states.t_s, scene.effects.breaks_s, self.hidden, often=beside is None)
+        shared = beside if beside is not None and rule.alike(beside.rule) else None
+        self.rule: Quadrature = rule if shared is None else shared.rule
+        self.angles: dict[float, Array] = {} if shared is None else shared.angles
+        """Angles of the bars at impulses, by the instant, rad"""
         spans = tuple(self.rule.pieces[p] for p in self.rule.piece)
         self.equations = Equations(scene, motion.states.at(self.rule.rows), spans, reach)
         if beside is not None and self.equations.alike(other := beside.equations):
@@ -185,10 +188,12 @@ class Balance:
         k = int(np.searchsorted(s.t_s, push.at_s + near)) - 1
         if not 0 <= k < len(found):
             return
-        before = [p for p, (_, end) in enumerate(self.rule.pieces) if abs(end - push.at_s) <= near]
-        angle = s.angle[k]
-        if before:
-            angle = angle + self.rule.curve(s.rate[self.rule.rows], before[0]).integrate(s.t_s[k], push.at_s)
+        if push.at_s not in self.angles:
+            before = [p for p, (_, end) in enumerate(self.rule.pieces) if abs(end - push.at_s) <= near]
+            rates = self.rule.curve(s.rate[self.rule.rows], before[0]) if before else None
+            more = 0.0 if rates is None else rates.integrate(s.t_s[k], push.at_s)
+            self.angles[push.at_s] = s.angle[k] + more
+        angle = self.angles[push.at_s]
         unit = unit_along(angle)
         way = push.impulse_N_s * np.exp(1j * push.direction_rad) * (unit[bar] if push.axes is Axes.BODY else 1.0)
         arm = self.shape.right[bar] if push.end.sign > 0.0 else -self.shape.left[bar]

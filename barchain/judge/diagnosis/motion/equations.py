@@ -35,10 +35,6 @@ if TYPE_CHECKING:
 
 ENDS = (0.5, 0.5)
 """Joints at the bars' ends"""
-AT_ONCE = frozenset({
-    "drag", "joint_spring_damper", "oblateness", "quadrupole", "slender", "solar_pressure", "third_body",
-})  # fmt: skip
-"""Effects whose accelerations hold for arrays with a state in each row, too"""
 
 
 class Load(NamedTuple):
@@ -210,14 +206,6 @@ class Equations:
         return self.shape.centres(1j * self.states.unit * self.states.rate)
 
     @cached_property
-    def inputs(self) -> list[EffectState]:
-        """States as inputs of effects."""
-        s = self.states
-        vectors = (as_vectors(z) for z in (s.com, s.velocity, self.place, self.drift))
-        each = zip(s.t_s.tolist(), *vectors, s.angle, s.rate, s.unit, strict=True)
-        return [EffectState(self.model, t, State(c, v, a, w, d, e), u) for t, c, v, d, e, a, w, u in each]
-
-    @cached_property
     def zero(self) -> Load:
         """No load."""
         k, n = self.states.angle.shape
@@ -266,18 +254,10 @@ class Equations:
 
     def of_effect(self, effect: ChainEffect) -> Load:
         """Loads of an effect."""
-        model = self.model
-        if effect.name in AT_ONCE:
-            rows = effect.accelerations(self.rows, None)
-            common = self.zero.common + np.ravel(rows.common)
-            return Load(common, model.mass_kg * rows.difference, model.inertia_kg_m2 * rows.angular)
-        modes = [effect.segment_mode(*span) for span in self.spans] if self.spans else [None] * len(self.inputs)
-        found = [effect.accelerations(at, mode) for at, mode in zip(self.inputs, modes, strict=True)]
-        if not found:
-            return self.zero
-        common = np.array([complex(f.common) for f in found])
-        difference, angular = np.array([f.difference for f in found]), np.array([f.angular for f in found])
-        return Load(common, model.mass_kg * difference, model.inertia_kg_m2 * angular)
+        spans = np.array(self.spans).T[..., None]  # (2, k, 1)
+        rows = effect.accelerations(self.rows, effect.segment_mode(*spans) if self.spans else None)
+        common = self.zero.common + np.ravel(rows.common)
+        return Load(common, self.model.mass_kg * rows.difference, self.model.inertia_kg_m2 * rows.angular)
 
     @cached_property
     def effects(self) -> list[Load]:
@@ -304,7 +284,7 @@ class Equations:
 
 
 class StateRows(EffectState):
-    """States of equations as one input of the effects :data:`AT_ONCE`: (k, N) arrays, and (k, 1) of the chain."""
+    """States of equations as one input of effects: (k, N) arrays, and (k, 1) of the chain."""
 
     def __init__(self, equations: Equations) -> None:
         """Lay out the states."""

@@ -48,6 +48,8 @@ class Quadrature:
     """Start and end of each smooth piece, s"""
     known: NDArray[np.bool_]
     """(n - 1,) intervals with enough samples"""
+    often: bool = True
+    """Whether so much is integrated that the weights are worth their time"""
 
     def alike(self, other: Quadrature) -> bool:
         """Whether integrals at the same samples have the same weights."""
@@ -61,31 +63,34 @@ class Quadrature:
 
     @cached_property
     def weights(self) -> Array:
-        """(n - 1, k) weight of each evaluation in the integral over each interval; zero in unknown intervals."""
-        return self.weights_of(DEGREE)
+        """(n - 1, k) weight of each evaluation in the integral over each interval: integrals are linear in values."""
+        return self.by_splines(np.eye(len(self.rows)))
 
-    def weights_of(self, degree: int) -> Array:
-        """Weights of splines of a degree: integrals are linear in the values."""
-        found: Array = np.zeros((len(self.t_s) - 1, len(self.rows)))
-        each = np.eye(len(self.rows))
+    def by_splines(self, values: Values, degree: int = DEGREE) -> Values:
+        """Integral of values (k, c) over each interval by splines of a degree, (n - 1, c)."""
+        found: Values = np.zeros((len(self.t_s) - 1, values.shape[1]), values.dtype)
         for number, (start, end) in enumerate(self.pieces):
-            summed = self.curve(each, number, degree).antiderivative()
+            summed = self.curve(values, number, degree).antiderivative()
             found += np.diff(summed(np.clip(self.t_s, start, end)), axis=0)
         found[~self.known] = 0.0
         return found
 
     def integral(self, values: Values) -> Values:
-        """Integral of values (k, ...) over each interval, (n - 1, ...); zero in unknown intervals."""
-        found: Values = np.tensordot(self.weights, values, 1)
+        """Integral of values (k, c) over each interval, (n - 1, c); zero in unknown intervals."""
+        if not self.often:
+            return self.by_splines(values)
+        found: Values = self.weights @ values
         return found
 
     def error(self, values: Array) -> Array:
         """Estimate of the error of :meth:`integral`, at least zero."""
-        found: Array = np.abs(self.integral(values) - self.weights_of(LOWER) @ values)
+        found: Array = np.abs(self.integral(values) - self.by_splines(values, LOWER))
         return found
 
 
-def quadrature(t_s: Array, breaks_s: Sequence[float] = (), hidden: Sequence[int] = ()) -> Quadrature:
+def quadrature(
+    t_s: Array, breaks_s: Sequence[float] = (), hidden: Sequence[int] = (), *, often: bool = True
+) -> Quadrature:
     """Quadrature at n samples.
 
     Parameters
@@ -95,6 +100,8 @@ def quadrature(t_s: Array, breaks_s: Sequence[float] = (), hidden: Sequence[int]
         Instants at which the function or a derivative jumps, s.
     hidden : sequence of int
         Intervals with a break at an unknown instant: nothing is known there.
+    often : bool
+        Whether so much is integrated that the weights are worth their time.
     """
     near = SAME_INSTANT * float(t_s[1] - t_s[0])
     inside = [b for b in breaks_s if t_s[0] + near < b < t_s[-1] - near]
@@ -114,4 +121,4 @@ def quadrature(t_s: Array, breaks_s: Sequence[float] = (), hidden: Sequence[int]
         rows.append(samples)
         pieces.append((start, end))
     piece = np.repeat(np.arange(len(pieces)), [len(r) for r in rows])
-    return Quadrature(t_s, np.concatenate([*rows, np.empty(0, int)]), piece, tuple(pieces), known)
+    return Quadrature(t_s, np.concatenate([*rows, np.empty(0, int)]), piece, tuple(pieces), known, often)
