@@ -45,6 +45,11 @@ def factor_words(factor: float) -> str:
     return nice_factor(factor) or f"{number_words(factor)} times the right value"
 
 
+def named(label: str) -> str:
+    """Name of a label: its words with hyphens."""
+    return "-".join(label.removeprefix("the ").replace("'", "").lower().split())
+
+
 @dataclass(frozen=True)
 class Candidate:
     """A change of the right equations: fixed, linear in its amounts, or of a number whose effect is not linear."""

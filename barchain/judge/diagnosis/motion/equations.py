@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
     from reference_impl.model.arrays import ComplexArray
     from reference_impl.model.chain import ChainModel
-    from reference_impl.model.effect import ChainEffect
+    from reference_impl.model.effect import ChainEffect, EffectAccelerations
     from scenarios import Scene
 
 
@@ -255,9 +255,12 @@ class Equations:
     def of_effect(self, effect: ChainEffect) -> Load:
         """Loads of an effect."""
         spans = np.array(self.spans).T[..., None]  # (2, k, 1)
-        rows = effect.accelerations(self.rows, effect.segment_mode(*spans) if self.spans else None)
-        common = self.zero.common + np.ravel(rows.common)
-        return Load(common, self.model.mass_kg * rows.difference, self.model.inertia_kg_m2 * rows.angular)
+        return self.load_of(effect.accelerations(self.rows, effect.segment_mode(*spans) if self.spans else None))
+
+    def load_of(self, found: EffectAccelerations) -> Load:
+        """Load with the accelerations of all states."""
+        common = self.zero.common + np.ravel(found.common)
+        return Load(common, self.model.mass_kg * found.difference, self.model.inertia_kg_m2 * found.angular)
 
     @cached_property
     def effects(self) -> list[Load]:
@@ -286,11 +289,12 @@ class Equations:
 class StateRows(EffectState):
     """States of equations as one input of effects: (k, N) arrays, and (k, 1) of the chain."""
 
-    def __init__(self, equations: Equations) -> None:
-        """Lay out the states."""
+    def __init__(self, equations: Equations, rate: Array | None = None) -> None:
+        """Lay out the states, maybe with other rates of the bars beside the same velocities."""
         s, place, drift = equations.states, equations.place, equations.drift
         com, velocity = (as_vectors(z[:, None]) for z in (s.com, s.velocity))
-        state = State(com, velocity, s.angle, s.rate, as_vectors(place), as_vectors(drift))
+        turning = s.rate if rate is None else rate
+        state = State(com, velocity, s.angle, turning, as_vectors(place), as_vectors(drift))
         super().__init__(equations.model, s.t_s[:, None], state, s.unit)  # type: ignore[arg-type]  # of each state
         self.com = s.com[:, None]  # type: ignore[assignment]  # of each state
         self.velocity = s.velocity[:, None] + drift

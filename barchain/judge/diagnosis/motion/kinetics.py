@@ -47,6 +47,10 @@ def velocity_terms(found: Candidates) -> None:
         found.fixed(
             f"centrifugal-of-rates-to-{neighbour}", words, BODIES, partial(b.block, BARS, b.rule.integral(change))
         )
+    far = np.abs(np.subtract.outer(range(s.bars), range(s.bars))) > 1
+    lost = np.where(far, b.shape.turned(s), 0.0) @ (s.rate**2)[:, :, None]
+    found.fixed("centrifugal-of-neighbours", "the centrifugal torques couple neighbouring bars alone", BODIES,
+                partial(b.block, BARS, b.rule.integral(lost[:, :, 0])))  # fmt: skip
     words = "the velocity-dependent terms (centrifugal and Coriolis', of all bars from the first bar's end on) are"
     found.times("velocity-terms", words, BODIES, e.force(pull))
 
@@ -64,6 +68,11 @@ def couplings(found: Candidates) -> None:
         ("straight", "lacks the cosine of the difference of two bars' angles", np.ones_like(whole)),
         ("opposite", "has the opposite sign off its diagonal", -np.cos(angle - other)),
         ("diagonal", "has its diagonal alone", np.zeros_like(whole)),
+        (
+            "of-neighbours",
+            "couples neighbouring bars alone",
+            np.cos(angle - other) * (np.abs(np.subtract.outer(range(s.bars), range(s.bars))) < 2),
+        ),
     ):
         matrix = np.where(one > 0.0, whole, shape.coupling * ratio)
         found.fixed(f"mass-matrix-{name}", f"the mass matrix {words}", BODIES, partial(turned, b, whole, matrix, given))

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from barchain.judge.diagnosis.motion.balance import BARS, JOINTS, real
-from barchain.judge.diagnosis.motion.candidate import BODIES, GRAVITY, LOADS, NICE, Candidate, Candidates
+from barchain.judge.diagnosis.motion.candidate import BODIES, GRAVITY, LOADS, NICE, Candidate, Candidates, named
+from barchain.judge.diagnosis.motion.effect_terms import effect_terms
 from barchain.judge.diagnosis.motion.kinetics import at_joint, kinetic_terms
 from barchain.judge.diagnosis.motion.numbers import BODY_WORDS
 
@@ -26,8 +26,6 @@ NAMES = {
     "slender": "gravity on slender bars beyond that on point masses",
 }
 """Nouns of effects whose names are none"""
-SIDES = (("before", 1.0, 0.0), ("after", 0.0, 1.0))
-"""Bars beside a joint, and the shares of a joint's torque on both"""
 ENDS = ((1.0, "first"), (-1.0, "last"))
 """Bars from which reactions are summed"""
 AXIS_SHARE = 1e-3
@@ -51,8 +49,7 @@ def terms(b: Balance) -> list[Candidate]:
         who = BODY_WORDS.get(body.name, body.name)
         words = f"the fall of the central body towards the {who}, relative to which the track is, is"
         found.times(f"third-body-{body.name}-indirect", words, LOADS, fall)
-    if b.scene.effects.joint_spring_damper is not None:
-        springs_and_dampers(found)
+    effect_terms(found)
     damping(found)
     on_bars(found)
     if b.scene.bars > 1:
@@ -92,11 +89,6 @@ def sum_of(zero: Load, loads: list[Load]) -> Load:
     return zero
 
 
-def named(label: str) -> str:
-    """Name of a label: its words with hyphens."""
-    return "-".join(label.removeprefix("the ").replace("'", "").lower().split())
-
-
 def of_piece(found: Candidates, label: str, section: str, load: Load) -> None:
     """Wrong forms of one load."""
     b, e, name = found.balance, found.balance.equations, named(label)
@@ -105,6 +97,11 @@ def of_piece(found: Candidates, label: str, section: str, load: Load) -> None:
     if has_force and load.torque.any():
         found.times(f"{name}-torque", f"the torque of {label} is", section, e.torque(load.torque))
         found.times(f"{name}-force", f"the force of {label} is", section, load._replace(torque=e.zero.torque))
+    if has_force:
+        unit = e.states.unit
+        along = unit * (unit.conj() * load.force).real
+        for way, force in (("along", along), ("across", load.force - along)):
+            found.times(f"{name}-{way}-bars", f"the force of {label} {way} the bars is", section, e.force(force))
     if has_force and load.common.any():
         common = e.zero._replace(common=load.common)
         found.times(f"{name}-common", f"the part of {label} that all bars have in common is", section, common)
@@ -175,6 +172,16 @@ def simplified_tide(found: Candidates) -> None:
     first = 2.0 * mu / r**3 * b.shape.mass * up * (up.conj() * e.place).real
     words = "the part along the vertical of the tidal force, expanded to the first order, is"
     found.times("tide-first-order-along", words, GRAVITY, e.force(first))
+    seen = s.com[:, None] + e.place
+    closer = np.log1p(((2.0 * s.com[:, None] + e.place).conj() * e.place).real / r**2)  # log of |R + d|²/R²
+    for name, power, far, what in (
+        ("power-of-one", 1.0, seen, "of Encke's form has the power 1 of the squared distance, not 3/2"),
+        ("of-centre", 1.5, s.com[:, None], "of Encke's form multiplies the place of the centre, not the bar's"),
+    ):
+        form = e.force(-mu / r**3 * b.shape.mass * (e.place + np.expm1(-power * closer) * far))
+        found.fixed(
+            f"tide-encke-{name}", f"the factor in the tidal force {what}", GRAVITY, form.plus(e.tide.times(-1.0))
+        )
     for name, n2, words in (
         ("first-order", mu / r**3, "is expanded to the first order only"),
         ("of-start", mu / abs(b.motion.states.com[0]) ** 3, "is of first order, with the mean motion at the start"),
@@ -201,47 +208,16 @@ def simplified_gradient(found: Candidates) -> None:
         ("of-slender-bars", n2 * slender * both, "is that of slender bars, without the given moments of inertia"),
         ("of-first-bar", n2 * b.shape.inertia[0] / b.shape.inertia * both,
          "has the first bar's moment of inertia on all bars"),
+        ("of-next-bar", n2 * np.roll(b.shape.inertia, -1) / b.shape.inertia * both,
+         "has the next bar's moment of inertia"),
+        ("of-previous-bar", n2 * np.roll(b.shape.inertia, 1) / b.shape.inertia * both,
+         "has the previous bar's moment of inertia"),
         ("of-sine", n2 * seen.real, "has the sine of the angle without the cosine"),
         ("of-cosine", n2 * seen.imag, "has the cosine of the angle without the sine"),
         ("of-angle", n2 * np.arcsin(np.clip(seen.real, -1.0, 1.0)), "is linear in the angle"),
     ):  # fmt: skip
         change = e.torque(3.0 * product * b.shape.inertia - e.gradient.torque)
         found.fixed(f"gradient-{name}", f"the torque of the gravity gradient {words}", GRAVITY, change)
-
-
-def springs_and_dampers(found: Candidates) -> None:
-    """Springs and dampers of all joints and of one, their rest angles, their sides, and other laws."""
-    b, e, s = found.balance, found.balance.equations, found.balance.equations.states
-    given = b.scene.effects.joint_spring_damper
-    assert given is not None
-    k, c, rest = (np.array(v) for v in (given.stiffness_N_m_rad, given.damping_N_m_s_rad, given.rest_rad))
-    bent, turning = np.diff(s.angle, axis=1), np.diff(s.rate, axis=1)
-    spring, damper = k * (bent - rest), c * turning
-    for one, torque in (("spring", spring), ("damper", damper), ("rest angle", -k * rest + 0.0 * bent)):
-        name = named(one)
-        found.times(f"{name}s", f"the joints' {one}s are", LOADS, e.on_joints(torque))
-        for where, *shares in SIDES:
-            words = f"the torque of the {one}s on the bar {where} the joint is"
-            found.times(f"{name}s-{where}", words, LOADS, e.on_joints(torque, *shares))
-        for j in range(s.bars - 1) if s.bars > 2 else ():
-            found.times(f"{name}-{j + 1}", f"the {one} of joint {j + 1} is", LOADS, e.on_joints(at_joint(torque, j)))
-            for bar, (_, *shares) in zip((j, j + 1), SIDES, strict=True):
-                words = f"the torque of the {one} of joint {j + 1} on bar {bar + 1} is"
-                load = e.on_joints(at_joint(torque, j), *shares)
-                found.times(f"{name}-{j + 1}-on-bar-{bar + 1}", words, LOADS, load)
-    neighbours = (("after", s.rate[:, 1:]), ("before", -s.rate[:, :-1]))
-    for (where, *shares), (other, alone) in zip(SIDES, neighbours, strict=True):
-        words = f"the springs and dampers have no torque on the bar {where} the joint"
-        found.fixed(f"springs-without-bar-{where}", words, LOADS, e.on_joints(-spring - damper, *shares))
-        words = f"the dampers take the inertial rate of the bar {other} the joint alone, not the difference of both"
-        found.fixed(f"dampers-of-bar-{other}", f"{words} rates", LOADS, e.on_joints(c * alone - damper))
-    inertial = e.torque(-(np.pad(c, (0, 1)) + np.pad(c, (1, 0))) * s.rate).plus(e.on_joints(-damper))
-    found.fixed("dampers-by-inertial-rates", "the dampers act on the bars' inertial rates, not on their differences",
-                LOADS, inertial)  # fmt: skip
-    for name, angle, words in (("", bent, ""), ("-from-rest", bent - rest, "from their rest ")):
-        lost_turns = -k * 2.0 * math.pi * np.round(angle / (2.0 * math.pi))
-        found.fixed(f"springs-wrapped{name}", f"the springs' angles {words}are wrapped to half a turn either way",
-                    LOADS, e.on_joints(lost_turns))  # fmt: skip
 
 
 def damping(found: Candidates) -> None:
