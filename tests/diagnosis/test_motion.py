@@ -23,6 +23,7 @@ from reference_impl.model.complex_vectors import as_vectors
 from reference_impl.model.effect import EffectState
 from reference_impl.model.state import State
 from scenarios import load_scene
+from scenarios.toml.scene_tables import EARTH_MU_M3_S2
 from tests.diagnosis.planting import diagnosis_of_scene, unequal_chain
 from tests.support.kernel import needs_kernel
 from tests.support.slow import one_in
@@ -150,6 +151,15 @@ OTHERS = (
 def test_a_wrong_number_of_the_chain_is_named(name: str) -> None:
     number = next(n for n in numbers(SCENE) if n.name == name)
     check_scene_named(SCENE, name, number.change(LITTLE))
+
+
+def test_a_known_value_in_place_of_the_scenes_is_the_same_value_in_another_scene() -> None:
+    scenes = load_scene("conform/three_bars_point"), load_scene("conform/one_bar_point")
+    there, here = (next(n for n in numbers(s) if n.name == "gravitational-parameter") for s in scenes)
+    right, other = (scene.central_body.mu_m3_s2 for scene in scenes)
+    assert right != other == EARTH_MU_M3_S2
+    assert here.as_in(there, EARTH_MU_M3_S2 / right - 1.0) == pytest.approx(0.0, abs=1e-15)
+    assert here.as_in(there, LITTLE) == LITTLE
 
 
 def test_a_wrong_engine_that_ends_early_is_diagnosed_up_to_its_end() -> None:

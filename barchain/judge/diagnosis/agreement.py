@@ -83,8 +83,8 @@ def lacks(own: OwnMotion, fit: Fitted) -> bool:
     here = {c.name: c for c in search.candidates}
     columns = residual.balance.of_blocks(name for name in fit.blocks if name in residual.balance.columns)
     noise = residual.noise[residual.known][:, columns]
-    pairs = [(here[c.name], a) for c, a in zip(fit.candidates, fit.amounts, strict=True) if c.name in here]
-    effects = [candidate.effect(amounts)[residual.known][:, columns] / noise for candidate, amounts in pairs]
+    pairs = [(here[c.name], c, a) for c, a in zip(fit.candidates, fit.amounts, strict=True) if c.name in here]
+    effects = [one.effect_as_of(there, a)[residual.known][:, columns] / noise for one, there, a in pairs]
     seen = [x.ravel() for x in effects if np.isfinite(x).all() and x.size and np.sqrt(np.mean(x**2)) >= VISIBLE]
     if not seen:
         return False

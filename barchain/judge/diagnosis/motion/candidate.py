@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
     from barchain.judge.diagnosis.motion.balance import Balance
     from barchain.judge.diagnosis.motion.equations import Load
+    from barchain.judge.diagnosis.motion.numbers import Number
     from scenarios import Scene
 
     Rows = Callable[[], Array]
@@ -73,6 +74,8 @@ class Candidate:
     """Amount of a number that is small enough for a linear effect"""
     range: tuple[float, float] = (-math.inf, math.inf)
     """Least and largest amount"""
+    number: Number | None = None
+    """Number of the scene that changes"""
 
     @cached_property
     def rows(self) -> Array:
@@ -84,6 +87,12 @@ class Candidate:
         """Rows (n - 1, c) of amounts (m,)."""
         return self.rows @ amounts if self.of is None else self.of(float(amounts[0]))
 
+    def effect_as_of(self, other: Candidate, amounts: Array) -> Array:
+        """Rows (n - 1, c) of what the same candidate of another scene is there by amounts (m,)."""
+        if self.number is None or other.number is None:
+            return self.effect(amounts)
+        return self.effect(np.array([self.number.as_in(other.number, float(amounts[0]))]))
+
     def possible(self, amounts: Array) -> bool:
         """Whether the amounts are in their range."""
         return bool(np.all((self.range[0] <= amounts) & (amounts <= self.range[1])))
@@ -94,15 +103,15 @@ class Candidate:
         return nearly and self.possible(amounts)
 
 
-def number(
+def linearised(
     name: str, section: str, of: Callable[[float], Array], words: Callable[[float], str], probe: float,
-    within: tuple[float, float], nice: Callable[[float], bool] = lambda _: False,
-    scene: Callable[[float], Scene] | None = None,
+    within: tuple[float, float], number: Number | None = None,
 ) -> Candidate:  # fmt: skip
-    """Change by a number, linear about the right value."""
+    """Change by an amount, linear about the right value; of a number of the scene, or of none."""
     return Candidate(
-        name, section, lambda: of(probe) / probe, lambda a: words(float(a[0])), nice=lambda a: nice(float(a[0])),
-        scene=scene, of=of, probe=probe, range=within,
+        name, section, lambda: of(probe) / probe, lambda a: words(float(a[0])),
+        nice=lambda a: number is not None and number.nice(float(a[0])),
+        scene=None if number is None else number.change, of=of, probe=probe, range=within, number=number,
     )  # fmt: skip
 
 

@@ -146,6 +146,11 @@ class Number:
         apart, words = min(((abs((value or 0.0) / right - 1.0), words) for words, right in near), default=(1.0, ""))
         return words if apart < KNOWN_DIGITS else ""
 
+    def as_in(self, other: Number, amount: float) -> float:
+        """Amount that makes here what it makes of the number in another scene: a known value is the same everywhere."""
+        right, value = self.value(0.0), other.value(amount)
+        return value / right - 1.0 if other.known(amount) and right and value is not None else amount
+
     def peer(self, amount: float) -> bool:
         """Whether an amount makes the value of another place."""
         value, right = self.value(amount), self.value(0.0)

@@ -13,7 +13,7 @@ import numpy as np
 
 from barchain.judge.diagnosis.mistake import Explanation, Fit, Left, Mistake
 from barchain.judge.diagnosis.motion.balance import BARS, CENTRE, JOINTS, LAWS, Balance
-from barchain.judge.diagnosis.motion.candidate import BODIES, LOADS, Candidate, Candidates, number
+from barchain.judge.diagnosis.motion.candidate import BODIES, LOADS, Candidate, Candidates, linearised
 from barchain.judge.diagnosis.motion.equations import ENDS
 from barchain.judge.diagnosis.motion.numbers import numbers
 from barchain.judge.diagnosis.motion.others import others, with_effects
@@ -112,12 +112,12 @@ class MotionSearch:
         found.found += terms(self.balance)
         for n in numbers(self.scene):
             of = partial(self.of_change, n.change)
-            found.found.append(number(n.name, n.section, of, n.words, n.probe, n.range, n.nice, n.change))
+            found.found.append(linearised(n.name, n.section, of, n.words, n.probe, n.range, n))
         for name, words, section, scene in others(self.scene):
             found.fixed(name, words, section, partial(self.of_scene, scene), scene)
         for name, words, left, right in REACHES if self.scene.bars > 1 else ():
             of, said = partial(self.of_reach, left, right), partial(reach_words, words)
-            found.found.append(number(name, BODIES, of, said, REACH_PROBE, (-0.5, 0.5)))
+            found.found.append(linearised(name, BODIES, of, said, REACH_PROBE, (-0.5, 0.5)))
         found.found += self.of_light()
         return [*found.found, *(of_reactions(self.balance) if JOINTS in self.residual.wrong else ())]
 

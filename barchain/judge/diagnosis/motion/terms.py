@@ -200,6 +200,8 @@ def simplified_gradient(found: Candidates) -> None:
     turning = ((s.velocity * s.com.conj()).imag[:, None] / r**2) ** 2
     for name, product, words in (
         ("at-centre", mu / r**3 * here.real * here.imag, "is that at the chain's centre of mass"),
+        ("of-centre-distance", mu * abs(place) ** 2 / r**5 * both,
+         "has the distance of the chain's centre of mass, not the bar's"),
         ("of-start", mu / start**3 * both,
          "has the mean motion of a circular orbit at the start, from mu over r0 cubed"),
         ("of-mean-motion", b.scene.mean_motion_rad_s**2 * both, "has the mean motion of the orbit at the start"),
