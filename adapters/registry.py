@@ -275,7 +275,8 @@ def find_engine(name: str) -> Registration:
         said = f"; {'; '.join(reasons)}" if reasons else ""
         near = nearest(name, allowed)
         there = f"`barchain engines` lists all {len(allowed)}" if near else f"allowed: {', '.join(allowed)}"
-        raise UnknownEngineError(f"{name}: no such engine{near}; {there}{said}")
+        programs = "" if near or said else "; engines that are programs: engines.toml in this folder, or --engines FILE"
+        raise UnknownEngineError(f"{name}: no such engine{near}; {there}{said}{programs}")
     return known[name]
 
 

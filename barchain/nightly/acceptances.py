@@ -1,7 +1,7 @@
 """Accepted changes: one file that can be reviewed, with an entry for each pattern of figures and night.
 
-An entry accepts what changed on one night. It ends on its date, or as soon as a figure moves again: that is a change of
-another night.
+An entry accepts what changed on one night. It ends on its date; a figure that becomes worse again is a change of another
+night.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import tomllib
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from barchain.nightly.changes import result_words
+from barchain.nightly.changes import results_words
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import MOST_TEXT, FigureError
 from barchain.nightly.steps import LEAST_EFFECT
@@ -97,7 +97,7 @@ def acceptances_of(
         factors = {c.identity.name: c.factor for c in own if c.is_step and c.factor is not None}
         said = sorted({(causes or {}).get(change.id, "") for change in own} - {""})
         single = own[0] if name == own[0].identity.name else None
-        words = (result_words(single.was), result_words(single.now)) if single else ("", "")
+        words = results_words(single) if single else ("", "")
         made.append(
             Acceptance(name, since, reason, who, date, until, "; ".join(said)[:MOST_TEXT], *words, factors)
         )  # fmt: skip

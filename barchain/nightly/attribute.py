@@ -150,10 +150,10 @@ def attribute_change(
     """Attribute one change; `nights` holds its two nights by name."""
     name = change.identity.name
     swaps, fixed = swaps_of(suspicion(change, nights).suspects, scenes)
-    cells = Cells(change.was, change.now, nights[change.last], nights[change.since], swaps, scenes, scratch, note)
     if not swaps:
         said = "; ".join(fixed) or "all parts that the figure depends on are the same"
         raise HistoryError(f"{name}: no suspect can be exchanged: {said}")
+    cells = Cells(change.was, change.now, nights[change.last], nights[change.since], swaps, scenes, scratch, note)
     results: dict[frozenset[str], Figure] = {}
 
     def shown_in(cell: frozenset[str]) -> bool:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from barchain.nightly.jobs import NightJob
     from reports.tables.files import StudyFiles
-    from reports.tables.nights.facts import NightRun
+    from reports.tables.nights.facts import NightRun, PartResult
 
 
 RESERVE_S = 25.0
@@ -84,22 +84,24 @@ def running_s(time_s: float) -> float:
     return max(time_s - ENDING_S, RUNNING * time_s)
 
 
-def pace_s(name: str, last: NightRun | None) -> float | None:
-    """Time of one item of a part on the last night of the plan; None where nothing was done."""
-    for part in last.parts if last else ():
-        if part.name == name and part.done and part.duration_s > 0.0:
-            return part.duration_s / part.done
-    return None
+def last_of(name: str, last: NightRun | None) -> PartResult | None:
+    """Result of a part on the last night of the plan; None where nothing was done."""
+    parts = last.parts if last else ()
+    return next((part for part in parts if part.name == name and part.done and part.duration_s > 0.0), None)
 
 
-def fitting(job: NightJob, time_s: float, pace: float | None) -> NightJob:
-    """Job with the scenes that are known to fit, at least one.
+def fitting(job: NightJob, time_s: float, last: PartResult | None) -> NightJob:
+    """Job with the scenes that are known to fit, at least one; `last` is what the last night did of the part.
 
-    A part of which nothing was done on the last night takes on one scene.
+    As many fit as at the pace of the last night, and as many as it did in no more time. A part of which nothing was
+    done on the last night takes on one scene.
     """
-    if not job.scenes or (pace is None and not job.waits):
+    if not job.scenes or (last is None and not job.waits):
         return job
-    count = 1 if pace is None else max(int(FILL * time_s / pace), 1)
+    count = 1
+    if last is not None:
+        did = last.done if last.duration_s <= time_s else 0
+        count = max(int(FILL * time_s * last.done / last.duration_s), did, 1)
     return replace(job, scenes=job.scenes[:count])
 
 

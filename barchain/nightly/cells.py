@@ -107,7 +107,8 @@ def swap_of(suspect: Suspect, scenes: OwnScenes) -> Swap | str:
         files = tuple(scenes.get(part.digest, "") for part in (before, after))
         return Swap(suspect, scenes=files) if all(files) else f"{name}: give both of its files with --scene-file"
     packages = SOURCES.get(name) or ((OWN_SOURCES[kind].format(rest),) if kind in OWN_SOURCES else ())
-    return Swap(suspect, packages=packages) if packages else f"{name}: can't be exchanged here"
+    reason = "a program's earlier state is not kept" if kind == "program" else "can't be exchanged here"
+    return Swap(suspect, packages=packages) if packages else f"{name}: {reason}"
 
 
 class Cells:

@@ -67,13 +67,15 @@ class Change:
     irreproducible: bool = False
     level: str = ""
     """Name of the night on which the earlier level began; of levels only"""
-    earlier: tuple[FigureIdentity, ...] = ()
-    """Names that the figure had before, in their order"""
+    latest: Figure | None = None
+    """Result of the last night, of an earlier change that still holds with another one"""
+    named: tuple[FigureIdentity, ...] = ()
+    """Names that the figure has had since the change, if it had others"""
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All names that the figure ever had: an acceptance has that of its day."""
-        return tuple(identity.name for identity in (*self.earlier, self.identity))
+        """All names that the figure has had since the change: an acceptance has that of its day."""
+        return tuple(identity.name for identity in self.named or (self.identity,))
 
     @property
     def is_step(self) -> bool:
@@ -86,7 +88,7 @@ class Change:
 
         That of a step has figure, night and direction only: the values after a step are other ones on each night.
         """
-        first = (*self.earlier, self.identity)[0]
+        first = (*self.named, self.identity)[0]
         if self.is_step:
             return content_digest([first, self.since, str(self.direction)])[:ID_DIGITS]
         return content_digest([first, self.last, self.since, self.now.word, self.now.value])[:ID_DIGITS]
@@ -142,8 +144,15 @@ def result_words(figure: Figure, *, exact: bool = False) -> str:
 
 def results_words(change: Change) -> tuple[str, str]:
     """Old and new result of a change in words, with the digits that tell them apart."""
-    was, now = result_words(change.was), result_words(change.now)
-    return (was, now) if was != now else (result_words(change.was, exact=True), result_words(change.now, exact=True))
+    figures = change.was, change.latest or change.now
+    was, now = map(result_words, figures)
+    return (was, now) if was != now else (result_words(figures[0], exact=True), result_words(figures[1], exact=True))
+
+
+def as_of(change: Change, latest: Figure) -> Change:
+    """Change that still holds, with the result of the last night."""
+    judged = None if latest is change.now else compared(change.was, latest)
+    return replace(change, latest=latest, factor=judged.factor, reason=judged.reason) if judged else change
 
 
 State = tuple[tuple[str, str, str], ...]
@@ -183,7 +192,7 @@ def changed(
     direction = Direction.WORSE if irreproducible else Direction.CHANGED
     return Change(
         series.identity, was[1], now[1], was[0].name, now[0].name, direction, reason,
-        irreproducible=irreproducible, earlier=series.earlier,
+        irreproducible=irreproducible, named=series.names_since(now[0].name),
     )  # fmt: skip
 
 
@@ -348,7 +357,7 @@ def level_changes(series: FigureSeries) -> tuple[Change, ...]:
             found.append(
                 Change(
                     series.identity, level, now, last, since, judged.direction, judged.reason, judged.factor,
-                    level=series.nights[begin].name, earlier=series.earlier,
+                    level=series.nights[begin].name, named=series.names_since(since),
                 )
             )  # fmt: skip
             undecided = judged.direction is Direction.CHANGED and series.identity.kind is FigureKind.ERROR
@@ -410,4 +419,4 @@ def same_changes(series: FigureSeries) -> tuple[Change, ...]:
         return ()
     last, since = series.nights[-2].name, series.nights[-1].name
     words = judged.direction, judged.reason, judged.factor
-    return (Change(series.identity, was, now, last, since, *words, earlier=series.earlier),)
+    return (Change(series.identity, was, now, last, since, *words, named=series.names_since(since)),)

@@ -300,8 +300,12 @@ class FigureSeries:
     identity: FigureIdentity
     nights: tuple[NightSummary, ...]
     figures: tuple[Figure, ...]
-    earlier: tuple[FigureIdentity, ...] = ()
-    """Names that the figure had before, in their order"""
+    earlier: tuple[tuple[FigureIdentity, str], ...] = ()
+    """Names that the figure had before, in their order, each with its last night"""
+
+    def names_since(self, night: str) -> tuple[FigureIdentity, ...]:
+        """Names that the figure had on a night and has had since, in their order."""
+        return (*(name for name, last in self.earlier if last >= night), self.identity)
 
     def at(self, places: Sequence[int]) -> FigureSeries:
         """Series at some places."""

@@ -14,6 +14,7 @@ from barchain.nightly.changes import (
     Change,
     Direction,
     JudgedNight,
+    as_of,
     bit_changes,
     is_worse,
     level_changes,
@@ -82,7 +83,8 @@ def judge_night(
     return JudgedNight(
         tonight, tuple(kept[:-1]), tuple(changes), (*new, *fresh),
         tuple(c for one in current if one.identity.kind in RULES for c in same_changes(one)),
-        sum(len(one.nights) > 1 for one in current) + sum(c.since == tonight.name for c in gone),
+        sum(len(one.nights) > 1 and not one.figures[-1].not_run for one in current)
+        + sum(c.since == tonight.name for c in gone),
         sum(len(one.nights) == 1 and not one.identity.quantity.startswith(SAMPLED) for one in current),
         sum(one.nights[-1].name == kept[-2].name and not one.identity.quantity.startswith(SAMPLED) for one in own)
         if replanned else 0,
@@ -112,7 +114,7 @@ def restricted(series: FigureSeries, nights: Sequence[NightSummary]) -> FigureSe
 
 
 def still_holding(judged: JudgedNight) -> list[Change]:
-    """Changes for the worse of earlier nights, before which the figure was still better than it is.
+    """Changes for the worse of earlier nights, before which the figure was still better than it is, and what it is now.
 
     Of a figure the last one stands for those before it, as the figure is where that one led. Steps of times and memory
     are factors, and stand for themselves. A run that was not reproducible is an event of its night, and no state that
@@ -125,7 +127,8 @@ def still_holding(judged: JudgedNight) -> list[Change]:
     found = []
     for identity, changes in own.items():
         holding = [c for c in changes if is_regression(c) and holds(c, changes)]
-        found += [c for c in (holding if identity.kind in STEPPED else holding[-1:]) if c.id not in told]
+        shown = holding if identity.kind in STEPPED else [as_of(c, changes[-1].now) for c in holding[-1:]]
+        found += [c for c in shown if c.id not in told]
     return found
 
 

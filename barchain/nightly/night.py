@@ -18,9 +18,9 @@ from barchain.nightly.budget import (
     LEAST_S,
     MEASURED,
     fitting,
+    last_of,
     leftovers,
     limit_s,
-    pace_s,
     running_s,
     scenes_left,
     times_left_out,
@@ -137,7 +137,9 @@ def run_night(
             except FolderInUseError:
                 continue
             if state.goes_on(plan.identity, code, now):
-                progress.note(f"going on with the night of {state.started.isoformat()}, which was interrupted")
+                progress.note(
+                    f"going on with the night of {state.started.isoformat()}, which is not in the history yet"
+                )
                 return finish(Running(end, store, folder, progress, last), replace(state, minutes=minutes))
             name, run = add(store, folder, state)
             write_state(folder, replace(state, finished=True))
@@ -210,7 +212,7 @@ def run_jobs(night: Running, state: NightState) -> NightState:
         else:
             begun = state.begun.get(job.name)
             if begun is None:
-                begun = fitting(job, running_s(time_s), pace_s(job.part, night.last)).scenes
+                begun = fitting(job, running_s(time_s), last_of(job.part, night.last)).scenes
             state = replace(state, begun=state.begun | {job.name: begun})
             write_state(night.folder, state)
             result = run_job(night, job, replace(job, scenes=begun), time_s)

@@ -199,10 +199,10 @@ def distributions_of(registration: Registration) -> dict[str, str]:
 
 
 def program_name(registration: Registration) -> str:
-    """Part of an engine that is a program; the name tells the files whose contents count."""
+    """Part of an engine that is a program; the name tells what counts: its entry, and the contents of files."""
     folder, entry = unpacked(registration.entry)
     files = ", ".join(deciding_files(folder, entry)) or "files unknown"
-    return f"program:{entry.name} ({files})"[:MOST_TEXT]
+    return f"program:{entry.name} (its entry, {files})"[:MOST_TEXT]
 
 
 def requiring(registration: Registration) -> tuple[str, ...]:

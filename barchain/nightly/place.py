@@ -30,6 +30,10 @@ def default_url() -> str:
     return os.environ.get(VARIABLE) or DEFAULT
 
 
+TRIED = ".writable"
+"""File that is written and removed to try the folder"""
+
+
 class Place:
     """Folder of a history."""
 
@@ -105,6 +109,11 @@ class Place:
                 part.replace(path)
             finally:
                 part.unlink(missing_ok=True)
+
+    def need_writable(self) -> None:
+        """Write a small file and remove it: that a night can't be stored is told before it runs."""
+        self.write(TRIED, b"")
+        self.remove(TRIED)
 
     def remove(self, name: str) -> None:
         """Remove a file or a folder that is there."""

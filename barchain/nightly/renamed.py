@@ -85,7 +85,7 @@ class Lineages:
         return (own for own in groups.values() if len(own) > 1)
 
     def follow(self, own: Sequence[int]) -> None:
-        """Follow the nights on which a figure begins, or comes back after another one has continued it."""
+        """Follow the nights on which a figure begins, or its name comes back after another one has continued it."""
         coming = [(int(self.there[k].argmax()), k) for k in own]
         heapq.heapify(coming)
         begun: list[int] = []
@@ -93,7 +93,11 @@ class Lineages:
             at, new = coming[0][0], []
             while coming and coming[0][0] == at:
                 new.append(heapq.heappop(coming)[1])
-            for old, figure, role in self.continuations(new, begun, at) if at else ():
+            back = [k for k in new if k in self.after]
+            found = self.continuations(new, begun, at) if at else ()
+            for k in back:
+                self.pieces[k] = [Piece(k, at)]
+            for old, figure, role in found:
                 self.pieces[figure] = [*self.names(old), Piece(figure, at)]
                 self.after[old] = figure
                 words = role.value.format(self.identities[old], self.identities[figure])
@@ -104,10 +108,11 @@ class Lineages:
             begun += [k for k in new if k not in begun]
 
     def continuations(self, new: list[int], begun: Sequence[int], at: int) -> list[tuple[int, int, Role]]:
-        """Old and new figures of a night, and the role that stays; a figure that came back is continued no longer.
+        """Old and new figures of a night, and the role that stays.
 
         A figure continues the last one of its role that is not there any more, if no other one of the role begins on
-        the same night. Of equal content and parameter only, all others of the role have to be gone.
+        the same night. Of equal content and parameter only, all others of the role have to be gone. A name that comes
+        back continues the figure that had it, if that is gone; else it is the name of a new figure.
         """
         ends = {k: self.end(k) for k in new if k in self.after}
         for k in ends:
@@ -196,12 +201,11 @@ def continued(series: Sequence[FigureSeries], lineages: Lineages) -> list[Figure
 
 def one_series(number: int, lineages: Lineages, known: Mapping[FigureIdentity, FigureSeries]) -> FigureSeries:
     """Series of a figure of several names, with the last one."""
-    last, rows = lineages.identities[number], []
-    names: dict[FigureIdentity, None] = {}
+    last, rows, names = lineages.identities[number], [], []
     for k, places in lineages.places(number):
         own = known.get(lineages.identities[k])
-        names[lineages.identities[k]] = None
+        names.append((lineages.identities[k], lineages.nights[lineages.last(k, places[-1])].name))
         among = {lineages.nights[place].name for place in places}
         rows += [row for row in zip(own.nights, own.figures, strict=True) if row[0].name in among] if own else []
     figures = tuple(replace(figure, identity=last) for _, figure in rows)
-    return FigureSeries(last, tuple(night for night, _ in rows), figures, tuple(n for n in names if n != last))
+    return FigureSeries(last, tuple(night for night, _ in rows), figures, tuple(names[:-1]))

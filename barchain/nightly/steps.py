@@ -232,7 +232,8 @@ def time_changes(
     kept = []
     for one in present:
         place = {night.name: k for k, night in enumerate(one.nights)}  # as far as the nights are still there
-        own = [step for identity in (*one.earlier, one.identity) for step in told.get(identity.name, ())]
+        names = *one.earlier, (one.identity, "~")  # after all nights
+        own = dict.fromkeys(each for name, until in names for each in told.get(name.name, ()) if each[0] <= until)
         kept.append([ToldStep(place[since], slower) for since, slower in own if since in place])
     steps, earlier = all_steps(present, kept, false_alarms), all_steps(before, kept, false_alarms)
     changes, fresh = [], []
@@ -311,5 +312,5 @@ def change_of(series: FigureSeries, step: Step) -> Change:
         series.identity, series.figures[step.place - 1], series.figures[-1], series.nights[step.place - 1].name,
         series.nights[step.place].name, Direction.WORSE if step.slower else Direction.BETTER,
         f"{words} in {nights} nights since; {chance}; least effect {LEAST_EFFECT:.0%}",
-        step.factor, step.low, step.high, earlier=series.earlier,
+        step.factor, step.low, step.high, named=series.names_since(series.nights[step.place].name),
     )  # fmt: skip

@@ -116,7 +116,7 @@ def vanished_figure(one: FigureSeries, plan: Sequence[NightSummary], presence: P
     reason = f"not measured, though each of the {OCCASIONS} nights before that did its scene had it"
     was = one.figures[-1]
     now = Figure(one.identity, reason=reason, depends=was.depends)
-    return Change(one.identity, was, now, last.name, after.name, Direction.WORSE, reason, earlier=one.earlier)
+    return Change(one.identity, was, now, last.name, after.name, Direction.WORSE, reason)
 
 
 def study_of(identity: FigureIdentity) -> str:

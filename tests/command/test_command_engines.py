@@ -230,7 +230,7 @@ def test_a_changed_program_makes_its_runs_anew_and_is_a_part_of_nights(program):
     registration = program(RIGHT)
     call = outside_call(questions.run, Job(SCENE, "mine", registration, Setting("rtol", 1e-10), Role.MAIN), 60.0)
     key, (part,) = answer_key(call), [p for p in parts_here() if p.name.startswith("program:")]
-    assert part.name == "program:mine (program.py)"
+    assert part.name == "program:mine (its entry, program.py)"
     assert part.name in depends_on("basics/two_bars_free", "mine", FigureKind.ERROR)
     folder, _ = unpacked(registration.entry)
     (folder / "program.py").write_text(RIGHT + "\n")

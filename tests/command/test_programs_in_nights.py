@@ -55,4 +55,4 @@ def test_a_changed_program_is_told_by_a_night_with_its_files_as_the_suspect(
     worse = [change for change in found.changes if change.engine == "mine"]
     assert worse
     for change in worse:
-        assert [suspect.name for suspect in change.suspects] == ["program:mine (engine)"], change.words
+        assert [suspect.name for suspect in change.suspects] == ["program:mine (its entry, engine)"], change.words

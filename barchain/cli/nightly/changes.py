@@ -56,7 +56,7 @@ def changes(night: str, every: bool, url: str | None, as_json: bool) -> None:
 @click.argument("names", metavar="CHANGE...", nargs=-1, required=True, type=WORDS)
 @click.option("--reason", metavar="TEXT", required=True, type=WORDS, help="Say why; the reason is shown and kept.")
 @click.option("--until", metavar="DATE", type=click.DateTime(["%Y-%m-%d"]),
-              help="Let the change come back on this date (UTC); default: when the figure moves again.")  # fmt: skip
+              help="Let the change come back on this date (UTC); default: when the figure is worse again.")  # fmt: skip
 @click.option("--night", metavar="NIGHT", default="latest", type=WORDS,
               help="Take the change as it stands on this night; default: the latest.")  # fmt: skip
 @history_option

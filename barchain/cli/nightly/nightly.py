@@ -105,6 +105,7 @@ def run_and_tell(
     with opened(url, create=True) as store:
         if baseline is not None:
             baseline_night(store, baseline)  # a wrong name is told before anything runs
+        store.place.need_writable()
         if not store.nights():
             say(f"history: begins in {store}", err=True)
         for folder, reason in store.left_out().items():

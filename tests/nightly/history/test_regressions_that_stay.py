@@ -6,9 +6,13 @@ import datetime
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import pytest
+
 from barchain.nightly.acceptances import acceptances_of, covers
+from barchain.nightly.changes import results_words
 from barchain.nightly.facts import still_holding
 from barchain.nightly.judging import judge, judge_pair
+from reports.tables.rows import NOT_RUN
 from tests.nightly.history.synthetic import error, night, verdict
 
 if TYPE_CHECKING:
@@ -78,3 +82,21 @@ def test_an_acceptance_ends_when_the_figure_moves_away(store: NightStore) -> Non
 def test_a_figure_that_a_baseline_of_the_same_plan_has_may_not_be_gone() -> None:
     before, after = night(error(), verdict(), number=0), night(verdict(), number=1)
     assert [change.identity.quantity for change in judge_pair(before, after).tonight] == ["attitude.max"]
+
+
+def test_a_regression_that_was_partly_repaired_is_shown_and_accepted_as_it_is_now(store: NightStore) -> None:
+    for k, value in enumerate((1e-5, 1e-2, 2e-5)):
+        store.add(night(error(value), number=k))
+    (change,) = still_holding(judge(store))
+    assert (change.since[:10], results_words(change)) == ("2026-01-02", ("1e-05 rad", "2e-05 rad"))
+    assert change.factor == pytest.approx(2.0)
+    (entry,) = acceptances_of([change], "me", LATER, "known")
+    assert (entry.was, entry.became) == ("1e-05 rad", "2e-05 rad")
+
+
+def test_a_figure_that_a_night_had_no_time_for_is_not_counted_as_judged(store: NightStore) -> None:
+    for k in range(2):
+        store.add(night(error(), verdict(), number=k))
+    store.add(night(error(None, reason=f"{NOT_RUN}: the machine was busy"), verdict(), number=2))
+    judged = judge(store)
+    assert (judged.tonight, judged.judged) == ((), 1)

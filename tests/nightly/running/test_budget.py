@@ -15,9 +15,9 @@ from barchain.nightly.budget import (
     LEAST_RESERVE_S,
     LEAST_S,
     fitting,
+    last_of,
     leftovers,
     limit_s,
-    pace_s,
     running_s,
     waiting_parts,
     working_time_s,
@@ -57,16 +57,20 @@ def test_time_that_a_job_did_not_use_goes_to_the_later_ones() -> None:
 
 
 def test_a_job_takes_on_the_scenes_that_fit_at_the_pace_of_the_last_night() -> None:
-    last = NightRun("plan", 15.0, (PartResult("hard", PartState.DONE, 100.0, 100.0, done=10),))
-    assert pace_s("hard", last) == 10.0
-    assert fitting(job(), 50.0, 10.0).scenes == SCENES[:4]
+    did = PartResult("hard", PartState.DONE, 100.0, 100.0, done=10)
+    assert last_of("hard", NightRun("plan", 15.0, (did,))) is did
+    assert fitting(job(), 50.0, did).scenes == SCENES[:4]
+
+
+def test_a_job_takes_on_as_many_scenes_as_the_last_night_did_in_the_same_time() -> None:
+    assert fitting(job(), 38.0, PartResult("hard", PartState.DONE, 45.0, 37.0, done=3)).scenes == SCENES[:3]
 
 
 def test_a_job_takes_on_at_least_one_scene_and_all_where_no_pace_is_known() -> None:
-    assert fitting(job(), 1.0, 1000.0).scenes == SCENES[:1]
+    assert fitting(job(), 1.0, PartResult("hard", PartState.DONE, 1000.0, 1000.0, done=1)).scenes == SCENES[:1]
     assert fitting(job(), 1.0, None) == job()
-    assert pace_s("hard", None) is None
-    assert pace_s("other", NightRun("plan", 15.0, (PartResult("hard", PartState.FAILED, 1.0, 1.0),))) is None
+    assert last_of("hard", None) is None
+    assert last_of("other", NightRun("plan", 15.0, (PartResult("hard", PartState.FAILED, 1.0, 1.0),))) is None
 
 
 def test_a_part_of_which_nothing_was_done_takes_on_one_scene() -> None:
@@ -108,7 +112,7 @@ def simulated(plan: NightPlan, minutes: float, last: NightRun | None) -> tuple[N
     jobs = night_jobs(plan, turn, leftovers(last), waiting_parts(last))
     for k, one in enumerate(jobs):
         time_s = limit_s(one, jobs[k + 1 :], left_s)
-        taken = fitting(one, running_s(time_s), pace_s(one.part, last))
+        taken = fitting(one, running_s(time_s), last_of(one.part, last))
         beyond = one.scenes[len(taken.scenes) :]
         fit = int(running_s(time_s) / COSTS_S[one.part]) if time_s >= LEAST_S else 0
         finished = list(taken.scenes[:fit]) if one.scenes else [one.part] * min(fit, 1)

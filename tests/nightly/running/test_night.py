@@ -23,7 +23,7 @@ from barchain.nightly.night import run_night
 from barchain.nightly.plan import load_plan
 from barchain.nightly.state import read_state, write_state
 from barchain.runs.processes import Finished, run_barchain
-from reports.tables.nights.facts import PartState, read_nightly
+from reports.tables.nights.facts import PartResult, PartState, read_nightly
 from tests.support.results import read_record, record_file
 
 if TYPE_CHECKING:
@@ -227,7 +227,8 @@ def test_a_scene_that_can_not_be_read_costs_itself_alone_and_the_night_ends_as_b
 def test_what_did_not_fit_goes_first_on_the_next_night(
     plan: NightPlan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(running, "pace_s", lambda *_: 1e6)
+    slow = PartResult("core", PartState.DONE, 1e6, 1e6, done=1)
+    monkeypatch.setattr(running, "last_of", lambda *_: slow)
     first = one_night(plan, tmp_path)
     assert first.run.parts[0].left == ("basics/kepler_elliptic",)
     assert first.run.parts[0].state is PartState.LEFT
