@@ -1,7 +1,7 @@
 """Accepted changes: one file that can be reviewed, with an entry for each pattern of figures and night.
 
-An entry accepts what changed on one night. It ends on its date; a figure that becomes worse again is a change of another
-night.
+An entry accepts what changed on one night. It ends on its date; a figure that becomes worse again is another night's
+change.
 """
 
 from __future__ import annotations

@@ -84,14 +84,19 @@ class Change:
 
     @property
     def id(self) -> str:
-        """Name of the change: the same as long as figure, nights and values are; another name of the figure is nothing.
+        """Name of the change: the same as long as figure, nights and values are."""
+        return self.ids[0]
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """Name of the change, and those that it had under earlier names of the figure.
 
         That of a step has figure, night and direction only: the values after a step are other ones on each night.
         """
-        first = (*self.named, self.identity)[0]
-        if self.is_step:
-            return content_digest([first, self.since, str(self.direction)])[:ID_DIGITS]
-        return content_digest([first, self.last, self.since, self.now.word, self.now.value])[:ID_DIGITS]
+        values = [self.last, self.since, self.now.word, self.now.value]
+        rest = [self.since, str(self.direction)] if self.is_step else values
+        every = reversed(self.named or (self.identity,))
+        return tuple(content_digest([identity, *rest])[:ID_DIGITS] for identity in every)
 
 
 @dataclass(frozen=True)

@@ -230,8 +230,9 @@ def change_named(judged: JudgedNight, name: str) -> Change:
         If there is none; the message gives the nearest name.
     """
     known: dict[str, Change] = {}
-    for change in sorted(judged.changes, key=lambda c: c.since):
-        known[change.identity.name] = known[change.id] = change
+    ordered = sorted(judged.changes, key=lambda c: c.since)
+    known |= {name: change for change in ordered for name in change.ids}
+    known |= {name: change for change in ordered for name in (change.identity.name, change.id)}
     if name not in known:
         there = f"{len(judged.changes)} changes are there" if known else "there are none"
         raise HistoryError(f"{name[:80]}: no such change{nearest(name, known)}; {there} up to {judged.night.name}")

@@ -6,18 +6,19 @@ Pruning a night that a regression is compared with would turn it green.
 from __future__ import annotations
 
 import contextlib
-import datetime
 import shutil
 from typing import TYPE_CHECKING
 
-from barchain.nightly.acceptances import accepted, accepting
+import numpy as np
+
 from barchain.nightly.changes import Direction
 from barchain.nightly.figures import STEPPED
 from barchain.nightly.history import latest_first
 from barchain.nightly.judging import judge, still_holding
 from barchain.nightly.rank_test import FEWEST_NEW, FEWEST_OLD
+from barchain.nightly.renamed import Lineages
 from barchain.nightly.told import told_by
-from barchain.nightly.vanished import OCCASIONS
+from barchain.nightly.vanished import OCCASIONS, Presence
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -53,23 +54,24 @@ def prune_runs(store: NightStore, out: Path) -> None:
 def needed_nights(store: NightStore) -> frozenset[str]:
     """Names of the nights that tell the changes for the worse which the last night of each machine class holds.
 
-    Changes that somebody accepted without an end need none. Told steps and acceptances name the first nights of the new
-    levels of all steps.
+    Accepted ones are among them, as an acceptance names the night of its change. So are the nights between which a
+    figure got another name.
     """
-    now, known = datetime.datetime.now(datetime.UTC), accepted(store)
+    table = store.table()
+    presence = Presence(table.nights, table.identities, table.cells >= 0)
     last = {night.environment.machine_class: night.name for night in store.nights() if night.void is None}
     needed: set[str] = set()
     for judged in (judge(store, night) for night in last.values()):
         names = list(judged.by_name)
+        borders = Lineages((*judged.compared_with, judged.night), presence).borders
+        needed |= {table.nights[k].name for k in np.nonzero(borders)[1].tolist()}
         for change in judged.changes:
             if change.identity.kind in STEPPED:
                 since = names.index(change.since)
                 needed |= {*names[since : since + FEWEST_NEW]}
         worse = [change for change in judged.tonight if change.direction is Direction.WORSE]
         for change in (*worse, *still_holding(judged)):
-            covering = accepting(change, known, now)
-            if covering is None or covering.until is not None:
-                needed |= needed_by(judged, change)
+            needed |= needed_by(judged, change)
     return frozenset(needed)
 
 

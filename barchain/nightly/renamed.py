@@ -6,7 +6,6 @@ change nothing of it: what a night told of a renamed figure stands, whatever the
 
 from __future__ import annotations
 
-import heapq
 from collections import defaultdict
 from dataclasses import replace
 from enum import Enum
@@ -14,7 +13,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from barchain.nightly.figures import FigureSeries
+from adapters.engine import AccuracyParameter
+from barchain.nightly.figures import FigureKind, FigureSeries
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterable, Mapping, Sequence
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 
 SCENE = "scene:"
+PARAMETERS = frozenset(map(str, AccuracyParameter))
+"""Parameters of settings; in some studies the place of a setting has a target or a size"""
 
 
 class Role(Enum):
@@ -65,82 +67,133 @@ class Lineages:
         place = {night.name: k for k, night in enumerate(presence.nights)}
         self.columns = [place[night.name] for night in nights]
         self.there = presence.there[:, self.columns]
+        self.contents = contents_of(nights)
         self.pieces: dict[int, list[Piece]] = {}
-        """Names of each figure in their order, of those that continue others"""
+        """Names of each figure in their order, of those that continue others, and of those whose name is used again"""
         self.after: dict[int, int] = {}
-        """Number of the figure that continues another one"""
+        """Number of the figure that a figure goes on as, of those that are not there any more"""
         self.renames: dict[tuple[str, str], None] = {}
         """First nights of other names, and the words for them"""
+        self.said: set[str] = set()
+        """Words for the figures that could continue one another, and are followed now"""
         for own in self.alike():
             self.follow(own)
 
     def alike(self) -> Iterable[list[int]]:
         """Figures that could continue one another: equal but for their settings' values, and scenes of some content."""
-        scenes = same_scenes(self.nights)
+        scenes = same_scenes(self.contents)
         groups: dict[FigureIdentity, list[int]] = defaultdict(list)
         for k in np.flatnonzero(self.there.any(axis=1)).tolist():
             identity = self.identities[k]
-            scene, parameter = scenes.get(identity.scene, identity.scene), identity.setting.partition("=")[0]
-            groups[replace(identity, scene=scene, setting=parameter)].append(k)
+            scene, setting = scenes.get(identity.scene, identity.scene), parameter_of(identity) or identity.setting
+            groups[replace(identity, scene=scene, setting=setting)].append(k)
         return (own for own in groups.values() if len(own) > 1)
 
     def follow(self, own: Sequence[int]) -> None:
-        """Follow the nights on which a figure begins, or its name comes back after another one has continued it."""
-        coming = [(int(self.there[k].argmax()), k) for k in own]
-        heapq.heapify(coming)
-        begun: list[int] = []
+        """Follow the nights on which a name begins, has another content, or comes back after it was continued."""
+        coming = {(at, k) for k in own for at in self.turns(k)}
+        begun: set[int] = set()
+        self.said = set()
         while coming:
-            at, new = coming[0][0], []
-            while coming and coming[0][0] == at:
-                new.append(heapq.heappop(coming)[1])
-            back = [k for k in new if k in self.after]
-            found = self.continuations(new, begun, at) if at else ()
-            for k in back:
-                self.pieces[k] = [Piece(k, at)]
-            for old, figure, role in found:
-                self.pieces[figure] = [*self.names(old), Piece(figure, at)]
-                self.after[old] = figure
-                words = role.value.format(self.identities[old], self.identities[figure])
-                self.renames[self.nights[at].name, words] = None
-                later = np.flatnonzero(self.there[old, at:])
-                if len(later):
-                    heapq.heappush(coming, (at + int(later[0]), old))
-            begun += [k for k in new if k not in begun]
+            at = min(coming)[0]
+            new = {k for night, k in coming if night == at}
+            if at:
+                self.decide(new, begun, at)
+            begun |= new
+            coming = {each for each in coming if each[0] > at}
+            for old in begun & self.after.keys():
+                later = np.flatnonzero(self.there[old, at + 1 :])
+                coming |= {(at + 1 + int(k), old) for k in later[:1]}
 
-    def continuations(self, new: list[int], begun: Sequence[int], at: int) -> list[tuple[int, int, Role]]:
+    def turns(self, number: int) -> list[int]:
+        """Nights on which a name begins, or has another content than on its night before."""
+        at = np.flatnonzero(self.there[number])
+        before = np.concatenate([at[:1] - 1, at[:-1]])
+        content = self.content(number)
+        found: list[int] = at[(before < at[0]) | (content[at] != content[before])].tolist()
+        return found
+
+    def decide(self, new: set[int], begun: set[int], at: int) -> None:
+        """Decide what the new names of a night are.
+
+        A name that comes back with its content is the figure that had it. Any other one continues the last figure of
+        its role that is gone: not there, or there with another content. Else it is the figure that had the name, unless
+        another one continues that, or a new one.
+        """
+        edited = [k for k in sorted(new) if k not in begun or self.is_edited(k, at)]
+        for k in sorted(new.difference(edited)):
+            end = self.end(k)
+            self.after.pop(k, None)
+            if end != k and not self.there[end, at]:
+                self.after[end] = k
+                self.tell(end, k, self.same_role(end, k), at)
+        continued = {k for k in edited if self.after.pop(k, k) != k}
+        found = self.continuations(edited, begun - continued, at)
+        names = {old: self.names(old) for old, _, _ in found}
+        for old, figure, role in found:
+            self.pieces[figure] = [*names[old], Piece(figure, at)]
+            self.after |= {} if self.there[old, at] else {old: figure}
+            self.tell(old, figure, role, at)
+        anew = continued | {old for old in names if self.there[old, at]}
+        self.pieces |= {k: [Piece(k, at)] for k in anew.difference(figure for _, figure, _ in found)}
+
+    def same_role(self, old: int, figure: int) -> Role:
+        """What stays of a figure whose earlier name is there again."""
+        one, other = self.identities[old], self.identities[figure]
+        return Role.SETTING if one.scene == other.scene else Role.SCENE if one.setting == other.setting else Role.BOTH
+
+    def tell(self, old: int, figure: int, role: Role, at: int) -> None:
+        """Keep the words for another name, once: names may take turns."""
+        words = role.value.format(self.identities[old], self.identities[figure])
+        if words not in self.said:
+            self.renames[self.nights[at].name, words] = None
+            self.said.add(words)
+
+    def is_edited(self, number: int, at: int) -> bool:
+        """Whether the content of a figure's scene is another one than on the figure's night before."""
+        content = self.content(number)
+        return bool(content[at] != content[self.last(number, at - 1)])
+
+    def continuations(self, new: Sequence[int], begun: Iterable[int], at: int) -> list[tuple[int, int, Role]]:
         """Old and new figures of a night, and the role that stays.
 
-        A figure continues the last one of its role that is not there any more, if no other one of the role begins on
-        the same night. Of equal content and parameter only, all others of the role have to be gone. A name that comes
-        back continues the figure that had it, if that is gone; else it is the name of a new figure.
+        A figure continues another one if no other one of its role begins on the night, and no two of the role end on
+        the same night. Of equal content and parameter only, all others of the role have to be gone.
         """
-        ends = {k: self.end(k) for k in new if k in self.after}
-        for k in ends:
-            del self.after[k]
-        found, left = [], list(new)
+        found: list[tuple[int, int, Role]] = []
+        left, known = list(new), [k for k in sorted(begun) if k not in self.after]
         for role in Role:
             roles: dict[Hashable, list[int]] = defaultdict(list)
             for k in left:
                 roles[self.role(role, k, at)].append(k)
+            taken = {old for old, _, _ in found}
             for key, (figure, *others) in roles.items():
-                known = [ends[figure]] if figure in ends else [k for k in begun if k not in self.after]
-                alike = [k for k in known if self.role(role, k, self.last(k, at)) == key and k != figure]
-                gone = [k for k in alike if not self.there[k, at]]
-                if key is not None and gone and not others and (gone == alike or role is not Role.BOTH):
-                    old = max(gone, key=lambda k: self.last(k, at))
-                    found.append((old, figure, role))
-                    self.after[old] = figure
+                last = {k: self.last(k, at - 1) for k in known if k != figure and k not in taken}
+                alike = [k for k, before in last.items() if self.role(role, k, before) == key]
+                gone = [k for k in alike if not self.there[k, at] or (k in new and role is Role.SCENE)]
+                ends = [last[k] for k in gone]
+                several = len(ends) != len(set(ends)) and ends.count(max(ends)) > 1
+                if key is not None and gone and not others and not several and (gone == alike or role is not Role.BOTH):
+                    found.append((max(gone, key=lambda k: last[k]), figure, role))
                     left.remove(figure)
         return found
 
     def role(self, role: Role, number: int, at: int) -> Hashable:
-        """Role of a figure on a night; None where the content of its scene, or a setting, is not known."""
+        """Role of a figure on a night; None where the content of its scene, or a setting, is not known.
+
+        The bits of a trajectory stay the same in a scene of equal content alone.
+        """
         identity = self.identities[number]
-        parameter, given, _ = identity.setting.partition("=")
-        part = self.nights[at].part_named.get(f"{SCENE}{identity.scene}")
-        scene = identity.scene if role is Role.SETTING else part and part.digest
-        setting = identity.setting if role is Role.SCENE else given and parameter
-        return (scene, setting) if scene and (setting or role is Role.SCENE) else None
+        content, parameter = int(self.content(number)[at]), parameter_of(identity)
+        if (role is not Role.SETTING and content < 0) or (role is not Role.SCENE and not parameter):
+            return None
+        scene = identity.scene if role is Role.SETTING else content
+        return scene, identity.setting if role is Role.SCENE else parameter
+
+    def content(self, number: int) -> NDArray[np.int32]:
+        """Number of the content of a figure's scene on each night, -1 where it is not known."""
+        unknown = np.full(len(self.nights), -1, np.int32)
+        return self.contents.get(self.identities[number].scene, unknown)
 
     def last(self, number: int, at: int) -> int:
         """Place of the last night of a figure up to one."""
@@ -173,19 +226,35 @@ class Lineages:
         return found
 
 
-def same_scenes(nights: Iterable[NightSummary]) -> dict[str, str]:
+def contents_of(nights: Sequence[NightSummary]) -> dict[str, NDArray[np.int32]]:
+    """Numbers of the contents of each scene, (nights,), equal for equal contents; -1 where it is not known."""
+    found: dict[str, NDArray[np.int32]] = {}
+    numbers: dict[str, int] = {}
+    for k, night in enumerate(nights):
+        for part in night.parts:
+            if part.name.startswith(SCENE) and part.digest:
+                name = part.name.removeprefix(SCENE)
+                own = found.setdefault(name, np.full(len(nights), -1, np.int32))
+                own[k] = numbers.setdefault(part.digest, len(numbers))
+    return found
+
+
+def same_scenes(contents: Mapping[str, NDArray[np.int32]]) -> dict[str, str]:
     """One name for all scenes that ever had an equal content, by name."""
-    contents: dict[str, str] = {}
-    names: dict[str, str] = {}
-    parts = {part for night in nights for part in night.parts if part.name.startswith(SCENE) and part.digest}
-    for part in sorted(parts, key=lambda part: (part.name, part.digest)):
-        name = part.name.removeprefix(SCENE)
-        own = names.setdefault(name, name)
-        other = contents.setdefault(part.digest, own)
-        if other != own:
-            names = {scene: other if same == own else same for scene, same in names.items()}
-            contents = {digest: other if same == own else same for digest, same in contents.items()}
+    names = {scene: scene for scene in contents}
+    owner: dict[int, str] = {}
+    for scene, numbers in contents.items():
+        for content in np.unique(numbers[numbers >= 0]).tolist():
+            one, other = names[scene], names[owner.setdefault(content, scene)]
+            if one != other:
+                names = {each: other if same == one else same for each, same in names.items()}
     return names
+
+
+def parameter_of(identity: FigureIdentity) -> str:
+    """Parameter of a figure's setting; empty without one, and of bits, which are other ones at another setting."""
+    name, given, _ = identity.setting.partition("=")
+    return name if given and name in PARAMETERS and identity.kind is not FigureKind.BITS else ""
 
 
 def continued(series: Sequence[FigureSeries], lineages: Lineages) -> list[FigureSeries]:

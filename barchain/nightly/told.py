@@ -140,9 +140,10 @@ def kept_judgements(store: NightStore, at: datetime.datetime) -> dict[str, tuple
 
 
 def attributed_words(store: NightStore, changes: Iterable[Change]) -> dict[str, str]:
-    """Results of attributions in words, by the id of the change."""
-    names = [f"{ATTRIBUTED}/{change.id}.json" for change in changes]
-    found = store.place.read_all(names)
+    """Results of attributions in words, by the id of the change; one made under an earlier name counts too."""
+    own = {name: change.id for change in changes for name in change.ids}
+    found = store.place.read_all([f"{ATTRIBUTED}/{name}.json" for name in own])
     return {
-        name.partition("/")[2].removesuffix(".json"): json.loads(content)["words"] for name, content in found.items()
+        own[name.partition("/")[2].removesuffix(".json")]: json.loads(content)["words"]
+        for name, content in found.items()
     }

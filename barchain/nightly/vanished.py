@@ -100,7 +100,8 @@ def vanished(series: Sequence[FigureSeries], nights: Sequence[NightSummary], pre
 
 def vanished_figure(one: FigureSeries, plan: Sequence[NightSummary], presence: Presence) -> Change | None:
     """Change of a figure that no night of the plan has any more; None if no night should have had it."""
-    last, whole = one.nights[-1], presence.of_subject(subject_of(one.identity))
+    last, names = one.nights[-1], (*(name for name, _ in one.earlier), one.identity)
+    whole = frozenset[str]().union(*(presence.of_subject(subject_of(name)) for name in names))
     occasions = [night for night in plan if night.name in whole]
     if not any(night.started > last.started for night in occasions):
         if one.identity.quantity.startswith(SAMPLED):
@@ -110,7 +111,7 @@ def vanished_figure(one: FigureSeries, plan: Sequence[NightSummary], presence: P
     after = next((night for night in occasions if night.started > last.started), None)
     if after is None or len(before) < OCCASIONS or not all(night.name in whole for night in before):
         return None
-    own = presence.of_figure(one.identity)
+    own = frozenset[str]().union(*map(presence.of_figure, names))
     if not all(night.name in own for night in before):
         return None
     reason = f"not measured, though each of the {OCCASIONS} nights before that did its scene had it"

@@ -11,9 +11,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from barchain.cli.main import run
-from barchain.nightly.acceptances import accept
 from barchain.nightly.history import open_store
-from barchain.nightly.judging import judge
 from barchain.nightly.place import VARIABLE, default_url
 from tests.nightly.history.synthetic import error, night, ratio, verdict
 
@@ -61,9 +59,9 @@ def test_export_and_prune_say_how_much(filled: Path, tmp_path: Path, capsys: pyt
     path = tmp_path / "all.parquet"
     assert printed(capsys, "export", "--parquet", str(path)) == f"{path}: 9 figures\n"
     with open_store(str(filled)) as store:
-        for change in judge(store).changes:
-            accept(store, [change], "Ada", "meant")
-    assert "0 nights removed" in printed(capsys, "prune", "--keep-nights", "3")
+        for k in range(3, 6):
+            store.add(night(error(3e-5), verdict(), ratio(2.0, low=1.9), number=k))
+    assert "0 nights removed" in printed(capsys, "prune", "--keep-nights", "6")
     assert "2 nights removed" in printed(capsys, "prune", "--keep-nights", "1")
 
 
