@@ -13,7 +13,7 @@ from scipy.interpolate import make_interp_spline
 
 from adapters.common.initial_state import chain_model
 from barchain.judge.diagnosis.mistake import Explanation, Fit, Left
-from barchain.judge.diagnosis.motion.balance import CENTRE, FEWEST, JOINTS, motion_of
+from barchain.judge.diagnosis.motion.balance import FEWEST, JOINTS, motion_of
 from barchain.judge.diagnosis.motion.quadrature import SAME_INSTANT
 from barchain.judge.diagnosis.motion.residual import Residual
 from barchain.judge.diagnosis.motion.search import GAIN, MotionSearch
@@ -122,7 +122,7 @@ class OwnMotion:
     def search(self) -> MotionSearch | None:
         """Search for what is wrong in the equations; None where nothing is, or nothing is known."""
         r = self.residual
-        if r is None or not r.wrong or (CENTRE in r.wrong and r.clock_wrong):
+        if r is None or not r.wrong or r.clock_wrong:
             return None
         return MotionSearch(r)
 
@@ -165,8 +165,8 @@ class OwnMotion:
     @property
     def nearest(self) -> str:
         """Where the residual sits, and the nearest candidate; empty without a residual."""
-        if self.residual is None or not self.residual.wrong:
-            return ""
+        if self.residual is None or not self.residual.wrong or self.residual.clock_wrong:
+            return self.residual.apart_words if self.residual is not None else ""
         said = f" Against the right equations at its own states, the motion has {self.residual.place} too much."
         if self.fits and self.fits[0].share < NOTHING_NEAR:
             share, near = self.fits[0].share, LIKELY if self.fits[0].share * GAIN <= 1.0 else " Nearest:"

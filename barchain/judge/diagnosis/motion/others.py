@@ -160,6 +160,8 @@ def sets(scene: Scene, kind: str) -> Iterator[Some]:
 def of_pushes(scene: Scene) -> Made:
     """Thrusts and impulses at another point, in other axes, on another bar, or missing."""
     angle = initial_state(scene).angle_rad
+    yield from of_one_instant(scene, "thrust", lambda p: p.times_s[0])
+    yield from of_one_instant(scene, "impulse", lambda p: p.at_s)
     for some in (*sets(scene, "thrust"), *sets(scene, "impulse")):
         name, who, s, first = some.name, some.who, some.s, some.every[some.places[0]]
         yield f"{name}-missing", f"{who} {'is' if s else 'are'} missing", some.changed(lambda _: ())
@@ -183,6 +185,16 @@ def of_pushes(scene: Scene) -> Made:
         yield f"{name}-at-centre", f"{who} act{s} at the bar's centre", some.changed(halves)
         if some.kind == "thrust":
             yield from of_tables(some)
+
+
+def of_one_instant(scene: Scene, kind: str, at_s: Callable[[Any], float]) -> Made:
+    """Thrusts or impulses of the first or of the last instant alone."""
+    every = getattr(scene.effects, kind)
+    instants = {at_s(push) for push in every}
+    for which, rest, instant in (("first", "later", min), ("last", "earlier", max)) if len(instants) > 1 else ():
+        kept = tuple(push for push in every if at_s(push) == instant(instants))
+        words = f"the {kind}s of the {which} instant act, and the {rest} ones are missing"
+        yield f"{kind}s-of-{which}-instant", words, with_effects(scene, **{kind: kept})
 
 
 def halves(push: Any) -> tuple[Any, ...]:
