@@ -67,7 +67,7 @@ class Lineages:
         place = {night.name: k for k, night in enumerate(presence.nights)}
         self.columns = [place[night.name] for night in nights]
         self.there = presence.there[:, self.columns]
-        self.contents = contents_of(nights)
+        self.contents, self.unknown = contents_of(nights), np.full(len(nights), -1, np.int32)
         self.pieces: dict[int, list[Piece]] = {}
         """Names of each figure in their order, of those that continue others, and of those whose name is used again"""
         self.after: dict[int, int] = {}
@@ -172,7 +172,7 @@ class Lineages:
                 alike = [k for k, before in last.items() if self.role(role, k, before) == key]
                 gone = [k for k in alike if not self.there[k, at] or (k in new and role is Role.SCENE)]
                 ends = [last[k] for k in gone]
-                several = len(ends) != len(set(ends)) and ends.count(max(ends)) > 1
+                several = ends.count(max(ends, default=-1)) > 1
                 if key is not None and gone and not others and not several and (gone == alike or role is not Role.BOTH):
                     found.append((max(gone, key=lambda k: last[k]), figure, role))
                     left.remove(figure)
@@ -192,8 +192,7 @@ class Lineages:
 
     def content(self, number: int) -> NDArray[np.int32]:
         """Number of the content of a figure's scene on each night, -1 where it is not known."""
-        unknown = np.full(len(self.nights), -1, np.int32)
-        return self.contents.get(self.identities[number].scene, unknown)
+        return self.contents.get(self.identities[number].scene, self.unknown)
 
     def last(self, number: int, at: int) -> int:
         """Place of the last night of a figure up to one."""
