@@ -81,6 +81,10 @@ def couplings(found: Candidates) -> None:
         ("lengths", "by their lengths, not their masses", length),
         ("nothing", "alike, not by their masses", np.ones_like(length)),
         ("reversed-masses", "by the masses in reversed order", shape.mass[::-1]),
+        *(
+            (f"masses-but-{k + 1}", f"without bar {k + 1}", shape.mass * (np.arange(s.bars) != k))
+            for k in range(s.bars)
+        ),
     ):
         wrong = Shape(shape.mass, shape.inertia, shape.left, shape.right, weight)
         matrix = wrong.coupled(s) + np.diag(shape.inertia)

@@ -125,7 +125,7 @@ class Residual:
             if apart > LEAST_APART
         ]
         said = f" Between samples {' and '.join(found)}: the integration or its clock is wrong." if found else ""
-        return said if self.clock_wrong or not self.wrong else ""
+        return said if self.clock_wrong or (not self.wrong and bool(self.known.all())) else ""
 
     @cached_property
     def noise(self) -> Array:

@@ -36,6 +36,8 @@ FLOOR = 1e-7
 """Least noise that counts, relative to the residual of the block"""
 REFINED = 12
 """Candidates whose numbers are fitted beyond the linear effect"""
+MOST_UNKNOWN = 0.1
+"""Largest share of the rows that may be unknown in the scene of a fitted number"""
 ROUNDS = 6
 """Rounds of such a fit"""
 PAIRS = 40
@@ -271,14 +273,16 @@ class Problem:
             if not c.possible(np.array([a])):
                 break
             here, there = (self.vectors(c.of(v)[..., None])[:, 0] for v in (a, a + c.probe))
-            rest = self.right - here
-            if not np.isfinite(rest).all() or not np.isfinite(there).all():
+            clear = np.isfinite(here) & np.isfinite(there)  # a bar may turn its face elsewhere in the other scene
+            if np.count_nonzero(~clear) > MOST_UNKNOWN * len(clear):
                 break
+            rest = np.where(clear, self.right - here, 0.0)
             now = self.fitted((c,), (np.array([a]),), rest)
             if not now.left < best.left:
                 break
             best, done = now, now.left > 0.9 * best.left
-            step = float(least_squares(((there - here) / c.probe)[:, None], rest)[0])
+            slope = np.where(clear, there - here, 0.0) / c.probe
+            step = float(least_squares(slope[:, None], rest)[0])
             if done or abs(step) < 1e-13 * max(abs(a), 1e-3):
                 break
             a += step
@@ -290,17 +294,32 @@ class Problem:
         one = [(c, x) for c, x in self.effects if x.shape[1] == 1]
         if len(one) < 2:
             return []
+        fixed, size = np.array([c.fixed for c, _ in one]), np.array([np.linalg.norm(v) for _, v in one])
         x = np.concatenate([v / np.linalg.norm(v) for _, v in one], axis=1)
         gram, dots = x.T @ x, x.T @ self.right
         apart = 1.0 - gram**2
         with np.errstate(divide="ignore", invalid="ignore"):
             gain = (dots[:, None] ** 2 - 2.0 * gram * np.outer(dots, dots) + dots[None] ** 2) / apart
-        gain[apart < PARALLEL] = -1.0
+            # a fixed one takes its own part, and the free one what it can of the rest
+            of_fixed = 2.0 * size * dots - size**2
+            after = of_fixed[:, None] + (dots[None] - gram * size[:, None]) ** 2
+        gain = np.where(fixed[:, None] & ~fixed, after, np.where(~fixed[:, None] & fixed, after.T, gain))
+        both = of_fixed[:, None] + of_fixed - 2.0 * gram * np.outer(size, size)
+        gain = np.where(fixed[:, None] & fixed, both, gain)
+        gain[apart < PARALLEL] = -np.inf
         upper = np.triu_indices(len(one), 1)
-        best = np.argsort(gain[upper])[::-1][:PAIRS]
-        found = (self.linear_fit([one[upper[0][k]], one[upper[1][k]]]) for k in best)
+        best = np.argsort(gain[upper])[::-1][: 2 * PAIRS]
+        pairs = [(one[upper[0][k]], one[upper[1][k]]) for k in best]
+        found = (self.linear_fit(pair) for pair in [p for p in pairs if not is_part(p[0][0], p[1][0])][:PAIRS])
         linear = (f for f in found if all(map(Candidate.linear, f.candidates, f.amounts)))
         return sorted(linear, key=attrgetter("order"))
+
+
+def is_part(a: Candidate, b: Candidate) -> bool:
+    """Whether one candidate is a part of the other: factors of both would be no factors of the right value."""
+    short, long = sorted((a.name, b.name), key=len)
+    of_sum = any(n.startswith("sum-of-all-thrusts") for n in (short, long))
+    return long.startswith(f"{short}-") or (of_sum and "thrust" in short and "thrust" in long)
 
 
 def least_squares(x: Array, r: Array) -> Array:
