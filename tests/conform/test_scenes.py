@@ -29,6 +29,8 @@ SCENARIOS = Path(__file__).parents[2] / "scenarios"
 SCENES = [name for scenes in STAGES.values() for name in scenes]
 APART = [name for name in SCENES if name not in STAGES[TOGETHER]]
 """Scenes of one effect at most: what they show, they show alone"""
+SLOW_ON_PURPOSE = {"conform/prescribed_orbital_joint", "conform/prescribed_neighbours"}
+"""Scenes with a motor after an inner bar: fast ones come near positions in which it can't hold its law"""
 FOURTH_ORDER_ERROR_RAD = 1e-5
 """Error of the classical Runge-Kutta method with a thousand steps an orbit, 3e-6 rad, with slack"""
 PLAIN = {"gravity.none", "gravity.point", "gravity.gradient"}
@@ -135,7 +137,7 @@ IMPOSSIBLE = {
 
 
 def test_any_two_levels_of_two_factors_stand_together_in_a_scene() -> None:
-    rows = [levels_of(scene_of(name)) for name in STAGES[TOGETHER]]
+    rows = [levels_of(scene_of(name)) for name in STAGES[TOGETHER] if name.startswith("conform/together_")]
     levels = {factor: {row[factor] for row in rows} - {""} for factor in rows[0]}
     assert {factor: len(found) for factor, found in levels.items()} == dict.fromkeys(levels, 2) | {
         "gravity": 5, "oblateness": 1,
@@ -179,7 +181,7 @@ def test_each_scene_of_the_last_stage_adds_one_effect() -> None:
     assert all(len(family) == 1 for family in families)
 
 
-@pytest.mark.parametrize("name", one_in(5, APART))
+@pytest.mark.parametrize("name", one_in(5, (name for name in APART if name not in SLOW_ON_PURPOSE)))
 def test_bars_differ_and_turn_past_a_full_turn_from_a_longitude_of_30_degrees(name: str) -> None:
     scene, motion = scene_of(name), solved(scene_of(name)).trajectory
     for values in (scene.chain.mass_kg, scene.chain.length_m, scene.chain.angle_rad, scene.chain.rate_factor):
