@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
     from barchain.judge.diagnosis.motion.balance import Balance
     from barchain.judge.diagnosis.motion.equations import Load
-    from barchain.judge.diagnosis.motion.numbers import Number
     from scenarios import Scene
 
     Rows = Callable[[], Array]
@@ -51,6 +50,19 @@ def named(label: str) -> str:
     return "-".join(label.removeprefix("the ").replace("'", "").lower().split())
 
 
+class SceneNumber(Protocol):
+    """Number of a scene that an engine may have wrong; see :class:`barchain.judge.diagnosis.motion.numbers.Number`."""
+
+    def change(self, amount: float) -> Scene:
+        """Scene with an amount."""
+
+    def nice(self, amount: float) -> bool:
+        """Whether an amount is one that a slip would give."""
+
+    def as_in(self, other: Any, amount: float) -> float:
+        """Amount that makes here what it makes of the number in another scene."""
+
+
 @dataclass(frozen=True)
 class Candidate:
     """A change of the right equations: fixed, linear in its amounts, or of a number whose effect is not linear."""
@@ -74,7 +86,7 @@ class Candidate:
     """Amount of a number that is small enough for a linear effect"""
     range: tuple[float, float] = (-math.inf, math.inf)
     """Least and largest amount"""
-    number: Number | None = None
+    number: SceneNumber | None = None
     """Number of the scene that changes"""
 
     @cached_property
@@ -105,7 +117,7 @@ class Candidate:
 
 def linearised(
     name: str, section: str, of: Callable[[float], Array], words: Callable[[float], str], probe: float,
-    within: tuple[float, float], number: Number | None = None,
+    within: tuple[float, float], number: SceneNumber | None = None,
 ) -> Candidate:  # fmt: skip
     """Change by an amount, linear about the right value; of a number of the scene, or of none."""
     return Candidate(
