@@ -11,6 +11,9 @@ import numpy as np
 from barchain.judge.diagnosis.motion.candidate import GRAVITY, LOADS, named
 from barchain.judge.diagnosis.motion.equations import StateRows
 from barchain.judge.diagnosis.motion.kinetics import at_joint
+from reference_impl.effects.drag import DragEffect
+from reference_impl.effects.quadrupole import QuadrupoleEffect
+from reference_impl.effects.solar_pressure import SolarPressureEffect
 from reference_impl.model.complex_vectors import squared_norm
 from scenarios import Axes
 
@@ -18,9 +21,6 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
     from barchain.judge.diagnosis.motion.candidate import Candidates
     from barchain.judge.diagnosis.motion.equations import Load
-    from reference_impl.effects.drag import DragEffect
-    from reference_impl.effects.solar_pressure import SolarPressureEffect
-    from reference_impl.model.effect import ChainEffect
 
 SIDES = (("before", 1.0, 0.0), ("after", 0.0, 1.0))
 """Bars beside a joint, and the shares of a joint's torque on both"""
@@ -28,19 +28,22 @@ SIDES = (("before", 1.0, 0.0), ("after", 0.0, 1.0))
 
 def effect_terms(found: Candidates) -> None:
     """All terms of the effects of a scene."""
-    e = found.balance.equations
-    if found.balance.scene.effects.joint_spring_damper is not None:
-        springs_and_dampers(found)
-    own = {effect.name: (effect, load) for effect, load in zip(e.model.effects, e.effects, strict=True)}
-    for name, add in (("drag", drag_terms), ("solar_pressure", light_terms), ("quadrupole", second_moment_terms)):
-        if name in own:
-            add(found, *own[name])  # type: ignore[arg-type]  # each has its own effect
+    e, scene = found.balance.equations, found.balance.scene
     thrusts = [load for effect, load in zip(e.model.effects, e.effects, strict=True) if effect.name == "thrust"]
-    if found.balance.scene.bars > 1:
+    if scene.effects.joint_spring_damper is not None:
+        springs_and_dampers(found, thrusts)
+    if scene.bars > 1:
         thrust_axes(found, thrusts)
+    for effect, load in zip(e.model.effects, e.effects, strict=True):
+        if isinstance(effect, DragEffect):
+            drag_terms(found, effect, load)
+        elif isinstance(effect, SolarPressureEffect):
+            light_terms(found, effect)
+        elif isinstance(effect, QuadrupoleEffect):
+            second_moment_terms(found)
 
 
-def springs_and_dampers(found: Candidates) -> None:
+def springs_and_dampers(found: Candidates, thrusts: list[Load]) -> None:
     """Springs and dampers of all joints and of one, their rest angles, their sides, and other laws."""
     b, e, s = found.balance, found.balance.equations, found.balance.equations.states
     given = b.scene.effects.joint_spring_damper
@@ -69,9 +72,7 @@ def springs_and_dampers(found: Candidates) -> None:
     inertial = e.torque(-(np.pad(c, (0, 1)) + np.pad(c, (1, 0))) * s.rate).plus(e.on_joints(-damper))
     found.fixed("dampers-by-inertial-rates", "the dampers act on the bars' inertial rates, not on their differences",
                 LOADS, inertial)  # fmt: skip
-    pushed = np.zeros(len(s.t_s), bool)
-    for effect, load in zip(e.model.effects, e.effects, strict=True):
-        pushed |= load.force.any(axis=1) if effect.name == "thrust" else False
+    pushed = np.any([np.zeros(len(s.t_s), bool), *(load.force.any(axis=1) for load in thrusts)], axis=0)
     found.fixed("springs-off-in-thrusts", "the springs and dampers are off while a thrust is on", LOADS,
                 e.on_joints(-(spring + damper) * pushed[:, None]))  # fmt: skip
     for name, angle, words in (("", bent, ""), ("-from-rest", bent - rest, "from their rest ")):
@@ -106,9 +107,8 @@ def drag_terms(found: Candidates, effect: DragEffect, load: Load) -> None:
     found.fixed("drag-normal-of-speed", words, LOADS, e.force(more * 1j * e.states.unit))
 
 
-def light_terms(found: Candidates, effect: SolarPressureEffect, load: Load) -> None:
+def light_terms(found: Candidates, effect: SolarPressureEffect) -> None:
     """Reflected light that pushes one side whichever faces the Sun."""
-    del load
     e = found.balance.equations
     mirror = dataclasses.replace(effect, reflectivity=1.0)
     reflected = e.of_effect(mirror).times(effect.reflectivity)
@@ -117,9 +117,8 @@ def light_terms(found: Candidates, effect: SolarPressureEffect, load: Load) -> N
     found.fixed("sunlight-one-sided", words, LOADS, e.force(away * reflected.force))
 
 
-def second_moment_terms(found: Candidates, effect: ChainEffect, load: Load) -> None:
+def second_moment_terms(found: Candidates) -> None:
     """Terms of the force of the central field on the bars' second moments."""
-    del effect, load
     e, shape = found.balance.equations, found.balance.shape
     z, u = e.states.com[:, None] + e.place, e.states.unit
     r, up = abs(z), (u.conj() * z).real
