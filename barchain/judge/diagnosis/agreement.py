@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.judge.diagnosis.motion.candidate import GRAVITY
 from barchain.judge.diagnosis.motion.search import MotionSearch, least_squares
+from barchain.judge.diagnosis.motion.words import GRAVITY
 from scenarios.plural import plural
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ import numpy as np
 
 from adapters.common.initial_state import initial_state
 from barchain.judge.diagnosis.mistake import Mistake
-from barchain.judge.diagnosis.motion.candidate import factor_words
+from barchain.judge.diagnosis.motion.words import factor_words
 from barchain.metrics.quantities import FIELDS
 from scenarios.toml.scene_tables import EARTH_MU_M3_S2, EARTH_RADIUS_M
 

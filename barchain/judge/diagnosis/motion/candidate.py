@@ -1,15 +1,15 @@
-"""Candidates for what is wrong in equations of motion, words for their amounts, and a list that collects them."""
+"""Candidates for what is wrong in equations of motion, and a list that collects them."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.judge.diagnosis.fitted import factor_words as number_words
+from barchain.judge.diagnosis.motion.words import BODIES, factor_words, nice_factor
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -17,50 +17,13 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
     from barchain.judge.diagnosis.motion.balance import Balance
     from barchain.judge.diagnosis.motion.equations import Load
+    from barchain.judge.diagnosis.motion.numbers import Number
     from scenarios import Scene
 
     Rows = Callable[[], Array]
 
-GRAVITY, LOADS, BODIES = "gravity", "loads", "masses-lengths-and-inertia"
-"""Anchors of the conventions that equations of motion break"""
-FACTORS = {
-    0.0: "missing", -1.0: "of the opposite sign", 0.5: "half the right value", 2.0: "twice the right value",
-    math.degrees(1.0): "180/pi times the right value, as if per degree",
-    math.radians(1.0): "pi/180 times the right value, as if per radian",
-}  # fmt: skip
-"""Factors of a right value that have words"""
-NICE = 1e-4
-"""Difference from a number that has words, relative to it, below which a fitted number is that number"""
 SMALL = 0.02
 """Largest relative amount of a mass or length whose effect is linear enough for a pair"""
-
-
-def nice_factor(factor: float) -> str:
-    """Words of a factor that a slip would give; empty for another one."""
-    return next((said for nice, said in FACTORS.items() if abs(factor - nice) <= NICE * max(abs(nice), 1.0)), "")
-
-
-def factor_words(factor: float) -> str:
-    """Words after "is" for a factor of the right value."""
-    return nice_factor(factor) or f"{number_words(factor)} times the right value"
-
-
-def named(label: str) -> str:
-    """Name of a label: its words with hyphens."""
-    return "-".join(label.removeprefix("the ").replace("'", "").lower().split())
-
-
-class SceneNumber(Protocol):
-    """Number of a scene that an engine may have wrong; see :class:`barchain.judge.diagnosis.motion.numbers.Number`."""
-
-    def change(self, amount: float) -> Scene:
-        """Scene with an amount."""
-
-    def nice(self, amount: float) -> bool:
-        """Whether an amount is one that a slip would give."""
-
-    def as_in(self, other: Any, amount: float) -> float:
-        """Amount that makes here what it makes of the number in another scene."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +49,7 @@ class Candidate:
     """Amount of a number that is small enough for a linear effect"""
     range: tuple[float, float] = (-math.inf, math.inf)
     """Least and largest amount"""
-    number: SceneNumber | None = None
+    number: Number | None = None
     """Number of the scene that changes"""
 
     @cached_property
@@ -117,7 +80,7 @@ class Candidate:
 
 def linearised(
     name: str, section: str, of: Callable[[float], Array], words: Callable[[float], str], probe: float,
-    within: tuple[float, float], number: SceneNumber | None = None,
+    within: tuple[float, float], number: Number | None = None,
 ) -> Candidate:  # fmt: skip
     """Change by an amount, linear about the right value; of a number of the scene, or of none."""
     return Candidate(

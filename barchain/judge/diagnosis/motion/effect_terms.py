@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.judge.diagnosis.motion.candidate import GRAVITY, LOADS, named
 from barchain.judge.diagnosis.motion.equations import StateRows
 from barchain.judge.diagnosis.motion.kinetics import at_joint
+from barchain.judge.diagnosis.motion.words import GRAVITY, LOADS, named
 from reference_impl.effects.drag import DragEffect
 from reference_impl.effects.quadrupole import QuadrupoleEffect
 from reference_impl.effects.solar_pressure import SolarPressureEffect

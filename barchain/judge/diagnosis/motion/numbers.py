@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from barchain.judge.diagnosis.motion.candidate import BODIES, LOADS, NICE, factor_words, nice_factor
+from barchain.judge.diagnosis.motion.words import BODIES, LOADS, NICE, factor_words, nice_factor
 from scenarios.toml.scene_tables import EARTH_MU_M3_S2, EARTH_RADIUS_M
 
 if TYPE_CHECKING:

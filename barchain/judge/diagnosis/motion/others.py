@@ -7,8 +7,8 @@ import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from adapters.common.initial_state import initial_state
-from barchain.judge.diagnosis.motion.candidate import BODIES, GRAVITY, LOADS
 from barchain.judge.diagnosis.motion.numbers import BODY_WORDS
+from barchain.judge.diagnosis.motion.words import BODIES, GRAVITY, LOADS
 from scenarios import Actuator, Axes, End, Frame, Gravity
 from scenarios.toml.checks import joint_of_motor
 from scenarios.toml.effect_tables import DragTable, SolarPressureTable, slender_inertia

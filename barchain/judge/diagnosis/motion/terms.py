@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from barchain.judge.diagnosis.motion.balance import BARS, JOINTS, real
-from barchain.judge.diagnosis.motion.candidate import BODIES, GRAVITY, LOADS, NICE, Candidate, Candidates, named
+from barchain.judge.diagnosis.motion.candidate import Candidate, Candidates
 from barchain.judge.diagnosis.motion.effect_terms import effect_terms
 from barchain.judge.diagnosis.motion.kinetics import at_joint, kinetic_terms
 from barchain.judge.diagnosis.motion.numbers import BODY_WORDS
+from barchain.judge.diagnosis.motion.words import BODIES, GRAVITY, LOADS, NICE, named
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
