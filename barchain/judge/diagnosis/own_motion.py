@@ -165,9 +165,12 @@ class OwnMotion:
     @property
     def nearest(self) -> str:
         """Where the residual sits, and the nearest candidate; empty without a residual."""
-        if self.residual is None or not self.residual.wrong or self.residual.clock_wrong:
-            return self.residual.apart_words if self.residual is not None else ""
-        said = f" Against the right equations at its own states, the motion has {self.residual.place} too much."
+        r = self.residual
+        if r is None:
+            return ""
+        if not r.wrong or r.clock_wrong:
+            return r.apart_words
+        said = f" Against the right equations at its own states, the motion has {r.place} too much."
         if self.fits and self.fits[0].share < NOTHING_NEAR:
             share, near = self.fits[0].share, LIKELY if self.fits[0].share * GAIN <= 1.0 else " Nearest:"
             said += f"{near} {self.fits[0].explanation.words} (leaves {100.0 * share:.2g}% of that)."
