@@ -140,8 +140,9 @@ def needed_noise(
             f"{words} are off by {error:.2g} {unit} at two settings, and differ by {apart:.2g} {unit} between them: "
             f"such an error is no noise, though noise is declared, {declared}"
         )
-    said = f"passes by its declared noise alone: {words} are off by {error:.2g} {unit}, declared are {declared}"
-    return WARNING, said
+    off, at_s = error_without_reason(bare, row)
+    said = f"{words} are off by {off:.2g} {unit} at t = {at_s:.6g} s, declared are {declared}"
+    return WARNING, f"passes by its declared noise alone: {said}"
 
 
 def first_rejected(verdict: Verdict) -> Row | None:
@@ -150,6 +151,19 @@ def first_rejected(verdict: Verdict) -> Row | None:
     rows = [r for r in verdict.rows if r["metric"] in JUDGED_METRICS and Outcome(r["outcome"]) not in good]
     rows = [r for r in rows if r["quantity"] in QUANTITY_WORDS]
     return min(rows, key=lambda r: r["metric"] not in DIFFERENCES, default=None)
+
+
+def error_without_reason(verdict: Verdict, row: Row) -> tuple[float, float]:
+    """Error of a row's quantity where it is largest relative to what is allowed, and that instant in s.
+
+    The largest error may be one of the method, and lie elsewhere.
+    """
+    series: Any = verdict.series
+    allowed = f"{row['quantity']}_{'bound' if row['metric'] == 'bound_ratio' else 'tolerance'}"
+    inside = series[series["t_s"] <= row["limit_s"]].reset_index(drop=True)
+    size = inside[f"{row['quantity']}_difference"]
+    at = int((size / inside[allowed]).fillna(0.0).argmax())
+    return float(size[at]), float(inside["t_s"][at])
 
 
 def error_and_scatter(

@@ -45,7 +45,7 @@ def in_folder(names: str) -> tuple[str, ...]:
 
 
 STAGES = {
-    "without forces": in_folder("one_bar_free two_bars_free three_bars_free"),
+    "without forces": in_folder("one_bar_free two_bars_free three_bars_free eleven_bars_free"),
     "in gravity": in_folder(
         "one_bar_point one_bar_gradient three_bars_point three_bars_gradient eccentric bar_angles one_bar_eccentric"
     ),

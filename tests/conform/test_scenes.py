@@ -99,9 +99,10 @@ def test_prescribed_rotations_have_both_frames_with_both_actuators() -> None:
     assert {(law.frame, law.actuator) for law in laws} == set(itertools.product(Frame, Actuator))
 
 
-def test_some_bars_turn_clockwise_and_some_chain_has_five_bars() -> None:
+def test_some_bars_turn_clockwise_and_some_numbers_of_bars_have_two_digits() -> None:
     assert min(min(scene_of(name).chain.rate_factor) for name in APART) < 0.0
-    assert max(scene_of(name).bars for name in APART) == 5
+    assert {1, 2, 3, 5} < {scene_of(name).bars for name in APART}
+    assert max(scene_of(name).bars for name in APART) >= 10
 
 
 def levels_of(scene: Scene) -> dict[str, str]:

@@ -21,8 +21,9 @@ if TYPE_CHECKING:
 
 SCENE = unequal_chain()
 WITHOUT_TRACE = {"torque-sign", "torques-in-kn-m", "impulses-in-kn-s", "impulses-of-each-interval", "torques-twice",
-                 "torques-half", "torques-in-reversed-order", "angles-with-other-turns"}  # fmt: skip
-"""Mistakes that alter nothing in this scene: it has no torques and no impulses"""
+                 "torques-half", "torques-in-reversed-order", "angles-with-other-turns",
+                 *(m.name for m in READINGS if m.name.endswith("sorted-as-text"))}  # fmt: skip
+"""Mistakes that alter nothing in this scene: it has no torques, no impulses and less than ten bars"""
 SAME_START = {
     "central-body-earth",
     "initial-rates-all-positive",
@@ -47,6 +48,12 @@ def diagnosis_of(scene: Scene, mistake: Mistake) -> Diagnosis:
 def test_a_mistake_of_reading_impulses_is_named_where_there_are_some(mistake: Mistake) -> None:
     found = diagnosis_of(load_scene("effects/impulse"), mistake)
     assert (mistake.name,) in found.names, str(found)
+
+
+@pytest.mark.parametrize("mistake", [m for m in READINGS if m.name.endswith("sorted-as-text")], ids=lambda m: m.name)
+def test_numbers_that_are_sorted_as_text_are_named_from_ten_bars_on(mistake: Mistake) -> None:
+    found = diagnosis_of(load_scene("conform/eleven_bars_free"), mistake)
+    assert found.names == {(mistake.name,)}, str(found)
 
 
 @pytest.mark.parametrize("mistake", one_in(5, [m for m in READINGS if m.name not in WITHOUT_TRACE], lambda m: m.name))

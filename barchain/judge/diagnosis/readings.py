@@ -214,6 +214,16 @@ def backwards(values: Array) -> Array:
     return values[:, ::-1]
 
 
+def as_text(values: Array) -> Array:
+    """Values (n, k, ...) in the order of the numbers of bars or joints as text: 1, 10, 2."""
+    return values[:, sorted(range(values.shape[1]), key=lambda k: str(k + 1))]
+
+
+def ordered(order: Callable[[Array], Array]) -> Change:
+    """Values in another order of bars or joints."""
+    return lambda v, _: order(v)
+
+
 def from_previous(values: Array) -> Array:
     """Values (n, k, ...) less those of the bar or joint before; the first ones are absolute."""
     return np.diff(values, axis=1, prepend=0.0)
@@ -360,18 +370,22 @@ JOINTS: tuple[tuple[str, str, Change], ...] = (
      lambda v, _: np.concatenate([np.zeros_like(v[:, :1]), v[:, :-1]], axis=1)),
     ("reversed-order", "in reversed order of the joints", lambda v, _: backwards(v)),
     ("in-reversed-order-and-sign", "in reversed order with the opposite sign", lambda v, _: -backwards(v)),
+    ("sorted-as-text", "sorted as text, joint 10 before joint 2", lambda v, _: as_text(v)),
     ("summed", "summed over the joints before", lambda v, _: np.cumsum(v, axis=1)),
     ("resultant", "the resultants on each bar", lambda v, _: from_previous(v)),
     ("zero-at-start", "zero at the first sample", zero_at_start),
     ("not-read", "zero", lambda v, _: np.zeros_like(v)),
 )  # fmt: skip
-REVERSED: tuple[tuple[str, str, tuple[str, ...], str], ...] = (
-    ("angles-in-reversed-order", "angles are in reversed order of the bars", (ANGLE,), "angles"),
-    ("rates-in-reversed-order", "rates are in reversed order of the bars", (RATE,), "rates"),
-    ("bars-in-reversed-order", "bars are in reversed order", (ANGLE, RATE), "angles"),
-    ("bars-and-joints-in-reversed-order", "bars and the joints are in reversed order", (ANGLE, RATE, *FORCES),
-     "angles"),
-    ("torques-in-reversed-order", "torques are in reversed order", (TORQUE,), "torques"),
+ORDERS: tuple[tuple[str, str, Callable[[Array], Array], tuple[str, ...], str], ...] = (
+    ("angles-in-reversed-order", "angles are in reversed order of the bars", backwards, (ANGLE,), "angles"),
+    ("rates-in-reversed-order", "rates are in reversed order of the bars", backwards, (RATE,), "rates"),
+    ("bars-in-reversed-order", "bars are in reversed order", backwards, (ANGLE, RATE), "angles"),
+    ("bars-and-joints-in-reversed-order", "bars and the joints are in reversed order", backwards,
+     (ANGLE, RATE, *FORCES), "angles"),
+    ("torques-in-reversed-order", "torques are in reversed order", backwards, (TORQUE,), "torques"),
+    ("bars-sorted-as-text", "bars are sorted as text, bar 10 before bar 2", as_text, (ANGLE, RATE), "angles"),
+    ("bars-and-joints-sorted-as-text", "bars and the joints are sorted as text, 10 before 2", as_text,
+     (ANGLE, RATE, *FORCES), "angles"),
 )  # fmt: skip
 POINTS: tuple[tuple[str, str, Point], ...] = (
     ("first-bar", "the first bar's centre", lambda m: (m.places[:, 0], m.speeds[:, 0])),
@@ -460,8 +474,8 @@ def joint_readings() -> Iterator[Reading]:
     """Reactions in other axes or at other joints, and bars in another order."""
     for name, what, change in JOINTS:
         yield of("joint-forces", name, f"are {what}", change)
-    for name, words, fields, section in REVERSED:
-        yield Reading(name, f"the {words}", section, dict.fromkeys(fields, lambda v, _: backwards(v)))
+    for name, words, order, fields, section in ORDERS:
+        yield Reading(name, f"the {words}", section, dict.fromkeys(fields, ordered(order)))
     other_end: dict[str, Change] = {ANGLE: lambda v, _: backwards(v) + math.pi, RATE: lambda v, _: backwards(v)}
     yield Reading("chain-from-other-end", "the chain is described from its other end", "angles",
                   other_end | dict.fromkeys(FORCES, lambda v, _: -backwards(v)), True)  # fmt: skip
