@@ -71,6 +71,8 @@ class Change:
     """Result of the last night, of an earlier change that still holds with another one"""
     named: tuple[FigureIdentity, ...] = ()
     """Names that the figure has had since the change, if it had others"""
+    name_before: FigureIdentity | None = None
+    """Name of the figure before the change, if it got another one with it"""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -363,6 +365,7 @@ def level_changes(series: FigureSeries) -> tuple[Change, ...]:
                 Change(
                     series.identity, level, now, last, since, judged.direction, judged.reason, judged.factor,
                     level=series.nights[begin].name, named=series.names_since(since),
+                    name_before=series.name_until(last),
                 )
             )  # fmt: skip
             undecided = judged.direction is Direction.CHANGED and series.identity.kind is FigureKind.ERROR

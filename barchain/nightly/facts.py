@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 
 from barchain.nightly.acceptances import accepting
 from barchain.nightly.changes import VERDICT, results_words
-from barchain.nightly.figures import STEPPED, FigureKind
+from barchain.nightly.figures import STEPPED, FigureKind, NightPart
 from barchain.nightly.judging import still_holding
 from barchain.nightly.sentence import opening
-from barchain.nightly.suspects import differing
+from barchain.nightly.suspects import Suspect, differing
 from reports.tables.nights.facts import (
     AcceptanceEntry,
     AgainstEntry,
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from barchain.nightly.acceptances import Acceptance
     from barchain.nightly.changes import Change, JudgedNight
     from barchain.nightly.figures import Figure, NightSummary
-    from barchain.nightly.suspects import Suspect
     from reports.tables.nights.facts import NightRun
 
 
@@ -189,7 +188,7 @@ class Suspicion:
 def suspicion(change: Change, nights: Mapping[str, NightSummary]) -> Suspicion:
     """Suspects of a change; `nights` holds its two nights by name.
 
-    It is known whether a part differs by its digests, or because its versions do.
+    It is known whether a part differs by its digests, or because its versions do. Another setting is a suspect too.
     """
     last, since = nights[change.last], nights[change.since]
     depends, unknown = sorted({*change.was.depends, *change.now.depends}), []
@@ -197,7 +196,12 @@ def suspicion(change: Change, nights: Mapping[str, NightSummary]) -> Suspicion:
         before, after = last.part_named.get(name), since.part_named.get(name)
         if before and after and not (before.digest and after.digest) and before.version == after.version:
             unknown.append(name)
-    return Suspicion(differing(last, since, depends), tuple(unknown))
+    found = differing(last, since, depends)
+    if change.name_before is not None and change.name_before.setting != change.named[0].setting:
+        name = f"setting:{change.identity.engine}"
+        settings = (NightPart(name, one.setting) for one in (change.name_before, change.named[0]))
+        found = (Suspect(name, *settings), *found)
+    return Suspicion(found, tuple(unknown))
 
 
 def night_entry(judged: JudgedNight) -> NightEntry:

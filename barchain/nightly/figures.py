@@ -307,6 +307,10 @@ class FigureSeries:
         """Names that the figure had on a night and has had since, in their order."""
         return (*(name for name, last in self.earlier if last >= night), self.identity)
 
+    def name_until(self, night: str) -> FigureIdentity | None:
+        """Earlier name that the figure had last on a night; None if it kept its name then."""
+        return next((name for name, last in self.earlier if last == night), None)
+
     def at(self, places: Sequence[int]) -> FigureSeries:
         """Series at some places."""
         if len(places) == len(self.nights):

@@ -308,9 +308,10 @@ def change_of(series: FigureSeries, step: Step) -> Change:
     nights = len(series.figures) - step.place
     words = f"{step.factor:.3f} times the earlier level ({step.low:.3f} to {step.high:.3f})"
     chance = "told on an earlier night" if step.held else f"by chance with {step.probability:.1g}"
+    last, since = series.nights[step.place - 1].name, series.nights[step.place].name
     return Change(
-        series.identity, series.figures[step.place - 1], series.figures[-1], series.nights[step.place - 1].name,
-        series.nights[step.place].name, Direction.WORSE if step.slower else Direction.BETTER,
+        series.identity, series.figures[step.place - 1], series.figures[-1], last, since,
+        Direction.WORSE if step.slower else Direction.BETTER,
         f"{words} in {nights} nights since; {chance}; least effect {LEAST_EFFECT:.0%}",
-        step.factor, step.low, step.high, named=series.names_since(series.nights[step.place].name),
+        step.factor, step.low, step.high, named=series.names_since(since), name_before=series.name_until(last),
     )  # fmt: skip

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from barchain.nightly.acceptances import accept, accepted, accepting
+from barchain.nightly.facts import suspicion
 from barchain.nightly.figures import Figure, NightPart
 from barchain.nightly.judging import changes_named, judge, still_holding
 from barchain.nightly.pruning import needed_nights
@@ -118,6 +119,18 @@ def test_settings_that_take_turns_are_each_judged_by_themselves(store: NightStor
         own = named(error(value), "s", f"steps_per_orbit={steps}"), bits(f"{steps}")
         judged = add(store, k, *(named(f, "s", f"steps_per_orbit={steps}") for f in own), s="x")
         assert judged.tonight == () or k == 1
+
+
+def test_what_changes_with_another_setting_has_the_setting_as_a_suspect(store: NightStore) -> None:
+    for setting in ("steps_per_orbit=1000", "steps_per_orbit=500"):
+        figure = named(error(RIGHT if setting.endswith("1000") else WRONG), "old", setting)
+        judged = add(store, len(store.nights()), figure, old="x")
+    (change,) = judged.tonight
+    (suspect,) = suspicion(change, judged.by_name).suspects
+    assert suspect.words == f"setting:{change.identity.engine} steps_per_orbit=1000 → steps_per_orbit=500"
+    later = add(store, 2, named(error(WRONG), "old", "steps_per_orbit=250"), old="x")
+    (change,) = still_holding(later)
+    assert suspicion(change, later.by_name).suspects == (suspect,)
 
 
 def test_the_bits_of_another_setting_are_no_change(store: NightStore) -> None:
