@@ -136,7 +136,7 @@ def kept_words(arguments: list[str]) -> str:
     command = next((cli.commands[a] for a in arguments if a in cli.commands), None)
     options = {p.name for p in command.params} if command is not None else set()
     if "resume" in options:
-        return "; results so far are kept, and --resume goes on from them"
+        return "; results so far are kept, `barchain report` shows them, and --resume goes on from them"
     return "; results so far are kept" if options & {"out", "history"} else ""
 
 

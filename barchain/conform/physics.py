@@ -64,9 +64,11 @@ def physics(engine: Examined, stages: Mapping[str, tuple[str, ...]] = STAGES) ->
             continue
         ahead = stages.get(TOGETHER, ()) if stage == LAST_ALONE else ()  # to start one process instead of two
         if not made.keys() & set(scenes):
-            more = f", and {len(ahead)} {TOGETHER}" if ahead else ""
-            engine.note(f"physics, {stage}: {plural(len(scenes), 'scene')}{more}, each at two settings")
-            made |= main_and_finer(engine, [n for n in (*scenes, *ahead) if reason_against(engine, n) is None])
+            able, later = ([n for n in names if reason_against(engine, n) is None] for names in (scenes, ahead))
+            counts = (f"{plural(len(n), 'scene')} {where}" for n, where in ((able, stage), (later, TOGETHER)) if n)
+            if able or later:
+                engine.note(f"physics: {' and '.join(counts)}, each at two settings")
+            made |= main_and_finer(engine, [*able, *later])
         judged = {name: runs for name, runs in made.items() if name not in ahead}  # so far, and in this stage
         for check in stage_checks(engine, scenes, judged):
             failed = failed or (check.name if check.state is FAILED else "")

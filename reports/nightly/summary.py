@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import zip_longest
 from typing import TYPE_CHECKING
 
 from reports.nightly.words import by_cause, seconds_words
@@ -27,11 +28,16 @@ def write_summary(folder: Path, facts: NightlyFile) -> None:
 
 
 def message(facts: NightlyFile, link: str = "") -> str:
-    """Night in three lines for mail or a chat: the sentence, the worst figures with suspects and a reason, a link."""
+    """Night in three lines for mail or a chat: the sentence, the worst figures with suspects and a reason, a link.
+
+    Figures that follow each other and have the same suspects are followed by these once.
+    """
     every, said = (*facts.changes, *facts.standing), []
-    for change in every[:MOST_NAMED]:
+    for change, after in zip_longest(every[:MOST_NAMED], every[1:MOST_NAMED]):
         suspects = ", ".join(suspect.name for suspect in change.suspects) or "no part that differs"
-        said.append(f"{change.words} ({suspects})")
+        again = after is not None and after.suspects == change.suspects
+        accepted = "accepted, " if change.accepted else ""
+        said.append(f"{accepted}{change.words}{'' if again else f' ({suspects})'}")
     if len(every) > MOST_NAMED:
         said.append(f"and {len(every) - MOST_NAMED} more")
     changed = {(change.scene, change.engine) for change in every}

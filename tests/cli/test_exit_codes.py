@@ -81,7 +81,8 @@ def test_a_reader_that_ends_first_ends_the_command_without_a_word(line: str) -> 
 def test_an_interrupt_exits_with_130_and_says_how_to_go_on(failing, capsys):
     failing(KeyboardInterrupt())
     assert run(["fails"]) == 130
-    assert "interrupted; results so far are kept, and --resume goes on from them" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "interrupted; results so far are kept, `barchain report` shows them, and --resume goes on from them" in said
 
 
 def test_a_failed_run_is_a_finding_and_its_traceback_is_printed_on_request(failing, capsys):

@@ -93,12 +93,20 @@ class Fitted:
 
     @property
     def explanation(self) -> Explanation:
-        """The candidates as mistakes."""
-        said = [c.words(a) for c, a in zip(self.candidates, self.amounts, strict=True)]
+        """The candidates as mistakes; amounts of a fit that leaves a share have the digits that it determines."""
+        amounts = self.amounts if self.explains else [determined(a, self.share) for a in self.amounts]
+        said = [c.words(a) for c, a in zip(self.candidates, amounts, strict=True)]
         said[-1] += f" {self.alone}" if self.alone else ""
         mistakes = (Mistake(c.name, words, c.section) for c, words in zip(self.candidates, said, strict=True))
         left = Left(self.left / AT_NOISE, self.left / AT_NOISE, self.share)
         return Explanation(tuple(mistakes), Fit(motion=left))
+
+
+def determined(amounts: Array, share: float) -> Array:
+    """Amounts with the digits that a fit determines which leaves a share of the residual."""
+    uncertain = (share * abs(a) for a in amounts.tolist())
+    decimals = (-math.floor(math.log10(each)) if each > 0.0 else 0 for each in uncertain)
+    return np.array([round(a, digits) for a, digits in zip(amounts.tolist(), decimals, strict=True)])
 
 
 class MotionSearch:
