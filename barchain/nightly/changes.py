@@ -71,8 +71,8 @@ class Change:
     """Result of the last night, of an earlier change that still holds with another one"""
     named: tuple[FigureIdentity, ...] = ()
     """Names that the figure has had since the change, if it had others"""
-    name_before: FigureIdentity | None = None
-    """Name of the figure before the change, if it got another one with it"""
+    settings: tuple[str, ...] = ()
+    """Settings of the run before and since the change, where they differ"""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -358,14 +358,15 @@ def level_changes(series: FigureSeries) -> tuple[Change, ...]:
         if series.figures[begin].missing and known is not None and is_worse(series.figures[known], now):
             begin = known  # a figure that comes back worse than it was has not become better
         level = series.figures[begin]
-        judged = against_level(series, level, k) if begin < k else None
+        before = last_of_level(series, level, k)
+        judged = against_level(series, level, before, k) if begin < k else None
         if judged is not None and judged.direction is not Direction.SAME and not is_told(told, now):
-            last, since = series.nights[k - 1].name, series.nights[k].name
+            last, since = series.nights[before].name, series.nights[k].name
             found.append(
                 Change(
                     series.identity, level, now, last, since, judged.direction, judged.reason, judged.factor,
                     level=series.nights[begin].name, named=series.names_since(since),
-                    name_before=series.name_until(last),
+                    settings=series.other_settings(last, since),
                 )
             )  # fmt: skip
             undecided = judged.direction is Direction.CHANGED and series.identity.kind is FigureKind.ERROR
@@ -381,11 +382,16 @@ ROUNDING_LEVEL = 30.0
 OTHER_ROUNDING = "an error at the level of rounding, and only parts that round in another way differ"
 
 
-def against_level(series: FigureSeries, level: Figure, k: int) -> Judgement | None:
-    """Judge the figure of a night against its level.
+def last_of_level(series: FigureSeries, level: Figure, k: int) -> int:
+    """Place of the last night before a night that has a result of a level; results may be missing since then."""
+    return next((j for j in reversed(range(k)) if level.missing or not series.figures[j].missing), k - 1)
+
+
+def against_level(series: FigureSeries, level: Figure, before: int, k: int) -> Judgement | None:
+    """Judge the figure of a night against its level, which a night before had last.
 
     An error at the level of its rounding is no worse or better where of the parts that it depends on only such differ
-    that round in another way.
+    that round in another way, and its setting is the same.
     """
     now = series.figures[k]
     judged = compared(level, now)
@@ -394,8 +400,9 @@ def against_level(series: FigureSeries, level: Figure, k: int) -> Judgement | No
     rounding = (level.tolerance or 0.0) + (now.tolerance or 0.0)
     if level.value is None or now.value is None or max(level.value, now.value) > ROUNDING_LEVEL * rounding:
         return judged
-    names = {suspect.name for suspect in differing(series.nights[k - 1], series.nights[k], now.depends)}
-    if not names or not names <= ROUNDING_PARTS:
+    last, since = series.nights[before], series.nights[k]
+    names = {suspect.name for suspect in differing(last, since, now.depends)}
+    if not names or not names <= ROUNDING_PARTS or series.other_settings(last.name, since.name):
         return judged
     return replace(judged, direction=Direction.CHANGED, reason=f"{OTHER_ROUNDING}; {judged.reason}")
 

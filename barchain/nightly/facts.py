@@ -197,10 +197,9 @@ def suspicion(change: Change, nights: Mapping[str, NightSummary]) -> Suspicion:
         if before and after and not (before.digest and after.digest) and before.version == after.version:
             unknown.append(name)
     found = differing(last, since, depends)
-    if change.name_before is not None and change.name_before.setting != change.named[0].setting:
+    if change.settings:
         name = f"setting:{change.identity.engine}"
-        settings = (NightPart(name, one.setting) for one in (change.name_before, change.named[0]))
-        found = (Suspect(name, *settings), *found)
+        found = (Suspect(name, *(NightPart(name, setting) for setting in change.settings)), *found)
     return Suspicion(found, tuple(unknown))
 
 

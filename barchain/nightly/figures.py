@@ -307,9 +307,10 @@ class FigureSeries:
         """Names that the figure had on a night and has had since, in their order."""
         return (*(name for name, last in self.earlier if last >= night), self.identity)
 
-    def name_until(self, night: str) -> FigureIdentity | None:
-        """Earlier name that the figure had last on a night; None if it kept its name then."""
-        return next((name for name, last in self.earlier if last == night), None)
+    def other_settings(self, last: str, since: str) -> tuple[str, ...]:
+        """Settings on two nights; empty where they are the same."""
+        settings = tuple(self.names_since(night)[0].setting for night in (last, since))
+        return settings if settings[0] != settings[1] else ()
 
     def at(self, places: Sequence[int]) -> FigureSeries:
         """Series at some places."""

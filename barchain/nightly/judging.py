@@ -75,7 +75,10 @@ def judge_night(
     )
     noisy = [restricted(one, alike) for one in own if one.identity.kind in STEPPED]
     stepped, fresh = time_changes([one for one in noisy if one.nights], false_alarms, told)
-    gone = vanished(own, kept, lineages.presence)
+    settled = [
+        replace(c, settings=lineages.other_settings(c)) if c.identity.kind is FigureKind.VERDICT else c for c in settled
+    ]
+    gone = [c for c in vanished(own, kept, lineages.presence) if not of_another_setting(c, lineages)]
     changes = sorted([*settled, *stepped, *gone], key=lambda c: (not c.irreproducible, c.since))
     steps = {change.id for change in stepped}
     new = [c for c in changes if c.since == tonight.name and c.id not in steps]
@@ -90,6 +93,11 @@ def judge_night(
         if replanned else 0,
         tuple(words for since, words in lineages.renames if since == tonight.name),
     )  # fmt: skip
+
+
+def of_another_setting(gone: Change, lineages: Lineages) -> bool:
+    """Whether bits are gone because their engine has another setting in the scene: these have other bits."""
+    return gone.identity.kind is FigureKind.BITS and bool(lineages.other_settings(gone))
 
 
 def comparable(nights: Sequence[NightSummary]) -> list[NightSummary]:
@@ -183,7 +191,8 @@ def judge_pair(before: Night, after: Night) -> JudgedNight:
             reason = "not measured, though the baseline of the same plan has it"
             now = Figure(one.identity, reason=reason, depends=one.figures[0].depends)
             last, since = (night.name for night in nights)
-            gone.append(Change(one.identity, one.figures[0], now, last, since, Direction.WORSE, reason))
+            change = Change(one.identity, one.figures[0], now, last, since, Direction.WORSE, reason)
+            gone += [] if of_another_setting(change, lineages) else [change]
     return replace(
         judged, changes=(*judged.changes, *gone), tonight=(*judged.tonight, *gone), judged=compared + len(gone),
         left_out=sum(one.nights == nights[:1] for one in whole),

@@ -55,7 +55,7 @@ def needed_nights(store: NightStore) -> frozenset[str]:
     """Names of the nights that tell the changes for the worse which the last night of each machine class holds.
 
     Accepted ones are among them, as an acceptance names the night of its change. So are the nights between which a
-    figure got another name.
+    figure got another name, with those beside them: a night may lack the figure.
     """
     table = store.table()
     presence = Presence(table.nights, table.identities, table.cells >= 0)
@@ -64,7 +64,8 @@ def needed_nights(store: NightStore) -> frozenset[str]:
     for judged in (judge(store, night) for night in last.values()):
         names = list(judged.by_name)
         borders = Lineages((*judged.compared_with, judged.night), presence).borders
-        needed |= {table.nights[k].name for k in np.nonzero(borders)[1].tolist()}
+        for k in np.unique(np.nonzero(borders)[1]).tolist():
+            needed |= {each.name for each in table.nights[max(0, k - 1) : k + 2]}
         for change in judged.changes:
             if change.identity.kind in STEPPED:
                 since = names.index(change.since)
@@ -79,11 +80,13 @@ def needed_by(judged: JudgedNight, change: Change) -> set[str]:
     """Nights that a change is judged from.
 
     These are the night on which the earlier level began, the last nights of the same plan before the change, as many as
-    a step of noisy figures and a figure that is gone need, and the first ones after it.
+    a step of noisy figures and a figure that is gone need, as many complete ones, and the first ones after it.
     """
     nights, stepped = judged.by_name, change.identity.kind in STEPPED
     names = list(nights)
     last, since = names.index(change.last), names.index(change.since)
     alike = [name for name in names[: last + 1] if nights[name].plan == nights[change.last].plan]
-    before = alike[-(2 * FEWEST_OLD if stepped else OCCASIONS) :]
-    return {*before, *names[since : since + (FEWEST_NEW if stepped else 1)], change.level} - {""}
+    count = 2 * FEWEST_OLD if stepped else OCCASIONS
+    complete = [name for name in alike if nights[name].complete]
+    after = names[since : since + (FEWEST_NEW if stepped else 1)]
+    return {*alike[-count:], *complete[-count:], *after, change.level} - {""}

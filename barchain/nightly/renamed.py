@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from barchain.nightly.changes import Change
     from barchain.nightly.figures import FigureIdentity, NightSummary
     from barchain.nightly.vanished import Presence
 
@@ -74,6 +75,8 @@ class Lineages:
         """Number of the figure that a figure goes on as, of those that are not there any more"""
         self.renames: dict[tuple[str, str], None] = {}
         """First nights of other names, and the words for them"""
+        self.settings: dict[tuple[str, str], dict[str, tuple[str, ...]]] = defaultdict(dict)
+        """Old and new setting by the first night of the new one, by scene and engine"""
         self.said: set[str] = set()
         """Words for the figures that could continue one another, and are followed now"""
         for own in self.alike():
@@ -144,10 +147,18 @@ class Lineages:
 
     def tell(self, old: int, figure: int, role: Role, at: int) -> None:
         """Keep the words for another name, once: names may take turns."""
-        words = role.value.format(self.identities[old], self.identities[figure])
+        before, after = self.identities[old], self.identities[figure]
+        for scene in {before.scene, after.scene} if role is not Role.SCENE else ():
+            self.settings[scene, after.engine][self.nights[at].name] = before.setting, after.setting
+        words = role.value.format(before, after)
         if words not in self.said:
             self.renames[self.nights[at].name, words] = None
             self.said.add(words)
+
+    def other_settings(self, change: Change) -> tuple[str, ...]:
+        """Old and new setting of an engine that has another one in a scene since a change; empty without one."""
+        known = self.settings.get((change.identity.scene, change.identity.engine), {})
+        return next((known[night] for night in reversed(known) if change.last < night <= change.since), ())
 
     def is_edited(self, number: int, at: int) -> bool:
         """Whether the content of a figure's scene is another one than on the figure's night before."""

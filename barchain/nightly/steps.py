@@ -313,5 +313,5 @@ def change_of(series: FigureSeries, step: Step) -> Change:
         series.identity, series.figures[step.place - 1], series.figures[-1], last, since,
         Direction.WORSE if step.slower else Direction.BETTER,
         f"{words} in {nights} nights since; {chance}; least effect {LEAST_EFFECT:.0%}",
-        step.factor, step.low, step.high, named=series.names_since(since), name_before=series.name_until(last),
+        step.factor, step.low, step.high, named=series.names_since(since), settings=series.other_settings(last, since),
     )  # fmt: skip

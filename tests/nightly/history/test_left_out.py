@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from barchain.cli.main import run
 from barchain.nightly.changes import PATIENCE, Direction, level_changes
-from barchain.nightly.figures import Figure, FigureKind
+from barchain.nightly.facts import suspicion
+from barchain.nightly.figures import Figure, FigureKind, NightPart
 from barchain.nightly.judging import judge_night
 from barchain.nightly.results import figures_of
 from reports.tables.cost import BUSY, FILES, FOLLOWED
 from reports.tables.reading import TABLES
 from reports.tables.rows import NOT_RUN
 from tests.nightly.history.histories import as_series, history_of
-from tests.nightly.history.synthetic import NAMES, count, identity, verdict
+from tests.nightly.history.synthetic import NAMES, PARTS, count, identity, verdict
 from tests.support.results import write_results
 
 if TYPE_CHECKING:
@@ -41,6 +43,17 @@ def test_a_verdict_that_flipped_while_its_run_had_no_time_is_told() -> None:
     nights = history_of(*[[verdict()], [left_out()], [verdict("inaccurate")]])
     (change,) = level_changes(*as_series(nights))
     assert (change.was.word, change.now.word, change.since) == ("pass", "inaccurate", nights[2].name)
+
+
+@pytest.mark.parametrize("gap", [1, PATIENCE - 1])
+def test_an_engine_that_was_exchanged_while_its_run_had_no_time_is_the_suspect(gap: int) -> None:
+    nights = history_of([verdict()], [verdict()], *[[left_out()]] * gap, [verdict("inconsistent")])
+    newer = (NightPart("engine:mujoco", "4.0.0", "zz"), *PARTS[1:])
+    nights = [night if k < 2 else replace(night, parts=newer) for k, night in enumerate(nights)]
+    judged = judge_night(as_series(nights), nights)
+    (change,) = judged.tonight
+    assert change.last == nights[1].name
+    assert [s.words for s in suspicion(change, judged.by_name).suspects] == ["engine:mujoco 3.3.0 → 4.0.0"]
 
 
 def test_a_run_that_stays_without_time_is_told_once() -> None:

@@ -17,7 +17,7 @@ from barchain.nightly.pruning import needed_nights
 from barchain.nightly.table import DENSE_NIGHTS
 from barchain.nightly.told import keep_judgement
 from tests.nightly.history.noise import noise
-from tests.nightly.history.synthetic import PARTS, bits, error, night, ratio
+from tests.nightly.history.synthetic import PARTS, bits, error, night, ratio, verdict
 
 if TYPE_CHECKING:
     from barchain.nightly.changes import JudgedNight
@@ -138,6 +138,22 @@ def test_the_bits_of_another_setting_are_no_change(store: NightStore) -> None:
         steps = 1000 if k < 3 else 2000
         judged = add(store, k, named(bits(f"{steps}"), "s", f"steps_per_orbit={steps}"), s="x", plan=str(steps))
         assert not any(c.irreproducible for c in judged.tonight)
+
+
+def test_the_bits_of_a_setting_that_an_engine_has_no_longer_are_not_missing(store: NightStore) -> None:
+    for k in range(6):
+        setting = f"steps_per_orbit={1000 if k < 3 else 2000}"
+        judged = add(store, k, named(bits(setting), "s", setting), named(error(RIGHT), "s", setting), s="x")
+        assert (judged.tonight, holding(judged)) == ((), [])
+
+
+def test_a_verdict_that_changes_with_the_setting_has_it_as_a_suspect(store: NightStore) -> None:
+    for k in range(4):
+        setting, word = ("steps_per_orbit=1000", "pass") if k < 3 else ("steps_per_orbit=10", "inconsistent")
+        figures = named(error(RIGHT if k < 3 else WRONG), "s", setting), named(verdict(word), "s", "")
+        judged = add(store, k, *figures, s="x")
+    found = [suspicion(change, judged.by_name).suspects[0].words for change in judged.tonight]
+    assert found == ["setting:mujoco steps_per_orbit=1000 → steps_per_orbit=10"] * 2
 
 
 @pytest.mark.parametrize("setting", ["attitude<=1e-{}", "bars={}"])
