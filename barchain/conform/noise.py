@@ -14,6 +14,7 @@ from adapters.engine import Coordinates, Engine, EngineError
 from barchain.conform.checks import FAILED, WARNING, CheckState
 from barchain.judge.compare import judge
 from barchain.judge.diagnosis.mistake import QUANTITY_WORDS
+from barchain.judge.residuals import worst
 from barchain.judge.scales import declared_noise, max_noise, scales
 from barchain.judge.verdict import JUDGED_METRICS
 from barchain.metrics.quantities import FIELDS, TRACK, differences
@@ -140,7 +141,7 @@ def needed_noise(
             f"{words} are off by {error:.2g} {unit} at two settings, and differ by {apart:.2g} {unit} between them: "
             f"such an error is no noise, though noise is declared, {declared}"
         )
-    off, at_s = error_without_reason(bare, row)
+    off, at_s = error_beyond(bare, row)
     said = f"{words} are off by {off:.2g} {unit} at t = {at_s:.6g} s, declared are {declared}"
     return WARNING, f"passes by its declared noise alone: {said}"
 
@@ -153,17 +154,16 @@ def first_rejected(verdict: Verdict) -> Row | None:
     return min(rows, key=lambda r: r["metric"] not in DIFFERENCES, default=None)
 
 
-def error_without_reason(verdict: Verdict, row: Row) -> tuple[float, float]:
+def error_beyond(verdict: Verdict, row: Row) -> tuple[float, float]:
     """Error of a row's quantity where it is largest relative to what is allowed, and that instant in s.
 
     The largest error may be one of the method, and lie elsewhere.
     """
     series: Any = verdict.series
     allowed = f"{row['quantity']}_{'bound' if row['metric'] == 'bound_ratio' else 'tolerance'}"
-    inside = series[series["t_s"] <= row["limit_s"]].reset_index(drop=True)
-    size = inside[f"{row['quantity']}_difference"]
-    at = int((size / inside[allowed]).fillna(0.0).argmax())
-    return float(size[at]), float(inside["t_s"][at])
+    t_s, size, most = (series[name].to_numpy() for name in ("t_s", f"{row['quantity']}_difference", allowed))
+    _, at = worst(size, most, t_s <= row["limit_s"])
+    return float(size[at]), float(t_s[at])
 
 
 def error_and_scatter(
