@@ -45,7 +45,7 @@ def in_folder(names: str) -> tuple[str, ...]:
 
 
 STAGES = {
-    "without forces": in_folder("one_bar_free two_bars_free three_bars_free eleven_bars_free"),
+    "without forces": in_folder("one_bar_free two_bars_free three_bars_free"),
     "in gravity": in_folder(
         "one_bar_point one_bar_gradient three_bars_point three_bars_gradient eccentric bar_angles one_bar_eccentric"
     ),
@@ -54,7 +54,7 @@ STAGES = {
         "solar_shadow_alone joint_springs_alone thrust_body thrust_inertial impulse_alone prescribed_orbital "
         "prescribed_inertial prescribed_orbital_joint prescribed_inertial_external prescribed_neighbours"
     ),
-    TOGETHER: in_folder(f"one_bar_loads {' '.join(f'together_{number}' for number in range(1, 11))}"),
+    TOGETHER: in_folder(f"one_bar_loads eleven_bars_loads {' '.join(f'together_{number}' for number in range(1, 11))}"),
 }
 """Scenes from one free bar to effects together; those of a stage presuppose the stages before"""
 FIRST = in_folder("two_bars_free three_bars_gradient one_bar_free one_bar_point")

@@ -52,7 +52,7 @@ def test_a_mistake_of_reading_impulses_is_named_where_there_are_some(mistake: Mi
 
 @pytest.mark.parametrize("mistake", [m for m in READINGS if m.name.endswith("sorted-as-text")], ids=lambda m: m.name)
 def test_numbers_that_are_sorted_as_text_are_named_from_ten_bars_on(mistake: Mistake) -> None:
-    found = diagnosis_of(load_scene("conform/eleven_bars_free"), mistake)
+    found = diagnosis_of(load_scene("conform/eleven_bars_loads"), mistake)
     assert found.names == {(mistake.name,)}, str(found)
 
 

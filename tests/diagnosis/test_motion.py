@@ -11,6 +11,7 @@ import pytest
 
 from adapters.common.equal_steps import finer_setting
 from adapters.registry import ENGINES
+from barchain.conform.scenes import STAGES, TOGETHER
 from barchain.judge.diagnosis.motion.balance import motion_of
 from barchain.judge.diagnosis.motion.equations import Equations
 from barchain.judge.diagnosis.motion.numbers import numbers
@@ -43,6 +44,7 @@ LOADED = (
     "drag_alone", "solar_pressure_alone", "third_body_alone", "joint_springs_alone", "thrust_body", "impulse_alone",
     "prescribed_orbital", "oblateness_alone",
 )  # fmt: skip
+EFFECTS_TOGETHER = [name.removeprefix("conform/") for name in STAGES[TOGETHER]]
 
 
 def loaded(name: str) -> Scene:
@@ -104,7 +106,7 @@ def check_noise(scene: Scene, run: Callable[[Scene, Any], Trajectory], settings:
     assert not found.wrong, found.ratios
 
 
-@pytest.mark.parametrize("name", ["three_bars_gradient", "eccentric", *one_in(2, LOADED)])
+@pytest.mark.parametrize("name", ["three_bars_gradient", "eccentric", *one_in(2, LOADED), *one_in(3, EFFECTS_TOGETHER)])
 def test_the_right_motion_leaves_noise(name: str) -> None:
     check_noise(loaded(name), run, (1e-9, 1e-10))
 

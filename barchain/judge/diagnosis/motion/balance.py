@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
     from barchain.judge.diagnosis.motion.quadrature import Quadrature
     from reference_impl.model.arrays import ComplexArray
-    from scenarios import Impulse, Scene
+    from scenarios import Impulse, PrescribedRotation, Scene
 
 CENTRE, BARS, JOINTS, LAWS = "the centre of mass", "the bars", "the joints", "the prescribed angles"
 FEWEST = 8
@@ -49,6 +49,12 @@ def motion_of(t: Trajectory) -> Motion | None:
     states = States(t.t_s, as_complex(t.com_m), as_complex(t.com_velocity_m_s), t.angle_rad, t.rate_rad_s)
     reaction, impulse = (None if v is None or not v.size else as_complex(v) for v in (t.reaction_N, t.impulse_N_s))
     return Motion(states, reaction, t.torque_N_m, impulse)
+
+
+def turned_by(law: PrescribedRotation) -> tuple[int, ...]:
+    """Bar that a motor turns, from 0, and the one that the motor of a joint turns the other way."""
+    bar = law.bar - 1
+    return (bar,) if law.actuator is Actuator.EXTERNAL else (bar, bar - 1 if bar else 1)
 
 
 def real(vectors: ComplexArray) -> Array:
@@ -151,10 +157,8 @@ class Balance:
         values = np.zeros_like(e.zero.torque)
         for column, law in enumerate(self.scene.effects.prescribed_rotation):
             if own is not None and column < own.shape[1]:
-                values[:, law.bar - 1] += own[self.rule.rows, column]
-                if law.actuator is Actuator.JOINT:
-                    other = law.bar - 2 if law.bar > 1 else 1
-                    values[:, other] -= own[self.rule.rows, column]
+                for bar, way in zip(turned_by(law), (1.0, -1.0), strict=False):
+                    values[:, bar] += way * own[self.rule.rows, column]
         return e.torque(values)
 
     @cached_property
@@ -170,26 +174,45 @@ class Balance:
             if self.motion.impulse is not None:
                 found[:, self.columns[JOINTS]] -= np.diff(real(self.motion.impulse), axis=0)
         found -= self.rule.integral(self._integrand)
-        for push in self.scene.effects.impulse:
-            self.subtract_impulse(found, push)
+        for k, push in self.impulses:
+            self.subtract_impulse(found[k], push, k)
         if LAWS in self.columns:
             found[:, self.columns[LAWS]] = np.diff(self.law_errors(), axis=0)
+        found[self.by_motors] = 0.0
         found[~self.rule.known] = np.nan
         return found
+
+    @cached_property
+    def by_motors(self) -> NDArray[np.bool_]:
+        """Unknown gains (n - 1, c): at an impulse, a motor that holds its bar gives one that no result has."""
+        found = np.zeros((len(self.motion.states.t_s) - 1, self.width), bool)
+        turned = [bar for law in self.scene.effects.prescribed_rotation for bar in turned_by(law)]
+        for k, _ in self.impulses if turned else ():
+            found[k, self.columns[BARS]][turned] = True
+        return found
+
+    @cached_property
+    def impulses(self) -> list[tuple[int, Impulse]]:
+        """Impulses with the interval of each; a sample at one holds the state before."""
+        t_s = self.motion.states.t_s
+        pushes = ((int(np.searchsorted(t_s, p.at_s + self.near_s)) - 1, p) for p in self.scene.effects.impulse)
+        return [(k, p) for k, p in pushes if 0 <= k < len(t_s) - 1]
+
+    @property
+    def near_s(self) -> float:
+        """Difference of instants that are the same, s."""
+        return SAME_INSTANT * float(np.diff(self.motion.states.t_s[:2])[0])
 
     @cached_property
     def error(self) -> Array:
         """Error of the integrals in :attr:`value`, (n - 1, c)."""
         return self.rule.error(self._integrand)
 
-    def subtract_impulse(self, found: Array, push: Impulse) -> None:
-        """Subtract the momentum of an impulse from the row of its interval; a sample at it holds the state before."""
-        s, bar, near = self.motion.states, push.bar - 1, SAME_INSTANT * float(np.diff(self.motion.states.t_s[:2])[0])
-        k = int(np.searchsorted(s.t_s, push.at_s + near)) - 1
-        if not 0 <= k < len(found):
-            return
+    def subtract_impulse(self, found: Array, push: Impulse, k: int) -> None:
+        """Subtract the momentum of an impulse from the row of its interval."""
+        s, bar = self.motion.states, push.bar - 1
         if push.at_s not in self.angles:
-            before = [p for p, (_, end) in enumerate(self.rule.pieces) if abs(end - push.at_s) <= near]
+            before = [p for p, (_, end) in enumerate(self.rule.pieces) if abs(end - push.at_s) <= self.near_s]
             rates = self.rule.curve(s.rate[self.rule.rows], before[0]) if before else None
             more = 0.0 if rates is None else rates.integrate(s.t_s[k], push.at_s)
             self.angles[push.at_s] = s.angle[k] + more
@@ -200,7 +223,7 @@ class Balance:
         force, torque = np.zeros((1, s.bars), complex), np.zeros((1, s.bars))
         force[0, bar], torque[0, bar] = way, arm * (unit[bar].conj() * way).imag
         state = States(np.array([push.at_s]), s.com[k : k + 1], s.velocity[k : k + 1], angle[None], s.rate[k : k + 1])
-        found[k] -= self.blocks(state, Load(np.zeros(1, complex), force, torque))[0]
+        found -= self.blocks(state, Load(np.zeros(1, complex), force, torque))[0]
 
     def law_errors(self) -> Array:
         """Prescribed angles less their laws, (n, P) rad, up to a constant."""

@@ -82,9 +82,15 @@ EFFECTS: dict[str, tuple[tuple[str, str, str], ...]] = {
 """Numbers of effects: field, noun, and what is fitted"""
 OWNERS = {"third_body": ("", "third bodies"), "prescribed_rotation": ("prescribed rotation", "prescribed rotations")}
 """Nouns of an effect of which a scene may have several, where they are not its name"""
-BODY_WORDS = {"moon": "Moon", "sun": "Sun"}
 PLACES = {"joint_spring_damper": "joint", "drag": "bar", "solar_pressure": "bar"}
 """What the entries of an effect's tuples belong to"""
+
+
+def body_words(scene: Scene) -> list[str]:
+    """Nouns of the third bodies; the Moon and the Sun by name, others and those of one name by number."""
+    names = [body.name for body in scene.effects.third_body]
+    return [n.capitalize() if n in ("moon", "sun") and names.count(n) == 1 else f"third body {k + 1}"
+            for k, n in enumerate(names)]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -207,8 +213,8 @@ def numbers(scene: Scene) -> Iterator[Number]:
         if not isinstance(given, tuple):
             yield from of_effect(scene, ("effects", effect), "")
             continue
-        for k, each in enumerate(given):
-            owner = one or BODY_WORDS.get(each.name, each.name)
+        for k in range(len(given)):
+            owner = one or body_words(scene)[k]
             several = f" {k + 1}" if one and len(given) > 1 else ""
             yield from of_effect(scene, ("effects", effect, k), f" of the {owner}{several}")
         for field, noun, kind in fields if len(given) > 1 else ():

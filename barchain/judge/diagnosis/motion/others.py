@@ -7,7 +7,7 @@ import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from adapters.common.initial_state import initial_state
-from barchain.judge.diagnosis.motion.numbers import BODY_WORDS
+from barchain.judge.diagnosis.motion.numbers import body_words
 from barchain.judge.diagnosis.motion.words import BODIES, GRAVITY, LOADS
 from scenarios import Actuator, Axes, End, Frame, Gravity
 from scenarios.toml.checks import joint_of_motor
@@ -349,8 +349,7 @@ def of_bodies(scene: Scene) -> Made:
         )
     if bodies:
         yield "third-bodies-missing", "the third bodies are missing", with_effects(scene, third_body=())
-    for k, body in enumerate(bodies):
-        said = BODY_WORDS.get(body.name, body.name)
+    for k, (body, said) in enumerate(zip(bodies, body_words(scene), strict=True)):
         for name, words, new in (
             ("missing", f"the {said} is missing", ()),
             ("from-surface", f"the distance of the {said} counts from the surface",

@@ -27,7 +27,8 @@ CLIPPED = 100.0
 """Times the median difference of two runs that counts: at an event, one of them may have another step"""
 ROUNDINGS, LAW_ROUNDINGS = 8.0, 1e4
 """Roundings of a momentum, and of an angle of a law, whose place is a difference"""
-LEAST_NOISE = 1e-300
+LEAST_NOISE, UNKNOWN = 1e-300, 1e100
+"""Noise of what is never zero, and of what is not known"""
 PLACES = {
     CENTRE: ("N", "at the centre of mass"),
     BARS: ("N m", "on bar {}"),
@@ -136,7 +137,7 @@ class Residual:
             most = CLIPPED * np.nanmedian(apart, axis=0)
             column = np.maximum(column, np.sqrt(np.nanmean(np.minimum(apart, most) ** 2, axis=0)))
         found: Array = np.sqrt(self.balance.error**2 + column**2 + self.rounding**2)
-        return found
+        return np.where(self.balance.by_motors, UNKNOWN, found)
 
     @property
     def rounding(self) -> Array:

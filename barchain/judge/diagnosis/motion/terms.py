@@ -11,7 +11,7 @@ from barchain.judge.diagnosis.motion.balance import BARS, JOINTS, real
 from barchain.judge.diagnosis.motion.candidate import Candidate, Candidates
 from barchain.judge.diagnosis.motion.effect_terms import effect_terms
 from barchain.judge.diagnosis.motion.kinetics import at_joint, kinetic_terms
-from barchain.judge.diagnosis.motion.numbers import BODY_WORDS
+from barchain.judge.diagnosis.motion.numbers import body_words
 from barchain.judge.diagnosis.motion.words import BODIES, GRAVITY, LOADS, NICE, named
 
 if TYPE_CHECKING:
@@ -44,12 +44,11 @@ def terms(b: Balance) -> list[Candidate]:
         simplified_tide(found)
     if b.equations.model.gravity == "gradient":
         simplified_gradient(found)
-    for body in b.scene.effects.third_body:
+    for body, who in zip(b.scene.effects.third_body, body_words(b.scene), strict=True):
         place = body.distance_m * np.exp(1j * (body.longitude_rad + body.rate_rad_s * b.equations.states.t_s))
         fall = b.equations.zero._replace(common=-body.mu_m3_s2 * place / abs(place) ** 3)
-        who = BODY_WORDS.get(body.name, body.name)
         words = f"the fall of the central body towards the {who}, relative to which the track is, is"
-        found.times(f"third-body-{body.name}-indirect", words, LOADS, fall)
+        found.times(f"third-body-{named(who)}-indirect", words, LOADS, fall)
     effect_terms(found)
     damping(found)
     on_bars(found)
@@ -64,7 +63,7 @@ def pieces(b: Balance) -> Iterator[tuple[str, str, Load]]:
     e = b.equations
     yield "the tidal force", GRAVITY, e.tide
     yield "the torque of the gravity gradient", GRAVITY, e.gradient
-    bodies, several = iter(b.scene.effects.third_body), len(b.scene.effects.thrust) > 1
+    bodies, several = iter(body_words(b.scene)), len(b.scene.effects.thrust) > 1
     thrusts: list[Load] = []
     pulls: list[Load] = []
     for effect, load in zip(e.model.effects, e.effects, strict=True):
@@ -72,9 +71,8 @@ def pieces(b: Balance) -> Iterator[tuple[str, str, Load]]:
             thrusts.append(load)
             yield f"the thrust {len(thrusts)}" if several else "the thrust", LOADS, load
         elif effect.name == "third_body":
-            body = next(bodies).name
             pulls.append(load)
-            yield f"the attraction of the {BODY_WORDS.get(body, body)} as third body", LOADS, load
+            yield f"the attraction of the {next(bodies)}", LOADS, load
         elif effect.name != "joint_spring_damper":
             yield f"the {NAMES.get(effect.name, effect.name.replace('_', ' '))}", LOADS, load
     if several:
