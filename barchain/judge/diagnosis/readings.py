@@ -243,6 +243,14 @@ def unknown_at(rows: list[int], values: Array) -> Array:
     return found
 
 
+def last_alone(values: Array, _: Right) -> Array:
+    """Last step of values (n, ...) that stay between steps."""
+    steps = np.diff(values, axis=0, prepend=values[:1])
+    stepped = steps.reshape(len(values), -1).any(axis=1)
+    found: Array = steps[np.maximum.accumulate(np.where(stepped, np.arange(len(values)), 0))]
+    return found
+
+
 def differences(source: str) -> Iterator[tuple[str, Change]]:
     """Slopes of an array by its samples, with their names."""
     yield "central", lambda _, m: unknown_at([0, -1], np.gradient(m.array(source), m.motion.t_s, axis=0))
@@ -335,6 +343,10 @@ UNITS = (
 WRAPPED: tuple[tuple[str, str, Change], ...] = (
     ("wrapped", "half a turn either way", lambda v, _: math.pi - np.remainder(math.pi - v, 2.0 * math.pi)),
     ("wrapped-positive", "one positive turn", lambda v, _: np.remainder(v, 2.0 * math.pi)),
+)
+UNWRAPPED: tuple[tuple[str, str, Change], ...] = (
+    ("unwrapped", "are", lambda v, _: unwrapped(v)),
+    ("of-unwrapped-joints", "are sums of joint angles", lambda v, _: np.cumsum(unwrapped(from_previous(v)), axis=1)),
 )
 RELATIVE: tuple[tuple[str, Change], ...] = (
     ("previous bar", lambda v, _: from_previous(v)),
@@ -454,6 +466,9 @@ def angle_readings() -> Iterator[Reading]:
              lambda v, m: v / m.scene.orbital_rate_rad_s)  # fmt: skip
     for name, words, change in WRAPPED:
         yield of("angles", name, f"are wrapped to {words}", change)
+    for name, words, change in UNWRAPPED:
+        said = f"{words} unwrapped from sample to sample, and lose whole turns between these"
+        yield of("angles", name, said, change)
     yield Reading(WHOLE_TURNS, "the angles differ by whole turns", "angles", {ANGLE: times(1.0)}, True)
     for part in ("angles", "rates"):
         yield of(part, "from-start", "count from their first sample", lambda v, _: v - v[:1])
@@ -481,6 +496,7 @@ def joint_readings() -> Iterator[Reading]:
                   other_end | dict.fromkeys(FORCES, lambda v, _: -backwards(v)), True)  # fmt: skip
     yield of("impulses", "of-each-interval", "are those since the sample before, not their sum since t = 0",
              lambda v, _: np.diff(v, axis=0, prepend=v[:1]))  # fmt: skip
+    yield of("impulses", "of-last-instant", "are those of the last instant, not their sum since t = 0", last_alone)
 
 
 def sampled_readings() -> Iterator[Reading]:
@@ -492,9 +508,12 @@ def sampled_readings() -> Iterator[Reading]:
         for way, slope in differences(source):
             said = f"the {who} are {way} differences of {what} at the samples"
             yield Reading(f"{name}-by-{way}-differences", said, section, {target: slope})
-    for part in ("rates", "reactions"):
+    for part in ("rates", "reactions", "velocity"):
         yield of(part, "means-of-two-samples", "are means of a sample and the one before",
                  lambda v, _: 0.5 * (v + np.concatenate([v[:1], v[:-1]])))  # fmt: skip
+    for part in ("angles", "rates", "reactions", "torques", "centre-of-mass", "velocity"):
+        yield of(part, "repeated-at-end", "repeat at the last sample those of the one before",
+                 lambda v, _: np.concatenate([v[:-1], v[-2:-1]]))  # fmt: skip
     for part in HELD:
         who, fields, _ = PARTS[part]
         yield Reading(f"{part}-held-at-start", f"the {who} stay as at the first sample", "samples",
@@ -517,7 +536,9 @@ LATE = (
     (1.0, "a whole sample late"), (0.5, "half a sample late"),
     (-0.5, "half a sample early"), (-1.0, "a whole sample early"),
 )  # fmt: skip
-DELAYED = ("reactions", "angles", "angles-and-rates", "centre-of-mass", "track", "velocity", "rates", "velocities")
+DELAYED = (
+    "reactions", "torques", "angles", "angles-and-rates", "centre-of-mass", "track", "velocity", "rates", "velocities",
+)  # fmt: skip
 TIMINGS = tuple(
     Timing(f"{name}-{words.replace(' ', '-')}", f"the {who} {words}", "samples", late, fields)
     for name, who, fields in (

@@ -186,6 +186,7 @@ def of_pushes(scene: Scene) -> Made:
             yield (f"{name}-on-{where.replace(' ', '-')}-bar", f"{who} act{s} on the {where} bar",
                    some.each(on_next(shift, scene.bars)))  # fmt: skip
         yield f"{name}-at-centre", f"{who} act{s} at the bar's centre", some.changed(halves)
+        yield f"{name}-of-positive-size", f"{who} lose{s} the sign of a negative size", some.each(positive)
         if some.kind == "thrust":
             yield from of_tables(some)
 
@@ -214,6 +215,13 @@ def at_end(end: End) -> Fields:
 def on_next(shift: int, bars: int) -> Fields:
     """Bar that is some places on, round the chain."""
     return lambda push: {"bar": (push.bar - 1 + shift) % bars + 1}
+
+
+def positive(push: Any) -> dict[str, Any]:
+    """Push of a size without its sign."""
+    if hasattr(push, "force_N"):
+        return {"force_N": tuple(map(abs, push.force_N))}
+    return {"impulse_N_s": abs(push.impulse_N_s)}
 
 
 def times(factor: float) -> Fields:
@@ -285,6 +293,7 @@ def of_drag(scene: Scene) -> Made:
         ("level-density", "drag has the same density at all heights", {"scale_height_m": LEVEL_M}),
         ("density-of-start", "drag has always the density at the initial height",
          {"density_kg_m3": at_start, "scale_height_m": LEVEL_M}),
+        ("density-that-grows", "density of the air grows with the height", {"scale_height_m": -d.scale_height_m}),
         ("tenfold-height", "drag takes the scale height as that of a tenfold density",
          {"scale_height_m": d.scale_height_m / math.log(10.0)}),
         ("first-width-for-all", "drag takes the first bar's width for all", {"width_m": d.width_m[:1] * scene.bars}),

@@ -81,10 +81,13 @@ class Fitted:
         return self.left <= AT_NOISE and self.share * GAIN <= 1.0
 
     @property
-    def order(self) -> tuple[bool, bool, float]:
-        """Key by which fits are sorted: those that leave noise, of these the nice ones; then by what is left."""
+    def order(self) -> tuple[bool, bool, bool, float]:
+        """Key by which fits are sorted: those that leave noise, nice ones and other scenes first; then the rest."""
         nice = all(c.nice(a) for c, a in zip(self.candidates, self.amounts, strict=True))
-        return not self.explains, self.explains and not nice, 0.0 if self.explains else self.share
+        of_scene = all(c.scene is not None for c in self.candidates)
+        if not self.explains:
+            return True, False, False, self.share
+        return False, not nice, not of_scene, 0.0
 
     @property
     def scene(self) -> Scene | None:
