@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from barchain.conform import examination
 from barchain.conform.checks import FAILED, PASSED, WARNING, Check, CheckState
 from barchain.conform.conventions import INTEGRATING
 from barchain.conform.physics import reason_against, unsupported_check
 from barchain.conform.runs import START_S, TIME_LIMITS
 from barchain.conform.scenes import PARTICLE, REPEATED
-from barchain.runs import questions
+from barchain.runs import examination, questions
 from barchain.runs.asking import ask
 from barchain.runs.call import WAITED
 

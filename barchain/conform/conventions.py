@@ -9,7 +9,6 @@ import numpy as np
 from adapters.command.entries import deciding_files, unpacked
 from adapters.engine import AccuracyParameter, EngineError
 from adapters.registry import engines
-from barchain.conform import examination
 from barchain.conform.checks import FAILED, PASSED, WARNING, Check
 from barchain.conform.physics import ask_about_scenes, main_run, reason_against
 from barchain.conform.runs import TIME_LIMITS, alone, ended_early
@@ -17,6 +16,7 @@ from barchain.conform.scenes import FIRST, solved
 from barchain.judge.checks.whole_run import rounded_values
 from barchain.judge.error_model import ErrorModel
 from barchain.metrics.quantities import differences
+from barchain.runs import examination
 from barchain.runs.asking import ask
 from barchain.runs.job import Role
 from reports.tables.crossval import QUANTITY_UNITS

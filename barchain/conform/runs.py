@@ -8,7 +8,7 @@ import time
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from barchain.conform import examination
+from barchain.runs import examination
 from barchain.runs.asking import OutsideEngine, Reply, ask, failed_reply
 from barchain.runs.message import DeclarationError
 from barchain.runs.run import one_run, result_of

@@ -12,9 +12,9 @@ from adapters.registry import Registration, UnknownEngineError
 from barchain.cli.main import kept_words, run
 from barchain.conform import conform
 from barchain.conform.checks import Check, CheckState, ConformanceReport, Group
-from barchain.conform.examination import imported_libraries
 from barchain.conform.target import extent_of
 from barchain.runs.choices import chosen_engines
+from barchain.runs.examination import imported_libraries
 from scenarios import Actuator, Axes, End, Frame
 from tests.support.kernel import needs_kernel
 

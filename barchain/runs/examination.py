@@ -1,4 +1,7 @@
-"""Examination of an engine in its own process: import and declarations, several runs, and what runs leave behind."""
+"""Questions of an examination to an engine, in its own process: declarations, several runs, and what runs leave behind.
+
+This module stands below those that judge the answers: each process of an engine imports it anew.
+"""
 
 from __future__ import annotations
 
