@@ -28,6 +28,7 @@ import numpy as np
 
 from adapters.common.equal_steps import step_s
 from adapters.engine import AccuracyParameter, Coordinates
+from barchain.judge.kinks import kink_errors
 from barchain.judge.local_errors import departure, requested_errors, step_constant, track_unit, truncation_errors
 from barchain.judge.scales import (
     MACHINE_EPSILON,
@@ -266,15 +267,19 @@ class ErrorModel:
 
     @cached_property
     def missed(self) -> dict[str, Array]:
-        """Error of fixed steps where a manoeuvre starts or ends inside one, (n,) for each quantity.
+        """Error of fixed steps where something jumps inside one, (n,) for each quantity.
 
-        The law's fourth derivative jumps there. The error depends on where in the step the jump falls, and does not
-        shrink from one setting to the next: one step's own error is allowed.
+        A law's fourth derivative jumps where a manoeuvre starts or ends, a force's slope where a bar turns its other
+        face. The error depends on where in the step the jump falls, and does not shrink from one setting to the next:
+        one step's own error is allowed for a manoeuvre, and the largest one for each face (`barchain.judge.kinks`).
         """
+        if self.setting.parameter is AccuracyParameter.RTOL:
+            return {}
         end_s, laws = self.scene.run.duration_s, self.scene.effects.prescribed_rotation
         inside = any(0.0 < t < end_s for law in laws for t in law.breaks_s)
-        fixed = self.setting.parameter is not AccuracyParameter.RTOL
-        return self.local.immediate if fixed and inside else {}
+        step = step_s(self.scene, self.setting.value)
+        parts = [self.local.immediate if inside else {}, kink_errors(self.solution, step, self.t_s, self.amplification)]
+        return {name: sum((p[name] for p in parts if name in p), np.zeros(self.n)) for name in {*parts[0], *parts[1]}}
 
     def explained(self, own: dict[str, Array]) -> dict[str, Array]:
         """Largest difference of two correct results, the engine's and the reference's, (n,) for each quantity.

@@ -37,10 +37,6 @@ CONVERGED_SHARE = 0.5
 HIGHER_ORDER_SHARE = 0.1
 """Largest error of the extrapolation by terms of higher order, relative to the change between two settings. On random
 scenes every unmodified engine in a moving frame stayed below 0.05."""
-KINKED_SHARE = 0.5
-"""The same where bars turn their other face to wind or light. The slope of a force jumps there, which costs 0 to E in a
-step of the main run, as the jump lies in it, and 0 to E/4 in one of half its length. Over many jumps the extrapolation
-keeps a third of E from either, sqrt(2)/3 of E, and the runs differ by E."""
 EXTRAPOLATED = ("com", "attitude", "rate", "reaction")
 """Quantities whose error is extrapolated"""
 
@@ -266,9 +262,7 @@ class Residuals:
         n = min(self.n, len(size))
         fixed = self.errors.floor[quantity] + RICHARDSON * self.solution.error[quantity][: self.errors.n]
         fixed = fixed + noise * self.finer_floor(quantity)
-        faces = self.scene.effects.drag or self.scene.effects.solar_pressure
-        share = KINKED_SHARE if faces else HIGHER_ORDER_SHARE
-        allowed = share * own[:n] + (fixed + self.errors.missed.get(quantity, 0.0))[:n]
+        allowed = HIGHER_ORDER_SHARE * own[:n] + (fixed + self.errors.missed.get(quantity, 0.0))[:n]
         if quantity in self.parted_track:
             allowed = allowed + self.parted_track[quantity][:n]
         return size[:n], allowed

@@ -12,8 +12,9 @@ from adapters.heyoka import CLOSE_START_RAD
 from barchain.judge.checks.beyond_limit import MAX_EMPTY_SHARE
 from barchain.judge.checks.restart import CONSECUTIVE, SCATTERED
 from barchain.judge.checks.up_to_limit import PERSISTING_SHARE
+from barchain.judge.kinks import LARGEST, ON_ORBIT
 from barchain.judge.local_errors import MAX_STEP_CONSTANT, error_constant
-from barchain.judge.residuals import HIGHER_ORDER_SHARE, KINKED_SHARE, MAX_MEASURED_SHARE
+from barchain.judge.residuals import HIGHER_ORDER_SHARE, MAX_MEASURED_SHARE
 from barchain.judge.scales import (
     LOWEST_ORDER,
     MAX_ATTITUDE_NOISE_RAD,
@@ -137,10 +138,16 @@ TOLERANCES = (
     ),
     Tolerance(
         "attitude, rate, reaction, com", "extrapolation",
-        f"{HIGHER_ORDER_SHARE:g} of the change between settings, {KINKED_SHARE:g} with drag or light",
+        f"{HIGHER_ORDER_SHARE:g} of the change between settings",
         "terms of higher order in Richardson's extrapolation of two runs; a larger error must be there at a third "
         f"setting too, at {PERSISTING_SHARE:g} of its size or more",
         "test_noise_and_offsets_far_below_a_second_order_method_s_own_error_are_seen",
+    ),
+    Tolerance(
+        "all", "faces within equal steps", f"{LARGEST:g} h^2 times the jump of the acceleration's slope",
+        "largest error of a second-order step across it; over several faces a random walk, on an orbit "
+        f"{ON_ORBIT:g} times as much",
+        "test_equal_steps_pass_wherever_turning_faces_fall_into_them",
     ),
     Tolerance(
         "pointwise", "expected-error bound, fixed steps", f"{NORM_SLACK:g} C h^p",
