@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
-from barchain.judge.diagnosis.motion.equations import Equations, States
+from barchain.judge.equations import Equations, States
 from reference_impl.model.complex_vectors import as_complex
 
 if TYPE_CHECKING:

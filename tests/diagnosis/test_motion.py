@@ -13,12 +13,12 @@ from adapters.common.equal_steps import finer_setting
 from adapters.registry import ENGINES
 from barchain.conform.scenes import STAGES, TOGETHER
 from barchain.judge.diagnosis.motion.balance import motion_of
-from barchain.judge.diagnosis.motion.equations import Equations
 from barchain.judge.diagnosis.motion.numbers import numbers
 from barchain.judge.diagnosis.motion.others import others
 from barchain.judge.diagnosis.motion.quadrature import quadrature
 from barchain.judge.diagnosis.motion.residual import Residual
 from barchain.judge.diagnosis.own_motion import OwnMotion, densely
+from barchain.judge.equations import Equations
 from barchain.solutions.reference import closely_sampled
 from reference_impl.model.complex_vectors import as_vectors
 from reference_impl.model.effect import EffectState

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.judge.diagnosis.motion.equations import ENDS, Equations, Load, Shape, States, mode_changes
 from barchain.judge.diagnosis.motion.quadrature import SAME_INSTANT, quadrature
+from barchain.judge.equations import ENDS, Equations, Load, Shape, States, mode_changes
 from reference_impl.model.complex_vectors import as_complex, unit_along
 from scenarios import Actuator, Axes, Frame
 

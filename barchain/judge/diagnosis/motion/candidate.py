@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
     from adapters.trajectory import Array
     from barchain.judge.diagnosis.motion.balance import Balance
-    from barchain.judge.diagnosis.motion.equations import Load
     from barchain.judge.diagnosis.motion.numbers import Number
+    from barchain.judge.equations import Load
     from scenarios import Scene
 
     Rows = Callable[[], Array]

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.judge.diagnosis.motion.equations import StateRows
 from barchain.judge.diagnosis.motion.kinetics import at_joint
 from barchain.judge.diagnosis.motion.words import GRAVITY, LOADS, named
+from barchain.judge.equations import StateRows
 from reference_impl.effects.drag import DragEffect
 from reference_impl.effects.quadrupole import QuadrupoleEffect
 from reference_impl.effects.solar_pressure import SolarPressureEffect
@@ -20,7 +20,7 @@ from scenarios import Axes
 if TYPE_CHECKING:
     from adapters.trajectory import Array
     from barchain.judge.diagnosis.motion.candidate import Candidates
-    from barchain.judge.diagnosis.motion.equations import Load
+    from barchain.judge.equations import Load
 
 SIDES = (("before", 1.0, 0.0), ("after", 0.0, 1.0))
 """Bars beside a joint, and the shares of a joint's torque on both"""

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from barchain.judge.diagnosis.motion.balance import BARS
-from barchain.judge.diagnosis.motion.equations import Shape
 from barchain.judge.diagnosis.motion.words import BODIES
+from barchain.judge.equations import Shape
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from adapters.trajectory import Array
     from barchain.judge.diagnosis.motion.balance import Balance
-    from barchain.judge.diagnosis.motion.equations import Load
+    from barchain.judge.equations import Load
     from reference_impl.model.arrays import ComplexArray
 
 NAMES = {
