@@ -139,13 +139,16 @@ EFFECTS = (
     ("joint_springs_alone", "joint_spring_damper-rest_rad-2"), ("thrust_body", "thrust-2-direction_rad"),
     ("impulse_alone", "impulse-3-impulse_N_s"), ("prescribed_orbital", "prescribed_rotation-1-amplitude_rad"),
     ("third_body_alone", "third_body-1-distance_m"), ("solar_pressure_alone", "solar_pressure-reflectivity"),
+    ("together_1", "mass_kg-5"), ("together_7", "thrust-1-direction_rad"),
 )  # fmt: skip
 OTHERS = (
     ("three_bars_gradient", "masses-in-reversed-order"), ("three_bars_gradient", "inertia-slender"),
-    ("thrust_body", "thrusts-at-other-end"), ("thrust_body", "thrust-2-on-next-bar"),
+    ("thrust_body", "thrusts-at-other-end"), ("thrust_body", "thrust-2-on-bar-2"),
     ("impulse_alone", "impulse-2-missing"), ("joint_springs_alone", "springs-rest-at-start"),
     ("prescribed_orbital_joint", "prescribed-rotation-by-external-actuator"),
-    ("solar_pressure_alone", "sunlight-with-shadow"),
+    ("solar_pressure_alone", "sunlight-with-shadow"), ("together_7", "thrusts-of-positive-size"),
+    ("eleven_bars_loads", "bars-by-first-digit"), ("eleven_bars_loads", "third-body-2-missing"),
+    ("drag_alone", "drag-density-that-grows"),
 )  # fmt: skip
 
 

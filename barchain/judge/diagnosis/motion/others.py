@@ -165,6 +165,11 @@ def of_pushes(scene: Scene) -> Made:
     angle = initial_state(scene).angle_rad
     yield from of_one_instant(scene, "thrust", lambda p: p.times_s[0])
     yield from of_one_instant(scene, "impulse", lambda p: p.at_s)
+    loaded = ("thrust", "impulse", "prescribed_rotation")
+    by_digit = {kind: tuple(dataclasses.replace(p, bar=int(str(p.bar)[0])) for p in getattr(scene.effects, kind))
+                for kind in loaded}  # fmt: skip
+    yield ("bars-by-first-digit", "the loads on bars from 10 on act on the bar of the number's first digit",
+           with_effects(scene, **by_digit))  # fmt: skip
     for some in (*sets(scene, "thrust"), *sets(scene, "impulse")):
         name, who, s, first = some.name, some.who, some.s, some.every[some.places[0]]
         yield f"{name}-missing", f"{who} {'is' if s else 'are'} missing", some.changed(lambda _: ())
@@ -182,9 +187,11 @@ def of_pushes(scene: Scene) -> Made:
 
         yield f"{name}-frozen", f"{who} keep{s} the direction of the bar at t = 0", some.each(frozen)
         for shift in range(1, scene.bars):
-            where = {1: "next", scene.bars - 1: "previous"}.get(shift, f"{shift}th next")
-            yield (f"{name}-on-{where.replace(' ', '-')}-bar", f"{who} act{s} on the {where} bar",
-                   some.each(on_next(shift, scene.bars)))  # fmt: skip
+            there = some.each(on_next(shift, scene.bars))
+            where = {1: "the next bar", scene.bars - 1: "the previous bar"}.get(shift, f"the bar {shift} places on")
+            if s:
+                where = f"bar {getattr(there.effects, some.kind)[some.places[0]].bar}"
+            yield f"{name}-on-{where.removeprefix('the ').replace(' ', '-')}", f"{who} act{s} on {where}", there
         yield f"{name}-at-centre", f"{who} act{s} at the bar's centre", some.changed(halves)
         yield f"{name}-of-positive-size", f"{who} lose{s} the sign of a negative size", some.each(positive)
         if some.kind == "thrust":

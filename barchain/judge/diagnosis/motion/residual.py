@@ -43,7 +43,7 @@ APART_SHARE = 0.1
 ANGLES_APART_SHARE = 0.5
 """The same of the bars' angles and rates: methods of low order have them apart by some of their error"""
 LEAST_APART = 1e-8
-"""Departure of places from integrals that is told; that of a right motion is the error of its splines"""
+"""Departure of places from integrals that is told"""
 
 
 class Residual:
@@ -88,11 +88,11 @@ class Residual:
         return self.apart(self.motion.states.angle, self.motion.states.rate)
 
     def apart(self, place: Array, speed: Array) -> float:
-        """Departure of places from the integrals of speeds between samples, relative to these."""
+        """Departure of places from the integrals of speeds between samples beyond their error, relative to these."""
         rule = self.balance.rule
-        step = rule.integral(speed[rule.rows])[self.known]
-        gained = np.diff(place, axis=0)[self.known]
-        return float(np.linalg.norm(gained - step)) / max(float(np.linalg.norm(step)), LEAST_NOISE)
+        step, error = (of(speed[rule.rows])[self.known] for of in (rule.integral, rule.error))
+        departed = np.maximum(np.abs(np.diff(place, axis=0)[self.known] - step) - error, 0.0)
+        return float(np.linalg.norm(departed)) / max(float(np.linalg.norm(step)), LEAST_NOISE)
 
     @cached_property
     def clock_wrong(self) -> bool:
