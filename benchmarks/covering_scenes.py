@@ -111,6 +111,7 @@ def text_of(row: Row, number: int) -> str:
         f"length_m = {length}",
         *([f"inertia_kg_m2 = {[float(f'{x:.3g}') for x in inertia]}"] if row["inertia"] == "given" else []),
         f"angle_deg = {list(ANGLE_DEG[:n])}",
+        *(['angle_from = "bar"'] if row["length"] == "long" and row["rotations"] == "some" else []),
         f"rate_factor = {list(RATE[row['samples']][:n])}",
         "[effects]",
         f'gravity = "{row["gravity"]}"',
@@ -142,7 +143,8 @@ def effects_of(row: Row, n: int, size: float) -> list[str]:
     lines += ["[effects.joint_spring_damper]"]
     if row["joints"] == "springs":
         lines += [f"stiffness_N_m_rad = {[size**2 * k for k in STIFF[: n - 1]]}", f"rest_deg = {list(REST[: n - 1])}"]
-    lines += [f"damping_N_m_s_rad = {[size**2 * c for c in DAMPED[: n - 1]]}"]
+    if row["joints"] == "dampers" or n > 2:  # springs of two bars have no dampers
+        lines += [f"damping_N_m_s_rad = {[size**2 * c for c in DAMPED[: n - 1]]}"]
     thrusts = [
         (2, "right", "body", 80.0, f"force_N = {-0.01 * size}", "start_s = 150.0", "duration_s = 450.0"),
         (

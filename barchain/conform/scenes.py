@@ -52,9 +52,12 @@ STAGES = {
     "with one effect": in_folder(
         "slender_alone quadrupole_alone oblateness_alone third_body_alone drag_alone solar_pressure_alone "
         "solar_shadow_alone joint_springs_alone thrust_body thrust_inertial impulse_alone prescribed_orbital "
-        "prescribed_inertial prescribed_orbital_joint prescribed_inertial_external prescribed_neighbours"
+        "prescribed_inertial prescribed_orbital_joint prescribed_inertial_external"
     ),
-    TOGETHER: in_folder(f"one_bar_loads eleven_bars_loads {' '.join(f'together_{number}' for number in range(1, 11))}"),
+    TOGETHER: in_folder(
+        "one_bar_loads eleven_bars_loads prescribed_neighbours "
+        + " ".join(f"together_{number}" for number in range(1, 11))
+    ),
 }
 """Scenes from one free bar to effects together; those of a stage presuppose the stages before"""
 FIRST = in_folder("two_bars_free three_bars_gradient one_bar_free one_bar_point")

@@ -11,13 +11,14 @@ import pytest
 
 from adapters.registry import engines
 from barchain.cli.main import run
-from barchain.conform import Extent, assert_conforms, conform, examination, target
+from barchain.conform import Extent, assert_conforms, conform, target
 from barchain.conform.accuracy import accuracy
 from barchain.conform.behaviour import TIMES, behaviour
 from barchain.conform.checks import Check, CheckState, ConformanceReport, Group
 from barchain.conform.junit import write_junit
 from barchain.conform.runs import START_S
 from barchain.conform.target import extent_of
+from barchain.runs import examination
 from barchain.runs.asking import Reply, ask
 from tests.support.kernel import needs_kernel
 from tests.support.slow import one_in, rows

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 SCALED = ("reactions", "angles", "rates", "torques", "centre-of-mass", "velocity")
 """Parts with an unknown factor"""
-UNITS = {"reactions": "N", "rates": "rad/s", "centre-of-mass": "m", "velocity": "m/s"}
+UNITS = {"reactions": "N", "torques": "N m", "rates": "rad/s", "centre-of-mass": "m", "velocity": "m/s"}
 """Parts with an unknown constant, and its unit"""
 PLACES = ("reactions", "angles", "rates")
 """Parts with an unknown factor at one place"""

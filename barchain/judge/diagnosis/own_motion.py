@@ -40,7 +40,7 @@ MOST_SAMPLES = 2401
 """Samples of a dense run: more take longer than they tell"""
 LIKELY = " Most likely:"
 """Beginning of the sentence on a candidate that leaves little, and yet more than the engine's own noise"""
-NOTHING_NEAR = 0.9
+NOTHING_NEAR = 0.5
 """Share of the residual that the nearest candidate leaves, from which on it says nothing"""
 SPLINE = 9
 """Degree of the splines that give rates by angles"""

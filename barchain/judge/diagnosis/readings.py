@@ -13,6 +13,7 @@ from adapters.common.initial_state import chain_model, initial_state
 from barchain.judge.diagnosis.mistake import Mistake
 from barchain.metrics.quantities import arrays
 from reference_impl.model.kinematics import cross, directions, relative_positions, relative_velocities
+from scenarios.toml.effect_tables import EARTH_ROTATION_RAD_S
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -424,6 +425,8 @@ def track_readings() -> Iterator[Reading]:
     for name, words, change in (
         ("rotating", "velocities are relative to axes that turn with the orbit",
          lambda v, m: v - m.longitude_rate * np.stack([-m.motion.com_m[:, 1], m.motion.com_m[:, 0]], axis=-1)),
+        ("earth", "velocities are relative to axes that turn with the Earth",
+         lambda v, m: v - EARTH_ROTATION_RAD_S * np.stack([-m.motion.com_m[:, 1], m.motion.com_m[:, 0]], axis=-1)),
         ("radial", "velocity is given by its radial and transverse components",
          lambda v, m: in_axes_at(v, m.longitude[:, 0])),
     ):  # fmt: skip
@@ -468,7 +471,7 @@ def angle_readings() -> Iterator[Reading]:
         yield of("angles", name, f"are wrapped to {words}", change)
     for name, words, change in UNWRAPPED:
         said = f"{words} unwrapped from sample to sample, and lose whole turns between these"
-        yield of("angles", name, said, change)
+        yield of("angles", name, said, change, turns=True)
     yield Reading(WHOLE_TURNS, "the angles differ by whole turns", "angles", {ANGLE: times(1.0)}, True)
     for part in ("angles", "rates"):
         yield of(part, "from-start", "count from their first sample", lambda v, _: v - v[:1])

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
     from barchain.judge.diagnosis.motion.quadrature import Quadrature
     from reference_impl.model.arrays import ComplexArray
-    from scenarios import Impulse, PrescribedRotation, Scene
+    from scenarios import Impulse, Scene
 
 CENTRE, BARS, JOINTS, LAWS = "the centre of mass", "the bars", "the joints", "the prescribed angles"
 FEWEST = 8
@@ -49,12 +49,6 @@ def motion_of(t: Trajectory) -> Motion | None:
     states = States(t.t_s, as_complex(t.com_m), as_complex(t.com_velocity_m_s), t.angle_rad, t.rate_rad_s)
     reaction, impulse = (None if v is None or not v.size else as_complex(v) for v in (t.reaction_N, t.impulse_N_s))
     return Motion(states, reaction, t.torque_N_m, impulse)
-
-
-def turned_by(law: PrescribedRotation) -> tuple[int, ...]:
-    """Bar that a motor turns, from 0, and the one that the motor of a joint turns the other way."""
-    bar = law.bar - 1
-    return (bar,) if law.actuator is Actuator.EXTERNAL else (bar, bar - 1 if bar else 1)
 
 
 def real(vectors: ComplexArray) -> Array:
@@ -132,13 +126,13 @@ class Balance:
 
     def rows(self, load: Load) -> Array:
         """Gains of momentum by a load, (n - 1, c)."""
-        return self.rule.integral(self.blocks(self.equations.states, load))
+        return self.without_motors(self.rule.integral(self.blocks(self.equations.states, load)))
 
     def block(self, name: str, values: Array) -> Array:
         """Rows (n - 1, c) with values in the columns of one block alone."""
         found = np.zeros((len(values), self.width))
         found[:, self.columns[name]] = values
-        return found
+        return self.without_motors(found)
 
     @cached_property
     def _integrand(self) -> Array:
@@ -154,12 +148,8 @@ class Balance:
     def own_torques(self) -> Load:
         """The engine's own torques of the prescribed rotations."""
         e, own = self.equations, self.motion.torque
-        values = np.zeros_like(e.zero.torque)
-        for column, law in enumerate(self.scene.effects.prescribed_rotation):
-            if own is not None and column < own.shape[1]:
-                for bar, way in zip(turned_by(law), (1.0, -1.0), strict=False):
-                    values[:, bar] += way * own[self.rule.rows, column]
-        return e.torque(values)
+        known = 0 if own is None else min(own.shape[1], self.motors.shape[1])
+        return e.torque(own[self.rule.rows, :known] @ self.motors[:, :known].T) if own is not None and known else e.zero
 
     @cached_property
     def value(self) -> Array:
@@ -178,17 +168,32 @@ class Balance:
             self.subtract_impulse(found[k], push, k)
         if LAWS in self.columns:
             found[:, self.columns[LAWS]] = np.diff(self.law_errors(), axis=0)
-        found[self.by_motors] = 0.0
         found[~self.rule.known] = np.nan
+        return self.without_motors(found)
+
+    def without_motors(self, rows: Array) -> Array:
+        """Rows (n - 1, c) less what motors may give at an impulse, to hold their bars: no result has that."""
+        columns = self.columns[BARS]
+        for k, _ in self.impulses:
+            rows[k, columns] -= self.by_motors @ rows[k, columns]
+        return rows
+
+    @cached_property
+    def by_motors(self) -> Array:
+        """Projection on the torques of the bars that motors can give, (N, N)."""
+        found: Array = self.motors @ np.linalg.pinv(self.motors)
         return found
 
     @cached_property
-    def by_motors(self) -> NDArray[np.bool_]:
-        """Unknown gains (n - 1, c): at an impulse, a motor that holds its bar gives one that no result has."""
-        found = np.zeros((len(self.motion.states.t_s) - 1, self.width), bool)
-        turned = [bar for law in self.scene.effects.prescribed_rotation for bar in turned_by(law)]
-        for k, _ in self.impulses if turned else ():
-            found[k, self.columns[BARS]][turned] = True
+    def motors(self) -> Array:
+        """Torques on the bars by a unit torque of each motor, (N, P)."""
+        laws = self.scene.effects.prescribed_rotation
+        found = np.zeros((self.motion.states.bars, len(laws)))
+        for column, law in enumerate(laws):
+            bar = law.bar - 1
+            found[bar, column] = 1.0
+            if law.actuator is Actuator.JOINT:
+                found[bar - 1 if bar else 1, column] = -1.0
         return found
 
     @cached_property

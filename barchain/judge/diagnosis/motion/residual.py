@@ -27,8 +27,7 @@ CLIPPED = 100.0
 """Times the median difference of two runs that counts: at an event, one of them may have another step"""
 ROUNDINGS, LAW_ROUNDINGS = 8.0, 1e4
 """Roundings of a momentum, and of an angle of a law, whose place is a difference"""
-LEAST_NOISE, UNKNOWN = 1e-300, 1e100
-"""Noise of what is never zero, and of what is not known"""
+LEAST_NOISE = 1e-300
 PLACES = {
     CENTRE: ("N", "at the centre of mass"),
     BARS: ("N m", "on bar {}"),
@@ -42,8 +41,8 @@ APART_SHARE = 0.1
 """Share of the relative residual of the centre of mass from which on its positions and velocities are apart"""
 ANGLES_APART_SHARE = 0.5
 """The same of the bars' angles and rates: methods of low order have them apart by some of their error"""
-LEAST_APART = 1e-8
-"""Departure of places from integrals that is told"""
+LEAST_APART = 1e-6
+"""Departure of places from integrals that is told: interpolants of a low order leave up to 1e-6"""
 
 
 class Residual:
@@ -137,7 +136,7 @@ class Residual:
             most = CLIPPED * np.nanmedian(apart, axis=0)
             column = np.maximum(column, np.sqrt(np.nanmean(np.minimum(apart, most) ** 2, axis=0)))
         found: Array = np.sqrt(self.balance.error**2 + column**2 + self.rounding**2)
-        return np.where(self.balance.by_motors, UNKNOWN, found)
+        return found
 
     @property
     def rounding(self) -> Array:

@@ -16,7 +16,6 @@ from barchain.judge.diagnosis.motion.balance import BARS, CENTRE, JOINTS, LAWS, 
 from barchain.judge.diagnosis.motion.candidate import Candidate, Candidates, linearised
 from barchain.judge.diagnosis.motion.numbers import numbers
 from barchain.judge.diagnosis.motion.others import others, with_effects
-from barchain.judge.diagnosis.motion.residual import UNKNOWN
 from barchain.judge.diagnosis.motion.terms import of_reactions, terms
 from barchain.judge.diagnosis.motion.words import BODIES, LOADS
 from barchain.judge.equations import ENDS
@@ -240,8 +239,7 @@ class Problem:
         least = np.zeros(len(self.columns))
         for part in self.parts:
             least[part] = FLOOR * np.sqrt(np.mean(self.value[:, part] ** 2))
-        self.counted = np.hypot(self.noise, least)
-        self.weight = np.where(self.noise < UNKNOWN, 1.0 / self.counted, 0.0)
+        self.weight = 1.0 / np.hypot(self.noise, least)
         self.right = (self.value * self.weight).ravel()
         made = ((c, self.vectors(c.rows)) for c in search.candidates)
         self.effects = [(c, x) for c, x in made if np.isfinite(x).all() and x.any()]
@@ -255,7 +253,7 @@ class Problem:
     def fitted(self, candidates: Sequence[Candidate], amounts: Sequence[Array], rest: Array) -> Fitted:
         """Fit that leaves a weighted rest (k,)."""
         weighted, whole = rest.reshape(self.value.shape), self.value * self.weight
-        left = float(np.sqrt(np.mean((weighted * self.counted / self.noise) ** 2)))
+        left = float(np.sqrt(np.mean((weighted / self.weight / self.noise) ** 2)))
         shares = [np.linalg.norm(weighted[:, p]) / np.linalg.norm(whole[:, p]) for p in self.parts]
         return Fitted(tuple(candidates), tuple(amounts), left, float(max(shares, default=1.0)), self.blocks)
 
