@@ -179,7 +179,7 @@ def effects_of(row: Row, n: int, size: float) -> list[str]:
         lines += [f"impulse_N_s = {size * strength}", f"at_s = {600.0 if one else 450.0}"]
     rotations = [(2, 25.0, "local_horizontal", "external"), (4, -35.0, "inertial", "external")]
     if n == 2:  # in long chains a joint's motor meets positions in which it can't turn its bar
-        rotations = [(2, 25.0, "local_horizontal", "joint")]
+        rotations = [(2, 25.0, "inertial" if row["length"] == "long" else "local_horizontal", "joint")]
     for bar, angle, frame, actuator in rotations if row["rotations"] == "some" else ():
         lines += ["[[effects.prescribed_rotation]]", f"bar = {bar}", f"amplitude_deg = {angle}", "duration_s = 450.0"]
         lines += ["start_s = 300.0", f'frame = "{frame}"', f'actuator = "{actuator}"']

@@ -67,7 +67,7 @@ def physics(engine: Examined, stages: Mapping[str, tuple[str, ...]] = STAGES) ->
             able, later = ([n for n in names if reason_against(engine, n) is None] for names in (scenes, ahead))
             counts = (f"{plural(len(n), 'scene')} {where}" for n, where in ((able, stage), (later, TOGETHER)) if n)
             if able or later:
-                engine.note(f"physics: {' and '.join(counts)}, each at two settings")
+                engine.note(f"physics: {' and '.join(counts)}, at two settings")
             made |= main_and_finer(engine, [*able, *later])
         judged = {name: runs for name, runs in made.items() if name not in ahead}  # so far, and in this stage
         for check in stage_checks(engine, scenes, judged):

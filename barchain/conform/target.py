@@ -115,7 +115,7 @@ def extent_of(names: Iterable[str], time_limit_s: float = RUN_S) -> Extent:
 def scene_name(given: str) -> str:
     """Full name of a scene of the physics."""
     known = [scene.removeprefix(FOLDER) for scenes in STAGES.values() for scene in scenes]
-    name = given.removeprefix(FOLDER)
+    name = given.removeprefix(FOLDER).replace(" ", "_")
     if name not in known:
         groups = ", ".join(Group)
         near = nearest(name, [*known, *Group])

@@ -16,6 +16,7 @@ import signal
 import sys
 import threading
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -184,8 +185,13 @@ def behaviour(registration: Registration, scene: Scene, setting: Setting, times:
         same &= set(again) == set(first) and all(np.array_equal(again[name], first[name]) for name in first)
         reused |= {name for name, values in own.items() if not np.array_equal(values, first[name], equal_nan=True)}
         reused |= {name for name in set(own) & set(again) if np.may_share_memory(own[name], again[name])}
+    heavier = replace(scene, chain=replace(scene.chain, mass_kg=tuple(2.0 * m for m in scene.chain.mass_kg)))
+    changed = sendable(finished(registration, (), heavier, setting)[1], keep_order=True)
+    shown = bool(scene.effects.thrust) or first.get("reaction_N", np.empty(0)).size > 0  # else masses show nowhere
+    kept = shown and set(changed) == set(first) and all(np.array_equal(changed[name], first[name]) for name in first)
     return {
         "before": before, "after_first": after_first, "after": process_state(folder), "same": bool(same),
+        "kept": bool(kept),
         "times": times, "scene_changed": scene.digest != given, "reused": sorted(reused - CONSTANT),
         "random": sorted(drawn), "sets": sorted(plain_text(v, 80) for v in set_again | changed_variables(variables)),
     }, {name: np.ascontiguousarray(values) for name, values in first.items()}  # fmt: skip

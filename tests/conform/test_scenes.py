@@ -29,8 +29,8 @@ SCENARIOS = Path(__file__).parents[2] / "scenarios"
 SCENES = [name for scenes in STAGES.values() for name in scenes]
 APART = [name for name in SCENES if name not in STAGES[TOGETHER]]
 """Scenes of one effect at most: what they show, they show alone"""
-SLOW_ON_PURPOSE = {"conform/prescribed_orbital_joint", "conform/prescribed_neighbours"}
-"""Scenes with a motor after an inner bar: fast ones come near positions in which it can't hold its law"""
+SLOW_ON_PURPOSE = {"conform/prescribed_orbital_joint"}
+"""A scene with a motor after an inner bar: fast bars come near positions in which it can't hold its law"""
 FOURTH_ORDER_ERROR_RAD = 1e-5
 """Error of the classical Runge-Kutta method with a thousand steps an orbit, 3e-6 rad, with slack"""
 PLAIN = {"gravity.none", "gravity.point", "gravity.gradient"}
@@ -101,7 +101,7 @@ def test_prescribed_rotations_have_both_frames_with_both_actuators() -> None:
 
 def test_some_bars_turn_clockwise_and_some_numbers_of_bars_have_two_digits() -> None:
     assert min(min(scene_of(name).chain.rate_factor) for name in APART) < 0.0
-    assert {1, 2, 3, 5} < {scene_of(name).bars for name in APART}
+    assert {1, 2, 3, 5} <= {scene_of(name).bars for name in APART}
     assert max(scene_of(name).bars for name in SCENES) >= 10
 
 

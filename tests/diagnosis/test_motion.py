@@ -148,7 +148,8 @@ OTHERS = (
     ("prescribed_orbital_joint", "prescribed-rotation-by-external-actuator"),
     ("solar_pressure_alone", "sunlight-with-shadow"), ("together_7", "thrusts-of-positive-size"),
     ("eleven_bars_loads", "bars-by-first-digit"), ("eleven_bars_loads", "third-body-2-missing"),
-    ("drag_alone", "drag-density-that-grows"),
+    ("drag_alone", "drag-density-that-grows"), ("thrust_body", "thrusts-clockwise"),
+    ("thrust_body", "thrusts-from-normal"), ("together_6", "impulses-at-other-end"),
 )  # fmt: skip
 
 

@@ -52,7 +52,10 @@ def agreed(found: Mapping[str, Diagnosis], others: Mapping[str, OwnMotion]) -> d
         said = diagnosis.nearest
         if withdrawn and not kept:
             scene = against[withdrawn[0].names].partition("/")[2].replace("_", " ")
-            said = f" Nearest: {withdrawn[0].words}, which {scene} contradicts."
+            alone = {names for d in found.values() for names in d.names if len(names) == 1}
+            part = next((m for e in withdrawn for m in e.mistakes if (m.name,) in alone), None)
+            words = f"{withdrawn[0].words}, which {scene} contradicts"
+            said = f" Nearest: {f'{part.sentence}, with something else here' if part else words}."
         agreeing[name] = dataclasses.replace(diagnosis, explanations=kept, nearest=said)
     return agreeing
 
@@ -67,11 +70,11 @@ def contradiction(names: tuple[str, ...], diagnosis: Diagnosis, others: Mapping[
     gravity = diagnosis.own.given_scene.effects.gravity
     of_gravity = any(c.section == GRAVITY for c in fit.candidates)  # an engine may have one model of gravity wrong
     held = {s: own for s, own in others.items() if not of_gravity or own.given_scene.effects.gravity == gravity}
-    return next((scene for scene, own in held.items() if lacks(own, fit)), "")
+    return next((scene for scene, own in held.items() if lacks(own, fit, diagnosis.own.given_scene)), "")
 
 
-def lacks(own: OwnMotion, fit: Fitted) -> bool:
-    """Whether a motion shows that some candidate of a fit to another scene's motion is not there.
+def lacks(own: OwnMotion, fit: Fitted, scene: Scene) -> bool:
+    """Whether a motion shows that some candidate of a fit to the motion in another `scene` is not there.
 
     The shares that the motion has of the effects follow by least squares, of all candidates together, in the blocks
     that the fit is about.
@@ -83,13 +86,22 @@ def lacks(own: OwnMotion, fit: Fitted) -> bool:
     here = {c.name: c for c in search.candidates}
     columns = residual.balance.of_blocks(name for name in fit.blocks if name in residual.balance.columns)
     noise = residual.noise[residual.known][:, columns]
-    pairs = [(here[c.name], c, a) for c, a in zip(fit.candidates, fit.amounts, strict=True) if c.name in here]
+    names = [name_in(own.given_scene, scene, c.name) for c in fit.candidates]
+    fitted = zip(names, fit.candidates, fit.amounts, strict=True)
+    pairs = [(here[name], c, a) for name, c, a in fitted if name in here]
     effects = [one.effect_as_of(there, a)[residual.known][:, columns] / noise for one, there, a in pairs]
     seen = [x.ravel() for x in effects if np.isfinite(x).all() and x.size and np.sqrt(np.mean(x**2)) >= VISIBLE]
     if not seen:
         return False
     shares = least_squares(np.stack(seen, axis=1), (residual.value[residual.known][:, columns] / noise).ravel())
     return bool(np.any(np.abs(shares - 1.0) > PRESENT))
+
+
+def name_in(here: Scene, there: Scene, name: str) -> str:
+    """Name of a candidate of another scene: what is of the only impulse `there` is of all impulses `here`."""
+    kind, _, number = name.partition("-1-")
+    alone = len(getattr(there.effects, kind, ())) == 1 if number else False
+    return f"{kind}s-{number}" if alone and len(getattr(here.effects, kind)) > 1 else name
 
 
 TRAITS: tuple[tuple[str, Callable[[Scene], object]], ...] = (
