@@ -224,7 +224,7 @@ def test_a_part_of_the_examination_is_run_alone_and_is_no_conformance(capsys: py
     assert "physics: thrust body" in shown.out
     assert not any(word in shown.out for word in ("behaviour:", "accuracy:", "conventions:", "two bars"))
     assert "passes a part of the examination" in shown.out
-    assert "physics, with one effect: 1 scene" in shown.err
+    assert "physics: 1 scene with one effect" in shown.err
     assert run(["conform", f"{HERE}:Right", "--only", "behaviour"]) == 0
     assert "physics:" not in capsys.readouterr().out
     assert run(["conform", f"{HERE}:Right", "--only", "thrust_bod"]) == 2

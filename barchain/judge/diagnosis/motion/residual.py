@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from barchain.judge.diagnosis.motion.balance import BARS, CENTRE, JOINTS, LAWS, Balance, real
 from barchain.judge.diagnosis.motion.quadrature import DEGREE
@@ -25,6 +26,8 @@ DIFFERENCES = 4
 """Order of the differences along the samples that show noise"""
 CLIPPED = 100.0
 """Times the median difference of two runs that counts: at an event, one of them may have another step"""
+LASTING = 5
+"""Rows of which the median difference of two runs is noise there: forces may act in a part of the run alone"""
 ROUNDINGS, LAW_ROUNDINGS = 8.0, 1e4
 """Roundings of a momentum, and of an angle of a law, whose place is a difference"""
 LEAST_NOISE = 1e-300
@@ -130,12 +133,13 @@ class Residual:
     @cached_property
     def noise(self) -> Array:
         """Noise of the residual, (n - 1, c)."""
-        column = differenced_noise(self.value)
+        column, local = differenced_noise(self.value), np.zeros_like(self.value)
         if self.other is not None and self.other.shape == self.value.shape:
             apart = np.abs(self.value - self.other)
             most = CLIPPED * np.nanmedian(apart, axis=0)
             column = np.maximum(column, np.sqrt(np.nanmean(np.minimum(apart, most) ** 2, axis=0)))
-        found: Array = np.sqrt(self.balance.error**2 + column**2 + self.rounding**2)
+            local = median_filter(np.nan_to_num(apart), (LASTING, 1))
+        found: Array = np.sqrt(self.balance.error**2 + column**2 + local**2 + self.rounding**2)
         return found
 
     @property
