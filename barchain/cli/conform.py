@@ -14,7 +14,6 @@ from barchain.cli.common.numbers import POSITIVE_SECONDS, WORDS, NamedPath
 from barchain.cli.common.options import json_option, programs_option
 from barchain.cli.common.progress import quiet
 from barchain.cli.common.terminal import literal, plain, say
-from scenarios.plural import plural
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -113,6 +112,8 @@ def line(check: Check) -> str:
 
 def summary(report: ConformanceReport) -> str:
     """Result in one line."""
+    from scenarios.plural import plural
+
     count = {state: sum(c.state == state for c in report.checks) for state in SIGNS}
     said = ", ".join(plural(n, state) if state == "warning" else f"{n} {state}" for state, n in count.items() if n)
     return f"{report.engine}: {report.verdict} ({said}; {report.seconds:.1f} s)"
