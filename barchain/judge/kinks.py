@@ -44,15 +44,13 @@ def kink_errors(solution: ReferenceSolution, step_s: float, t_s: Array, amplific
         seen.t_s, as_complex(seen.com_m), as_complex(seen.com_velocity_m_s), seen.angle_rad, seen.rate_rad_s
     )
     e = Equations(scene, states)
-    turning = [
-        (effect, load) for effect, load in zip(e.model.effects, e.effects, strict=True) if effect.has_state_events
-    ]
+    turning = [effect for effect in e.model.effects if effect.has_state_events]
     if not turning:
         return {}
     inertia = e.shape.coupled(states) + np.diag(e.shape.inertia)
     velocity, rate = np.zeros(len(seen.t_s)), np.zeros(len(seen.t_s))
-    for effect, load in turning:
-        faces = effect.mode(e.rows)
+    for effect in turning:
+        faces, load = effect.mode(e.rows), e.of_effect(effect)
         assert faces is not None
         turned = np.any(faces[1:] != faces[:-1], axis=1)
         whole = load.common + load.force.sum(axis=1) / e.shape.whole
