@@ -24,9 +24,11 @@ from reference_impl.model.gravity import complex_field_differences, gradient_ang
 from reference_impl.model.state import State
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from numpy.typing import NDArray
 
-    from adapters.trajectory import Array
+    from adapters.trajectory import Array, Trajectory
     from reference_impl.model.arrays import ComplexArray
     from reference_impl.model.chain import ChainModel
     from reference_impl.model.effect import ChainEffect, EffectAccelerations
@@ -307,12 +309,17 @@ def is_same(a: ChainEffect, b: ChainEffect) -> bool:
     return type(a) is type(b) and all(np.array_equal(getattr(a, name), getattr(b, name)) for name in names)
 
 
-def mode_changes(scene: Scene, states: States) -> list[int]:
-    """Intervals between samples in which an effect changes its mode (faces, shadow)."""
-    equations, changed = Equations(scene, states), set[int]()
+def states_of(t: Trajectory) -> States | None:
+    """States of a trajectory; None without angles and rates."""
+    if t.angle_rad is None or t.rate_rad_s is None:
+        return None
+    return States(t.t_s, as_complex(t.com_m), as_complex(t.com_velocity_m_s), t.angle_rad, t.rate_rad_s)
+
+
+def mode_changes(equations: Equations) -> Iterator[tuple[ChainEffect, NDArray[np.bool_]]]:
+    """Effects with modes (faces, shadow), and whether each changes its mode between two samples, (k - 1,)."""
     for effect in equations.model.effects:
         if effect.has_state_events:
             modes = effect.mode(equations.rows)
             assert modes is not None
-            changed |= set(np.nonzero((modes[1:] != modes[:-1]).any(axis=1))[0].tolist())
-    return sorted(changed)
+            yield effect, (modes[1:] != modes[:-1]).any(axis=1)

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
-from barchain.judge.equations import Equations, States
-from reference_impl.model.complex_vectors import as_complex
+from barchain.judge.equations import Equations, mode_changes, states_of
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array
@@ -38,21 +37,17 @@ def kink_errors(solution: ReferenceSolution, step_s: float, t_s: Array, amplific
         Samples, s, and the growth of an error of the attitude from the start on.
     """
     scene, seen = solution.scene, solution.fine
-    if seen.angle_rad is None or seen.rate_rad_s is None or len(seen.t_s) < 2:
+    states = states_of(seen)
+    if states is None or len(seen.t_s) < 2:
         return {}
-    states = States(
-        seen.t_s, as_complex(seen.com_m), as_complex(seen.com_velocity_m_s), seen.angle_rad, seen.rate_rad_s
-    )
     e = Equations(scene, states)
-    turning = [effect for effect in e.model.effects if effect.has_state_events]
+    turning = list(mode_changes(e))
     if not turning:
         return {}
     inertia = e.shape.coupled(states) + np.diag(e.shape.inertia)
     velocity, rate = np.zeros(len(seen.t_s)), np.zeros(len(seen.t_s))
-    for effect in turning:
-        faces, load = effect.mode(e.rows), e.of_effect(effect)
-        assert faces is not None
-        turned = np.any(faces[1:] != faces[:-1], axis=1)
+    for effect, turned in turning:
+        load = e.of_effect(effect)
         whole = load.common + load.force.sum(axis=1) / e.shape.whole
         bars = np.linalg.solve(inertia, e.shape.generalised(states, load)[..., None])[..., 0]
         velocity[1:] += np.cumsum(turned * slope_jumps(seen.t_s, whole[:, None]) ** 2)

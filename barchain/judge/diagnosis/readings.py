@@ -424,9 +424,9 @@ def track_readings() -> Iterator[Reading]:
     yield Reading("track-from-start", said, "centre-of-mass", both)
     for name, words, change in (
         ("rotating", "velocities are relative to axes that turn with the orbit",
-         lambda v, m: v - m.longitude_rate * np.stack([-m.motion.com_m[:, 1], m.motion.com_m[:, 0]], axis=-1)),
+         lambda v, m: v - m.longitude_rate * turned(1)(m.motion.com_m, m)),
         ("earth", "velocities are relative to axes that turn with the Earth",
-         lambda v, m: v - EARTH_ROTATION_RAD_S * np.stack([-m.motion.com_m[:, 1], m.motion.com_m[:, 0]], axis=-1)),
+         lambda v, m: v - EARTH_ROTATION_RAD_S * turned(1)(m.motion.com_m, m)),
         ("radial", "velocity is given by its radial and transverse components",
          lambda v, m: in_axes_at(v, m.longitude[:, 0])),
     ):  # fmt: skip

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from barchain.judge.diagnosis.motion.quadrature import SAME_INSTANT, quadrature
-from barchain.judge.equations import ENDS, Equations, Load, Shape, States, mode_changes
+from barchain.judge.equations import ENDS, Equations, Load, Shape, States, mode_changes, states_of
 from reference_impl.model.complex_vectors import as_complex, unit_along
 from scenarios import Actuator, Axes, Frame
 
@@ -44,9 +44,9 @@ class Motion:
 
 def motion_of(t: Trajectory) -> Motion | None:
     """Motion of a trajectory; None without angles and rates, or with few samples."""
-    if t.angle_rad is None or t.rate_rad_s is None or len(t.t_s) < FEWEST:
+    states = states_of(t)
+    if states is None or len(t.t_s) < FEWEST:
         return None
-    states = States(t.t_s, as_complex(t.com_m), as_complex(t.com_velocity_m_s), t.angle_rad, t.rate_rad_s)
     reaction, impulse = (None if v is None or not v.size else as_complex(v) for v in (t.reaction_N, t.impulse_N_s))
     return Motion(states, reaction, t.torque_N_m, impulse)
 
@@ -78,7 +78,10 @@ class Balance:
         balance of another scene, `beside` this one, are taken from there.
         """
         self.motion, self.scene = motion, scene
-        self.hidden = mode_changes(scene, motion.states) if hidden is None else hidden
+        if hidden is None:
+            changed = (np.nonzero(each)[0].tolist() for _, each in mode_changes(Equations(scene, motion.states)))
+            hidden = sorted(set().union(*changed))
+        self.hidden = hidden
         rule = quadrature(motion.states.t_s, scene.effects.breaks_s, self.hidden, often=beside is None)
         shared = beside if beside is not None and rule.alike(beside.rule) else None
         self.rule: Quadrature = rule if shared is None else shared.rule
@@ -148,8 +151,10 @@ class Balance:
     def own_torques(self) -> Load:
         """The engine's own torques of the prescribed rotations."""
         e, own = self.equations, self.motion.torque
-        known = 0 if own is None else min(own.shape[1], self.motors.shape[1])
-        return e.torque(own[self.rule.rows, :known] @ self.motors[:, :known].T) if own is not None and known else e.zero
+        if own is None:
+            return e.zero
+        known = min(own.shape[1], self.motors.shape[1])
+        return e.torque(own[self.rule.rows, :known] @ self.motors[:, :known].T)
 
     @cached_property
     def value(self) -> Array:

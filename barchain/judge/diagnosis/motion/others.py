@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     Fields = Callable[[Any], dict[str, Any]]
     """New fields of a part of a scene"""
 
-QUARTER_RAD = 0.5 * math.pi
 LEVEL_M = 1e15
 """Scale height of an atmosphere whose density is the same at all heights"""
 JUMP_S = 1e-4
@@ -191,7 +190,7 @@ def of_pushes(scene: Scene) -> Made:
         yield (
             f"{name}-from-normal",
             f"{who} count{s} a direction in body axes from the bar's normal",
-            some.each(lambda p: {"direction_rad": p.direction_rad + (QUARTER_RAD if p.axes is Axes.BODY else 0.0)}),
+            some.each(lambda p: {"direction_rad": p.direction_rad + (0.5 * math.pi if p.axes is Axes.BODY else 0.0)}),
         )
         yield f"{name}-frozen", f"{who} keep{s} the direction of the bar at t = 0", some.each(frozen)
         for shift in range(1, scene.bars):
