@@ -14,14 +14,15 @@ from barchain.given.channels import FIELDS as PARTS
 from barchain.given.table import TableError
 from barchain.judge.compare import verdict_on
 from barchain.judge.diagnosis.verdicts import diagnosis_of_verdict, needs_diagnosis
-from barchain.judge.error_model import ErrorModel
 from barchain.judge.evidence import Evidence
+from barchain.judge.scales import NORM_SLACK
 from barchain.judge.verdict import no_verdict
-from barchain.judge.written import MeasuredErrors, Undeclared, WrittenResiduals
+from barchain.judge.written import MeasuredErrors, Undeclared, WrittenErrors, WrittenResiduals
 from barchain.metrics.quantities import FIELDS, TRACK, components, differences, sizes
 from barchain.runs.job import RunResult
 from barchain.runs.trajectory_checks import TIME_SLACK
 from barchain.solutions.at_times import solution_at
+from reports.tables.crossval import QUANTITY_UNITS
 from reports.tables.outcome import Outcome
 from scenarios.plural import plural
 
@@ -46,13 +47,14 @@ EXACT = 1e-6
 """Largest departure of exact instants from a grid, relative to half a unit in the last place written"""
 LEAST_SHARE = 0.1
 """Least share of the scene that a file must span: agreement over less says nothing about the scene"""
+LEAST_JUDGED = 0.25
+"""Least share of the samples that must be judged where a finer file alone tells the error: both have hardly a digit"""
 FEWEST_ROWS = 5
 """Least rows of a file whose mistakes are sought: few numbers fit by chance"""
 ORDER_SLACK = 0.5
 """Difference of a measured order from the declared one from which on it is told"""
 CONVERGES = 1.5
 """Least ratio of two files' errors that shows that the finer one has another error"""
-AS_GOOD_AS = "it agrees as a method does that requests"
 FEWEST_BEFORE = 8
 """Least samples before one at which a change is held against earlier ones; and the share of the file, its reciprocal"""
 SMALLEST_CHANGE = 1e-9
@@ -63,8 +65,14 @@ SAME_END = 1e-3
 """Relative difference of two ends that are the same"""
 ROUNDED_UP = 1.1
 """Factor of a proposed noise, which is printed to two digits"""
-LADDER = (1e-12, 1e-10, 1e-8, 1e-6, 1e-4)
-"""Requested errors that are tried for a file that declares none"""
+LADDER = tuple(10.0**-k for k in range(12, 3, -1))
+"""Requested errors that are tried for a file that declares none, or a coarser one: from rounding on, by decades"""
+DIAGNOSED = LADDER[::2]
+"""Those at which mistakes are sought, until one is found: beside it a file has errors of its own"""
+COARSEST = 1e-6
+"""Coarsest requested error at which a file that declares none passes"""
+TWICE = 2.0
+"""Largest size of a value relative to the largest right one at which it has the digits of a right one"""
 
 
 @dataclass(frozen=True)
@@ -89,11 +97,20 @@ class Samples:
     """Number of bars of a file with every channel of such a chain; 0 of another one"""
     other_time: str = ""
     """Question whether the times have another unit; empty without a reason for it"""
+    too_few_digits: str = ""
+    """Quantities that are in the file and say nothing, as their last digit exceeds all right values; empty without"""
 
     @property
     def enough(self) -> bool:
         """Whether there are enough rows for a mistake to be told from another."""
         return len(self.trajectory.t_s) >= FEWEST_ROWS
+
+    @property
+    def other_chain(self) -> str:
+        """Sentence on a file that is of a chain of fewer bars; empty of any other."""
+        if not 0 < self.bars < self.solution.scene.bars:
+            return ""
+        return f"the file has columns of {plural(self.bars, 'bar')}, the scene has {self.solution.scene.bars}"
 
     @property
     def complete(self) -> bool:
@@ -180,25 +197,28 @@ def filled(channels: Channels, solution: ReferenceSolution, inside: Any, half_t_
     """Arrays of a file's channels, and the error of their digits."""
     seen, scene, n = solution.trajectory, solution.scene, len(solution.trajectory.t_s)
     rows = slice(n - int(np.count_nonzero(inside)), n)
-    arrays, written, judged, whole, missing = {}, {}, set[str](), set[str](), list[str]()
+    arrays, written, judged, whole, missing, few = {}, {}, set[str](), set[str](), list[str](), list[str]()
     absent: dict[str, NDArray[np.bool_]] = {}
     for array, patterns in PARTS.items():
         right = getattr(seen, array)
         if right is None or not right.size:
             continue
-        values, error = np.array(right).reshape(n, -1), np.zeros((n, right[0].size))
+        values_right = np.array(right).reshape(n, -1)
+        values, error = values_right.copy(), np.zeros((n, right[0].size))
         names = part_names(scene, array, patterns)
         there = [name in channels.values for name in names]
         for k, name in enumerate(names):
             if there[k]:
-                values[rows, k], error[rows, k] = channels.values[name][inside], channels.half_units[name][inside]
+                values[rows, k] = channels.values[name][inside]
+                error[rows, k] = of_right_size(channels.half_units[name][inside], values[rows, k], values_right[:, k])
         quantity = QUANTITIES[array]
         by_part = np.linalg.norm(error.reshape(n, -1, len(patterns)), axis=-1)
         written[quantity] = by_part.max(axis=-1) + half_t_s * speed(solution, quantity)
         missing += [name for name, found in zip(names, there, strict=True) if not found]
         size = np.linalg.norm(right.reshape(n, -1, len(patterns)), axis=-1).max()
-        if any(there) and written[quantity].max() > size:
-            notes.append(f"{quantity}: not judged, half a unit of its last digit exceeds all of its values, {size:.2g}")
+        if any(there) and written[quantity].max() > size > solution.error[quantity].max():
+            unit = QUANTITY_UNITS[quantity]
+            few.append(f"{quantity}: half a unit of its last digit exceeds all right values, {size:.2g} {unit}")
             continue
         if any(there):
             judged.add(quantity)
@@ -216,8 +236,18 @@ def filled(channels: Channels, solution: ReferenceSolution, inside: Any, half_t_
     trajectory = Trajectory(seen.t_s, **arrays, ended=seen.ended, torque_bars=turned)  # type: ignore[arg-type]
     return Samples(
         trajectory, solution, written, frozenset(judged), frozenset(whole), absent=absent, notes=notes,
-        bars=channels.bars,
+        bars=channels.bars, too_few_digits="; ".join(few),
     )  # fmt: skip
+
+
+def of_right_size(half_unit: Array, values: Array, right: Array) -> Array:
+    """Half units in the last place of a column, (m,), none larger than those of values of the right size.
+
+    A value that is far too large shows few digits, which are no error bar.
+    """
+    usual = np.abs(values) <= TWICE * float(np.abs(right).max())
+    found: Array = np.minimum(half_unit, half_unit[usual].max(initial=0.0))
+    return found
 
 
 def part_names(scene: Scene, array: str, patterns: tuple[str, ...]) -> list[str]:
@@ -241,8 +271,9 @@ def speed(solution: ReferenceSolution, quantity: str) -> Array:
 def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declared) -> FileVerdict:
     """Verdict on a file, with the mistakes that explain what is wrong.
 
-    A file of which no accuracy is declared is judged by its digits alone. Where they do not explain a difference,
-    requested errors are tried from small to large, until it agrees, or a mistake explains the rest.
+    A file of which no accuracy is declared is judged by its digits, and by error bars that are stated. Where these do
+    not explain a difference, requested errors are tried from small to large, until the file agrees, or a mistake
+    explains the rest. The file passes at the accuracy that it is found to have, down to :data:`COARSEST`.
 
     Parameters
     ----------
@@ -255,22 +286,21 @@ def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declar
     own = {} if finer is None else differences(main.trajectory, finer.trajectory)
     notes, advice = list(main.notes), list[str]()
     found, engine, setting = one_verdict(name, main, finer, declared, own)
-    mistakes = None
+    mistakes: Diagnosis | None = None
     if finer is not None and declared.order is not None and found.outcome is not Outcome.PASS:
         advice += other_order(found, main, finer, declared.order)
-    if found.outcome is not Outcome.PASS and 0 < main.bars < main.solution.scene.bars:
-        advice.append(f"the file has columns of {plural(main.bars, 'bar')}, the scene has {main.solution.scene.bars}")
-    if found.outcome is not Outcome.PASS and main.other_time:
-        advice.append(main.other_time)
+    if found.outcome is not Outcome.PASS:
+        advice += [main.other_chain, main.other_time]
+        advice = [*filter(None, advice)]
     if fast := parts_too_fast(main, own):
         row = no_verdict(main.solution.scene.name, name, setting, Outcome.INCONSISTENT, fast).rows
         found = dataclasses.replace(found, rows=[*found.rows, *row])
         advice.append(fast)
     if isinstance(setting, Undeclared) and finer is None and not advice:
-        undeclared = "no accuracy is declared (--finer, --rtol): only the digits of the file count as its error"
-        (notes if found.outcome is Outcome.PASS else advice).append(undeclared)
-        if found.outcome is not Outcome.PASS:
-            mistakes, said = on_the_ladder(name, main, declared)
+        if found.outcome is Outcome.PASS:
+            notes.append("no accuracy is declared (--finer, --rtol): it agrees to its digits")
+        else:
+            found, setting, mistakes, said = on_the_ladder(name, main, declared, found)
             advice.append(said)
     elif main.enough and not advice and needs_diagnosis(found):
         mistakes = diagnosis(found, main)
@@ -280,13 +310,27 @@ def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declar
             mistakes, advice = (None, [said]) if said else (mistakes, advice)
     if mistakes is not None:
         found = explained(found, mistakes)
-    if (share := spanned(main)) < LEAST_SHARE and found.outcome is Outcome.PASS:
-        reason = f"the file spans {share:.1%} of the scene, required: {LEAST_SHARE:.0%}"
-        row = no_verdict(main.solution.scene.name, name, setting, Outcome.TOO_COARSE, reason).rows
+    if found.outcome is Outcome.PASS and (short := falls_short(main, finer, found)):
+        row = no_verdict(main.solution.scene.name, name, setting, Outcome.TOO_COARSE, short).rows
         found = dataclasses.replace(found, rows=[*found.rows, *row])
+    if found.outcome is Outcome.PASS and declared.rtol is not None:
+        notes += reached(name, main, declared, found)
     notes += limited(found, main)
     second = None if finer is None else finer.trajectory
     return FileVerdict(found, mistakes, main.solution, main.trajectory, second, engine, setting, advice, notes)
+
+
+def falls_short(main: Samples, finer: Samples | None, found: Verdict) -> str:
+    """Why what agrees in a file is too little for a pass; empty where it is enough."""
+    reasons = []
+    if main.too_few_digits:
+        reasons.append(f"{main.too_few_digits}; write more digits, or leave the columns out")
+    if (share := spanned(main)) < LEAST_SHARE:
+        reasons.append(f"the file spans {share:.1%} of the scene, required: {LEAST_SHARE:.0%}")
+    judged = next((float(row["value"]) for row in found.rows if row["metric"] == "judged_share"), 1.0)
+    if finer is not None and judged < LEAST_JUDGED:
+        reasons.append(f"the files part early: {judged:.0%} of the samples can be judged, required: {LEAST_JUDGED:.0%}")
+    return "; ".join(reasons)
 
 
 def parts_too_fast(main: Samples, own: Mapping[str, Array]) -> str:
@@ -360,26 +404,76 @@ def undeclared_noise(verdict: Verdict, own: Mapping[str, Array]) -> str:
 def promised_too_much(name: str, main: Samples, finer: Samples | None, declared: Declared) -> str:
     """Sentence on the larger requested error with which a file passes; empty if there is none."""
     promised = declared.rtol
-    for rtol in LADDER if finer is None else ():
-        if promised is not None and rtol > promised:
-            found, *_ = one_verdict(name, main, None, dataclasses.replace(declared, rtol=rtol), {}, restarts=False)
-            if found.outcome is Outcome.PASS:
-                return f"{AS_GOOD_AS} rtol={rtol:g} in each step"
+    if finer is None and promised is not None:
+        for rtol in LADDER:
+            if rtol > promised and passes(name, main, declared, rtol):
+                return f"it agrees at rtol={rtol:g}"
     return ""
 
 
-def on_the_ladder(name: str, main: Samples, declared: Declared) -> tuple[Diagnosis | None, str]:
-    """Diagnosis at the smallest requested error at which a mistake explains the differences, and a note.
+def reached(name: str, main: Samples, declared: Declared, found: Verdict) -> list[str]:
+    """Sentences on the accuracy that a file that passes has, beside the requested one.
 
-    There is no diagnosis where the file agrees at a requested error.
+    Requests of less than a file's own error fail. An error above what local errors of the requested size explain, one
+    in each step and each amplified, passes by the slack of the bound alone.
     """
+    assert declared.rtol is not None
+    best = next((r for r in LADDER if r < declared.rtol and passes(name, main, declared, r)), declared.rtol)
+    used = max((float(row["value"]) for row in found.rows if row["metric"] == "bound_ratio"), default=0.0)
+    notes = [f"requested: rtol={declared.rtol:g}; reached: rtol={best:g}"]
+    if used > 1.0 / NORM_SLACK:
+        notes.append(
+            f"its error is {NORM_SLACK * used:.2g} times what an error of {declared.rtol:g} in each step explains, and "
+            f"passes by the slack of the bound, {NORM_SLACK:g}: does the program keep its request?"
+        )
+    return notes
+
+
+def passes(name: str, main: Samples, declared: Declared, rtol: float) -> bool:
+    """Whether a file agrees up to the predictability limit at another requested error."""
+    found, *_ = one_verdict(name, main, None, dataclasses.replace(declared, rtol=rtol), {}, restarts=False)
+    return found.outcome is Outcome.PASS
+
+
+def on_the_ladder(
+    name: str, main: Samples, declared: Declared, found: Verdict
+) -> tuple[Verdict, Setting, Diagnosis | None, str]:
+    """Verdict on a file that declares no accuracy, its setting, a diagnosis, and the accuracy that the file has.
+
+    Parameters
+    ----------
+    name : str
+    main : Samples
+    declared : Declared
+        Without a requested error; stated error bars count.
+    found : Verdict
+        By digits and error bars alone, no pass. It stays where the file agrees at no request, or at a coarse one, or
+        is outside of a stated error bar.
+    """
+    setting, mistakes = declared.setting, None
     for rtol in LADDER:
-        found, *_ = one_verdict(name, main, None, dataclasses.replace(declared, rtol=rtol), {}, restarts=False)
-        if found.outcome is Outcome.PASS:
-            return None, f"{AS_GOOD_AS} rtol={rtol:g} in each step"
-        if main.enough and needs_diagnosis(found) and (mistakes := diagnosis(found, main)).explanations:
-            return mistakes, f"but for that {AS_GOOD_AS} rtol={rtol:g} in each step"
-    return None, f"it does not agree at rtol={LADDER[-1]:g} either, and no known mistake explains it"
+        at = dataclasses.replace(declared, rtol=rtol)
+        verdict, *_ = one_verdict(name, main, None, at, {}, restarts=False)
+        if verdict.outcome is Outcome.PASS:
+            break
+        sought = mistakes is None and rtol in DIAGNOSED and main.enough and needs_diagnosis(verdict)
+        if sought and (seen := diagnosis(verdict, main)).explanations:
+            mistakes = seen
+    else:
+        return found, setting, mistakes, f"it does not agree at rtol={LADDER[-1]:g} either"
+    if mistakes is not None:
+        return found, setting, mistakes, f"but for that it agrees at rtol={rtol:g}"
+    outside = {row["quantity"] for row in found.rows if not Outcome(row["outcome"]).ok} & declared.noise.keys()
+    if outside:
+        return found, setting, None, f"outside of the stated error bar; it agrees at rtol={rtol:g}"
+    if rtol > COARSEST * (1.0 + SAME_END):
+        said = f"it agrees at rtol={rtol:g}; a file that declares nothing has to at {COARSEST:g}: declare it (--rtol)"
+        return found, setting, None, said
+    verdict, *_ = one_verdict(name, main, None, at, {})
+    limits = [row["limit_s"] for row in verdict.rows if row["metric"] == "max"]
+    end_s = min(limits, default=float(main.trajectory.t_s[-1]))
+    said = f"agrees at rtol={rtol:g} up to t = {end_s:.6g} s; declare it (--rtol {rtol:g}) to demand it"
+    return verdict, at.setting, None, said
 
 
 def one_verdict(
@@ -387,7 +481,7 @@ def one_verdict(
 ) -> tuple[Verdict, type[Engine], Setting]:
     """Verdict without a diagnosis, the program's declarations and its setting."""
     engine, setting = declared.engine, declared.setting
-    kind = MeasuredErrors if isinstance(setting, Undeclared) else ErrorModel
+    kind = MeasuredErrors if isinstance(setting, Undeclared) else WrittenErrors
     errors = kind(engine, setting, main.solution, main.trajectory)
     errors.written, errors.absent = main.written, main.absent
     if isinstance(errors, MeasuredErrors):

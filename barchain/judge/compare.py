@@ -152,7 +152,7 @@ def declared_limitation(run: Residuals, found: list[CheckFinding]) -> str | None
 
     Declared noise is a stated limit of the engine as long as it explains every rejection; it makes no pass.
     """
-    rejected = [f for f in found if not f.outcome.ok]
+    rejected = [f for f in found if not f.outcome.ok] if run.errors.noise_is_bounded else []
     reason = too_noisy(run.errors.declared_noise, run.scale) if rejected else None
     return reason if reason is not None and all(noise_explains(run, f) for f in rejected) else None
 

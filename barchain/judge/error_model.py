@@ -79,6 +79,8 @@ class ErrorModel:
     """Error of values that were written with few digits, (n,) for each quantity in its unit; nothing amplifies it"""
     absent: Mapping[str, NDArray[np.bool_]] = MappingProxyType({})
     """Parts of arrays that a file lacks, of the shape of a sample; its run has the judging solution's there"""
+    noise_is_bounded = True
+    """Whether declared noise counts up to a bound: more of it is a limit of the engine, and makes no pass"""
 
     def __init__(self, engine: type[Engine], setting: Setting, solution: ReferenceSolution, run: Trajectory) -> None:
         """Keep the arguments; nothing expensive is computed yet.

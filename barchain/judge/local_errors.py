@@ -11,7 +11,7 @@ from scipy.integrate import cumulative_trapezoid
 
 from adapters.bar_loads.falling_frame import free_fall
 from adapters.common.equal_steps import step_s
-from adapters.common.initial_state import initial_state
+from adapters.common.initial_state import chain_model, initial_state
 from adapters.common.kepler import propagate
 from adapters.engine import AccuracyParameter, Coordinates
 from barchain.judge.scales import (
@@ -22,8 +22,9 @@ from barchain.judge.scales import (
     orbit_rate_bound,
     orbit_scale,
 )
-from barchain.metrics.quantities import orbit_rate, own_rate, rate_scale
+from barchain.metrics.quantities import free_rate_scale, orbit_rate, own_rate, rate_scale
 from barchain.solutions.reference import FINE_PER_RADIAN, RICHARDSON
+from reference_impl.model.invariants import relative_kinetic_energy
 from scenarios import Gravity
 
 if TYPE_CHECKING:
@@ -41,6 +42,8 @@ MAX_STEP_CONSTANT = 10.0
 READING_REQUESTS = 10.0
 """Largest error of interpolation between a step's ends, relative to the step's request. An interpolant may be of one
 order less than the step: the error of SciPy's RK45 was measured as four requests."""
+DECAY_SAMPLES = 3
+"""Samples at which the decay of joint motions is asked: stiff joints hardly move"""
 SAME_INSTANT = 1e-9
 """Largest relative difference of the instants of two samples that are meant to be the same"""
 
@@ -81,6 +84,10 @@ def requested_errors(engine: type[Engine], setting: Setting, solution: Reference
     Methods of low or of changing order take more `steps`, and their own count is then used; 0 without one. The track,
     whose request in radii is far above its error, counts radians of the orbit, unless it is requested as closely as the
     bars. Samples come by dense output: its error is a step's once more.
+
+    Stiff joints that are damped forget: what is made in them, an error in each radian of their own fastest motion,
+    lives for the time of :func:`elastic_decay_1_s`. The motion that is left counts its own radians. Short steps that
+    stability asks for there leave far less than the request in it.
     """
     scene = solution.scene
     n, made = len(solution.amplification), setting.value * step_constant(engine)
@@ -93,14 +100,48 @@ def requested_errors(engine: type[Engine], setting: Setting, solution: Reference
     track = made * track_unit(engine, scene, made)
     rate, chain_rate = orbit_rate_bound(scene, solution.trajectory), rate_scale(scene, solution.trajectory)
     counted = steps / scene.run.duration_s
+    turned, alive = max(chain_rate, counted), 0.0
+    slow, decay = free_rate_scale(scene, solution.trajectory), elastic_decay_1_s(solution)
+    if decay > slow:
+        alive = turned / decay
+        turned = counted if counted > chain_rate else slow
     # of the angles that the track is computed from
     shared = made * scene.size_m if engine.coordinates is Coordinates.JOINT else 0.0
     return LocalErrors(
         solution.trajectory.t_s[:n],
-        np.full(n, made * max(chain_rate, counted)),
+        np.full(n, made * turned),
         np.full(n, track * max(chain_rate if engine.track_by_length else rate, counted) + shared * chain_rate),
-        reading | {"com": np.full(n, track + shared), "com_velocity": np.full(n, track * rate + shared * chain_rate)},
+        reading
+        | {"attitude": reading["attitude"] + made * alive}
+        | {"com": np.full(n, track + shared), "com_velocity": np.full(n, track * rate + shared * chain_rate)},
     )
+
+
+def elastic_decay_1_s(solution: ReferenceSolution) -> float:
+    """Slowest decay of small motions in the joints, 1/s: springs and dampers alone act; 0 where one does not decay.
+
+    With the chain's inertia matrix M at some samples, whose quadratic form is the kinetic energy, M b'' + C b' + K b
+    = 0 has a rotation of the whole, and 2 (N - 1) other modes: all have to decay.
+    """
+    scene, seen = solution.scene, solution.trajectory
+    springs, bars = scene.effects.joint_spring_damper, scene.bars
+    if springs is None or seen.angle_rad is None or not any(springs.damping_N_m_s_rad):
+        return 0.0
+    bent = np.diff(np.eye(bars), axis=0)
+    stiffness, damping = (bent.T * each @ bent for each in (springs.stiffness_N_m_rad, springs.damping_N_m_s_rad))
+    model, pairs = chain_model(scene), np.eye(bars)[:, None] + np.eye(bars)
+    decay = math.inf
+    for angle in seen.angle_rad[np.linspace(0, len(seen.t_s) - 1, DECAY_SAMPLES).astype(int)]:
+        energy = relative_kinetic_energy(model, np.tile(angle, (bars**2, 1)), pairs.reshape(-1, bars))
+        inertia = energy.reshape(bars, bars)  # of rates of 2 on the diagonal: 4 M/2, and M/2 twice, and M elsewhere
+        own = 0.25 * np.diag(inertia)
+        matrix = inertia - own[:, None] - own
+        np.fill_diagonal(matrix, 2.0 * own)
+        rows = [np.zeros((bars, bars)), np.eye(bars)], [-np.linalg.solve(matrix, k) for k in (stiffness, damping)]
+        real = np.sort(np.linalg.eigvals(np.block([*map(list, rows)])).real)
+        least = SAME_INSTANT * abs(real[0])
+        decay = min(decay, float(-real[2 * bars - 3]) if -real[2 * bars - 3] > least else 0.0)
+    return decay
 
 
 def step_constant(engine: type[Engine]) -> float:

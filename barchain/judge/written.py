@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 
 FULL_DIGITS = 1e-13
 """Largest error of writing, relative to a quantity's scale, of states that a restart of the reference can go on from"""
+MOST_CHANGE_SHARE = 1e-2
+"""Largest change between two results that counts as their error, relative to a quantity's scale: as much of a radian
+ends the comparison of attitudes"""
 
 
 class Undeclared(Setting):
@@ -74,10 +77,22 @@ class Declared:
         return type("WrittenFile", (Engine,), members)
 
 
-class MeasuredErrors(ErrorModel):
+class WrittenErrors(ErrorModel):
+    """Error model of a program that can't be asked: noise is the error bar that its author states, however wide."""
+
+    noise_is_bounded = False
+
+    @cached_property
+    def noise(self) -> dict[str, Array]:
+        """Error bars as they are stated, (n,) for each quantity."""
+        return self.declared_noise
+
+
+class MeasuredErrors(WrittenErrors):
     """Error model of a program without a promise: its error is twice the change to its finer result, if there is one.
 
-    Where two runs of a chaotic scene have parted nothing is compared, as ever.
+    Where two runs of a chaotic scene have parted nothing is compared, as ever. Two results that are both garbage differ
+    by as much as they are wrong: of each other quantity the change counts up to a share of the solution's size.
     """
 
     own: Mapping[str, Array] = {}
@@ -105,7 +120,7 @@ class MeasuredErrors(ErrorModel):
         if quantity not in self.own:
             return np.zeros(self.n)
         found: Array = RICHARDSON * np.maximum.accumulate(self.own[quantity][: self.n])
-        return found
+        return found if quantity == "attitude" else np.minimum(found, MOST_CHANGE_SHARE * self.scale[quantity])
 
 
 class WrittenResiduals(Residuals):

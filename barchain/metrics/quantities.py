@@ -328,8 +328,13 @@ def power_and_torque(
 
 def rate_scale(scene: Scene, solution: Trajectory) -> float:
     """Fastest rate in the scene, rad/s: the chain's stiffest oscillation in its field or under its own spin."""
+    return max(free_rate_scale(scene, solution), scene.spring_rate_rad_s)
+
+
+def free_rate_scale(scene: Scene, solution: Trajectory) -> float:
+    """Fastest rate of the chain without its springs, rad/s."""
     spin = float(np.abs(solution.rate_rad_s).max()) if solution.rate_rad_s is not None else 0.0
-    return max(MODES_PER_BAR * scene.bars * max(spin, scene.mean_motion_rad_s), scene.spring_rate_rad_s)
+    return MODES_PER_BAR * scene.bars * max(spin, scene.mean_motion_rad_s)
 
 
 def own_rate(scene: Scene) -> float:

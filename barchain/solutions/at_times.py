@@ -1,8 +1,9 @@
 """Judging solution of a scene at other instants than its own samples.
 
-From the dense sample before an instant the reference goes on to it, which is less than a quarter of a radian of the
-fastest motion. What it adds to the solution's error is its own request there. Error, amplification and response are
-those of the scene's next sample, as they never fall.
+From the last sample of the solution before an instant the reference goes on to it. Samples are dense where the solution
+is certified. A reference solution has its own samples alone: its dense run, made for derivatives, is a thousand times
+less accurate. The reference adds its own request in each step, amplified as the scene does from one own sample to the
+next. Error, amplification and response are those of the next own sample, as they never fall.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 from adapters.common.initial_state import InitialState, chain_model
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import COMPILED, ENGINES
-from barchain.metrics.quantities import FIELDS, own_rate
+from barchain.metrics.quantities import FIELDS, own_rate, rate_scale
 from barchain.solutions.reference import SOLUTION_RTOL
 from scenarios.scene import RunAt
 
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 STEPS = 10.0
-"""Steps from a dense sample to an instant, at most"""
+"""Steps from a sample to an instant, at least: a radian of the fastest motion is one more"""
 
 
 def solution_at(solution: ReferenceSolution, t_s: Array) -> ReferenceSolution:
@@ -45,9 +46,14 @@ def solution_at(solution: ReferenceSolution, t_s: Array) -> ReferenceSolution:
     """
     scene, own = solution.scene, solution.trajectory.t_s[: len(solution.amplification)]
     row = np.minimum(np.searchsorted(own, t_s), len(own) - 1)
-    seen = motion_at(scene, solution.fine, t_s)
+    base = solution.fine if solution.source.certified else solution.trajectory
+    seen = motion_at(scene, base, t_s)
     run = RunAt(float(t_s[-1]), len(t_s), tuple(map(float, t_s)))
-    added = {name: STEPS * SOLUTION_RTOL * response[row] for name, response in solution.response.items()}
+    since_s = t_s - base.t_s[np.searchsorted(base.t_s, t_s, side="right") - 1]
+    grown = solution.amplification[row] / solution.amplification[np.maximum(row - 1, 0)]
+    made_rad = SOLUTION_RTOL * np.maximum(STEPS, rate_scale(scene, solution.trajectory) * since_s) * grown
+    made_rad = np.where(since_s > 0.0, made_rad, 0.0)
+    added = {name: made_rad * response[row] for name, response in solution.response.items()}
     added["com"] = added["com"] + SOLUTION_RTOL * scene.radius0_m
     added["com_velocity"] = added["com_velocity"] + SOLUTION_RTOL * scene.speed0_m_s
     return dataclasses.replace(
@@ -61,20 +67,20 @@ def solution_at(solution: ReferenceSolution, t_s: Array) -> ReferenceSolution:
     )
 
 
-def motion_at(scene: Scene, fine: Trajectory, t_s: Array) -> Trajectory:
-    """Motion at instants (n,) s, from its dense samples."""
-    before = np.searchsorted(fine.t_s, t_s, side="right") - 1
-    names = [name for name in FIELDS.values() if getattr(fine, name) is not None]
-    arrays = {name: getattr(fine, name)[before].copy() for name in names}
-    for k in np.unique(before[fine.t_s[before] < t_s]):
-        rows = np.flatnonzero((before == k) & (t_s > fine.t_s[k]))
-        later = restarted_run(scene, fine, int(k), np.append(fine.t_s[k], t_s[rows]), SOLUTION_RTOL)
+def motion_at(scene: Scene, base: Trajectory, t_s: Array) -> Trajectory:
+    """Motion at instants (n,) s, from samples `base` of it."""
+    before = np.searchsorted(base.t_s, t_s, side="right") - 1
+    names = [name for name in FIELDS.values() if getattr(base, name) is not None]
+    arrays = {name: getattr(base, name)[before].copy() for name in names}
+    for k in np.unique(before[base.t_s[before] < t_s]):
+        rows = np.flatnonzero((before == k) & (t_s > base.t_s[k]))
+        later = restarted_run(scene, base, int(k), np.append(base.t_s[k], t_s[rows]), SOLUTION_RTOL)
         for name in names:
             values = getattr(later, name)
             if name == "impulse_N_s":  # counted from the start of the run that went on
                 values = values + arrays[name][rows[0]]
             arrays[name][rows] = values[1:]
-    return fine.replace(t_s=t_s, **arrays)
+    return base.replace(t_s=t_s, **arrays)
 
 
 def restarted_run(

@@ -51,6 +51,8 @@ the predictability limit too, and for a chain that leaves an equilibrium on whic
 STATE_QUANTITIES = ("reaction", "torque")
 """Quantities that follow from a state alone"""
 TINY = float(np.finfo(float).tiny)
+FAR_ABOVE = 10.0
+"""Largest rate of a bar relative to the median of the run that is not in doubt"""
 UNDERSAMPLED = 4.0
 """Change of a rate inside an interval relative to that between its ends; in random scenes up to 1.2"""
 
@@ -213,7 +215,8 @@ def doubtful_increments(scene: Scene, trajectory: Trajectory, first: int) -> NDA
     The trapezoidal rule is off by h³/12 times the rate's second derivative, of which the first and second differences
     of the rates next to the interval, times h and :data:`UNDERSAMPLED`, are an estimate, and
     :data:`barchain.solutions.reference.PARTED_RAD` is allowed. Samples far apart beside the motion hardly show that
-    derivative: such intervals are not wrong, but in doubt. Intervals with an impulse are left out.
+    derivative: such intervals are not wrong, but in doubt. So are those next to a rate that is far above the rates of
+    most samples: it would allow any angle. Intervals with an impulse are left out.
     """
     assert trajectory.angle_rad is not None
     assert trajectory.rate_rad_s is not None
@@ -225,7 +228,9 @@ def doubtful_increments(scene: Scene, trajectory: Trajectory, first: int) -> NDA
     bent = np.abs(np.diff(rate, 2, axis=0))
     bent = np.concatenate([bent[:1], np.maximum(bent[1:], bent[:-1]), bent[-1:]])
     allowed = PARTED_RAD + UNDERSAMPLED * h * (np.abs(np.diff(rate, axis=0)) + bent)
-    doubted = ~np.all(off <= allowed, axis=1)
+    fastest = np.abs(rate).max(axis=1)
+    usual = FAR_ABOVE * float(np.median(fastest))
+    doubted = ~np.all(off <= allowed, axis=1) | (np.maximum(fastest[1:], fastest[:-1]) > usual)
     doubted[:first] = False
     for at in scene.effects.breaks_s:
         doubted[(t[:-1] <= at) & (at <= t[1:])] = False

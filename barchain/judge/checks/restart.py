@@ -212,7 +212,7 @@ def restarted_model(
     """
     assert run.angle_rad is not None
     assert run.rate_rad_s is not None
-    model = ErrorModel(whole.engine, whole.setting, restarted, run)
+    model = type(whole)(whole.engine, whole.setting, restarted, run)
     if first + model.n <= whole.n:  # asking the engine's class again may take a process each time
         model.declared_noise = {k: values[first : first + model.n] for k, values in whole.declared_noise.items()}
     reading = float(model.local.immediate["rate"][0])

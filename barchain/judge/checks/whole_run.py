@@ -23,7 +23,7 @@ FEWEST = 12
 """Different values that a channel must have: by chance they all lie on a lattice a hundred times coarser than their
 own digits with a probability of 1e-24"""
 COARSE = 100.0  # units in the last place: a lattice closer than that is what rounding makes of any number
-LEFT_OVER = 1e-6  # of a channel's largest value, or right one: smaller ones may be left over by sums, with few bits
+LEFT_OVER = 1e-6  # of a channel's largest right value: smaller ones may be left over by sums, with few bits
 EXPONENTS = range(-12, 4)
 DEGREE = np.pi / 180.0
 ANGULAR = ("attitude", "rate")
@@ -101,7 +101,7 @@ def rounded_values(trajectory: Trajectory, solution: ReferenceSolution | None = 
         if values is None or not values.size:
             continue
         right = None if solution is None else getattr(solution.trajectory, name)
-        least = LEFT_OVER * max(float(np.abs(each).max(initial=0.0)) for each in (values, right) if each is not None)
+        least = LEFT_OVER * float(np.abs(values if right is None else right).max(initial=0.0))
         columns = values.reshape(len(values), -1)
         for k, column in enumerate(columns.T):
             lattice = lattice_of(column[np.abs(column) > least], units)

@@ -1,0 +1,182 @@
+"""Verdicts on files: what diverged, what was written at other times, and what declares no accuracy."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from adapters.common.kepler import propagate
+from barchain import load_scene, simulate
+from barchain.given.judging import judge_files
+from barchain.given.judging import solution_of as judging_solution
+from barchain.judge.local_errors import elastic_decay_1_s
+from barchain.judge.written import Declared
+from barchain.metrics.quantities import differences
+from barchain.solutions.at_times import solution_at
+from barchain.solutions.reference import closely_sampled
+from barchain.solutions.shipped import shipped_solution
+from reports.tables.outcome import Outcome
+from scenarios.scene import Run
+
+FREE = "basics/two_bars_free"
+NOTHING = Declared()
+TRACK = """
+title = "A particle that falls around the Earth"
+source = "Kepler's equation"
+[central_body]
+mu_m3_s2 = 3.986004415e14
+[orbit]
+altitude_m = 387e3
+speed_factor = 1.05
+[chain]
+bars = 1
+mass_kg = 1000.0
+length_m = 0.001
+angle_deg = 0.0
+[effects]
+gravity = "point"
+[run]
+duration_s = 29000.0
+samples = 301
+"""
+DRAG = TRACK.replace("length_m = 0.001", "length_m = 10.0").replace('gravity = "point"', """gravity = "point"
+[effects.drag]
+density_kg_m3 = 1e-11
+altitude_m = 387e3
+scale_height_m = 5e4
+width_m = 10.0""")  # fmt: skip
+HINGED = """
+title = "Two bars with a spring and a damper"
+source = "closed form"
+[orbit]
+altitude_m = 350e3
+speed_factor = 0.0
+[chain]
+bars = 2
+mass_kg = 3.0
+length_m = 2.0
+angle_deg = 0.0
+rate_factor = 0.0
+[effects]
+gravity = "none"
+[effects.joint_spring_damper]
+stiffness_N_m_rad = 5.0
+damping_N_m_s_rad = 0.25
+[run]
+duration_s = 1.0
+samples = 11
+"""
+
+
+def scene_of(text, tmp_path):
+    (tmp_path / "scene.toml").write_text(text)
+    return load_scene(tmp_path / "scene.toml")
+
+
+@pytest.fixture(scope="module")
+def right():
+    found = simulate(FREE, "reference", rtol=1e-10).to_frame()
+    return found.drop(columns=[name for name in found if name.startswith(("gap", "com_residual", "position"))])
+
+
+@pytest.fixture
+def judged(tmp_path):
+    """Function that writes one or two tables, and judges them."""
+
+    def made(frame, declared=NOTHING, finer=None, scene=FREE, **how):
+        paths = [tmp_path / "run.csv"] + [tmp_path / "finer.csv"] * (finer is not None)
+        for path, each in zip(paths, (frame, finer), strict=False):
+            each.to_csv(path, index=False, **how)
+        return judge_files(scene, *paths, declared=declared, time_limit_s=60.0)
+
+    return made
+
+
+def diverged(frame, kind, growth):
+    """Frame whose columns of a kind leave the right ones by a factor e at each sample in its second half."""
+    grown = np.exp(growth * np.maximum(np.arange(len(frame)) - len(frame) // 2, 0)) - 1.0
+    return frame.assign(**{name: frame[name] * (1.0 + grown) + grown for name in frame if name.startswith(kind)})
+
+
+@pytest.mark.parametrize("kind", ["angle", "rate", "reaction", "com_x", "com_vy"])
+def test_a_diverged_quantity_has_no_error_bar_of_its_own_size(right, judged, kind):
+    wrong = diverged(right, kind, 0.6)
+    assert not judged(wrong, Declared(rtol=1e-9)).passed
+    one = right.copy()
+    column = next(name for name in right if name.startswith(kind))
+    one.loc[150, column] = 1e19
+    assert not judged(one[["t_s", column]], Declared(rtol=1e-9)).passed
+
+
+@pytest.mark.parametrize("kind", ["angle", "rate", "reaction", "com_x"])
+def test_two_diverged_files_are_no_estimate_of_each_others_error(right, judged, kind):
+    for order in None, 2.0:
+        found = judged(diverged(right, kind, 0.6), Declared(order=order), diverged(right, kind, 0.55))
+        assert not found.passed
+
+
+def test_a_quantity_that_is_there_and_says_nothing_is_no_pass(right, judged):
+    angles = right[["t_s", "angle_1_rad", "rate_1_rad_s"]].round({"angle_1_rad": 6}).assign(rate_1_rad_s=0.0)
+    found = judged(angles, float_format="%.6f")
+    assert found.outcome is Outcome.INCONSISTENT, "six decimals of a rate are enough"
+    found = judged(angles.assign(rate_1_rad_s="0.0"))
+    assert found.outcome is Outcome.TOO_COARSE
+    assert any("rate" in reason and "last digit" in reason for reason in found.reasons)
+
+
+def test_the_error_bar_at_other_times_contains_keplers_track(tmp_path):
+    scene = scene_of(TRACK, tmp_path)
+    t = np.append(0.0, np.sort(np.random.default_rng(7).uniform(0.0, 29_000.0, 40)))
+    found = solution_at(judging_solution(closely_sampled(scene), 60.0), t)
+    start = found.trajectory.com_m[0], found.trajectory.com_velocity_m_s[0]
+    place, velocity = propagate(scene.central_body.mu_m3_s2, *start, t)
+    for name, seen, kepler in (
+        ("com", found.trajectory.com_m, place),
+        ("com_velocity", found.trajectory.com_velocity_m_s, velocity),
+    ):
+        rounding = 1e3 * np.finfo(float).eps * np.linalg.norm(kepler, axis=1)  # of Kepler's equation after five orbits
+        assert np.all(np.linalg.norm(seen - kepler, axis=1) <= found.error[name] + rounding)
+    assert found.error["com"].max() < 1e-4, "and is far below a metre"
+
+
+def test_the_error_bar_at_other_times_contains_a_run_with_samples_there(tmp_path):
+    scene = closely_sampled(scene_of(DRAG, tmp_path))
+    own = scene.run.samples - 1
+    between = dataclasses.replace(scene, run=Run(scene.run.duration_s, 3 * own + 1))
+    other = simulate(between, "reference-wide", rtol=1e-17).samples(slice(None, None, 31))
+    found = solution_at(judging_solution(scene, 60.0), other.t_s)
+    for name, apart in differences(found.trajectory, other).items():
+        assert np.all(apart <= found.error[name]), name
+
+
+def test_a_right_file_that_declares_nothing_passes_at_the_accuracy_that_it_has(right, judged):
+    found = judged(right)
+    assert found.passed
+    assert found.advice[0].startswith("agrees at rtol=1e-")
+    wrong = right.assign(**{name: -right[name] for name in right if name.startswith("reaction")})
+    assert "opposite sign" in judged(wrong).mistakes
+    coarse = judged(diverged(right, "angle", 1e-5))
+    assert not coarse.passed
+
+
+def test_a_stated_error_bar_is_what_a_file_is_judged_by_however_wide(right, judged):
+    angles = right[["t_s", "angle_1_rad", "angle_2_rad"]]
+    off = angles.assign(angle_1_rad=angles.angle_1_rad + 5e-5 * np.sin(angles.t_s))
+    assert judged(off, Declared(noise={"attitude": 6e-5})).passed
+    assert not judged(off, Declared(noise={"attitude": 1e-6})).passed
+    assert not judged(off, Declared(rtol=1e-9)).passed
+
+
+def test_the_accuracy_that_was_reached_stands_beside_the_requested_one(right, judged):
+    notes = judged(right, Declared(rtol=1e-7)).notes
+    assert any("requested: rtol=1e-07; reached: rtol=1e-1" in note for note in notes)
+
+
+def test_damped_joints_decay_as_the_closed_form_of_two_bars_says(tmp_path):
+    """Bars of inertia J turned against each other by b: J/2 b'' + c b' + k b = 0, its envelope is exp(-c t/J)."""
+    scene = scene_of(HINGED, tmp_path)
+    solution = judging_solution(closely_sampled(scene), 60.0)
+    expected = 0.25 / scene.chain.inertia_kg_m2[0]
+    assert math.isclose(elastic_decay_1_s(solution), expected, rel_tol=1e-9)
+    assert elastic_decay_1_s(shipped_solution(load_scene(FREE))) == 0.0
