@@ -19,9 +19,10 @@ from adapters.engine import AccuracyParameter, Coordinates
 from adapters.trajectory import Observable
 from scenarios.effect_types import all_effect_names
 from scenarios.limits import LimitError
+from scenarios.named_file import UnreadableError
 from scenarios.nearest import nearest
 from scenarios.toml.faults import fault_lines
-from scenarios.toml.reading import UnreadableError, read_text, tables_of
+from scenarios.toml.reading import read_text, tables_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

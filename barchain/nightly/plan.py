@@ -15,10 +15,11 @@ from barchain.nightly.figures import content_digest
 from barchain.runs.choices import choose_setting
 from reports.tables.cost import BASELINE
 from scenarios.limits import LimitError
+from scenarios.named_file import UnreadableError
 from scenarios.text import check_text, visible
 from scenarios.toml.effect_tables import Positive, Table
 from scenarios.toml.faults import fault_lines
-from scenarios.toml.reading import UnreadableError, read_text, tables_of
+from scenarios.toml.reading import read_text, tables_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

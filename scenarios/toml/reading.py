@@ -6,17 +6,14 @@ import tomllib
 from typing import TYPE_CHECKING, Any
 
 from scenarios.limits import FILE_BYTES, MOST_LINE
+from scenarios.named_file import UnreadableError, decoded, read_named
 
 if TYPE_CHECKING:
     from pathlib import Path
 
 
-class UnreadableError(ValueError):
-    """A file that can't be read, or is no TOML."""
-
-
 def read_text(path: Path) -> str:
-    """Text of a file.
+    """Text of a file, with or without a byte-order mark.
 
     Raises
     ------
@@ -27,11 +24,9 @@ def read_text(path: Path) -> str:
     """
     try:
         FILE_BYTES.check(path.stat().st_size)
-        return path.read_text(encoding="utf-8")
-    except UnicodeDecodeError as error:
-        raise UnreadableError(f"can't be read as UTF-8: {error.reason} at byte {error.start}") from None
     except OSError as error:
         raise UnreadableError(f"can't be read: {error.strerror or error}") from None
+    return decoded(read_named(path, FILE_BYTES.most))
 
 
 def tables_of(text: str) -> dict[str, Any]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,6 +16,9 @@ from reports.tables.reading import brief, damaged
 from reports.tables.stability import Stability
 from reports.tables.writing import write_atomically
 from scenarios import load_scene, scene_names
+from scenarios.limits import LimitError
+from scenarios.named_file import UnreadableError
+from scenarios.toml.reading import read_text, tables_of
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Mapping
@@ -156,8 +158,8 @@ def recorded(path: Path = PATH) -> dict[Pair, str]:
     if not path.exists():
         return {}
     try:
-        found = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (ValueError, RecursionError) as error:  # no TOML, or no UTF-8
+        found = tables_of(read_text(path))
+    except (LimitError, UnreadableError) as error:
         raise damaged(path, f"it is no TOML ({brief(error)})") from error
     allowed = (*Stability, SLOW)
     for scene, by in found.items():
