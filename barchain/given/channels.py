@@ -2,26 +2,31 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
-import tomllib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.given.table import TableError, half_of, read_columns
+from barchain.given.instants import TIME, check, one_row_an_instant
+from barchain.given.numbers import FULL, CellError, Numbers, decimal_comma, half_of, numbers_of, seconds_of_dates
+from barchain.given.table import MOST_NAME, MOST_NAMES, TableError, listed, read_table
 from barchain.given.units import UnitError, factor
+from scenarios.limits import LimitError
+from scenarios.named_file import UnreadableError
 from scenarios.nearest import likeness, nearest, nearest_name
+from scenarios.text import cut, shorten
+from scenarios.toml.reading import read_text, tables_of
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Mapping
     from pathlib import Path
 
     from adapters.trajectory import Array
-    from barchain.given.table import Column
+    from barchain.given.table import Table
     from scenarios import Scene
 
-TIME = "t"
 PLAIN = {"t": "s", "com_x": "m", "com_y": "m", "com_vx": "m/s", "com_vy": "m/s"}
 NUMBERED = {
     "angle_{}": "rad", "rate_{}": "rad/s", "reaction_{}_x": "N", "reaction_{}_y": "N", "torque_bar_{}": "N m",
@@ -34,10 +39,23 @@ ENDINGS = {
     "_rad_s": "rad/s", "_m_s": "m/s", "_n_m": "N m", "_n_s": "N s", "_rad": "rad", "_m": "m", "_s": "s", "_n": "N",
 }  # fmt: skip
 """Units at the end of the names of `simulate --out`, in lower case"""
-NUMBER = re.compile(r"(?:angle|rate|reaction|torque_bar|impulse)_(\d+)(?:_[xy])?$")
+NUMBER = re.compile(r"(?:angle|rate|reaction|torque_bar|impulse)_([0-9]{1,9})(?:_[xy])?$")
 """Channel of a numbered bar or joint"""
+CHANNEL = re.compile(
+    r"(time|t|com_v?[xy]|(?:angle|rate|torque_bar)_[0-9]+|(?:reaction|impulse)_[0-9]+_[xy])"
+    r"(?:\s*[,/:_]\s*|\s+in\s+|\s+)(\S.*)",
+    re.IGNORECASE,
+)
+"""Name of a channel, and a unit that follows without brackets"""
+BRACKETS = re.compile(r"(.*?)\s*[\[({]\s*([^\[\](){}]*?)\s*[\])}]")
+IN_DEGREES = {"angle": "deg", "rate": "deg/s"}
+"""Units of rotations without one of their own, in a file that says that these are in degrees"""
 LIKE = 0.75
 """Likeness from which on a column is a channel that the file lacks, misspelt"""
+MOST_HEADER = 200
+"""Characters of a column's name that may be a channel"""
+MOST_COMPARED = 50
+"""Columns, and missing channels, among which misspelt names are sought: each pair is compared"""
 FIELDS = {
     "com_m": ("com_x", "com_y"), "com_velocity_m_s": ("com_vx", "com_vy"), "angle_rad": ("angle_{}",),
     "rate_rad_s": ("rate_{}",), "reaction_N": ("reaction_{}_x", "reaction_{}_y"), "torque_N_m": ("torque_bar_{}",),
@@ -60,7 +78,12 @@ class Channels:
     half_units: dict[str, Array]
     """(n,) half a unit in the last place written of each"""
     ignored: list[str] = field(default_factory=list)
-    """Columns that are no channels of the scene"""
+    """Columns that are no channels of the scene, as they are told"""
+    notes: list[str] = field(default_factory=list)
+    """What was done with the file, in sentences"""
+    time_unit: str = "s"
+    time_unit_s: float = 1.0
+    """Unit of the instants in the file, and its size in s"""
 
     @property
     def bars(self) -> int:
@@ -96,12 +119,14 @@ def read_mapping(path: Path) -> dict[str, str]:
         If it is no TOML file, or a value is neither a column's name nor its number.
     """
     try:
-        found = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        found = tables_of(read_text(path))
+    except (LimitError, UnreadableError) as error:
         raise TableError(f"{path.name}: {error}") from None
     for name, column in found.items():
         if isinstance(column, bool) or not isinstance(column, str | int):
-            raise TableError(f"{path.name}: {name} = {column} given, allowed: the name of a column, or its number")
+            raise TableError(
+                f"{path.name}: {shorten(name)} = {shorten(column)} given, allowed: the name of a column, or its number"
+            )
     return {name: str(column) for name, column in found.items()}
 
 
@@ -124,53 +149,145 @@ def read_channels(path: Path, scene: Scene, mapping: Mapping[str, str], digits: 
     TableError
         If the file is no table, lacks times or every channel, or has a fault in a name, a unit or a row.
     """
-    columns, units = read_columns(path), channel_units(scene)
-    named, taken = mapped(path.name, columns, mapping), {parted(channel)[0] for channel in mapping}
-    values: dict[str, Array] = {}
-    halves: dict[str, Array] = {}
-    ignored: list[str] = []
-    for column in columns:
-        header = named.get(column.name, column.name)
-        name, unit = parted(header)
-        if name not in units and column.name in named:
-            raise TableError(f"{name} given as a channel{nearest(name, units)}, allowed: {', '.join(units)}")
-        if name not in units or (name in taken and column.name not in named):
-            ignored.append(column.name)
-            continue
-        if name in values:
-            raise TableError(f"{path.name} has two columns of {name}")
+    table, units = read_table(path), channel_units(scene)
+    taken, ignored = chosen(table, mapping, units)
+    check_there(table, taken, units)
+    check_ignored(table.file, scene, ignored, units, [name for name in units if name not in taken])
+    read = converted(table, taken)
+    sizes, unit_of_time = {}, "s"
+    for name, (column, unit) in taken.items():
         try:
-            size = factor(unit, units[name], scene.period_s) if unit else 1.0
+            sizes[name] = factor(unit, units[name], scene.period_s) if unit and not read[name].started else 1.0
         except UnitError as error:
-            raise TableError(f"{path.name}, column {column.name}: {error}") from None
-        half_unit = column.half_unit if digits is None else np.maximum(column.half_unit, half_of(column.values, digits))
-        values[name], halves[name] = size * column.values, size * half_unit
-    check(path.name, values, columns)
-    check_ignored(path.name, scene, ignored, units, [name for name in units if name not in values])
-    return Channels(path.name, values.pop(TIME), halves.pop(TIME), values, halves, ignored)
+            raise TableError(f"{table.file}, column {shorten(table.names[column])}: {error}") from None
+        unit_of_time = unit if name == TIME and unit else unit_of_time
+    values, halves = {}, {}
+    for name, each in read.items():
+        half_unit = each.half_unit if digits is None else np.maximum(each.half_unit, half_of(each.values, digits))
+        values[name], halves[name] = sizes[name] * each.values, sizes[name] * half_unit
+    check(table, values)
+    rows, notes = one_row_an_instant(table, scene, values, halves[TIME])
+    values, halves = ({name: each[rows] for name, each in found.items()} for found in (values, halves))
+    single = [name for name, each in read.items() if each.single]
+    if single:
+        notes.append(f"single precision in {listed(single)}: however many digits are written, its error bar is 6e-8")
+    if read[TIME].started:
+        notes.append(f"dates: t counts from the first one, {read[TIME].started}")
+    told = [cut(name, MOST_NAME) for name in ignored[:MOST_NAMES]]
+    told += [f"{len(ignored) - MOST_NAMES} more"] if len(ignored) > MOST_NAMES else []
+    return Channels(
+        table.file, values.pop(TIME), halves.pop(TIME), values, halves, told, notes, unit_of_time, sizes[TIME]
+    )  # fmt: skip
 
 
-def mapped(file: str, columns: list[Column], mapping: Mapping[str, str]) -> dict[str, str]:
-    """Channels that a mapping gives to columns, by the names of the columns."""
-    names = [column.name for column in columns]
-    meant = {str(k): name for k, name in enumerate(names, 1)} | {name: name for name in names}
-    found: dict[str, str] = {}
-    for channel, given in mapping.items():
-        name = meant.get(given)
-        if name is None:
-            raise TableError(f"{file} has no column {given}{nearest(given, names)}; it has {', '.join(names)}")
+def chosen(
+    table: Table, mapping: Mapping[str, str], units: Mapping[str, str]
+) -> tuple[dict[str, tuple[int, str]], list[str]]:
+    """Column and unit of each channel, and the names of the other columns.
+
+    Raises
+    ------
+    TableError
+        If a name of the mapping is none, or two columns have one channel.
+    """
+    named, by_mapping = mapped(table, mapping), {parted(channel)[0] for channel in mapping}
+    found: dict[str, tuple[int, str]] = {}
+    ignored: list[str] = []
+    for c, header in enumerate(table.names):
+        name, unit = parted(named.get(c, header))
+        if name not in units and c in named:
+            raise TableError(f"{shorten(name)} given as a channel{nearest(name, units)}, allowed: {listed([*units])}")
+        if name not in units or (name in by_mapping and c not in named):
+            if any(map(str.strip, table.columns[c])):
+                ignored.append(header)
+            continue
         if name in found:
-            raise TableError(f"column {name} given for {found[name]} and for {channel}, allowed: one channel")
-        found[name] = channel
+            raise TableError(f"{table.file} has two columns of {name}")
+        if not unit and c in named:
+            unit = own_unit(header, units[name])
+        row = table.units[c].strip().strip("[](){}").strip() if table.units else ""
+        kind = IN_DEGREES.get(name.partition("_")[0], "") if table.degrees else ""
+        found[name] = c, unit or ("" if row in ("-", "1") else row) or kind
+    return found, ignored
+
+
+def own_unit(header: str, wanted: str) -> str:
+    """Unit in brackets of a column that a mapping names without one; empty where it is none of that quantity."""
+    match = BRACKETS.fullmatch(cut(header.strip(), MOST_HEADER))
+    try:
+        return match[2] if match and factor(match[2], wanted, 1.0) else ""
+    except UnitError:
+        return ""
+
+
+def mapped(table: Table, mapping: Mapping[str, str]) -> dict[int, str]:
+    """Channels that a mapping gives to columns, by the columns from 0."""
+    names = table.names
+    meant = {str(k): k - 1 for k in range(1, len(names) + 1)} | {name: k for k, name in enumerate(names)}
+    found: dict[int, str] = {}
+    for channel, given in mapping.items():
+        column = meant.get(given, meant.get(" ".join(given.split())))
+        if column is None:
+            near = nearest(given, names[:MOST_NAMES])
+            raise TableError(f"{table.file} has no column {shorten(given)}{near}; it has {listed(names)}")
+        if column in found:
+            raise TableError(
+                f"column {shorten(given)} given for {found[column]} and for {channel}, allowed: one channel"
+            )
+        found[column] = channel
     return found
 
 
+def converted(table: Table, taken: Mapping[str, tuple[int, str]]) -> dict[str, Numbers]:
+    """Numbers of the channels, of columns that a mapping or their names choose; faults in others count nothing.
+
+    Raises
+    ------
+    TableError
+        With the line of the first cell that is no number.
+    """
+    found, texts = dict[str, Numbers](), {name: table.columns[column] for name, (column, _) in taken.items()}
+    try:
+        name = TIME
+        if (dates := seconds_of_dates(texts[TIME])) is not None:
+            found[TIME] = dates
+        rest = {name: each for name, each in texts.items() if name not in found}
+        comma = decimal_comma(rest.values())
+        for name, each in rest.items():
+            found[name] = numbers_of(each, decimal_comma=comma)
+    except CellError as error:
+        raise table.fault(taken[name][0], error) from None
+    except ValueError as error:
+        raise TableError(f"{table.file}: {error}") from None
+    if max(each.digits for each in found.values()) < FULL:
+        return found
+    exact = 0.5 * 10.0**-FULL
+    return {
+        name: replace(each, half_unit=exact * np.abs(each.values)) if not each.single and is_constant(each) else each
+        for name, each in found.items()
+    }
+
+
+def is_constant(numbers: Numbers) -> bool:
+    """Whether a column has one value, which says nothing about its digits."""
+    return bool(np.all(numbers.values == numbers.values[0]))
+
+
 def parted(header: str) -> tuple[str, str]:
-    """Name of a channel, and its unit, of a header such as ``angle_1 [deg]``, ``angle_1_rad`` or ``ANGLE_1``."""
-    match = re.fullmatch(r"(.*?)\s*[\[(]\s*(.*?)\s*[\])]", header.strip())
-    name, unit = (match[1], match[2]) if match else (header.strip(), "")
+    """Name of a channel, and its unit, of a header such as ``angle_1 [deg]``, ``angle_1_rad`` or ``ANGLE_1, deg``."""
+    text = " ".join(header.split()) if len(header) <= MOST_HEADER else ""
+    match = BRACKETS.fullmatch(text)
+    name, unit = (match[1], match[2]) if match else (text, "")
     name = name.lower()
     ending = next((each for each in ENDINGS if name.endswith(each)), "")
+    follows = None if match or ending else CHANNEL.fullmatch(text)
+    if follows:
+        wanted = PLAIN | NUMBERED
+        channel = TIME if follows[1].lower() == "time" else follows[1].lower()
+        for spelt in (follows[2], *(follows[2].replace("_", each) for each in "/ ")):
+            with contextlib.suppress(UnitError):
+                factor(spelt, wanted[re.sub("[0-9]+", "{}", channel)], 1.0)
+                return channel, spelt
     name = name.removesuffix(ending)
     return (TIME if name == "time" else name), unit or ENDINGS.get(ending, "")
 
@@ -196,7 +313,8 @@ def check_ignored(
     TableError
         With the column.
     """
-    names = {name: header for header in headers if not LEFT_ALONE.fullmatch(name := parted(header)[0])}
+    parts = ((parted(header)[0], header) for header in headers)
+    names = {name: header for name, header in parts if name and not LEFT_ALONE.fullmatch(name)}
     numbers = {name: int(found[1]) for name in names if (found := NUMBER.match(name))}
     if 0 in numbers.values():
         first = next(name for name, number in numbers.items() if number == 0)
@@ -204,36 +322,31 @@ def check_ignored(
     bars = max((number for name, number in numbers.items() if name.startswith(("angle", "rate"))), default=0)
     if bars > scene.bars:
         raise TableError(f"{file} has {bars} bars, the scene {scene.name} {scene.bars}; was another scene meant?")
-    for name, header in names.items():
-        begun = next((each for each in missing if re.match(rf"{each}(?![0-9])", name)), "")
-        if begun:
+    for name, header in list(names.items())[:MOST_COMPARED]:
+        begun = next((each for each in missing if name.startswith(each) and not name[len(each) :][:1].isdigit()), "")
+        if begun and (begun != TIME or CHANNEL.fullmatch(header)):
             raise TableError(
-                f"{file} has no {begun}, but a column {header}; rename it, e.g. to {begun} [{units[begun]}]"
+                f"{file} has no {begun}, but a column {shorten(header)}; rename it, e.g. to {begun} [{units[begun]}]"
             )
-        near = nearest_name(name, missing)
+        near = nearest_name(name, list(missing)[:MOST_COMPARED])
         if near is not None and likeness(name, near) >= LIKE and name not in numbers:
-            raise TableError(f"{file} has no {near}, but a column {header}; rename it, or leave it out")
+            raise TableError(f"{file} has no {near}, but a column {shorten(header)}; rename it, or leave it out")
 
 
-def check(file: str, values: Mapping[str, Array], columns: list[Column]) -> None:
-    """Check that there are rising times and some channel.
+def check_there(table: Table, taken: Mapping[str, tuple[int, str]], units: Mapping[str, str]) -> None:
+    """Check that there is a time and some channel.
 
     Raises
     ------
     TableError
     """
-    there = ", ".join(column.name for column in columns)
-    if TIME not in values and all(column.name.isdigit() for column in columns):
+    file, there = table.file, listed(table.names)
+    if TIME not in taken and not table.named:
         raise TableError(f"{file} has no header; name its columns: --column t=1 --column 'angle_1 [deg]=2' ...")
-    if TIME not in values:
-        raise TableError(f"{file} has no column t_s or time; it has {there}. A mapping names it, see --columns")
-    if len(values) == 1:
-        raise TableError(f"{file} has no channel beside the time; it has {there}. A mapping names them, see --columns")
-    t = values[TIME]
-    if not np.all(np.isfinite(t)) or t[0] < 0.0 or not np.all(np.diff(t) > 0.0):
-        row = int(np.argmin(np.append(t[0] >= 0.0, np.diff(t) > 0.0))) + 1
-        raise TableError(f"{file}: the times of its rows do not rise from 0 on, at row {row}: t = {t[row - 1]:.9g} s")
-    for name, numbers in values.items():
-        if not np.all(np.isfinite(numbers)):
-            row = int(np.argmin(np.isfinite(numbers))) + 1
-            raise TableError(f"{file}: {name} has no finite number in row {row}, t = {t[row - 1]:.6g} s")
+    if TIME not in taken:
+        raise TableError(f"{file} has no column t_s or time; it has {there}; name it: --column 't=...'")
+    if len(taken) == 1:
+        raise TableError(
+            f"{file} has no channel beside the time, such as {listed([n for n in units if n != TIME][:4])}; it has "
+            f"{there}; name them, e.g. --column 'angle_1 [deg]=...'"
+        )

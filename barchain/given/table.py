@@ -1,36 +1,54 @@
-"""Text of a table as others write it: separators, byte-order marks, comments, and the digits of each number.
+"""Text of a table as others write it: where its header and its rows are, and what separates the cells.
 
-The digits that were written are an error bar: half a unit in the last place. Zeros at the end may have been left out.
-The numbers of a column therefore have as many decimals, or as many digits, as the one that shows most of them: of both
-places the larger one counts. A column of one value says nothing about that: beside numbers in full, it is in full too.
+``line`` is a line of the file as an editor counts it, ``row`` a row of numbers, from 1.
 """
 
 from __future__ import annotations
 
 import csv
+import gzip
+import io
 import re
-from dataclasses import dataclass, replace
+import zlib
+from collections import Counter
+from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
-import numpy as np
-
+from barchain.given.numbers import CellError, is_number
+from barchain.given.units import is_unit
+from scenarios.named_file import UnreadableError, decoded, read_named
 from scenarios.plural import plural
-from scenarios.text import shorten
+from scenarios.text import cut, shorten, visible
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
-    from adapters.trajectory import Array
-
-MARKS = {b"\xef\xbb\xbf": "utf-8-sig", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
+MOST_BYTES = 1 << 28
+"""Half a million rows of twenty columns in full"""
+ARCHIVE = b"PK\x03\x04"
 SEPARATORS = ("\t", ";", ",")
-COMMENTS = ("#", "%")
-NUMBER = r"\s*[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?\s*|\s*[+-]?(nan|inf|infinity)\s*"
-COMMA = r"\s*[+-]?\d+,\d+([eE][+-]?\d+)?\s*"
-POINTS = "write numbers with a decimal point"
-MOST_BYTES = 1 << 30
-FULL = 15
-"""Digits that every double keeps: a table that shows as many holds doubles in full"""
+BLANKS = " \t,;\x1a"
+"""Characters of lines that hold nothing; Ctrl-Z ends files of old programs"""
+COMMENTS = ("#", "%", "!", "//")
+SEPARATOR_LINE = re.compile(r'"?sep=(.)"?', re.IGNORECASE)
+"""First line by which Excel is told the separator"""
+HEADER_END = "endheader"
+"""Last line of the block before the header, of OpenSim"""
+MOST_BEFORE = 1000
+"""Lines among which the block before a table is sought"""
+WORD = re.compile(r'"[^"]*"|[^\s(\[{]+(?:\s*(?:\([^()]{0,60}\)|\[[^\[\]]{0,60}\]|\{[^{}]{0,60}\}))*|\S')
+"""Name in a header of columns between blanks; none ends inside brackets"""
+LETTER = re.compile(r"[^\W\d_]|°")
+DATE_AND_TIME = re.compile(
+    r"\b([0-9]{4}-[0-9]{2}-[0-9]{2}|[0-9]{4}/[0-9]{2}/[0-9]{2}|[0-9]{1,2}[ -][A-Z][a-z]{2}[ -][0-9]{4}) +"
+    r"([0-9]{1,2}:[0-9]{2})"
+)
+REPEATED = re.compile(r"(?<!\S)([0-9]{1,4})\*([^\s*]+)")
+"""Repeated value of Fortran's list-directed output, ``3*0.0``"""
+MOST_NAMES, MOST_NAME = 20, 60
+"""Names of columns in a message, and characters of each"""
 
 
 class TableError(ValueError):
@@ -38,122 +56,253 @@ class TableError(ValueError):
 
 
 @dataclass(frozen=True)
-class Column:
-    """Numbers of one column, as they stand in the file."""
+class Table:
+    """Cells of a table, n rows."""
 
-    name: str
-    values: Array
-    """(n,)"""
-    half_unit: Array
-    """(n,) half a unit in the last place written"""
-    digits: int = 0
-    """Most significant digits of a number"""
+    file: str
+    names: list[str]
+    """Of all columns; a column without a name has its number, from 1"""
+    units: list[str]
+    """Of a row of units below the header; empty without one"""
+    columns: list[Sequence[str]]
+    """(n,) texts each"""
+    lines: list[int]
+    """(n,) lines of the rows"""
+    degrees: bool = False
+    """Whether a block before the header says that rotations are in degrees"""
+    named: bool = True
+    """Whether there is a header"""
 
+    def where(self, row: int) -> str:
+        """``line 4 (row 3)`` of a row from 0."""
+        return f"line {self.lines[row]} (row {row + 1})"
 
-def read_columns(path: Path) -> list[Column]:
-    """Columns of a table in text; without a header their names are their numbers, from 1.
-
-    Raises
-    ------
-    TableError
-        If the file is no such table; the message names the line.
-    OSError
-        If it can't be read.
-    """
-    if path.stat().st_size > MOST_BYTES:
-        raise TableError(f"{path.name} has {path.stat().st_size:.1e} bytes, allowed: {MOST_BYTES:.1e}")
-    lines = [(k, line) for k, line in enumerate(text_of(path).splitlines(), 1) if line.strip(" \t,;")]
-    remarks = [line.lstrip("#% ") for _, line in lines if line.lstrip().startswith(COMMENTS)]
-    lines = [(k, line) for k, line in lines if not line.lstrip().startswith(COMMENTS)]
-    if not lines:
-        raise TableError(f"{path.name} has no rows")
-    separator = next((s for s in SEPARATORS if s in lines[0][1]), None)
-    rows = [(k, cells(line, separator)) for k, line in lines]
-    names = rows[0][1]
-    if any(re.fullmatch(NUMBER, cell, re.IGNORECASE) for cell in names):
-        header = cells(remarks[-1], next((s for s in SEPARATORS if s in remarks[-1]), None)) if remarks else []
-        names = header if len(header) == len(names) else [str(k + 1) for k in range(len(names))]
-    else:
-        rows = rows[1:]
-    if not rows:
-        raise TableError(f"{path.name} has a header and no rows")
-    for k, row in rows:
-        check_row(path.name, k, row, names, separator)
-    texts = [[row[c] for _, row in rows] for c in range(len(names))]
-    columns = [column(name.strip(), each) for name, each in zip(names, texts, strict=True) if any(map(str.strip, each))]
-    if max(c.digits for c in columns) < FULL:
-        return columns
-    exact = 0.5 * 10.0**-FULL
-    return [replace(c, half_unit=exact * np.abs(c.values)) if np.all(c.values == c.values[0]) else c for c in columns]
+    def fault(self, column: int, error: CellError) -> TableError:
+        """Error of a cell."""
+        name = shorten(self.names[column])
+        return TableError(f"{self.file}, {self.where(error.row)}, column {name}: {error.reason}")
 
 
-def text_of(path: Path) -> str:
-    """Text of a file, in the encoding of its mark, else in UTF-8 or Latin 1.
+def read_table(path: Path) -> Table:
+    """Cells of a table in text.
 
     Raises
     ------
     TableError
-        If it holds other things than text.
+        If the file can't be read, or is no such table; the message names the line.
     """
-    content = path.read_bytes()
-    marked = next((encoding for mark, encoding in MARKS.items() if content.startswith(mark)), None)
-    if marked is None and b"\0" in content:
-        raise TableError(f"{path.name} is no text; write the table as CSV")
+    file = visible(path.name, MOST_NAME)
     try:
-        return content.decode(marked or "utf-8")
-    except UnicodeDecodeError:
-        return content.decode("latin-1")
+        content = unpacked(read_named(path, MOST_BYTES))
+        text = decoded(content, "latin-1")
+    except UnreadableError as error:
+        raise TableError(f"{file}: {error}") from None
+    if content.startswith(ARCHIVE) or "\0" in text:
+        kind = "a spreadsheet or an archive" if content.startswith(ARCHIVE) else "no text"
+        raise TableError(f"{file} is {kind}; write the table as CSV")
+    whole = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    lines = [(k, line) for k, line in enumerate(whole, 1) if line.strip(BLANKS)]
+    ended = [i for i, (_, line) in enumerate(lines[:MOST_BEFORE]) if line.strip(BLANKS).lower() == HEADER_END]
+    block, lines = (lines[: ended[0]], lines[ended[0] + 1 :]) if ended else ([], lines)
+    told = {re.sub(r"\s", "", line).lower() for _, line in block}
+    given = SEPARATOR_LINE.match(lines[0][1]) if lines else None
+    lines = lines[1:] if given else lines
+    body = [(k, line) for k, line in lines if not line.lstrip().startswith(COMMENTS)]
+    if not body:
+        raise TableError(f"{file} has no rows")
+    separator = given[1] if given else separator_of(body[-1][1].strip(BLANKS))
+    try:
+        rows = [(k, cells(line, separator)) for k, line in body]
+        return table_of(file, lines, rows, separator, degrees="indegrees=yes" in told)
+    except TableError:
+        fixed = fixed_width(lines) if separator is None else None
+        if fixed is None:
+            raise
+    return Table(file, fixed[0], [], *fixed[1:])
+
+
+def unpacked(content: bytes) -> bytes:
+    """Content of a file that gzip may have compressed.
+
+    Raises
+    ------
+    UnreadableError
+        If it is damaged, or too large.
+    """
+    if not content.startswith(b"\x1f\x8b"):
+        return content
+    try:
+        with gzip.open(io.BytesIO(content)) as packed:
+            found = packed.read(MOST_BYTES + 1)
+    except (OSError, EOFError, zlib.error) as error:
+        raise UnreadableError(f"can't be unpacked: {error}") from None
+    if len(found) > MOST_BYTES:
+        raise UnreadableError(f"more than {MOST_BYTES:.2g} bytes unpacked, allowed: at most that")
+    return found
+
+
+def separator_of(line: str) -> str | None:
+    """Separator of a row; None for blanks. ``0,5 1,5`` has decimal commas between blanks."""
+    found = next((each for each in SEPARATORS if each in line), None)
+    words = line.split()
+    return None if found == "," and len(words) > 1 and all(map(is_number, words)) else found
 
 
 def cells(line: str, separator: str | None) -> list[str]:
-    """Cells of a line; without a separator those between blanks, but none inside brackets."""
-    if separator is not None:
-        return next(csv.reader([line], delimiter=separator, skipinitialspace=True))
-    return [cell.strip('"') for cell in re.findall(r'"[^"]*"|[^\s(\[]+(?:\s*(?:\([^)]*\)|\[[^\]]*\]))?', line)]
+    """Cells of a row."""
+    if separator is None:
+        line = DATE_AND_TIME.sub(r"\1T\2", line) if ":" in line else line
+        line = REPEATED.sub(repeated, line) if "*" in line else line
+        return line.replace('"', " ").rstrip(BLANKS).split()
+    if '"' not in line:
+        return line.split(separator)
+    try:
+        return next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])
+    except csv.Error:  # a cell that is longer than any number or name
+        return line.split(separator)
 
 
-def check_row(file: str, line: int, row: list[str], names: list[str], separator: str | None) -> None:
-    """Check that a row has a number for each name, and a decimal point in each number.
+def repeated(found: re.Match[str]) -> str:
+    """Value of a match of `REPEATED`, as often as it says."""
+    return f" {found[2]}" * int(found[1])
+
+
+def table_of(
+    file: str, lines: list[tuple[int, str]], rows: list[tuple[int, list[str]]], separator: str | None, *, degrees: bool
+) -> Table:
+    """Table of split rows, whose header is among the lines before the first row of numbers.
+
+    Parameters
+    ----------
+    file : str
+    lines : list of (int, str)
+        All lines with their numbers from 1, comments among them.
+    rows : list of (int, list of str)
+        Cells of the lines that are no comments.
+    separator : str or None
+        None for blanks.
+    degrees : bool
 
     Raises
     ------
     TableError
-        With the line, and the cell.
     """
-    if any(re.fullmatch(COMMA, cell) for cell in row) or len(row) == 2 * len(names):
-        shown = next((cell for cell in row if re.fullmatch(COMMA, cell)), ",".join(row[:2]))
-        raise TableError(f"{file}, line {line}: {shorten(shown)} has a decimal comma; {POINTS}")
-    if len(row) != len(names):
-        comma = f"; if it has decimal commas, {POINTS}" if separator == "," and len(row) > len(names) else ""
-        raise TableError(f"{file}, line {line} has {plural(len(row), 'value')} for {len(names)} columns{comma}")
-    for name, cell in zip(names, row, strict=True):
-        if cell.strip() and not re.fullmatch(NUMBER, cell, re.IGNORECASE):
-            raise TableError(f"{file}, line {line}: {shorten(cell)} in the column {shorten(name)} is no number")
+    later = [row for _, row in rows[len(rows) // 2 :]]
+    width = Counter(map(len, later)).most_common(1)[0][0]
+    typical = [row for row in later if len(row) == width]
+    while width > 1 and not any(row[width - 1].strip() for row in typical):  # separators at the ends of rows
+        width -= 1
+    numeric = [c for c in range(width) if is_number(typical[-1][c])]
+    start = next((i for i, (_, row) in enumerate(rows) if is_row(row, width, numeric)), None)
+    if start is None or not numeric:
+        raise TableError(f"{file} has no row of numbers")
+    first = rows[start][0]
+    before = [(k, line) for k, line in lines if k < first]
+    if not before and not all(is_number(rows[0][1][c]) or not rows[0][1][c].strip() for c in numeric):
+        before, start = lines[:1], 1  # a header with numbers among its names
+    names, units = header_of(file, before, rows[start:], width, separator)
+    if not rows[start:]:
+        raise TableError(f"{file} has a header and no rows")
+    for k, row in rows[start:]:
+        if len(row) < width or any(cell.strip() for cell in row[width:]):
+            why = hint(separator, dict(lines)[k], len(row) > width)
+            raise TableError(f"{file}, line {k} has {plural(len(row), 'value')} for {width} columns; {why}")
+    columns = list(zip(*(row[:width] for _, row in rows[start:]), strict=True))
+    return Table(
+        file, names or [str(c + 1) for c in range(width)], units, [*columns], [k for k, _ in rows[start:]], degrees,
+        bool(names),
+    )  # fmt: skip
 
 
-def column(name: str, texts: list[str]) -> Column:
-    """Column of texts; an empty one is not-a-number."""
-    words = [re.sub("[dD]", "e", text.strip().lower()) or "nan" for text in texts]
-    values = np.array([float(word) for word in words])
-    digits = [written(word) for word in words if word.strip("+-")[0] in ".0123456789"]
-    if not digits:
-        return Column(name, values, np.zeros(len(values)))
-    most = max(significant for significant, *_ in digits)
-    half = half_of(values, most)
-    if not any(exponent for *_, exponent in digits):
-        half = np.maximum(half, 0.5 * 10.0 ** -max(decimals for _, decimals, _ in digits))
-    return Column(name, values, half, most)
+def is_row(row: list[str], width: int, numeric: list[int]) -> bool:
+    """Whether a row has numbers where others have, or at least in half of these columns."""
+    if len(row) < width or any(cell.strip() for cell in row[width:]):
+        return False
+    found = sum(is_number(row[c]) for c in numeric)
+    return found > 0 and 2 * (found + sum(not row[c].strip() for c in numeric)) > len(numeric)
 
 
-def half_of(values: Array, digits: int) -> Array:
-    """Half a unit of a digit of each value, (n,), counted from its first; zero of a zero, and of what is no number."""
-    with np.errstate(divide="ignore"):
-        leading = np.floor(np.log10(np.abs(values)))
-    return np.where(np.isfinite(leading), 0.5 * 10.0 ** (np.nan_to_num(leading, neginf=0.0) + 1.0 - digits), 0.0)
+def hint(separator: str | None, line: str, more: bool) -> str:
+    """What may be wrong with a line of more or fewer cells than others."""
+    if line.count('"') % 2:
+        return "a quotation mark is not closed"
+    if separator == "," and more:
+        return "if it has decimal commas, write numbers with a decimal point, or semicolons between the cells"
+    if separator is None:
+        return "where columns touch, or hold blanks, write commas between the cells"
+    return "allowed: as many as in the other rows"
 
 
-def written(word: str) -> tuple[int, int, bool]:
-    """Significant digits and decimals of a number as it is written, and whether it has an exponent."""
-    mantissa, exponent, _ = word.partition("e")
-    whole, _, fraction = mantissa.lstrip("+-").partition(".")
-    return len((whole + fraction).lstrip("0")), len(fraction), bool(exponent)
+def header_of(
+    file: str, before: list[tuple[int, str]], rows: list[tuple[int, list[str]]], width: int, separator: str | None
+) -> tuple[list[str], list[str]]:
+    """Names of the columns, and their units where a row of them is below the names; empty without a header.
+
+    Parameters
+    ----------
+    file : str
+    before : list of (int, str)
+        Lines before the first row, comments among them.
+    rows : list of (int, list of str)
+    width : int
+        Number of columns.
+    separator : str or None
+
+    Raises
+    ------
+    TableError
+        If the nearest line is no comment, and has another number of names.
+    """
+    units: list[str] = []
+    row_names = [row[:1] for _, row in rows] == [[str(k)] for k in range(1, len(rows) + 1)]
+    for k, line in reversed(before[-MOST_BEFORE:]):
+        found = names_of(line, width, separator) if LETTER.search(line) else None
+        if found is None and row_names:  # R writes the numbers of rows, and no name above these
+            found = names_of(line, width - 1, separator)
+            found = None if found is None else ["", *found]
+        if found is not None and not units and all(is_unit(name) for name in found):
+            units = found
+        elif found is not None:
+            named = [" ".join(name.split()) or str(c + 1) for c, name in enumerate(found)]
+            return named, units
+        elif LETTER.search(line) and not line.lstrip().startswith(COMMENTS):
+            given = cells(line, separator)
+            where = f"line {k} has {plural(len(given), 'name')}"
+            raise TableError(f"{file}, {where} for {width} columns; {hint(separator, line, width > len(given))}")
+    return [], []
+
+
+def names_of(line: str, width: int, separator: str | None) -> list[str] | None:
+    """Names in a header of `width` columns, whatever separates them; None of another line."""
+    line = line.strip().lstrip("".join(COMMENTS)).strip(" ")
+    for each in dict.fromkeys((separator, *SEPARATORS, None)):
+        split = [word.strip('"') for word in WORD.findall(line)] if each is None else cells(line, each)
+        while len(split) > width and not split[-1].strip():
+            split.pop()
+        if len(split) == width and any(map(str.strip, split)) and not any(map(is_number, split)):
+            return split
+    apart = re.split(r"\s{2,}", line)
+    return apart if len(apart) == width and not any(map(is_number, apart)) else None
+
+
+def fixed_width(lines: list[tuple[int, str]]) -> tuple[list[str], list[Sequence[str]], list[int]] | None:
+    """Names, columns and lines of a table whose columns stand where its header's names begin, or end; else None."""
+    k = next((i for i, (_, line) in enumerate(lines) if not line.lstrip().startswith(COMMENTS)), 0)
+    words = list(re.finditer(r"\S+", lines[k][1].lstrip("".join(COMMENTS)).rjust(len(lines[k][1]))))
+    rows = [(n, line) for n, line in lines[k + 1 :] if not line.lstrip().startswith(COMMENTS)]
+    begins = [0, *(word.start() for word in words[1:]), None]
+    ends = [0, *(word.end() for word in words[:-1]), None]
+    for cuts in (begins, ends):
+        spans = [slice(a, b) for a, b in pairwise(cuts)]
+        found = [[line[span].strip() for span in spans] for _, line in rows]
+        kinds = {tuple(map(is_number, row)) for row in found}
+        if len(kinds) == 1 and sum(next(iter(kinds))) >= 2 and all(all(row) for row in found):
+            return [word.group() for word in words], [*zip(*found, strict=True)], [n for n, _ in rows]
+    return None
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names of columns in a message: so many that they can be read, and the number of the others."""
+    shown = ", ".join(cut(visible(name), MOST_NAME) for name in names[:MOST_NAMES])
+    more = len(names) - MOST_NAMES
+    return f"{shown} and {more} more" if more > 0 else shown

@@ -61,6 +61,8 @@ SMALLEST_CHANGE = 1e-9
 """Change between two files, relative to a quantity's size, that earlier changes need not foretell"""
 MOST_FASTER = 1e3
 """Largest ratio of a change to what earlier ones grow to: doubled times make that of a right method up to 16 times"""
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": 86400.0}
+"""Units of times that a file may mean, and their sizes, s"""
 SAME_END = 1e-3
 """Relative difference of two ends that are the same"""
 ROUNDED_UP = 1.1
@@ -146,8 +148,8 @@ def placed(channels: Channels, solution: ReferenceSolution) -> Samples:
     TableError
         If no row is inside the scene.
     """
-    end_s, notes = float(solution.trajectory.t_s[-1]), list[str]()
-    asked = other_unit_of_time(float(channels.t_s[-1]), end_s, solution.scene.period_s)
+    end_s, notes = float(solution.trajectory.t_s[-1]), list(channels.notes)
+    asked = other_unit_of_time(channels, end_s, solution.scene.period_s)
     exact_s = TIME_SLACK * solution.scene.run.duration_s
     slack_s = channels.half_t_s + exact_s
     inside = channels.t_s <= end_s + exact_s
@@ -156,12 +158,14 @@ def placed(channels: Channels, solution: ReferenceSolution) -> Samples:
     later = channels.t_s[after:] - slack_s[after:]
     inside[after : after + 1] = not ended and later[:1] <= end_s  # the end, as it was written
     if not inside.any() or (np.count_nonzero(inside) == 1 and channels.t_s[0] == 0.0):
-        raise TableError(f"{channels.file}: no row from t > 0 to {end_s:.6g} s, the end of {solution.scene.name}")
+        ends = f"no row from t > 0 to {end_s:.6g} s, the end of {solution.scene.name}"
+        raise TableError("; ".join(filter(None, [f"{channels.file}: {ends}", asked])))
     if not inside.all():
         notes.append(f"{plural(int((~inside).sum()), 'row')} after the scene's end, t = {end_s:.6g} s, not judged")
     t, half_t = np.minimum(channels.t_s[inside], end_s), channels.half_t_s[inside]
     own = solution.trajectory.t_s
-    nearest = own[np.abs(own[:, None] - t).argmin(axis=0)] if len(t) <= len(own) else t
+    above = np.clip(np.searchsorted(own, t), 1, len(own) - 1)
+    nearest = np.where(own[above] - t < t - own[above - 1], own[above], own[above - 1]) if len(t) <= len(own) else t
     rounded = np.all(np.abs(nearest - t) <= slack_s[inside]) and np.all(np.diff(nearest) > 0.0)
     if rounded and half_t.max() <= CLOSE * float(np.diff(own).min()):
         t, half_t = nearest, np.zeros(len(t))
@@ -177,11 +181,14 @@ def placed(channels: Channels, solution: ReferenceSolution) -> Samples:
     return dataclasses.replace(filled(channels, solution, inside, half_t, notes), starts_late=first, other_time=asked)
 
 
-def other_unit_of_time(last: float, end_s: float, period_s: float) -> str:
-    """Question of a last instant that is a scene's end in another unit than seconds; empty of any other."""
-    for unit, size_s in (("min", 60.0), ("h", 3600.0), ("d", 86400.0), ("orbits", period_s)):
-        if math.isclose(last * size_s, end_s, rel_tol=SAME_END):
-            return f"the last row is at t = {last:.6g} s, and {last:.6g} {unit} are the scene's end: time [{unit}]?"
+def other_unit_of_time(channels: Channels, end_s: float, period_s: float) -> str:
+    """Question of a last instant that is a scene's end in another unit than the file's; empty of any other."""
+    last, given = float(channels.t_s[-1]) / channels.time_unit_s, channels.time_unit
+    for unit, size_s in (TIME_UNITS | {"orbits": period_s}).items():
+        if math.isclose(last * size_s, end_s, rel_tol=SAME_END) and size_s != channels.time_unit_s:
+            return (
+                f"the last row is at t = {last:.6g} {given}, and {last:.6g} {unit} are the scene's end: time [{unit}]?"
+            )
     return ""
 
 

@@ -14,7 +14,7 @@ from adapters.trajectory import to_frame
 from barchain import load_scene, simulate
 from barchain.cli.main import cli
 from barchain.given.judging import judge_files
-from barchain.given.table import TableError, read_columns
+from barchain.given.table import TableError
 from barchain.given.units import UnitError, factor
 from barchain.given.verdict import other_order
 from barchain.judge.verdict import no_verdict
@@ -72,7 +72,7 @@ def test_a_right_result_passes_and_one_with_reversed_reactions_does_not_and_says
 
 @pytest.mark.parametrize("how", [
     {"sep": ";"}, {"sep": "\t"}, {"lineterminator": "\r\n"}, {"encoding": "utf-8-sig"}, {"encoding": "utf-16"},
-    {"float_format": "%.9e"}, {"sep": " "},
+    {"float_format": "%.9e"}, {"sep": " "}, {"sep": ";", "decimal": ","}, {"compression": "gzip"},
 ], ids=str)  # fmt: skip
 def test_separators_marks_and_line_ends_are_read(table, judged, how):
     assert judged(table, **how).passed
@@ -97,7 +97,7 @@ def test_columns_of_any_name_or_none_are_read_with_a_mapping(table, judged):
     assert not judged(both, mapping={"angle_1 [rad]": "angle_1_rad"}).passed  # what no mapping names counts too
     with pytest.raises(TableError, match="has no header; name its columns"):
         judged(few, header=False)
-    with pytest.raises(TableError, match=r"has no column phi6 \(did you mean phi"):
+    with pytest.raises(TableError, match=r"has no column 'phi6' \(did you mean phi"):
         judged(named, mapping=by_name | {"angle_5": "phi6"})
 
 
@@ -196,8 +196,8 @@ def test_digits_of_a_curve_that_was_read_off_can_be_told(judged):
 
 
 def test_a_name_that_goes_on_after_a_channel_is_a_fault(table, judged):
-    with pytest.raises(TableError, match=r"a column angle_1_rads; rename it, e.g. to angle_1 \[rad\]"):
-        judged(table.rename(columns={"angle_1_rad": "angle_1_rads"}))
+    with pytest.raises(TableError, match=r"a column 'angle_1_radx'; rename it, e.g. to angle_1 \[rad\]"):
+        judged(table.rename(columns={"angle_1_rad": "angle_1_radx"}))
 
 
 @pytest.mark.exhaustive
@@ -208,18 +208,6 @@ def test_an_error_that_iterations_leave_is_no_mistake_of_the_motion_and_its_size
     assert (found.outcome, found.mistakes) == (Outcome.INCONSISTENT, "")
     (proposed,) = re.findall(r"--noise reaction=(\S+)", found.advice[0])
     assert judged(coarse, Declared(order=2.0, noise={"reaction": float(proposed)}), scene, finer=finer).passed
-
-
-def test_a_decimal_comma_gets_one_clear_line(table, judged, tmp_path):
-    said = r"line 2: .* has a decimal comma; write numbers with a decimal point"
-    with pytest.raises(TableError, match=said):
-        judged(table, sep=";", decimal=",")
-    (tmp_path / "run.csv").write_text("t_s,angle_1_rad\n0,0,0,5\n")
-    with pytest.raises(TableError, match=said):
-        judge_files(SCENE, tmp_path / "run.csv", time_limit_s=60.0)
-    (tmp_path / "run.csv").write_text("t_s,angle_1_rad\n0,0,5\n")
-    with pytest.raises(TableError, match="3 values for 2 columns; if it has decimal commas, write numbers with"):
-        judge_files(SCENE, tmp_path / "run.csv", time_limit_s=60.0)
 
 
 @pytest.mark.exhaustive
@@ -344,27 +332,18 @@ def test_a_piece_of_a_scene_is_too_little(judged, table):
     (lambda f: f.drop(columns="t_s"), "has no column t_s or time"),
     (lambda f: f[["t_s"]], "has no channel beside the time"),
     (lambda f: f.iloc[::-1], "do not rise"),
-    (lambda f: f.assign(angle_1_rad=f.angle_1_rad.where(f.index != 3)), "angle_1 has no finite number in row 4"),
+    (lambda f: f.assign(angle_1_rad=f.angle_1_rad.where(f.index != 3)),
+     r"line 5 \(row 4\): angle_1 is no finite number"),
     (lambda f: f.assign(t_s=f.t_s + 1e6), "no row from t > 0"),
-    (lambda f: f.astype(object).assign(angle_1_rad="abc"), "'abc' in the column 'angle_1_rad' is no number"),
-    (lambda f: f.rename(columns={"angle_1_rad": "angel_1_rad"}), "has no angle_1, but a column angel_1_rad"),
+    (lambda f: f.astype(object).assign(angle_1_rad="abc"),
+     r"line 2 \(row 1\), column 'angle_1_rad': 'abc' is no number"),
+    (lambda f: f.rename(columns={"angle_1_rad": "angel_1_rad"}), "has no angle_1, but a column 'angel_1_rad'"),
     (lambda f: f.rename(columns={"angle_1_rad": "angle_0_rad"}), "numbers bars from 0; allowed: from 1"),
     (lambda f: f.assign(angle_7_rad=0.0), "has 7 bars, the scene paper/fig05 5"),
 ])  # fmt: skip
 def test_a_table_that_can_not_be_judged_is_told_in_one_line(table, judged, change, said):
     with pytest.raises(TableError, match=said):
         judged(change(table))
-
-
-def test_half_a_unit_in_the_last_place_follows_what_a_column_shows(tmp_path):
-    def half(*texts):
-        (tmp_path / "t.csv").write_text("\n".join(["a;b", *(f"{text};1" for text in texts)]))
-        return list(read_columns(tmp_path / "t.csv")[0].half_unit)
-
-    assert half("0.25", "0.3", "1.5") == pytest.approx([0.005, 0.005, 0.05])
-    assert half("1.234e-3", "5.6e2") == pytest.approx([5e-7, 0.05])
-    assert half("12345.6", "0.00123456") == pytest.approx([0.05, 5e-9])
-    assert half("0", "7") == pytest.approx([0.5, 0.5])
 
 
 @pytest.mark.exhaustive
