@@ -46,9 +46,11 @@ SHOWN_BY_SINGLES = 8
 FULL = 15
 """Digits that every double keeps: a table that shows as many holds doubles in full"""
 DATE = re.compile(r"[0-9]{1,4}[-/ ][0-9A-Za-z]{2,3}([-/ ][0-9]{2,4})?[T ]+[0-9]{1,2}:[0-9]{2}")
+MONTH = re.compile(r"^([0-9]{1,2})[- ]([A-Za-z]{3})[- ]([0-9]{4})[T ]+")
 CLOCK = re.compile(r"[0-9]+:[0-9]{2}:[0-9]{2}(\.[0-9]+)?")
 DATES = ("ISO8601", "%d %b %Y %H:%M:%S.%f", "%Y-%jT%H:%M:%S.%f")
 """Forms of dates: ISO 8601, GMAT and STK, days of the year of CCSDS"""
+DATES_ALLOWED = "date such as 2026-03-01T12:00:00, 01 Mar 2026 12:00:00 or 2026-060T12:00:00"
 
 
 class CellError(ValueError):
@@ -194,6 +196,7 @@ def seconds_of_dates(texts: Sequence[str]) -> Numbers | None:
         seconds = pd.to_timedelta(plain, errors="coerce").dt.total_seconds()
     else:
         whole = plain.str.replace(r"(:[0-9]{2}:[0-9]{2})$", r"\1.0", regex=True)
+        whole = whole.str.replace(MONTH, r"\1 \2 \3 ", regex=True)
         read = (pd.to_datetime(whole, format=form, utc=True, errors="coerce") for form in DATES)
         dates = min(read, key=lambda each: int(each.isna().sum()))
         seconds = (dates - dates.iloc[0]).dt.total_seconds()
@@ -201,7 +204,7 @@ def seconds_of_dates(texts: Sequence[str]) -> Numbers | None:
     bad = np.flatnonzero(np.isnan(values))
     if len(bad):
         row = int(bad[0])
-        raise CellError(row, f"{shorten(texts[row].strip())} is no {'time h:mm:ss' if clock else 'date'}")
+        raise CellError(row, f"{shorten(texts[row].strip())} is no {'time h:mm:ss' if clock else DATES_ALLOWED}")
     return Numbers(values, np.full(len(values), 0.5 * 10.0**-decimals), started="" if clock else first)
 
 

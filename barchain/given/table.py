@@ -25,8 +25,10 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-MOST_BYTES = 1 << 28
-"""Half a million rows of twenty columns in full"""
+MOST_BYTES = 1 << 27
+"""A quarter of a million rows of twenty columns in full"""
+MOST_LINES, MOST_CELLS = 1_000_000, 20_000_000
+"""Of a table: a cell takes some 60 bytes in memory"""
 ARCHIVE = b"PK\x03\x04"
 SEPARATORS = ("\t", ";", ",")
 BLANKS = " \t,;\x1a"
@@ -101,6 +103,8 @@ def read_table(path: Path) -> Table:
         kind = "a spreadsheet or an archive" if content.startswith(ARCHIVE) else "no text"
         raise TableError(f"{file} is {kind}; write the table as CSV")
     whole = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    if len(whole) > MOST_LINES:
+        raise TableError(f"{file} has {len(whole)} lines, allowed: {MOST_LINES}")
     lines = [(k, line) for k, line in enumerate(whole, 1) if line.strip(BLANKS)]
     ended = [i for i, (_, line) in enumerate(lines[:MOST_BEFORE]) if line.strip(BLANKS).lower() == HEADER_END]
     block, lines = (lines[: ended[0]], lines[ended[0] + 1 :]) if ended else ([], lines)
@@ -111,6 +115,8 @@ def read_table(path: Path) -> Table:
     if not body:
         raise TableError(f"{file} has no rows")
     separator = given[1] if given else separator_of(body[-1][1].strip(BLANKS))
+    if separator is not None and text.count(separator) > MOST_CELLS:
+        raise TableError(f"{file} has {text.count(separator)} cells, allowed: {MOST_CELLS}")
     try:
         rows = [(k, cells(line, separator)) for k, line in body]
         return table_of(file, lines, rows, separator, degrees="indegrees=yes" in told)
@@ -118,7 +124,7 @@ def read_table(path: Path) -> Table:
         fixed = fixed_width(lines) if separator is None else None
         if fixed is None:
             raise
-    return Table(file, fixed[0], [], *fixed[1:])
+    return Table(file, *fixed)
 
 
 def unpacked(content: bytes) -> bytes:
@@ -151,7 +157,9 @@ def separator_of(line: str) -> str | None:
 def cells(line: str, separator: str | None) -> list[str]:
     """Cells of a row."""
     if separator is None:
-        line = DATE_AND_TIME.sub(r"\1T\2", line) if ":" in line else line
+        line = (
+            DATE_AND_TIME.sub(lambda date: re.sub(r"\s+", "-", date[1]) + "T" + date[2], line) if ":" in line else line
+        )
         line = REPEATED.sub(repeated, line) if "*" in line else line
         return line.replace('"', " ").rstrip(BLANKS).split()
     if '"' not in line:
@@ -253,27 +261,30 @@ def header_of(
     TableError
         If the nearest line is no comment, and has another number of names.
     """
-    units: list[str] = []
-    row_names = [row[:1] for _, row in rows] == [[str(k)] for k in range(1, len(rows) + 1)]
+    numbered = [row[:1] for _, row in rows] == [[str(k)] for k in range(1, len(rows) + 1)]
+    found = list[list[str]]()
     for k, line in reversed(before[-MOST_BEFORE:]):
-        found = names_of(line, width, separator) if LETTER.search(line) else None
-        if found is None and row_names:  # R writes the numbers of rows, and no name above these
-            found = names_of(line, width - 1, separator)
-            found = None if found is None else ["", *found]
-        if found is not None and not units and all(is_unit(name) for name in found):
-            units = found
-        elif found is not None:
-            named = [" ".join(name.split()) or str(c + 1) for c, name in enumerate(found)]
-            return named, units
-        elif LETTER.search(line) and not line.lstrip().startswith(COMMENTS):
+        names = names_of(line, width, separator)
+        if names is None and numbered:  # R writes the numbers of rows, and no name above these
+            short = names_of(line, width - 1, separator)
+            names = None if short is None else ["", *short]
+        if names is not None:
+            found.append(names)
+        elif not found and LETTER.search(line) and not line.lstrip().startswith(COMMENTS):
             given = cells(line, separator)
             where = f"line {k} has {plural(len(given), 'name')}"
             raise TableError(f"{file}, {where} for {width} columns; {hint(separator, line, width > len(given))}")
-    return [], []
+        if len(found) == 2:
+            break
+    with_units = len(found) == 2 and any(map(is_unit, filter(str.strip, found[0]))) and not any(map(is_unit, found[1]))
+    names, units = (found[1], found[0]) if with_units else ([*found, []][0], [])
+    return [" ".join(name.split()).strip("'\"") or str(c) for c, name in enumerate(names, 1)], units
 
 
 def names_of(line: str, width: int, separator: str | None) -> list[str] | None:
     """Names in a header of `width` columns, whatever separates them; None of another line."""
+    if not LETTER.search(line):
+        return None
     line = line.strip().lstrip("".join(COMMENTS)).strip(" ")
     for each in dict.fromkeys((separator, *SEPARATORS, None)):
         split = [word.strip('"') for word in WORD.findall(line)] if each is None else cells(line, each)
@@ -285,8 +296,8 @@ def names_of(line: str, width: int, separator: str | None) -> list[str] | None:
     return apart if len(apart) == width and not any(map(is_number, apart)) else None
 
 
-def fixed_width(lines: list[tuple[int, str]]) -> tuple[list[str], list[Sequence[str]], list[int]] | None:
-    """Names, columns and lines of a table whose columns stand where its header's names begin, or end; else None."""
+def fixed_width(lines: list[tuple[int, str]]) -> tuple[list[str], list[str], list[Sequence[str]], list[int]] | None:
+    """Names, units, columns and lines of a table whose columns stand where its names begin, or end; else None."""
     k = next((i for i, (_, line) in enumerate(lines) if not line.lstrip().startswith(COMMENTS)), 0)
     words = list(re.finditer(r"\S+", lines[k][1].lstrip("".join(COMMENTS)).rjust(len(lines[k][1]))))
     rows = [(n, line) for n, line in lines[k + 1 :] if not line.lstrip().startswith(COMMENTS)]
@@ -297,7 +308,7 @@ def fixed_width(lines: list[tuple[int, str]]) -> tuple[list[str], list[Sequence[
         found = [[line[span].strip() for span in spans] for _, line in rows]
         kinds = {tuple(map(is_number, row)) for row in found}
         if len(kinds) == 1 and sum(next(iter(kinds))) >= 2 and all(all(row) for row in found):
-            return [word.group() for word in words], [*zip(*found, strict=True)], [n for n, _ in rows]
+            return [word.group() for word in words], [], [*zip(*found, strict=True)], [n for n, _ in rows]
     return None
 
 

@@ -82,6 +82,15 @@ DIALECTS = {
     "a line separator of Unicode in a cell": table(rows=[[cell + "\u2028" for cell in row] for row in ROWS]),
     "comments of MATLAB": "% made by hand\n% t_s angle_1_rad angle_2_rad\n" + table(None, sep=" "),
     "comments of Fortran": "! t_s angle_1_rad angle_2_rad\n" + table(None, sep=" "),
+    "a row of units, unknown ones among them": table(
+        ["t", "angle_1", "angle_2", "p"], [["s", "deg", "deg", "Pa"], *([*row, "1"] for row in DEGREES)]
+    ),
+    "quotation marks of Python": table([f"'{name}'" for name in HEADER]),
+    "months between blanks": table(rows=with_times(GMAT), sep="  "),
+    "months of MATLAB": table(rows=with_times([date.replace(" ", "-", 2) for date in GMAT])),
+    "dates with slashes": table(rows=with_times([f"2026/03/01 12:00:{s}" for s in (10, 20, 30, 40)])),
+    "a report of STK": "Satellite-1: Angles\n\n"
+    + table(["Time (UTCG)", "angle_1 (rad)", "angle_2 (rad)"], [["----", "---", "---"], *with_times(GMAT)], "    "),
     "a title above the header": "Results of run 5\n\n" + table(),
     "a rule below the header": table(sep="  ").replace("\n", "\n------  ------  ------\n", 1),
     "a header between tabs of rows between blanks": "t_s\tangle_1_rad\tangle_2_rad\n" + table(None, sep="  "),
@@ -180,8 +189,14 @@ REFUSED = {
     "a unit of a huge power": (table(["t_s", "angle_1 [deg^-9999 rad^10000]", "angle_2"]), "powers up to 3"),
     "a name in a row of units": (
         table(["t", "angle_1", "angle_2"], [["s", "xyz", "deg"], *ROWS]),
-        "it has s, xyz, deg"
+        "the unit xyz given"
     ),
+    "JSON": ('[{"t": 0, "angle_1": 1},\n{"t": 1, "angle_1": 2}]\n', "has no row of numbers"),
+    "days before months, or after": (
+        table(rows=with_times(["01/02/2026 12:00:00", "01/02/2026 12:00:10", "", ""])),
+        "no date such as",
+    ),
+    "more lines than a table has": ("1\n" * 1_000_001, "has 1000002 lines"),
     "no names": (table(None), "has no header; name its columns"),
     "names of another program": (
         table(["timestamp", "value1", "value2"]),
