@@ -25,7 +25,7 @@ extensions = [
     "links_to_sources",
     "themed_images",
 ]
-exclude_patterns = ["extensions", "recipes", "build", "generated/tables"]
+exclude_patterns = ["extensions", "recipes", "build"]
 root_doc = "index"
 suppress_warnings = ["mystnb.unknown_mime_type"]
 nb_execution_mode = "force"  # the notebook is stored without outputs

@@ -15,7 +15,7 @@ from pictures.record.releases import STUDIED, releases_rows
 from pictures.record.stability import stability_rows
 from pictures.report import report_pictures
 from pictures.runs import engine_options, run_barchain
-from pictures.write import gallery_scenes, top_pictures, write_all, write_site_files
+from pictures.write import gallery_scenes, top_pictures, write_all, write_site_files, write_tables
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -111,6 +111,11 @@ def draw_report(options: Options) -> None:
         options.tell(path.name)
 
 
+def fill_tables(options: Options) -> None:
+    """Write the generated tables of committed pages; after every change of what they are made of."""
+    options.tell(f"{write_tables()} pages with tables changed")
+
+
 def write_pages(options: Options) -> None:
     """Write what a build of the site generates."""
     options.tell(f"{write_site_files()} files below {GENERATED.relative_to(ROOT)} changed")
@@ -126,5 +131,6 @@ STAGES = (
     PictureStage("cost", "record of accuracy and cost; needs a quiet machine", run_cost),
     PictureStage("releases", "record of the releases of seven engines; needs a quiet machine", run_releases),
     PictureStage("report", "pictures of the report for the README", draw_report),
-    PictureStage("pages", "gallery, pages of engines and tables, as a build of the site writes them", write_pages),
+    PictureStage("tables", "generated tables of committed pages; takes seconds", fill_tables),
+    PictureStage("pages", "gallery and pages of engines, as a build of the site writes them", write_pages),
 )

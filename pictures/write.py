@@ -9,7 +9,7 @@ from pictures.chart import chart_file, cost_chart
 from pictures.motion.picture import scene_picture, thumbnail
 from pictures.motion.samples import motion_of
 from pictures.pages.engine_page import engine_page, page_file
-from pictures.pages.fragments import fragments
+from pictures.pages.fragments import pages_with_tables
 from pictures.pages.index_pages import ENGINES_INDEX, FAMILIES, engines_index, gallery_index
 from pictures.pages.libraries import LIBRARIES
 from pictures.pages.record import MeasuredRecord
@@ -71,9 +71,9 @@ def library_files(library: EngineLibrary, measured: MeasuredRecord) -> dict[Path
 
 
 def site_files() -> dict[Path, str]:
-    """All files below :data:`GENERATED`: the gallery, the pages of engines, and the tables that pages include."""
+    """All files below :data:`GENERATED`: the gallery, and the pages of engines."""
     measured, scenes = MeasuredRecord(), gallery_scenes()
-    found = {GALLERY / "index.md": gallery_index(scenes, measured), ENGINES_INDEX: engines_index(), **fragments()}
+    found = {GALLERY / "index.md": gallery_index(scenes, measured), ENGINES_INDEX: engines_index()}
     for scene in scenes:
         found |= scene_files(scene, measured)
     for library in LIBRARIES:
@@ -88,6 +88,11 @@ def write_site_files() -> int:
         if path.is_file() and path not in files:
             path.unlink()
     return write_all(files)
+
+
+def write_tables() -> int:
+    """Write the committed pages whose generated tables differ."""
+    return write_all(pages_with_tables())
 
 
 def write_all(files: Mapping[Path, str]) -> int:

@@ -21,6 +21,7 @@ from barchain.cli.compare import compare, crossval
 from barchain.cli.conform import conform
 from barchain.cli.doctor import doctor
 from barchain.cli.engines import engines, new_engine
+from barchain.cli.explain import explain
 from barchain.cli.export import export
 from barchain.cli.judge import judge
 from barchain.cli.nightly.attribute import attribute_night, bisect_figure
@@ -42,7 +43,7 @@ MOST_LINE = 4000  # characters of a line on standard error; the list of all scen
 MOST_SHOWN = 60  # characters of an argument that is shown
 
 SECTIONS = {
-    "Run and compare": (scenes, engines, simulate, compare, crossval, judge, show, report, doctor),
+    "Run and compare": (scenes, engines, simulate, compare, crossval, judge, show, report, explain, doctor),
     "Studies": (cost, scaling, roundoff, stability, effects, selftest, ensemble),
     "Nights": (nightly, history, attribute_night, bisect_figure, releases),
     "Scenes and engines of your own": (validate, schema, export, certified_solutions, new_engine, conform),

@@ -1,4 +1,4 @@
-"""Gallery, pages of engines and tables, written into ``docs/generated/`` before Sphinx looks for pages."""
+"""Gallery and pages of engines, written into ``docs/generated/`` before Sphinx looks for pages."""
 
 from __future__ import annotations
 

@@ -7,8 +7,8 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from adapters.registry import ENGINES
-from pictures.pages.scene_keys import HEAD, key_tables
 from pictures.pages.words import table
+from scenarios.toml.key_tables import HEAD, key_tables
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

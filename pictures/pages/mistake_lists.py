@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from barchain.judge.diagnosis.readings import READINGS, TIMINGS
-from barchain.judge.diagnosis.starts import STARTS
+from barchain.cli.common.meanings import MISTAKES
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -20,7 +19,7 @@ TITLES = {"masses-lengths-and-inertia": "Masses, lengths and inertia"}
 def known_mistakes() -> str:
     """All known mistakes, a list for each section of the conventions."""
     sections: dict[str, list[Mistake]] = {}
-    for mistake in (*READINGS, *TIMINGS, *STARTS):
+    for mistake in MISTAKES:
         sections.setdefault(mistake.section, []).append(mistake)
     count = sum(map(len, sections.values()))
     return "\n\n".join([f"These are {count} mistakes.", *(listed(name, of) for name, of in sections.items())])

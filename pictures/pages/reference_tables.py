@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 from barchain.cli.common.exit_codes import MEANINGS
-from pictures.pages.scene_keys import HEAD, key_tables
 from pictures.pages.words import table
 from reference_impl.paper.misprint_effects import misprint_effects
 from reports.tables.measured import STUDIES
-from reports.text.glossary import TERMS
+from reports.text.glossary import FIELD, TERMS
+from scenarios.toml.key_tables import HEAD, key_tables
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Iterable, Mapping
 
 ROUNDING = 1e-12  # far above the rounding of a dense solution in double precision, far below every effect
 
@@ -46,9 +47,9 @@ def exit_codes() -> str:
     return table(("code", "meaning"), ((str(int(code)), words) for code, words in MEANINGS.items()))
 
 
-def glossary() -> str:
-    """Every term that a report explains."""
-    return table(("term", "meaning"), ((term, TERMS[term]) for term in sorted(TERMS, key=str.casefold)))
+def glossary(terms: Mapping[str, str]) -> str:
+    """Terms with their meanings, in alphabetical order."""
+    return table(("term", "meaning"), ((term, terms[term]) for term in sorted(terms, key=str.casefold)))
 
 
 def misprints() -> str:
@@ -68,7 +69,8 @@ def share(value: float | None) -> str:
 
 
 TABLES: dict[str, Callable[[], str]] = {
-    "glossary": glossary,
+    "glossary": partial(glossary, TERMS),
+    "terms-of-the-field": partial(glossary, FIELD),
     "misprints": misprints,
     "scene-keys": scene_keys,
     "result-tables": result_tables,

@@ -1,4 +1,4 @@
-"""Terms of the reports, each explained where it first stands on a page."""
+"""Terms of the reports, each explained where it first stands on a page, and terms of the field."""
 
 from __future__ import annotations
 
@@ -40,7 +40,36 @@ TERMS = {
     "resolved": "Larger than the numerical error of both runs.",
     "perturbed run": "Run of the same scene with slightly different initial values or parameters.",
 }
-"""Definition of each term"""
+"""Terms of the reports with their definitions"""
+
+FIELD = {
+    "adapter": "The part of barchain, or of a package of its own, that builds a scene's chain in another engine and "
+    "returns its motion.",
+    "attitude": "Angles of the bars from an inertial axis.",
+    "centre of mass (CM)": "Of the whole chain; its motion is the orbit.",
+    "chain": "N rigid bars, joined end to end by N − 1 revolute joints.",
+    "channel": "One array of a trajectory, for example `reaction_N`.",
+    "Encke's form": "Differences of gravity from a nearby reference, written so that no large numbers are subtracted.",
+    "engine": "A library's solver, or one of barchain's, with the formulation and the integrator that its adapter "
+    "chooses.",
+    "gap": "Distance of the two bar ends that a joint ties.",
+    "gradient torque": "Torque of gravity on a bar, because gravity is stronger at the lower end.",
+    "index 2, index 3": "Constraints of a differential-algebraic system enforced on velocities, on positions.",
+    "Lagrange multipliers": "Forces that enforce constraints in redundant coordinates; here the reactions.",
+    "local angle φ": "Angle of a bar from the local horizontal.",
+    "local horizontal": "Direction of the radius turned by −90°.",
+    "mean motion n": "√(μ/r³), rate of a circular orbit.",
+    "minimal coordinates": "Centre of mass and angles: joints are closed by construction.",
+    "orbit of a scene": "Period of the osculating ellipse at the start, or of the circular orbit at that radius.",
+    "point gravity": "Gravity as if a bar's mass were at its centre.",
+    "prescribed rotation": "A bar that turns by a given law; an actuator's torque makes it do so. Also called a slew.",
+    "reaction": "Force in a joint, on bar j from bar j+1.",
+    "redundant coordinates": "Position and angle of each bar, tied by constraints.",
+    "relative coordinates": "Places counted from the chain's centre of mass.",
+    "scene": "A TOML file: orbit, chain, effects, run.",
+    "tree, joint-tree coordinates": "Position of one bar and joint angles.",
+}
+"""Terms of the field, and of barchain's documents, with their meanings"""
 
 
 class Glossary:

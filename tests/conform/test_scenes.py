@@ -15,9 +15,9 @@ import pytest
 
 from barchain.conform.scenes import STAGES, TOGETHER, scene_of, solved, without
 from barchain.metrics.quantities import differences
-from pictures.pages.scene_keys import HEAD, key_tables
 from scenarios import Actuator, Axes, End, Frame, SceneFile, scene_names
 from scenarios.effect_types import all_effect_names
+from scenarios.toml.key_tables import HEAD, key_tables
 from scenarios.toml.resolve import resolve
 from tests.diagnosis.planting import run
 from tests.support.slow import one_in

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from pictures.pages.scene_keys import HEAD, key_tables
 from scenarios import SceneFile
+from scenarios.toml.key_tables import HEAD, key_tables
 
 ENDS = ("orbits", "_m", "_s", "_kg", "_N", "_deg", "_rad", "_Pa", "_s2", "_m2", "_m3")
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pictures.paths import DOCS, TABLES
+from pictures.paths import DOCS
 from tests.documents.site import dead_links, loads_from_elsewhere, read_site
 from tests.structure.product import PACKAGES, ROOT
 
@@ -30,7 +30,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.slow
 def test_the_site_builds_without_a_warning_and_has_every_page(site: Path) -> None:
-    pages = {path.relative_to(DOCS).with_suffix("") for path in DOCS.rglob("*.md") if TABLES not in path.parents}
+    pages = {path.relative_to(DOCS).with_suffix("") for path in DOCS.rglob("*.md")}
     built = {path.relative_to(site).with_suffix("") for path in site.rglob("*.html")}
     assert pages <= built
 

@@ -1,4 +1,4 @@
-"""The gallery, the pages of engines and the tables that pages include are made from scenes, engines and record."""
+"""The gallery, the pages of engines and the generated tables of pages are made from scenes, engines and record."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from pictures import write
 from pictures.__main__ import main
 from pictures.pages.docstrings import paragraphs
 from pictures.pages.engine_page import MOST_COLUMNS, page_file, portions
-from pictures.pages.fragments import FRAGMENTS
+from pictures.pages.fragments import BLOCK, FRAGMENTS, filled, pages_with_tables
 from pictures.pages.libraries import LIBRARIES, library_of
 from pictures.pages.words import cell, short
-from pictures.paths import DOCS, GALLERY, GENERATED, RECORD, TABLES
+from pictures.paths import GALLERY, RECORD
 from pictures.record.certified import certified_rows
 from pictures.record.comparison import row_of
 from pictures.record.files import COLUMNS, DIGITS, read_runs, read_table
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 IMAGE = re.compile(r"!\[(?P<alt>[^\]]*)\]\((?P<file>[^)]+)\)")
-INCLUDE = re.compile(r"^```\{include\} (\S+)$", re.MULTILINE)
 rendered = cache(site_files)
 
 pytestmark = pytest.mark.skipif(bool(find_engine(COMPILED).missing), reason="pictures need the compiled reference")
@@ -51,10 +50,25 @@ def test_every_scene_of_the_gallery_is_shown_and_linked_by_the_index() -> None:
     assert not [s.name for s in gallery_scenes() if f"]({s.name}.md)" not in index or f"\n{s.name}\n" not in index]
 
 
-def test_a_page_includes_tables_that_are_written_and_every_table_stands_on_a_page() -> None:
-    pages = [path for path in DOCS.rglob("*.md") if GENERATED not in path.parents]
-    included = {(p.parent / name).resolve() for p in pages for name in INCLUDE.findall(p.read_text(encoding="utf-8"))}
-    assert {path for path in included if GENERATED in path.parents} == {TABLES / f"{name}.md" for name in FRAGMENTS}
+def test_the_generated_tables_of_committed_pages_are_those_that_the_code_makes() -> None:
+    stale = [path.name for path, text in pages_with_tables().items() if path.read_text(encoding="utf-8") != text]
+    assert not stale, "python -m pictures --only tables"
+
+
+def test_every_table_stands_on_one_page() -> None:
+    named = [found["name"] for path in pages_with_tables() for found in BLOCK.finditer(path.read_text("utf-8"))]
+    assert sorted(named) == sorted(FRAGMENTS)
+
+
+def test_an_edited_table_is_written_anew_and_the_text_around_it_stays() -> None:
+    page = "Before.\n\n<!-- generated: exit-codes -->\nedited\n<!-- end: exit-codes -->\n\nAfter.\n"
+    made = filled(page)
+    assert "edited" not in made
+    assert "| 130 |" in made
+    assert (made[:8], made[-7:]) == ("Before.\n", "After.\n")
+    assert filled(made) == made
+    with pytest.raises(KeyError, match="no-such"):
+        filled("<!-- generated: no-such -->\n<!-- end: no-such -->")
 
 
 def test_files_of_scenes_that_are_gone_are_removed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
