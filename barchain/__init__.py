@@ -22,8 +22,13 @@ if TYPE_CHECKING:
     from barchain.api import simulate as simulate
     from barchain.arguments import ArgumentError as ArgumentError
     from barchain.crossval.run import ComparisonResult as ComparisonResult
+    from barchain.measuring import cost as cost
+    from barchain.measuring import effects as effects
+    from barchain.studies.ensemble.study import EnsembleResult as EnsembleResult
+    from barchain.studies.ensemble.study import ensemble as ensemble
     from barchain.studies.own import asked_run as asked_run
     from barchain.studies.own import measure as measure
+    from reports.tables.files import StudyTables as StudyTables
     from reports.tables.schema import SchemaVersionError as SchemaVersionError
     from scenarios.load import SceneError as SceneError
     from scenarios.load import change_scene as change_scene
@@ -47,6 +52,11 @@ MODULES = {
     "rows": "barchain.api",
     "scenes": "barchain.api",
     "simulate": "barchain.api",
+    "cost": "barchain.measuring",
+    "effects": "barchain.measuring",
+    "ensemble": "barchain.studies.ensemble.study",
+    "EnsembleResult": "barchain.studies.ensemble.study",
+    "StudyTables": "reports.tables.files",
     "asked_run": "barchain.studies.own",
     "measure": "barchain.studies.own",
     "ComparisonResult": "barchain.crossval.run",

@@ -19,12 +19,12 @@ import pandas as pd
 from barchain.record.environment import now, processor
 from barchain.studies.cost.findings import curve_of
 from barchain.studies.cost.study import cost_study
-from barchain.studies.defaults import BARS, FAST
+from barchain.studies.defaults import BARS, DIVIDED_SCENE, FAST
 from barchain.studies.ensemble.study import ensemble
 from barchain.studies.scaling.study import FAST_BARS, exponent
 from barchain.studies.study import Reporter, run_study
 from barchain.studies.timing.bench import pin, quietest_core
-from barchain.studies.timing.evaluation import SCENE, divided, evaluation_times, loop_of
+from barchain.studies.timing.evaluation import divided, evaluation_times, loop_of
 from barchain.studies.timing.statistics import cost_at, locate
 from reports.tables.cost import FILES
 from reports.text.numerals import span_text
@@ -47,7 +47,7 @@ def evaluations() -> Found:
     """Time of an evaluation at :data:`SHOWN_BARS`, and its exponent."""
     first, last = FAST_BARS
     bars = sorted({*SHOWN_BARS, *(n for n in BARS if first <= n <= last)})
-    scene, found = load_scene(SCENE), {}
+    scene, found = load_scene(DIVIDED_SCENE), {}
     for n in bars:
         found[n] = float(evaluation_times([loop_of(FAST, divided(scene, n))], TURNS).min())
     fitted = [n for n in bars if n >= first]

@@ -31,6 +31,7 @@ from barchain.cli.common.terminal import counts_of, literal, say, show
 from barchain.studies.defaults import (
     BARS,
     COST,
+    DIVIDED_SCENE,
     EFFECTS,
     FAST,
     MATTERS,
@@ -80,7 +81,15 @@ def cost(
     show_points(*run_shown(out, cost_study(scenes or None, names or None, orbits, **limits), kept))
 
 
-@click.command(short_help="Measure time and memory against the number of bars.")
+@click.command(
+    short_help="Measure time and memory against the number of bars.",
+    help=f"""Measure time and memory against the number of bars.
+
+    The times are those of an evaluation and of an orbit. The chain is that of {DIVIDED_SCENE}, cut into N bars. Exits
+    with 1 if an engine fails at every number of bars, if an engine that was named does not run at all, or if nothing
+    is measured.
+    """,
+)
 @engine_option(STUDIED)
 @click.option("--bars", multiple=True, type=click.IntRange(2, MOST_BARS), metavar="N", default=BARS,
               help=f"Cut the chain into N bars. May be repeated; default: 2 to {BARS[-1]}.")  # fmt: skip
@@ -92,12 +101,7 @@ def cost(
 )
 @result_options
 def scaling(names: tuple[str, ...], bars: tuple[int, ...], out: Path, kept: dict[str, bool], **limits: Any) -> None:
-    """Measure time and memory against the number of bars.
-
-    The times are those of an evaluation and of an orbit. The chain is that of paper/fig05, cut into N bars. Exits with
-    1 if an engine fails at every number of bars, if an engine that was named does not run at all, or if nothing is
-    measured.
-    """
+    """Measure time and memory against the number of bars."""
     from barchain.studies.scaling.study import scaling_study
 
     show_points(*run_shown(out, scaling_study(names or None, bars, **limits), kept))
@@ -196,7 +200,7 @@ def show_stability(result: StabilityResult) -> None:
               help=f"Run this form of the reference, {FAST} or {SLOW}; default: {FAST} where it is installed and "
                    "supports the scene.")  # fmt: skip
 @repeats_option(EFFECTS.repeats)
-@minutes_option(EFFECTS.minutes, shown="a third", more="; no further round of timing is begun after it")
+@minutes_option(EFFECTS.minutes, more="; no further round of timing is begun after it")
 @executor_options
 @result_options
 def effects(

@@ -89,3 +89,16 @@ def test_help_imports_nothing_that_is_slow_to_import(arguments):
     )
     made = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=True)
     assert made.stderr.strip() == ""
+
+
+def test_a_default_in_a_help_is_a_value_that_can_be_typed():
+    for command in cli.commands.values():
+        for option in (p for p in command.params if isinstance(p, click.Option)):
+            if isinstance(option.show_default, str):
+                option.type.convert(option.show_default, option, None)
+
+
+def test_the_scaling_study_says_which_chain_it_cuts():
+    from barchain.studies.scaling.study import scaling_study
+
+    assert f"that of {scaling_study(['reference-fast'], [2]).scene.name}," in cli.commands["scaling"].help

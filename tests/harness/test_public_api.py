@@ -1,16 +1,20 @@
 """The package's own names: complete, quick to import, and what they say they are."""
 
 import inspect
+import re
 import subprocess
 import sys
 from importlib.metadata import version
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import barchain
+from pictures.paths import DOCS
 from tests.support.report_fixture import build
 
+STUDIES = ("ensemble", "cost", "effects", "measure", "asked_run")
 HEAVY = ("numpy", "pandas", "scipy", "matplotlib", "pydantic", "exudyn")
 
 
@@ -54,10 +58,31 @@ def test_a_folder_is_rendered_again(tmp_path: Path) -> None:
     assert tmp_path / "index.html" in barchain.render(str(tmp_path))
 
 
-@pytest.mark.parametrize("name", ["scenes", "engines", "simulate", "compare", "render"])
+@pytest.mark.parametrize("name", ["scenes", "engines", "simulate", "compare", "render", *STUDIES])
 def test_public_functions_document_every_parameter_and_result(name: str) -> None:
     function = getattr(barchain, name)
     text = inspect.getdoc(function) or ""
     for parameter in inspect.signature(function).parameters:
         assert f"\n{parameter} :" in text or f"\n**{parameter} :" in text
     assert "Returns\n" in text
+
+
+@pytest.mark.parametrize("name", [n for n in barchain.__all__ if not n.startswith("_")])
+def test_the_reference_pages_have_every_public_name(name: str) -> None:
+    page = (DOCS / "reference" / "python.md").read_text("utf-8")
+    engines = (DOCS / "reference" / "engine_interface.md").read_text("utf-8")
+    assert re.search(rf"auto(?:class|function):: {name}$", page, re.MULTILINE) or f"## `{name}`" in engines
+
+
+def test_an_ensemble_names_magnitudes_and_a_trajectory_vectors() -> None:
+    found = barchain.ensemble("paper/fig09", ["angle_deg=normal(80, 0.1)"], runs=250, orbits=0.01, samples=3)
+    assert found.reaction_size_N.shape == (250, 3, 4)
+    assert np.all(found.reaction_size_N > 0.0)
+    assert not hasattr(found, "reaction_N")
+
+
+def test_the_studies_of_cost_and_effects_return_their_tables() -> None:
+    priced = barchain.cost(["paper/fig13"], ["reference-fast"], orbits=0.01, repeats=1, minutes=0.01)
+    assert set(priced.points.engine) == {"reference-fast"}
+    budget = barchain.effects("paper/fig13", rtol=1e-5, repeats=1, minutes=0.001, engine="reference-fast")
+    assert len(budget.effects) > 1

@@ -72,7 +72,7 @@ def test_draws_of_one_quantity_depend_neither_on_what_else_varies_nor_on_the_num
     np.testing.assert_array_equal(alone.runs["angle_deg[4]"], together.runs["angle_deg[4]"])
     again = ensemble(scene, EVERYTHING, runs=300, samples=3, executor=LocalProcesses(1))
     np.testing.assert_array_equal(again.angle_rad, together.angle_rad)
-    np.testing.assert_array_equal(again.reaction_N, together.reaction_N)
+    np.testing.assert_array_equal(again.reaction_size_N, together.reaction_size_N)
     other = ensemble(scene, EVERYTHING, runs=300, samples=3, seed=2)
     assert not np.array_equal(other.angle_rad, together.angle_rad)
 
@@ -202,4 +202,4 @@ def test_a_cluster_that_loses_a_worker_half_way_loses_no_run_and_changes_no_bit(
     assert killed
     assert killed[0] < 8000
     np.testing.assert_array_equal(there.angle_rad, here.angle_rad)
-    np.testing.assert_array_equal(there.reaction_N, here.reaction_N)
+    np.testing.assert_array_equal(there.reaction_size_N, here.reaction_size_N)

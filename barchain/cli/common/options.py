@@ -360,10 +360,10 @@ def time_limit_option(default_s: float, more: str = "") -> Callable[[F], F]:
     )  # fmt: skip
 
 
-def minutes_option(default: float, shown: str | None = None, more: str = "") -> Callable[[F], F]:
+def minutes_option(default: float, more: str = "") -> Callable[[F], F]:
     """`--minutes M`: wall time that a study may take."""
     return click.option(
-        "--minutes", metavar="M", type=MINUTES, default=default, show_default=shown or True,
+        "--minutes", metavar="M", type=MINUTES, default=default, show_default=True,
         help=f"Give the study a budget of this wall time, in minutes{more}.",
     )  # fmt: skip
 

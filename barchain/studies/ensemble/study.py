@@ -86,8 +86,8 @@ class EnsembleResult(EnsembleSummary):
     """One row a run: what was drawn, outcome (finished, ended, failed), reason, steps, evaluations"""
     angle_rad: Array | None
     """(runs, n, N); None if all samples together are more than ten million numbers"""
-    reaction_N: Array | None
-    """(runs, n, N-1) sizes; None as the angles"""
+    reaction_size_N: Array | None
+    """(runs, n, N-1) magnitudes of the reactions, None as the angles; ``reaction_N`` of a trajectory has vectors"""
 
 
 @dataclass(frozen=True)
@@ -141,25 +141,7 @@ def ensemble_study(
     quantiles: tuple[float, ...] = QUANTILES,
     executor: Executor = ALL_CORES,
 ) -> EnsembleStudy:
-    """Ensemble study.
-
-    Parameters
-    ----------
-    scene : Scene, str or Path
-    vary : iterable of str
-        Distributions, e.g. ``"angle_deg=normal(80, 1)"``; see :mod:`barchain.studies.ensemble.variation`.
-    runs : int
-    seed : int
-        Equal seeds draw equal copies, on threads and on a cluster.
-    rtol : float
-        Requested accuracy of a step.
-    orbits : float, optional
-        Part of the scene that is run, from its start; all of it by default.
-    samples : int
-        Number of equally spaced instants.
-    quantiles : tuple of float
-    executor : Executor
-        Place of the runs; on this machine they share a process, with one thread for each of its workers.
+    """Ensemble study; its parameters are those of :func:`ensemble`.
 
     Raises
     ------
@@ -187,40 +169,75 @@ def ensemble_study(
 
 
 def ensemble(
-    scene: Scene | str | Path, vary: Iterable[str], *, progress: Callable[[int], None] = lambda _: None, **options: Any
+    scene: Scene | str | Path,
+    vary: Iterable[str],
+    runs: int = RUNS,
+    *,
+    seed: int = 1,
+    rtol: float = RTOL,
+    orbits: float | None = None,
+    samples: int = SAMPLES_OF_A_RUN,
+    quantiles: tuple[float, ...] = QUANTILES,
+    executor: Executor = ALL_CORES,
+    progress: Callable[[int], None] = lambda _: None,
 ) -> EnsembleResult:
-    """Run many perturbed copies of a scene in the compiled reference.
+    """Run many perturbed copies of a scene in the compiled reference, and take quantiles over time.
 
     Parameters
     ----------
     scene : Scene, str or Path
+        A scene, its name, or the path of its file.
     vary : iterable of str
-        Distributions, e.g. ``"angle_deg=normal(80, 1)"``.
+        Distributions, e.g. ``["angle_deg=normal(80, 1)", "mass_kg[2]=lognormal(100, 0.1)"]``: ``normal(mean,
+        deviation)``, ``uniform(low, high)``, ``lognormal(median, sigma)``, ``triangular(low, mode, high)`` of a key of
+        the scene, for all bars alike, for bar ``[2]``, or for each by itself, ``[*]``.
+    runs : int
+        Number of copies.
+    seed : int
+        Equal seeds draw equal copies, on threads and on a cluster.
+    rtol : float
+        Requested relative accuracy of a step.
+    orbits : float, optional
+        Part of the scene that is run, from its start, in orbits; all of it by default.
+    samples : int
+        Number of equally spaced instants.
+    quantiles : tuple of float
+        Shares from 0 to 1.
+    executor : Executor
+        Place of the runs; all cores of this machine by default.
     progress : callable
         Called with the number of runs after each part.
-    **options
-        Of :func:`ensemble_study`.
 
     Returns
     -------
     EnsembleResult
+        ``quantiles``, a tidy table over time; ``runs``, a row for each copy; ``angle_rad`` (runs, n, N) and
+        ``reaction_size_N`` (runs, n, N-1), the magnitudes of the reactions.
 
     Raises
     ------
-    SceneError, VariationError, ClusterError
+    SceneError
+        If the scene does not exist.
+    VariationError
+        If a distribution can't be read, a quantity varies twice, or memory does not hold the numbers.
+    ClusterError
+        If a Dask cluster can't be used.
     """
     with tempfile.TemporaryDirectory() as folder:
-        study = ensemble_study(scene, vary, **options)
+        study = ensemble_study(
+            scene, vary, runs, seed=seed, rtol=rtol, orbits=orbits, samples=samples, quantiles=quantiles,
+            executor=executor,
+        )  # fmt: skip
         study = dataclasses.replace(study, executor=KeptAnswers(Path(folder), study.executor))
         made, quantiles, seconds = reduced(study, Path(folder), progress)
         tally = RunTally()
-        runs = run_table(run_rows(made, tally))
-        n, bars, angle_rad, reaction_N = study.scene.run.samples, study.scene.bars, None, None
+        table = run_table(run_rows(made, tally))
+        n, bars, angle_rad, size_N = study.scene.run.samples, study.scene.bars, None, None
         if study.runs * columns(study.scene) <= MOST_HELD:
             samples = made.samples().T
             angle_rad = np.ascontiguousarray(samples[:, : n * bars]).reshape(study.runs, n, bars)
-            reaction_N = np.ascontiguousarray(samples[:, n * bars :]).reshape(study.runs, n, bars - 1)
-    return EnsembleResult(study.scene, quantiles, tally, seconds, runs, angle_rad, reaction_N)
+            size_N = np.ascontiguousarray(samples[:, n * bars :]).reshape(study.runs, n, bars - 1)
+    return EnsembleResult(study.scene, quantiles, tally, seconds, table, angle_rad, size_N)
 
 
 def reduced(

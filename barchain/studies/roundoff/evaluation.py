@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.stats import kruskal
 
+from barchain.studies.defaults import DIVIDED_SCENE
 from barchain.studies.roundoff.formulations import (
     FORMULATIONS,
     PRODUCTION,
@@ -21,7 +22,7 @@ from barchain.studies.roundoff.formulations import (
     longitude_rad,
 )
 from barchain.studies.roundoff.third_parties import THIRD_PARTIES
-from barchain.studies.timing.evaluation import SCENE, divided, evaluation_times, numpy_loop
+from barchain.studies.timing.evaluation import divided, evaluation_times, numpy_loop
 from barchain.studies.timing.statistics import interval
 from reference_impl.precision.arithmetic import ARITHMETICS, EXACT, Values, exact_numbers
 from reference_impl.precision.formulations import absolute, relative
@@ -177,7 +178,7 @@ def many_states(arithmetic: str, bars: int) -> dict[str, Any]:
 
 def one_state(bars: int, code: str = "reference", coordinates: CoordinateSet = "redundant") -> dict[str, Any]:
     """Times of the reference's own right-hand sides, by default both with six unknowns a bar."""
-    scene = divided(load_scene(SCENE), bars)
+    scene = divided(load_scene(DIVIDED_SCENE), bars)
     return timed(code, "float64", bars, numpy_loop(scene, coordinates), numpy_loop(scene, "absolute"))
 
 

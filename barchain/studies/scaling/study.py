@@ -27,11 +27,11 @@ from barchain.runs.executors import ONE_BY_ONE
 from barchain.runs.job import Job, Role
 from barchain.runs.left_out import cannot, failures, said
 from barchain.runs.phases import installed
-from barchain.studies.defaults import BARS, FAST, SCALING
+from barchain.studies.defaults import BARS, DIVIDED_SCENE, FAST, SCALING
 from barchain.studies.scaling.point import BUILDS, ScalingTask, measured_point
 from barchain.studies.study import StudyEnd
 from barchain.studies.timing.bench import OtherLoad, TimingBench
-from barchain.studies.timing.evaluation import DIRECT, SCENE, divided
+from barchain.studies.timing.evaluation import DIRECT, divided
 from barchain.studies.timing.statistics import FEWEST, Interval, slope
 from reports.tables.outcome import Outcome
 from reports.tables.rows import NOT_RUN
@@ -141,7 +141,7 @@ def scaling_study(engine_names: Iterable[str] | None = None, bars: Iterable[int]
         raise ValueError(f"bars {', '.join(map(str, wanted))}: allowed: 2 or more")
     chosen = engines() if engine_names is None else chosen_engines(engine_names)
     named = frozenset(() if engine_names is None else chosen)
-    return ScalingStudy(load_scene(SCENE), chosen, wanted, named=named, **limits)
+    return ScalingStudy(load_scene(DIVIDED_SCENE), chosen, wanted, named=named, **limits)
 
 
 class ScalingRun:

@@ -94,7 +94,6 @@ def batch_s(loop: Callable[[int], None], times: int) -> float:
     return clock.seconds()
 
 
-SCENE = "paper/fig13"  # the 80° chain stays regular; a horizontal chain of many bars buckles at once
 SAMPLES = 11  # few, so that no engine is timed at its output
 
 

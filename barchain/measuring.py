@@ -1,0 +1,195 @@
+"""Functions for notebooks and scripts that measure: errors against run times, and relevance of effects.
+
+:func:`barchain.ensemble` and :func:`barchain.measure` stand beside their studies.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from barchain.api import checked
+from barchain.arguments import (
+    AMOUNT,
+    OPTIONAL_FOLDER,
+    PROGRESS,
+    SECONDS,
+    SWITCH,
+    WORKERS,
+    check,
+    engine_list,
+    scene_list,
+)
+from barchain.studies.defaults import COST, EFFECTS, MATTERS, RTOL
+from barchain.studies.study import Reporter, ignore, run_study
+from reports.tables.cost import read_cost
+from reports.tables.effects import read_effects
+from scenarios import Scene, load_scene
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator
+
+    from reports.tables.files import StudyTables
+
+
+def cost(
+    scenes: Iterable[Scene | str | Path] | None = None,
+    engines: Iterable[str] | None = None,
+    out: Path | str | None = None,
+    *,
+    orbits: float = 1.0,
+    repeats: int = COST.repeats,
+    minutes: float = COST.minutes,
+    time_limit_s: float = COST.time_limit_s,
+    resume: bool = False,
+    overwrite: bool = False,
+    progress: Callable[[str, str, str], None] | None = None,
+) -> StudyTables:
+    """Measure errors and run times of every setting of engines, as `barchain cost` does.
+
+    Runs are made one by one: times need a quiet machine.
+
+    Parameters
+    ----------
+    scenes : iterable of Scene, str or Path, optional
+        Scenes, their names, or the paths of their files; those of ``paper/`` by default. Their certified solutions give
+        the errors.
+    engines : iterable of str, optional
+        Registered names; all installed engines by default.
+    out : Path or str, optional
+        Result folder; nothing is kept by default.
+    orbits : float
+        Part of each scene that is run, from its start, in orbits.
+    repeats : int
+        Times that each point is timed, as far as the budget goes.
+    minutes : float
+        Budget of wall time, minutes.
+    time_limit_s : float
+        Longest wall time of a run, s; a run that is expected to take longer is left out.
+    resume : bool
+        Go on from results in `out`.
+    overwrite : bool
+        Delete earlier results of the study in `out` first.
+    progress : callable, optional
+        Called with (scene, engine and setting, outcome) after each first run.
+
+    Returns
+    -------
+    StudyTables
+        Tables as attributes: ``points`` (a row for each run: errors in rad, N, m, times in s), ``reach`` (time, s, and
+        setting that reach a target error), ``orders``, ``price``, ``loads``; ``record`` has versions and limits.
+
+    Raises
+    ------
+    SceneError, UnknownEngineError, CertifiedSolutionError
+        If a scene or an engine does not exist, or a scene has no certified solution.
+    ArgumentError
+        If another argument is of a wrong type.
+    ResultsInPlaceError
+        If `out` holds results of the study, and neither `resume` nor `overwrite` is given.
+    """
+    from barchain.studies.cost.study import cost_study  # noqa: PLC0415  # heyoka is an extra
+
+    given = None if scenes is None else list(map(checked, scene_list(scenes)))
+    check(AMOUNT, orbits=orbits, minutes=minutes)
+    check(SECONDS, time_limit_s=time_limit_s)
+    check(WORKERS, repeats=repeats)
+    limits = {"repeats": repeats, "minutes": minutes, "time_limit_s": time_limit_s}
+    study = cost_study(given, engine_list(engines), orbits, **limits)
+    with kept_in(out, resume=resume, overwrite=overwrite, progress=progress) as folder:
+        run_study(study, folder, resume=resume, overwrite=overwrite, reporter=Reporter(progress or ignore))
+        return read_cost(folder)
+
+
+def effects(
+    scene: Scene | str | Path,
+    out: Path | str | None = None,
+    *,
+    rtol: float = RTOL,
+    matters: float = MATTERS,
+    width_m: float | None = None,
+    engine: str | None = None,
+    repeats: int = EFFECTS.repeats,
+    minutes: float = EFFECTS.minutes,
+    resume: bool = False,
+    overwrite: bool = False,
+    progress: Callable[[str, str, str], None] | None = None,
+) -> StudyTables:
+    """Measure relevance and run time of each effect of a scene, as `barchain effects` does.
+
+    Each effect is switched off, or on with stated defaults where the scene does not have it.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        A scene, its name, or the path of its file.
+    out : Path or str, optional
+        Result folder; nothing is kept by default.
+    rtol : float
+        Requested accuracy of a step; a run at ten times that shows the numerical error.
+    matters : float
+        Change from which an effect is relevant: rad of attitude, or relative to the largest reaction or to the initial
+        distance from the centre.
+    width_m : float, optional
+        Width of every bar, m, for drag and sunlight that the scene does not have; the scene's own by default.
+    engine : str, optional
+        ``"reference-fast"`` or ``"reference"``; the compiled form by default, where it is installed and supports the
+        scene.
+    repeats : int
+        Rounds of timing, as far as the budget goes.
+    minutes : float
+        Budget of wall time, minutes; no further round is begun after it.
+    resume : bool
+        Go on from results in `out`.
+    overwrite : bool
+        Delete earlier results of the study in `out` first.
+    progress : callable, optional
+        Called with (scene, run, outcome) after each run.
+
+    Returns
+    -------
+    StudyTables
+        Tables as attributes, with changes in rad, N, m and times in s; ``record`` has the scene and what was switched.
+
+    Raises
+    ------
+    SceneError
+        If the scene does not exist.
+    ValueError
+        If a width is beyond a bar's length; an :class:`ArgumentError` if an argument is of a wrong type.
+    ResultsInPlaceError
+        If `out` holds results of the study, and neither `resume` nor `overwrite` is given.
+    """
+    from barchain.studies.effects.study import effects_study  # noqa: PLC0415
+
+    check(AMOUNT, rtol=rtol, matters=matters, minutes=minutes)
+    check(WORKERS, repeats=repeats)
+    options = {"rtol": rtol, "matters": matters, "width_m": width_m, "engine": engine, "repeats": repeats}
+    loaded = checked(scene)
+    study = effects_study(
+        loaded if isinstance(loaded, Scene) else load_scene(loaded), seconds=60.0 * minutes, **options
+    )
+    with kept_in(out, resume=resume, overwrite=overwrite, progress=progress) as folder:
+        run_study(study, folder, resume=resume, overwrite=overwrite, reporter=Reporter(progress or ignore))
+        return read_effects(folder)
+
+
+@contextlib.contextmanager
+def kept_in(out: Path | str | None, *, resume: bool, overwrite: bool, progress: object) -> Iterator[Path]:
+    """Folder of the results: `out`, or one that is removed at the end.
+
+    Raises
+    ------
+    ArgumentError
+        If an argument is of a wrong type.
+    """
+    check(OPTIONAL_FOLDER, out=out)
+    check(SWITCH, resume=resume, overwrite=overwrite)
+    check(PROGRESS, progress=progress)
+    if out is not None:
+        yield Path(out)
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        yield Path(folder)
