@@ -42,8 +42,9 @@ class KernelHook(BuildHookInterface[Any]):
         if command is None:
             self.app.display_warning(ADVICE)
             return
+        wanted = build.wanted_levels()
         try:
-            build.build(command)
+            build.build(command, wanted=wanted)
         except (OSError, subprocess.CalledProcessError) as error:
             if os.environ.get(build.EXTRA_FLAGS):  # asked for by somebody who wants to know
                 raise RuntimeError(getattr(error, "stderr", "") or str(error)) from error

@@ -13,6 +13,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
 
@@ -23,10 +24,12 @@ GIVEN_LIBRARY = "BARCHAIN_KERNEL"
 """Environment variable: library to load instead, one built with other flags"""
 NO_KERNEL = "BARCHAIN_NO_KERNEL"
 """Environment variable: 1 installs without the kernel, where neither a compiler nor ziglang is in reach"""
+ALL_LEVELS = "BARCHAIN_KERNEL_LEVELS"
+"""Environment variable: all builds a wheel, or an installation, that is shared with machines of other processors"""
 EXTRA_FLAGS = "BARCHAIN_KERNEL_FLAGS"
 """Environment variable: further flags of the compiler, such as -Werror"""
 FLAGS = (
-    "-std=c11", "-O3", "-g1", "-fPIC", "-shared",
+    "-std=c11", "-O3", "-g1", "-fPIC",
     # the freedom that the arithmetic allows: a product and a sum may become one operation, but sums keep their order
     "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=fast",
     "-Wall", "-Wextra",
@@ -63,8 +66,22 @@ def machine() -> str:
 
 
 def levels() -> tuple[str, ...]:
-    """Libraries to build for this architecture, best first."""
+    """Libraries of this architecture, best first."""
     return tuple(LEVELS) if machine() == "x86_64" else (machine(),)
+
+
+def wanted_levels() -> tuple[str, ...]:
+    """Libraries that an installation compiles: this processor's, or all.
+
+    Raises
+    ------
+    ValueError
+        If the environment variable has another value than ``all``.
+    """
+    given = os.environ.get(ALL_LEVELS, "")
+    if given not in ("", "all"):
+        raise ValueError(f"{ALL_LEVELS}={given} given, allowed: all, or unset for this processor's library alone")
+    return levels() if given else (best_level(),)
 
 
 @cache
@@ -108,7 +125,7 @@ def build(
         Compiler.
     folder : Path
     wanted : tuple of str, optional
-        Levels, by default all of this architecture.
+        Levels, by default those of :func:`wanted_levels`.
     flags : tuple of str
         Further flags.
 
@@ -120,27 +137,42 @@ def build(
         If the folder can't be written, or the compiler not started.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    made = {level: library_path(level, folder) for level in wanted or levels()}
-    for level, path in made.items():
-        with tempfile.TemporaryDirectory(dir=folder, prefix=".") as scratch:
-            part = Path(scratch) / path.name
-            more = *known_flags(command, LEVELS.get(level, ())), *flags, *os.environ.get(EXTRA_FLAGS, "").split()
-            units = [str(SOURCES / name) for name in UNITS]
-            define = f'-DSOURCE_DIGEST="{source_digest()}"'
-            done = subprocess.run(
-                [*command, *FLAGS, *more, define, "-o", str(part), *units, "-lm"],
-                capture_output=True,
-                text=True,
-                check=False,
-            )
-            if done.returncode != 0:
-                raise subprocess.CalledProcessError(done.returncode, done.args, done.stdout, done.stderr)
-            sys.stderr.write(done.stderr)
-            part.replace(path)
+    made = {level: library_path(level, folder) for level in wanted or wanted_levels()}
+    with tempfile.TemporaryDirectory(dir=folder, prefix=".") as scratch, ThreadPoolExecutor(os.cpu_count()) as pool:
+        define, objects = f'-DSOURCE_DIGEST="{source_digest()}"', []
+        more = {
+            level: (*known_flags(command, LEVELS.get(level, ())), *flags, *os.environ.get(EXTRA_FLAGS, "").split())
+            for level in made
+        }
+        for level in made:
+            for unit in UNITS:
+                part = str(Path(scratch) / f"{level}-{unit}.o")
+                line = [*command, *FLAGS, *more[level], define, "-c", "-o", part, str(SOURCES / unit)]
+                objects.append((level, part, pool.submit(run, line)))
+        for _, _, compiled in objects:
+            compiled.result()
+        for level, path in made.items():
+            parts, whole = [part for of, part, _ in objects if of == level], Path(scratch) / path.name
+            run([*command, "-fPIC", "-shared", *more[level], "-o", str(whole), *parts, "-lm"])
+            whole.replace(path)
     for old in folder.glob("kernel-*"):
         if source_digest() not in old.name:
             old.unlink(missing_ok=True)
     return list(made.values())
+
+
+def run(line: list[str]) -> None:
+    """Run the compiler, and show its warnings.
+
+    Raises
+    ------
+    subprocess.CalledProcessError
+        If it fails; its messages are in the exception.
+    """
+    done = subprocess.run(line, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise subprocess.CalledProcessError(done.returncode, done.args, done.stdout, done.stderr)
+    sys.stderr.write(done.stderr)
 
 
 def known_flags(command: list[str], flags: tuple[str, ...]) -> tuple[str, ...]:
@@ -183,6 +215,9 @@ def built_file(digest: str) -> Path:
     path, command = library_path(best_level()), compiler()
     if path.exists():
         return path
+    lower = [library_path(level) for level in levels()[levels().index(best_level()) + 1 :]]
+    if command is None and (found := next(filter(Path.exists, lower), None)):
+        return found  # installed by a machine with an older processor
     older = any(BUILT.glob("kernel-*")) if BUILT.exists() else False
     state = f"its sources were edited after it was built (now {digest})" if older else "it was not built"
     if command is None:

@@ -81,6 +81,7 @@ def test_an_ensemble_names_magnitudes_and_a_trajectory_vectors() -> None:
     assert not hasattr(found, "reaction_N")
 
 
+@pytest.mark.slow
 def test_the_studies_of_cost_and_effects_return_their_tables() -> None:
     priced = barchain.cost(["paper/fig13"], ["reference-fast"], orbits=0.01, repeats=1, minutes=0.01)
     assert set(priced.points.engine) == {"reference-fast"}

@@ -153,3 +153,36 @@ def test_the_kernels_tests_pass_under_the_sanitizers(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider", *tests]
     done = subprocess.run(command, cwd=ROOT, env=env, capture_output=True, text=True, check=False)
     assert done.returncode == 0, (done.stdout + done.stderr)[-4000:]
+
+
+FAKE = "import sys; open(sys.argv[sys.argv.index('-o') + 1], 'w').write(' '.join(sys.argv))"
+"""Compiler that writes its arguments"""
+
+
+def test_an_installation_compiles_for_this_processor_and_a_shared_one_for_all(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compiler = [sys.executable, "-S", "-c", FAKE]
+    monkeypatch.setattr(build, "UNITS", ("kernel.c",))
+    monkeypatch.delenv(build.ALL_LEVELS, raising=False)
+    assert build.build(compiler, tmp_path / "own") == [build.library_path(build.best_level(), tmp_path / "own")]
+    monkeypatch.setenv(build.ALL_LEVELS, "all")
+    made = build.build(compiler, tmp_path / "all")
+    assert made == [build.library_path(level, tmp_path / "all") for level in build.levels()]
+    assert all(path.read_text().count("kernel.c.o") == 1 for path in made)
+    monkeypatch.setenv(build.ALL_LEVELS, "v3")
+    with pytest.raises(ValueError, match="v3 given, allowed: all"):
+        build.wanted_levels()
+
+
+def test_a_lower_library_serves_where_the_best_one_is_missing_and_nothing_compiles(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(build, "levels", lambda: ("best", "lower", "lowest"))
+    monkeypatch.setattr(build, "best_level", lambda: "best")
+    monkeypatch.setattr(build, "compiler", lambda: None)
+    monkeypatch.setattr(build, "library_path", lambda level: tmp_path / level)
+    (tmp_path / "lowest").touch()
+    assert build.built_file("a digest of no other test") == tmp_path / "lowest"
+    (tmp_path / "lower").touch()
+    assert build.built_file("another digest of no other test") == tmp_path / "lower"
