@@ -24,6 +24,7 @@ from barchain.arguments import (
     scene_list,
 )
 from barchain.record.claim import locked_if_there
+from barchain.runs.advice import default_engine, failure_advice
 from barchain.runs.asking import engine_class
 from barchain.runs.choices import choose_setting, chosen_engines
 from barchain.runs.estimate import need_runnable
@@ -53,8 +54,6 @@ __all__ = [
     "scenes",
     "simulate",
 ]
-
-LONGER = "a longer time limit, a coarser setting, or the compiled form `reference-fast` of the reference may do"
 
 
 def scenes(tag: str | None = None) -> list[str]:
@@ -94,7 +93,7 @@ def engines() -> dict[str, Registration]:
 
 def simulate(
     scene: Scene | str | Path,
-    engine: str = "reference",
+    engine: str | None = None,
     *,
     time_limit_s: float = TIME_LIMIT_S,
     condition: bool = False,
@@ -106,8 +105,9 @@ def simulate(
     ----------
     scene : Scene, str or Path
         A scene, its name, or the path of its file.
-    engine : str
-        A registered name, see :func:`engines`.
+    engine : str, optional
+        A registered name, see :func:`engines`; by default the reference: its compiled form ``reference-fast`` where it
+        is built and supports the scene, else ``reference``.
     time_limit_s : float
         Wall time after which the worker is ended, s; an engine that compiles has ten minutes more for compiling.
     condition : bool
@@ -137,6 +137,7 @@ def simulate(
     check(SWITCH, condition=condition)
     loaded = check_scene(scene) if isinstance(scene, Scene) else load_scene(scene)
     need_runnable([loaded], time_limit_s)
+    engine = default_engine(loaded, condition=condition) if engine is None else engine
     registration = find_engine(engine)
     if registration.missing:
         raise EngineError(f"{engine}: {registration.missing}")
@@ -150,8 +151,8 @@ def simulate(
     job = Job(loaded, engine, registration, choose_setting(engine, setting), Role.MAIN, options)
     _, result = next(iter(run_jobs([job], time_limit_s=time_limit_s, executor=LocalProcesses(1))))
     if result.outcome is not Outcome.PASS or result.trajectory is None:
-        late = f"; {LONGER}" if result.outcome is Outcome.TIMED_OUT else ""
-        raise EngineError(f"{engine} on {loaded.name}: {result.reason or result.outcome.advice}{late}")
+        advice = failure_advice(loaded, engine, job.setting, result.outcome)
+        raise EngineError(f"{engine} on {loaded.name}: {result.reason or result.outcome.advice}{advice}")
     return result.trajectory.of_run(loaded, engine, str(job.setting))
 
 

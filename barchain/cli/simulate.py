@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,6 +17,7 @@ from barchain.cli.common.options import (
     set_option,
     time_limit_option,
 )
+from barchain.cli.common.progress import note
 from barchain.cli.common.result_folder import need_writable
 from barchain.cli.common.terminal import say
 from barchain.runs.job import TIME_LIMIT_S
@@ -31,7 +33,8 @@ ENDINGS = (".parquet", ".csv")
 
 @click.command(short_help="Run a scene in one engine and write its samples.")
 @scene_argument
-@click.option("--engine", metavar="NAME", type=ENGINE, default="reference", show_default=True, help="Run this engine.")
+@click.option("--engine", metavar="NAME", type=ENGINE,
+              help="Run this engine; default: reference-fast where it is built, else reference.")  # fmt: skip
 @programs_option
 @set_option
 @click.option("--out", metavar="FILE", type=NamedPath(path_type=Path, dir_okay=False), required=True,
@@ -40,7 +43,7 @@ ENDINGS = (".parquet", ".csv")
 @click.option("--condition", is_flag=True, help="Add the condition number of the joint system (reference only).")
 @overwrite_option
 def simulate(
-    scene: str, engine: str, settings: tuple[GivenSetting, ...], out: Path, time_limit_s: float, condition: bool,
+    scene: str, engine: str | None, settings: tuple[GivenSetting, ...], out: Path, time_limit_s: float, condition: bool,
     overwrite: bool,
 ) -> None:  # fmt: skip
     """Run SCENE (a name or a file) in one engine and write its samples."""
@@ -56,18 +59,25 @@ def simulate(
 
 
 def run(
-    scene: str, engine: str, settings: tuple[GivenSetting, ...], time_limit_s: float, condition: bool
+    scene: str, engine: str | None, settings: tuple[GivenSetting, ...], time_limit_s: float, condition: bool
 ) -> Trajectory:
     """Trajectory of a run; a scene that the engine does not support is bad usage."""
     from adapters.engine import SettingError
     from adapters.registry import find_engine
     from barchain import api
     from barchain.cli.common.options import settings_by_engine
-    from scenarios import SceneError
+    from barchain.runs.advice import default_engine, quicker_advice
+    from scenarios import SceneError, load_scene
 
+    loaded = load_scene(scene)
+    engine = engine or default_engine(loaded, condition=condition)
     chosen = settings_by_engine(settings, {engine: find_engine(engine)}).get(engine, {})
     try:
-        return api.simulate(scene, engine, time_limit_s=time_limit_s, condition=condition, **chosen)
+        start = time.perf_counter()
+        found = api.simulate(loaded, engine, time_limit_s=time_limit_s, condition=condition, **chosen)
+        if advice := quicker_advice(loaded, engine, time.perf_counter() - start):
+            note(advice)
+        return found
     except (SceneError, SettingError):
         raise
     except ValueError as error:  # the engine does not support the scene

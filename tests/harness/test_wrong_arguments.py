@@ -46,7 +46,6 @@ CALLS: list[tuple[type[Exception], Callable[[], object], tuple[str, ...]]] = [
     (SceneError, lambda: load_scene(""), ("'' given as a scene", "allowed: a name")),
     (UnknownEngineError, lambda: simulate(FIG05, "exudin"), ("exudin: no such engine", "did you mean exudyn?")),
     (UnknownEngineError, lambda: simulate(FIG05, ["exudyn"]), ("['exudyn'] given", "did you mean exudyn?")),
-    (UnknownEngineError, lambda: simulate(FIG05, None), ("None given as an engine", "allowed: a name")),
     (SettingError, lambda: simulate(FIG05, "exudyn", steps_per_orbit="x"), ("steps_per_orbit='x'", "1 to 1e+09")),
     (SettingError, lambda: simulate(FIG05, "exudyn", steps_per_orbit=True), ("steps_per_orbit=True", "1 to 1e+09")),
     (SettingError, lambda: simulate(FIG05, "exudyn", step_per_orbit=9), ("step_per_orbit", "mean steps_per_orbit?")),

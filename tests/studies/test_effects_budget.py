@@ -13,6 +13,7 @@ import pytest
 
 from adapters.common.initial_state import initial_state
 from adapters.reference.numpy_engines import Reference
+from barchain.runs.advice import compiled_can
 from barchain.runs.executors import LocalProcesses
 from barchain.runs.message import read_message
 from barchain.runs.pool import Slot
@@ -27,7 +28,7 @@ from barchain.studies.effects.atmosphere import (
     layer_at,
 )
 from barchain.studies.effects.sizes import RunPair, change, situation, sizes_over
-from barchain.studies.effects.study import EffectsStudy, compiled_can, effects_study
+from barchain.studies.effects.study import EffectsStudy, effects_study
 from barchain.studies.effects.switches import switches
 from barchain.studies.effects.timing import (
     BATCH_S,

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
 from barchain.record.scene_description import scene_words
-from barchain.runs.asking import engine_class
+from barchain.runs.advice import compiled_can
 from barchain.runs.cases import run_cases
 from barchain.runs.estimate import need_runnable
 from barchain.runs.executors import ALL_CORES, KeptAnswers
@@ -38,8 +38,6 @@ from reports.tables.outcome import Outcome
 from reports.tables.rows import NOT_RUN
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from barchain.record.study_store import StudyStore
     from barchain.runs.cases import Case, Task
     from barchain.runs.executors import Executor
@@ -164,15 +162,6 @@ def effects_study(scene: Scene, **options: Any) -> EffectsStudy:
         raise WidthError(f"{study.width_m:g} m given, allowed: at most the shortest bar's length, {shortest_m:g} m")
     study.executor.check()
     return dataclasses.replace(study, switches=switches(scene, width_m=study.width_m))
-
-
-def compiled_can(scenes: Iterable[Scene]) -> bool:
-    """Whether the compiled reference is installed and can do these scenes."""
-    registration = ENGINES[FAST]
-    if registration.missing:
-        return False
-    engine = engine_class(registration)
-    return all(engine.unsupported(s) is None for s in scenes)
 
 
 @dataclass
