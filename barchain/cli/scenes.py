@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 DEPENDS = "supports the scene if no bar turns its other face to the wind or the Sun, which a run tells"
+SAME_RATE = 1e-3  # of the orbital rate: a bar's own longitude turns at another rate than the chain's by (l/r)²
 LOW_M = 80e3  # the air of the Earth ends an orbit below it within a revolution
 SCHEMAS = {
     "scene": "scenarios:SceneFile",
@@ -193,6 +194,7 @@ def validate(files: tuple[str, ...]) -> None:
 
     The line names the file, the key, the given value, the allowed values and the nearest name.
     A valid scene has a line on the period and the lowest height of its orbit. A height below 80 km is a warning.
+    A prescribed bar whose law starts at another rate than its rate_factor gives is a note.
     A line proposes another duration and number of samples where engines reject a scene for its instants alone.
     A scene whose run would take longer than is allowed is a fault, and the line says what allows more.
     Exits with 2 if a file has a fault.
@@ -219,6 +221,8 @@ def valid(file: str) -> bool:
     say(f"{file}: valid: {scene.bars} bars, {orbits:.3g} orbits, {scene.run.samples} samples")
     say(f"{file}: {orbit_words(scene)}")
     warn_of_height(file, scene)
+    for words in rates_of_laws(scene):
+        say(f"{file}: note: {words}")
     if estimated_run_s(scene) > TOLD_S:
         say(f"{file}: {work_words(scene)}")
     if advice := instants_advice(scene, {n: r for n, r in engines().items() if r.by_default}):
@@ -236,6 +240,21 @@ def orbit_words(scene: Scene) -> str:
         return f"orbit of the centre of mass: period {scene.period_s:.6g} s ({span(scene.period_s)}), {lowest}"
     kind = "straight path" if scene.effects.gravity is Gravity.NONE else "open orbit"
     return f"{kind} of the centre of mass: no period, {lowest}"
+
+
+def rates_of_laws(scene: Scene) -> Iterable[str]:
+    """Sentence on each prescribed bar whose law starts at another rate than the bar's rate_factor gives."""
+    from adapters.common.initial_state import initial_state
+
+    laws = scene.effects.prescribed_rotation
+    started = initial_state(scene).rate_rad_s if laws else ()
+    for bar in sorted(law.bar for law in laws):
+        given, own = scene.chain.rate_factor[bar - 1] * scene.orbital_rate_rad_s, float(started[bar - 1])
+        if abs(own - given) > SAME_RATE * scene.orbital_rate_rad_s:
+            yield (
+                f"bar {bar} is prescribed: it starts at the rate of its law, {own:.4g} rad/s, and not at that of its "
+                f"rate_factor {scene.chain.rate_factor[bar - 1]:g}, {given:.4g} rad/s"
+            )
 
 
 def warn_of_height(file: str, scene: Scene) -> None:

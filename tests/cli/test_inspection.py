@@ -8,6 +8,7 @@ import os
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from click.shell_completion import ShellComplete
@@ -233,3 +234,26 @@ def test_validate_proposes_another_run_only_where_an_engine_then_supports_the_sc
     file.write_text(text.replace("orbits = 1.0", "duration_s = 5130.0") + tables)
     assert run(["validate", str(file)]) == 0
     assert ("instants alone stop" in capsys.readouterr().out) is proposed
+
+
+@pytest.mark.parametrize(
+    ("frame", "rate_factor", "noted"),
+    [
+        ("inertial", 5.0, True),
+        ("inertial", 0.0, False),
+        ("local_horizontal", 1.0, False),
+        ("local_horizontal", 2.0, True),
+    ],
+)
+def test_a_prescribed_bar_that_starts_at_another_rate_than_its_law_is_noted(
+    frame: str, rate_factor: float, noted: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "slew.toml"
+    file.write_text(
+        'title = "A slew"\nsource = "test"\n[orbit]\naltitude_m = 500e3\n'
+        f"[chain]\nbars = 2\nmass_kg = 100.0\nlength_m = 20.0\nangle_deg = 10.0\nrate_factor = [1.0, {rate_factor}]\n"
+        f'[[effects.prescribed_rotation]]\nbar = 2\namplitude_deg = 45.0\nduration_s = 60.0\nframe = "{frame}"\n'
+        "[run]\norbits = 0.1\nsamples = 11\n"
+    )
+    assert run(["validate", str(file)]) == 0
+    assert ("bar 2 is prescribed: it starts at the rate of its law" in capsys.readouterr().out) is noted
