@@ -8,7 +8,7 @@ import os
 import re
 import subprocess
 import sys
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 from click.shell_completion import ShellComplete
@@ -19,6 +19,9 @@ from barchain.cli.common.progress import choose_verbosity, counted, verdicts_sho
 from barchain.cli.main import cli, run
 from barchain.solutions import certified_table
 from scenarios import load_scene, scene_names
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 BAD_SCENE = """
 title = "t"
