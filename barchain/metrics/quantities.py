@@ -277,7 +277,8 @@ def imbalance(scene: Scene, trajectory: Trajectory) -> dict[str, Array]:
     found = {}
     for name, values in held.items():
         left = np.abs(values - values[0] - np.append(0.0, np.cumsum(full[name])))
-        unknown = np.append(0.0, np.cumsum(np.convolve(np.abs(full[name] - coarse[name]), np.ones(3), "same")))
+        apart = np.pad(np.abs(full[name] - coarse[name]), 1)  # zeros beside the first and the last interval
+        unknown = np.append(0.0, np.cumsum(apart[:-2] + apart[1:-1] + apart[2:]))
         found[name] = np.where(resolved, np.maximum(left - unknown, 0.0), 0.0)
     return found
 

@@ -56,3 +56,9 @@ def test_samples_too_far_apart_show_nothing() -> None:
     seen = Reference().run(spinning, Setting(AccuracyParameter.RTOL, 1e-9))
     sparse = seen.samples(slice(None, None, 40))
     assert all(np.all(drifts(spinning, sparse)[quantity] == 0.0) for quantity in ABOUT_COM)
+
+
+@pytest.mark.parametrize("samples", [2, 3, 4])
+def test_a_run_of_few_samples_has_a_drift_at_each(samples: int) -> None:
+    scene, seen = run("paper/fig15", samples)
+    assert all(drifts(scene, seen)[quantity].shape == (samples,) for quantity in ABOUT_COM)

@@ -90,7 +90,7 @@ def kept_findings(
         first = cells[0]
         words = (first.scene.rpartition("/")[2], first.engine.strip("()").replace(" ", "-"), first.fault)
         path, scene = folder / f"{'-'.join(filter(None, words))}.toml", draw(int(first.scene.rpartition("/")[2]))
-        folder.mkdir(exist_ok=True)
+        folder.mkdir(parents=True, exist_ok=True)
         write_scene(scene, first, path)
         if k < MOST_SHRUNK and seconds > 0.0:
             shrink(scene, first, path, cell_on, seconds, executor)

@@ -124,7 +124,7 @@ def test_a_findings_scene_is_written_simpler_and_simpler(tmp_path: Path, monkeyp
 
     monkeypatch.setattr(trial, "verdict_of", blind)
     cell = CampaignCell(f"random/{SEED}", "reference", "sign-reaction", "pass", CellClass.MISSED, "reaction")
-    folder = tmp_path / "scenes"
+    folder = tmp_path / "series" / "scenes"  # neither exists where no fault was inserted
 
     def kept_within(seconds: float) -> KeptFinding:
         (kept,) = kept_findings([[cell, cell]], folder, alone_on, seconds, HERE, lambda _: None)
