@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.signal import lfilter
 
 from adapters.common.departure import departure
 from adapters.exudyn.effects import jumps_s
@@ -26,8 +28,13 @@ DISPLACED_ACCELERATION = (
 LAW_PEAK = 18.0 / 16.0  # bound of the law's second derivative, eq. (28), over its amplitude and (pi/t_m)²
 ACCUMULATION = 4.0  # of a residual's noise: successive steps' add up while they are being damped
 ACCUMULATION_ABSOLUTE = (
-    10.0  # the same in absolute coordinates, where Newton often accepts its first guess; measured: 9
+    16.0  # the same in absolute coordinates, where Newton accepts some of its first guesses; measured: 13
 )
+DEVIATIONS = 4.0  # standard deviations: one sample of a normal distribution in 16 000 is farther out
+UNIFORM = 1.0 / math.sqrt(3.0)  # standard deviation of a uniform distribution over its half width
+ROUNDED_PLACES = math.sqrt(2.0)  # a joint joins the places of two bars, each rounded
+SOME_GUESSES = 4.0  # of the tolerance: where forces change by less in a step, lighter bars' change by less than it
+RESPONSE_STEPS = 1000  # after which the response of generalized-alpha has decayed: rho^1000 is 1e-46
 
 
 def engine_noise(scene: Scene, step_s: float, method: Method, t_s: Array) -> dict[str, float | Array]:
@@ -37,19 +44,26 @@ def engine_noise(scene: Scene, step_s: float, method: Method, t_s: Array) -> dic
     increment: DIFFERENCING min(coordinate size) of l w² across each of a joint's two bars. A force of m l w² for each
     bar makes up for the error, or of J w²/l where a bar's inertia resists its rotation. Newton stops at a residual, a
     velocity at index 2. Accelerations are then wrong by residual/h, a few times over, as the trapezoidal rule has no
-    damping.
+    damping. Where Newton accepts every first guess (:func:`change_in_step`), each step leaves a velocity anywhere
+    inside the residual. a_n = 2 (v_n - v_n-1)/h - a_n-1 never forgets one, so that they add up as a random walk.
 
     *Index 3.* The residual is a position (and so a gap): over h for velocities, over h² for forces. Generalized-alpha
-    damps it by rho per step only, so that 1/(1 - rho) of them add up. The first multipliers have an error of first
-    order in the step. Its three stiff roots are all rho: the transient decays as (1 + n (1 - rho))² rho^n in n steps. A
-    manoeuvre's start or end excites it again, smaller by one order of h w: the law's fourth derivative jumps there, so
-    that the multipliers and their first derivative are continuous. A thrust's start or end restarts the run, and so the
-    transient.
+    answers errors of successive places with :func:`index3_gain` times their standard deviation, 619 for rho = 0.9.
+    Where Newton iterates in each step these are roundings of places; where it accepts some first guesses, they are
+    anywhere inside the residual. The residual of a prescribed angle moves the ends of its bar by l/2 times as much.
 
-    *Torques.* Newton also accepts torques that are wrong by the residual. A bar's angular acceleration is then wrong by
-    residual/J with constant sign for about a radian of the motion, and its angle by residual/(J w²). In absolute
-    coordinates the residual is as large as the round-off of velocities of kilometres a second, which turns small bars
-    noticeably.
+    The first multipliers have an error of first order in the step. Its three stiff roots are all -rho: the transient
+    decays as (1 + n (1 - rho))² rho^n in n steps. A manoeuvre's start or end excites it again, smaller by one order of
+    h w: the law's fourth derivative jumps there, so that the multipliers and their first derivative are continuous. A
+    thrust's start or end restarts the run, and so the transient.
+
+    Errors of all joints add up in a long chain (:func:`chain_sum`).
+
+    *Torques.* Newton also accepts torques that are wrong by the residual, or by l/2 of it in bars shorter than 2 m: the
+    torque of a wrong force at an end, or of a wrong acceleration on J, is that small. A law's own torque is not. A
+    bar's angular acceleration is then wrong by residual/J with constant sign for about a radian of the motion, and its
+    angle by residual/(J w²). In absolute coordinates the residual is as large as the round-off of velocities of
+    kilometres a second, which turns small bars noticeably.
 
     Parameters
     ----------
@@ -63,16 +77,17 @@ def engine_noise(scene: Scene, step_s: float, method: Method, t_s: Array) -> dic
     differenced = BARS_OF_A_JOINT * DIFFERENCING * max(method.difference_m, 1.0)
     force = np.full(len(t_s), differenced * turning_mass(scene) * rate**2)
     slow = 2.0 * math.pi / scene.step_period_s  # gravity's torques go with the orbit
-    wrong = method.residual_N / min(chain.inertia_kg_m2)
+    lever_m = 1.0 if scene.effects.prescribed_rotation else min(1.0, 0.5 * length)
+    wrong = lever_m * method.residual_N / min(chain.inertia_kg_m2)
     turned: Array = np.minimum(wrong * t_s**2, wrong / slow**2)
     wrong_rate: Array = np.minimum(wrong * t_s, wrong / slow)
     if not method.index3:
-        piles_up = ACCUMULATION_ABSOLUTE if method.absolute else ACCUMULATION
-        force += piles_up * mass * method.residual_N / step_s
+        force += index2_sum(scene, step_s, method, t_s) * mass * method.residual_N / step_s
         rate_noise = ACCUMULATION * method.residual_N / min(chain.length_m) + wrong_rate
         lever = scene.size_m if method.absolute else length  # it takes up the forces of all joints beyond
         return {"reaction": force, "torque": force * lever, "rate": rate_noise, "attitude": turned}
-    force += ACCUMULATION * mass * method.residual_N / step_s**2 / (1.0 - method.spectral_radius)
+    gain = DEVIATIONS * index3_gain(method.spectral_radius) * chain_sum(scene.bars)
+    force += gain * mass * place_error_m(scene, step_s, method) / step_s**2
     transient = transients(scene, step_s, method, t_s)
     residual = ACCUMULATION * method.residual_N / (min(chain.length_m) * step_s)
     return {
@@ -83,6 +98,72 @@ def engine_noise(scene: Scene, step_s: float, method: Method, t_s: Array) -> dic
         "attitude": turned,
         "gap": ACCUMULATION * method.residual_N,
     }
+
+
+def chain_sum(bars: int) -> float:
+    """Standard deviation of the largest joint force over that of m a, for independent errors a of N - 1 joints.
+
+    Of a straight chain of equal bars, pulled along its line, the force of joint j from an error of joint k is
+    m min(j, k) (N - max(j, k))/N. In the middle the norm over k is N^(3/2)/sqrt(48). Across the line forces are smaller.
+    """
+    return max(1.0, bars**1.5 / math.sqrt(48.0))
+
+
+def change_in_step(scene: Scene, step_s: float, method: Method) -> float:
+    """Change of forces in a step, m l w³ h, over Newton's tolerance: below 1 it accepts its first guesses.
+
+    Before and after a manoeuvre the chain turns at the rates that it started with.
+    """
+    return turning_mass(scene) * free_rate_rad_s(scene) ** 3 * step_s / method.residual_N
+
+
+def free_rate_rad_s(scene: Scene) -> float:
+    """Fastest rate of the free chain: the orbit's, or that of a bar at the start."""
+    return max(
+        2.0 * math.pi / scene.step_period_s, scene.orbital_rate_rad_s * max(1.0, *map(abs, scene.chain.rate_factor))
+    )
+
+
+def index2_sum(scene: Scene, step_s: float, method: Method, t_s: Array) -> Array:
+    """Error of an acceleration over residual/h, (n,).
+
+    A velocity that is off by v in one step changes all later accelerations by 4 v/h, with alternating signs.
+    """
+    some = np.full(len(t_s), ACCUMULATION_ABSOLUTE if method.absolute else ACCUMULATION)
+    if change_in_step(scene, step_s, method) > 1.0:
+        return some
+    walk: Array = chain_sum(scene.bars) * DEVIATIONS * 4.0 * UNIFORM * np.sqrt(t_s / step_s)
+    return np.maximum(some, walk)
+
+
+def place_error_m(scene: Scene, step_s: float, method: Method) -> float:
+    """Standard deviation of the error that each step leaves in a joint's place at index 3, m."""
+    if change_in_step(scene, step_s, method) <= SOME_GUESSES:
+        lever_m = 0.5 * max(scene.chain.length_m) if scene.effects.prescribed_rotation else 0.0
+        return UNIFORM * method.residual_N * max(1.0, lever_m)
+    rounding_m = 0.5 * float(np.spacing(method.position_m))
+    return UNIFORM * min(ROUNDED_PLACES * rounding_m, method.residual_N)
+
+
+@functools.cache
+def index3_gain(spectral_radius: float) -> float:
+    """Standard deviation of the acceleration, times h², over that of independent errors of places.
+
+    Newmark's formulas give P(z) a = (z - 1)² q / h², P = beta z² + (1/2 + gamma - 2 beta) z + 1/2 - gamma + beta.
+    Generalized-alpha adds ((1 - alpha_f) z + alpha_f) q'' = ((1 - alpha_m) z + alpha_m) a. The multipliers go with q''.
+    The gain is the norm of the response to a single error.
+    """
+    rho = spectral_radius
+    alpha_m, alpha_f = (2.0 * rho - 1.0) / (rho + 1.0), rho / (rho + 1.0)
+    gamma = 0.5 - alpha_m + alpha_f
+    beta = 0.25 * (0.5 + gamma) ** 2
+    newmark = [beta, 0.5 + gamma - 2.0 * beta, 0.5 - gamma + beta]
+    single = np.zeros(RESPONSE_STEPS)
+    single[0] = 1.0
+    response = lfilter(
+        np.polymul([1.0, -2.0, 1.0], [1.0 - alpha_m, alpha_m]), np.polymul(newmark, [1.0 - alpha_f, alpha_f]), single
+    )
+    return float(np.linalg.norm(response))
 
 
 def turning_mass(scene: Scene, length_m: float | None = None) -> float:
@@ -102,7 +183,7 @@ def transients(scene: Scene, step_s: float, method: Method, t_s: Array) -> Array
     bar and moves the ends of its neighbours.
     """
     chain = scene.chain
-    rate = max(2.0 * math.pi / scene.step_period_s, scene.orbital_rate_rad_s * max(1.0, *map(abs, chain.rate_factor)))
+    rate = free_rate_rad_s(scene)
     thrusts = scene.effects.thrust
     if thrusts:
         rate = max(rate, thrust_rate_rad_s(scene))

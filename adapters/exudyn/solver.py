@@ -56,6 +56,8 @@ class Method:
     residual_N: float = 1e-12
     difference_m: float = 1.0
     absolute: bool = False
+    position_m: float = 0.0
+    """largest coordinate of a place"""
 
 
 def settings_of(steps: Steps, samples: int, method: Method) -> Any:
@@ -116,10 +118,19 @@ def scales_of(scene: Scene, *, absolute: bool) -> Scales:
     if not absolute:
         away = departure(scene)
         force += away.force_N(scene)
-        return Scales(least, force, scene.size_m * rate + away.speed_m_s, scene.size_m + away.distance_m)
+        place = scene.size_m + away.distance_m
+        if scene.effects.prescribed_rotation:  # their residuals are angles
+            place = max(place, largest_angle_rad(scene))
+        return Scales(least, force, scene.size_m * rate + away.speed_m_s, place)
     gravity = scene.central_body.mu_m3_s2 / scene.radius0_m**2 * max(chain.mass_kg)
     speed = max(scene.speed0_m_s, scene.size_m * rate)
     return Scales(least, max(force, gravity), speed, scene.radius0_m, max(1.0, force))
+
+
+def largest_angle_rad(scene: Scene) -> float:
+    """Largest angle of a prescribed bar, its neighbour or the frame, as far as the start tells, rad."""
+    turned = scene.fastest_rate_rad_s * scene.run.duration_s
+    return max(map(abs, scene.chain.angle_rad)) + abs(scene.orbit.longitude_rad) + turned
 
 
 def residual_N(scales: Scales, bars: int, *, index3: bool) -> float:
@@ -132,13 +143,14 @@ def residual_N(scales: Scales, bars: int, *, index3: bool) -> float:
 
 def method_for(scene: Scene, *, explicit: bool, index3: bool, absolute: bool) -> Method:
     """Integrator and tolerances for a scene."""
-    bar = min(scene.chain.length_m)
+    bar, scales = min(scene.chain.length_m), scales_of(scene, absolute=absolute)
     return Method(
         explicit=explicit,
         index3=index3,
-        residual_N=residual_N(scales_of(scene, absolute=absolute), scene.bars, index3=index3),
+        residual_N=residual_N(scales, scene.bars, index3=index3),
         difference_m=min(bar, LARGEST_DIFFERENCE) if absolute else DIFFERENCE_FRACTION * bar,
         absolute=absolute,
+        position_m=scales.position_m,
     )
 
 

@@ -9,7 +9,7 @@ import pandas as pd
 
 from adapters.engine import Coordinates
 from barchain.judge.checks.beyond_limit import findings_beyond_limit
-from barchain.judge.checks.drifts import drift_bounds, drift_findings
+from barchain.judge.checks.drifts import ABOUT_COM, WHOLE, carried, drift_bounds, drift_findings
 from barchain.judge.checks.up_to_limit import difference_findings, extrapolation_finding, finer_findings
 from barchain.judge.checks.whole_run import fault_of_run
 from barchain.judge.error_model import ErrorModel
@@ -160,11 +160,20 @@ def declared_limitation(run: Residuals, found: list[CheckFinding]) -> str | None
 def noise_explains(run: Residuals, rejected: CheckFinding) -> bool:
     """Whether declared noise explains the rejection of a difference."""
     quantity, finer = rejected.quantity, rejected.metric == "finer_bound_ratio"
+    if quantity in (*WHOLE, *ABOUT_COM):
+        return rejected.value is not None and rejected.value <= noisy_drift(run, quantity)
     residual = (run.finer_residual if finer else run.residual).get(quantity)
     if residual is None or rejected.metric not in (JUDGED_METRICS | {"max"}) - {"drift"}:
         return False
     floor = (run.finer_errors if finer else run.errors).unbounded_floor[quantity]
     return explained_besides(run, quantity, residual, NORM_SLACK * floor)
+
+
+def noisy_drift(run: Residuals, name: str) -> float:
+    """Largest drift of an invariant that declared noise and the method's errors explain, relative."""
+    floor = run.errors.unbounded_floor
+    bound = {q: run.errors.bound[q] + NORM_SLACK * floor[q] for q in ("attitude", "rate", "com")}
+    return float(carried(run.errors, name, bound).max())
 
 
 def explained_besides(run: Residuals, quantity: str, residual: Array, noise: Array) -> bool:
