@@ -104,7 +104,7 @@ def chain_sum(bars: int) -> float:
     """Standard deviation of the largest joint force over that of m a, for independent errors a of N - 1 joints.
 
     Of a straight chain of equal bars, pulled along its line, the force of joint j from an error of joint k is
-    m min(j, k) (N - max(j, k))/N. In the middle the norm over k is N^(3/2)/sqrt(48). Across the line forces are smaller.
+    m min(j, k) (N - max(j, k))/N. In the middle the norm over k is N^(3/2)/sqrt(48). Across the line it is smaller.
     """
     return max(1.0, bars**1.5 / math.sqrt(48.0))
 
