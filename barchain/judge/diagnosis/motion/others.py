@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
 from adapters.common.initial_state import initial_state
-from barchain.judge.diagnosis.motion.numbers import body_words
+from barchain.judge.diagnosis.motion.numbers import KNOWN, body_words
 from barchain.judge.diagnosis.motion.words import BODIES, GRAVITY, LOADS
 from scenarios import Actuator, Axes, End, Frame, Gravity
 from scenarios.toml.checks import joint_of_motor
@@ -266,6 +269,8 @@ def of_tables(some: Some) -> Made:
         yield f"{name}-{which}", f"{who} {words}", some.each(longer)
     for which, words, size in (
         ("table-held", "size from one instant of the table to the next", held),
+        ("table-ahead", "size of the next instant of the table, up to it", lambda p: held(p, 0.0)),
+        ("table-of-means", "mean of two sizes between their instants in the table", lambda p: held(p, 0.5)),
         ("mean-size", "mean size of the table",
          lambda p: {"force_N": (sum(p.force_N) / len(p.force_N),) * len(p.force_N)}),
         ("first-size", "first size of the table", lambda p: {"force_N": p.force_N[:1] * len(p.force_N)}),
@@ -273,15 +278,16 @@ def of_tables(some: Some) -> Made:
         yield f"{name}-{which}", f"{who} keep{s} the {words}", some.each(size)
 
 
-def held(thrust: Any) -> dict[str, Any]:
-    """Table of a thrust whose size jumps at each instant."""
+def held(thrust: Any, share: float = 1.0) -> dict[str, Any]:
+    """Table of a thrust whose size jumps at each instant: between two, a share of the first, the rest of the next."""
     if len(set(thrust.force_N)) == 1:
         return {}
-    times_s, sizes = [thrust.times_s[0]], [thrust.force_N[0]]
-    for at_s, before, after in zip(thrust.times_s[1:-1], thrust.force_N, thrust.force_N[1:], strict=False):
+    steps = [share * a + (1.0 - share) * b for a, b in itertools.pairwise(thrust.force_N)]
+    times_s, sizes = [thrust.times_s[0]], [steps[0]]
+    for at_s, before, after in zip(thrust.times_s[1:-1], steps, steps[1:], strict=False):
         times_s += [at_s - 0.5 * JUMP_S, at_s + 0.5 * JUMP_S]
         sizes += [before, after]
-    return {"times_s": (*times_s, thrust.times_s[-1]), "force_N": (*sizes, thrust.force_N[-2])}
+    return {"times_s": (*times_s, thrust.times_s[-1]), "force_N": (*sizes, steps[-1])}
 
 
 def of_drag(scene: Scene) -> Made:
@@ -320,7 +326,13 @@ def of_light(scene: Scene) -> Made:
     p = scene.effects.solar_pressure
     if p is None:
         return
-    usual = SolarPressureTable.model_fields
+    usual, own = SolarPressureTable.model_fields, scene.central_body
+    oblate = scene.effects.oblateness
+    radii = (*KNOWN["radius_m"], *((("the oblateness", oblate.radius_m),) if oblate else ()))
+    for whose, radius_m in radii if p.shadow and not scene.effects.drag else ():  # whose heights count from it, too
+        body = dataclasses.replace(own, radius_m=radius_m)
+        yield (f"shadow-of-radius-{radius_m:g}", f"the radius of the shadow is that of {whose}",
+               dataclasses.replace(scene, central_body=body))  # fmt: skip
     yield "sunlight-missing", "the solar pressure is missing", with_effects(scene, solar_pressure=None)
     yield from with_fields(scene, "solar_pressure", "sunlight", (
         ("without-shadow", "shadow is missing", {"shadow": False}),
@@ -343,12 +355,14 @@ def of_joints(scene: Scene) -> Made:
     j = scene.effects.joint_spring_damper
     if j is None:
         return
-    kind, angle = "joint_spring_damper", initial_state(scene).angle_rad
+    kind, bent = "joint_spring_damper", np.diff(initial_state(scene).angle_rad)
     order = {f: getattr(j, f)[::-1] for f, _ in SPRINGS}
     first = {f: getattr(j, f)[:1] * (scene.bars - 1) for f, _ in SPRINGS}
     yield "springs-missing", "the springs and dampers of the joints are missing", with_effects(scene, **{kind: None})
     yield from with_fields(scene, kind, "springs", (
-        ("rest-at-start", "springs are at rest at t = 0", {"rest_rad": tuple((angle[1:] - angle[:-1]).tolist())}),
+        ("rest-at-start", "springs are at rest at t = 0", {"rest_rad": tuple(bent.tolist())}),
+        ("rest-from-start", "rest angles count from the angles of the joints at t = 0",
+         {"rest_rad": tuple((bent + np.array(j.rest_rad)).tolist())}),
         ("rest-in-degrees", "rest angles are taken in degrees where radians are meant",
          {"rest_rad": tuple(map(math.degrees, j.rest_rad))}),
         ("first-for-all", "joints all have the first joint's spring and damper", first),
@@ -372,6 +386,9 @@ def of_bodies(scene: Scene) -> Made:
         )
     if bodies:
         yield "third-bodies-missing", "the third bodies are missing", with_effects(scene, third_body=())
+    for which, kept in (("first", bodies[:1]), ("last", bodies[-1:])) if len(bodies) > 2 else ():
+        yield (f"third-bodies-but-{which}-missing", f"the third bodies but the {which} are missing",
+               with_effects(scene, third_body=kept))  # fmt: skip
     for k, (body, said) in enumerate(zip(bodies, body_words(scene), strict=True)):
         for name, words, new in (
             ("missing", f"the {said} is missing", ()),

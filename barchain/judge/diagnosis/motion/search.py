@@ -169,6 +169,7 @@ class MotionSearch:
         """
         effects, own, right = scene.effects, self.scene.effects, self.balance
         same = (effects.solar_pressure, effects.drag) == (own.solar_pressure, own.drag)
+        same &= scene.central_body.radius_m == self.scene.central_body.radius_m  # that of the shadow
         try:
             with np.errstate(all="ignore"):
                 other = Balance(right.motion, scene, right.hidden if same else None, reach, right)
@@ -213,7 +214,7 @@ class MotionSearch:
         known, columns = self.residual.known, self.balance.columns
         effect = sum(c.rows[known] @ a for c, a in zip(f.candidates, f.amounts, strict=True))
         ratio = np.abs(effect / self.residual.noise[known])
-        if all(float(np.sqrt(np.mean(ratio[:, c] ** 2))) <= AT_NOISE for n, c in columns.items() if n not in blocks):
+        if all(float(np.sqrt(np.nanmean(ratio[:, c] ** 2))) <= AT_NOISE for n, c in columns.items() if n not in blocks):
             return f
         places = [ALONE[n] for n in blocks if n in self.residual.wrong]
         return dataclasses.replace(f, alone=f"{' and '.join(places)} alone")
@@ -242,8 +243,14 @@ class Problem:
         self.weight = 1.0 / np.hypot(self.noise, least)
         self.right = (self.value * self.weight).ravel()
         made = ((c, self.vectors(c.rows)) for c in search.candidates)
-        self.effects = [(c, x) for c, x in made if np.isfinite(x).all() and x.any()]
-        """Candidates that have an effect, with it"""
+        self.effects = [(c, x) for c, x in made if self.says_enough(c, x)]
+        """Candidates that have an effect, with it; of fixed ones, NaN in intervals of which they say nothing"""
+
+    @staticmethod
+    def says_enough(c: Candidate, x: Array) -> bool:
+        """Whether a candidate has an effect (k, m), known everywhere; of a fixed one, in most intervals."""
+        unknown = int(np.count_nonzero(~np.isfinite(x)))
+        return unknown <= (MOST_UNKNOWN * x.size if c.fixed else 0) and bool(np.nan_to_num(x).any())
 
     def vectors(self, rows: Array) -> Array:
         """Weighted rows (n - 1, c, m) as (k, m)."""
@@ -251,9 +258,11 @@ class Problem:
         return found
 
     def fitted(self, candidates: Sequence[Candidate], amounts: Sequence[Array], rest: Array) -> Fitted:
-        """Fit that leaves a weighted rest (k,)."""
-        weighted, whole = rest.reshape(self.value.shape), self.value * self.weight
-        left = float(np.sqrt(np.mean((weighted / self.weight / self.noise) ** 2)))
+        """Fit that leaves a weighted rest (k,); NaN where the candidates say nothing."""
+        weighted = rest.reshape(self.value.shape)
+        clear = np.isfinite(weighted).all(axis=1)
+        weighted, whole = weighted[clear], (self.value * self.weight)[clear]
+        left = float(np.sqrt(np.mean((weighted / self.weight[clear] / self.noise[clear]) ** 2)))
         shares = [np.linalg.norm(weighted[:, p]) / np.linalg.norm(whole[:, p]) for p in self.parts]
         return Fitted(tuple(candidates), tuple(amounts), left, float(max(shares, default=1.0)), self.blocks)
 
@@ -303,7 +312,7 @@ class Problem:
     @cached_property
     def pairs(self) -> list[Fitted]:
         """Fits of two candidates, best first."""
-        one = [(c, x) for c, x in self.effects if x.shape[1] == 1]
+        one = [(c, x) for c, x in self.effects if x.shape[1] == 1 and np.isfinite(x).all()]
         if len(one) < 2:
             return []
         fixed, size = np.array([c.fixed for c, _ in one]), np.array([np.linalg.norm(v) for _, v in one])

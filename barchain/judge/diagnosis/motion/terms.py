@@ -11,6 +11,7 @@ from barchain.judge.diagnosis.motion.balance import BARS, JOINTS, real
 from barchain.judge.diagnosis.motion.candidate import Candidate, Candidates
 from barchain.judge.diagnosis.motion.effect_terms import effect_terms
 from barchain.judge.diagnosis.motion.kinetics import at_joint, kinetic_terms
+from barchain.judge.diagnosis.motion.models import models
 from barchain.judge.diagnosis.motion.numbers import body_words
 from barchain.judge.diagnosis.motion.words import BODIES, GRAVITY, LOADS, NICE, named
 
@@ -50,6 +51,7 @@ def terms(b: Balance) -> list[Candidate]:
         words = f"the fall of the central body towards the {who}, relative to which the track is, is"
         found.times(f"third-body-{named(who)}-indirect", words, LOADS, fall)
     effect_terms(found)
+    models(found)
     damping(found)
     on_bars(found)
     if b.scene.bars > 1:
