@@ -55,7 +55,7 @@ STAGES = {
         "prescribed_inertial prescribed_orbital_joint prescribed_inertial_external"
     ),
     TOGETHER: in_folder(
-        "one_bar_law one_bar_loads eleven_bars_loads prescribed_neighbours "
+        "one_bar_law one_bar_loads eleven_bars_loads prescribed_neighbours second_moments "
         + " ".join(f"together_{number}" for number in range(1, 11))
     ),
 }

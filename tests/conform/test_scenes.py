@@ -13,8 +13,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
+from adapters.registry import ENGINES
 from barchain.conform.scenes import STAGES, TOGETHER, scene_of, solved, without
+from barchain.judge.error_model import ErrorModel
 from barchain.metrics.quantities import differences
+from reference_impl.effects.drag import DragEffect
+from reference_impl.effects.oblateness import OblatenessEffect
+from reference_impl.effects.quadrupole import QuadrupoleEffect
+from reference_impl.effects.third_body import ThirdBodyEffect
 from scenarios import Actuator, Axes, End, Frame, SceneFile, scene_names
 from scenarios.effect_types import all_effect_names
 from scenarios.toml.key_tables import HEAD, key_tables
@@ -23,6 +29,10 @@ from tests.diagnosis.planting import run
 from tests.support.slow import one_in
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from adapters.trajectory import Array
+    from reference_impl.model.effect import EffectAccelerations, EffectState
     from scenarios import Scene
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
@@ -225,3 +235,65 @@ def test_an_engine_that_ignores_a_key_is_off_by_more_than_the_error_of_most_meth
             run_of = dataclasses.replace(altered, run=scene_of(name).run)
             shown.append(differences(solved(scene_of(name)).trajectory, run(run_of, 1e-12))["attitude"].max())
     assert max(shown) > FOURTH_ORDER_ERROR_RAD
+
+
+def without_second_moments(effect: Any) -> Callable[..., EffectAccelerations]:
+    """Accelerations of an effect without its force on the bars' second moments."""
+    right = effect.accelerations
+    return lambda self, at, mode: right(dataclasses.replace(self, second_moment=False), at, mode)
+
+
+def with_sixtieth(effect: Any) -> Callable[..., EffectAccelerations]:
+    """Drag with l^5/60 in place of l^5/80."""
+    right = effect.accelerations
+
+    def wrong(self: DragEffect, at: EffectState, mode: Array | None) -> EffectAccelerations:
+        found, wind = right(self, at, mode), self.wind(at)
+        r = np.abs(at.position_from_body)
+        fall = (at.unit.conj() * at.position_from_body).real / (r * self.scale_height_m)
+        face = np.sign(wind.across) if mode is None else mode
+        strength = 0.5 * self.width_m * self.density(at, r) * face * self.normal_coefficient
+        more = strength * fall * at.model.length_m**5 * (1.0 / 60.0 - 1.0 / 80.0) * wind.turning**2
+        return found._replace(angular=found.angular + more / at.model.inertia_kg_m2)
+
+    return wrong
+
+
+def slender(effect: Any) -> Callable[..., EffectAccelerations]:
+    """Force on the second moments of slender bars."""
+    right = effect.accelerations
+
+    def wrong(self: QuadrupoleEffect, at: EffectState, mode: Array | None) -> EffectAccelerations:
+        found = right(self, at, mode)
+        ratio = at.model.mass_kg * at.model.length_m**2 / 12.0 / at.model.inertia_kg_m2
+        return found._replace(difference=found.difference * ratio)
+
+    return wrong
+
+
+@pytest.mark.parametrize(
+    ("name", "effect", "wrong"),
+    [
+        ("quadrupole_alone", QuadrupoleEffect, slender),
+        ("second_moments", OblatenessEffect, without_second_moments),
+        ("second_moments", ThirdBodyEffect, without_second_moments),
+        ("second_moments", DragEffect, with_sixtieth),
+    ],
+    ids=["m l^2/12", "J2", "third body", "l^5/60"],
+)
+def test_a_small_term_is_worth_a_hundred_allowances_of_an_engine(
+    name: str, effect: type, wrong: Callable[..., object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    solution, engine = solved(scene_of(f"conform/{name}")), ENGINES["reference"].load()
+    monkeypatch.setattr(effect, "accelerations", wrong(effect))
+    found = engine().run(solution.scene, engine.sweep.setting())
+    allowed = ErrorModel(engine, engine.sweep.setting(), solution, solution.trajectory).bound
+    apart = differences(found, solution.trajectory)
+    assert max(float(np.nanmax(apart[q][1:] / allowed[q][1:])) for q in ("attitude", "rate", "com")) > 100.0
+
+
+def test_between_two_samples_of_a_free_bar_it_turns_past_90_degrees_and_not_past_180() -> None:
+    angle = solved(scene_of("conform/one_bar_free")).trajectory.angle_rad
+    assert angle is not None
+    turns = np.diff(angle[:, 0])
+    assert math.pi / 2.0 < turns.min() <= turns.max() < math.pi

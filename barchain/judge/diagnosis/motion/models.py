@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,7 @@ import numpy as np
 from barchain.judge.diagnosis.motion.balance import BARS, LAWS, Balance
 from barchain.judge.diagnosis.motion.numbers import body_words
 from barchain.judge.diagnosis.motion.words import GRAVITY, LOADS
-from barchain.judge.equations import ENDS, StateRows
+from barchain.judge.equations import ENDS, Load, StateRows
 from reference_impl.effects.drag import DragEffect
 from reference_impl.effects.oblateness import OblatenessEffect
 from reference_impl.effects.quadrupole import QuadrupoleEffect
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
     from adapters.trajectory import Array
     from barchain.judge.diagnosis.motion.candidate import Candidates
-    from barchain.judge.equations import Equations, Load
+    from barchain.judge.equations import Equations
     from reference_impl.model.arrays import ComplexArray
 
     Rows = Iterator[tuple[str, str, Load]]
@@ -41,10 +42,12 @@ def models(found: Candidates) -> None:
     e, scene = found.balance.equations, found.balance.scene
     if e.model.gravity != "none":
         replace(found, GRAVITY, e.tide.plus(e.gradient), of_gravity(e))
-    bodies = iter(body_words(scene))
+    bodies, parts = iter(body_words(scene)), dict[str, Load]()
     for effect, load in zip(e.model.effects, e.effects, strict=True):
         if isinstance(effect, DragEffect):
             replace(found, LOADS, load, of_drag(e, effect, load))
+            words = "the part of the drag's torque by the square of the turning, of l^5/80, is"
+            found.times("drag-fourth-moment", words, LOADS, fourth_moment(e, effect))
         elif isinstance(effect, SolarPressureEffect):
             replace(found, LOADS, load, of_light(e, effect, load))
             if effect.shadow_radius_m:
@@ -55,6 +58,13 @@ def models(found: Candidates) -> None:
             replace(found, LOADS, load, of_third_body(e, effect, load, next(bodies)))
         elif isinstance(effect, QuadrupoleEffect):
             replace(found, GRAVITY, load, of_second_moments(e, load))
+        if isinstance(effect, OblatenessEffect | ThirdBodyEffect) and effect.second_moment:
+            part = load.plus(e.of_effect(dataclasses.replace(effect, second_moment=False)).times(-1.0))
+            who = "oblateness" if isinstance(effect, OblatenessEffect) else "third bodies"
+            parts[who] = parts.get(who, e.zero).plus(part)
+    for who, part in parts.items():
+        words = f"the force of the {who} on the bars' second moments is"
+        found.times(f"{who.replace(' ', '-')}-second-moments", words, LOADS, part)
     of_motors(found)
     if scene.bars > 1 and scene.effects.impulse:
         words = "the impulses act on the bars as if these were free of their neighbours"
@@ -138,6 +148,14 @@ def of_drag(e: Equations, effect: DragEffect, right: Load) -> Rows:
         words = f"drag is isotropic, along the velocity with the {name} coefficient"
         yield f"drag-isotropic-{name}", f"{words}, and exerts no torque", e.force(thrown)
         yield f"drag-isotropic-{name}-in-force", f"{words}, in its force", right._replace(force=thrown)
+
+
+def fourth_moment(e: Equations, effect: DragEffect) -> Load:
+    """Torque of the drag by the density that falls along a turning bar."""
+    wind, r = effect.wind(e.rows), np.sqrt(squared_norm(e.rows.position_from_body))
+    fall = (e.states.unit.conj() * e.rows.position_from_body).real / (r * effect.scale_height_m)
+    strength = 0.5 * effect.width_m * effect.density(e.rows, r) * np.sign(wind.across) * effect.normal_coefficient
+    return e.torque(strength * fall * e.model.length_m**5 / 80.0 * wind.turning**2)
 
 
 def of_light(e: Equations, effect: SolarPressureEffect, right: Load) -> Rows:
