@@ -45,14 +45,25 @@ def accuracy(engine: Examined) -> Iterator[Check]:
     found = runs.errors(loaded)
     if not found:
         return
-    yield bound_check(found, name)
+    yield bound_check(found, name, loaded.order)
     yield falling_check(found, loaded.order, name)
     yield request_check(found, name) if loaded.order is None else order_check(found, float(loaded.order), name)
 
 
-def bound_check(found: list[ErrorAtSetting], name: str) -> Check:
-    """Check that every error is inside the bound that the setting and the declarations promise."""
+def bound_check(found: list[ErrorAtSetting], name: str, order: float | None = None) -> Check:
+    """Check that every error is inside the bound that the setting and the declarations promise.
+
+    The coarsest of equal steps may be outside the method's asymptotic range, where no order tells the error. The finer
+    settings decide then, if they are inside their bounds and two of them show the declared order.
+    """
     beyond = [e for e in found if not e.bound_ratio <= 1.0]
+    if beyond == found[:1] and order is not None and shows_order(found[1:], float(order)):
+        e = beyond[0]
+        said = (
+            f"{e.setting} is outside the asymptotic range of the method, {e.bound_ratio:.3g} times the bound; finer "
+            f"settings are at most {max(f.bound_ratio for f in found[1:]):.2g} of it, and show the declared order"
+        )
+        return Check("errors inside the bound", WARNING, said, scene=name)
     if beyond:
         said = "; ".join(f"{e.bound_ratio:.3g} times the bound at {e.setting}" for e in beyond)
         return Check("errors inside the bound", FAILED, said, scene=name)
@@ -63,6 +74,12 @@ def bound_check(found: list[ErrorAtSetting], name: str) -> Check:
     return Check(
         "errors inside the bound", PASSED, f"at most {max(e.bound_ratio for e in found):.2g} of it", scene=name
     )
+
+
+def shows_order(found: list[ErrorAtSetting], order: float) -> bool:
+    """Whether the two finest settings whose errors tell of the method show an order."""
+    pairs = [pair for pair in compared(found) if pair.tells and not pair.noisy]
+    return bool(pairs) and pairs[-1].order >= order - ORDER_SLACK
 
 
 def falling_check(found: list[ErrorAtSetting], order: float | None, name: str) -> Check:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from adapters.engine import AccuracyParameter, Setting
-from barchain.conform.accuracy import falling_check, order_check
+from barchain.conform.accuracy import bound_check, falling_check, order_check
 from barchain.conform.checks import CheckState
 from barchain.conform.errors import ErrorAtSetting
 
@@ -63,3 +63,20 @@ def test_the_order_of_large_errors_shows_at_the_start_of_the_scene() -> None:
     check = order_check(found, 4.0, "a/scene")
     assert check.state is CheckState.FAILED
     assert check.words.startswith("measured 1.00, declared 4; order 1 is that of Euler's method, or of a force")
+
+
+def beyond(found: list[ErrorAtSetting], *ratios: float) -> list[ErrorAtSetting]:
+    """Errors with other ratios to their bounds."""
+    return [dataclasses.replace(e, bound_ratio=r) for e, r in zip(found, ratios, strict=True)]
+
+
+def test_the_coarsest_steps_may_be_outside_the_asymptotic_range_where_finer_ones_show_the_order() -> None:
+    right = errors(4.0, 1000, 2000, 4000)
+    found = bound_check(beyond(right, 1.92, 0.3, 0.1), "a/scene", 4.0)
+    assert found.state is CheckState.WARNING
+    assert "asymptotic" in found.words
+    assert bound_check(beyond(right, 1.92, 1.1, 0.1), "a/scene", 4.0).state is CheckState.FAILED
+    assert bound_check(beyond(right, 0.3, 1.1, 0.1), "a/scene", 4.0).state is CheckState.FAILED
+    assert bound_check(beyond(errors(1.0, 1000, 2000, 4000), 1.92, 0.3, 0.1), "a/scene", 4.0).state is CheckState.FAILED
+    assert bound_check(beyond(right[:2], 1.92, 0.3), "a/scene", 4.0).state is CheckState.FAILED  # one finer one
+    assert bound_check(beyond(right, 1.92, 0.3, 0.1), "a/scene", None).state is CheckState.FAILED
