@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import time
 from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING
@@ -14,6 +15,7 @@ from barchain.conform.errors import judged_class
 from barchain.conform.noise import agrees_but_forces, needed_noise, noise_fault
 from barchain.conform.runs import TIME_LIMITS, results
 from barchain.conform.scenes import STAGES, TOGETHER, candidates, left_out, rejection, setting_of, solved
+from barchain.conform.target import PHYSICS_RUNS
 from barchain.judge.compare import judge
 from barchain.judge.diagnosis.agreement import agreed, in_common
 from barchain.judge.diagnosis.mistake import QUANTITY_WORDS, looks_single, relative_difference, single_words
@@ -43,6 +45,10 @@ LAST_ALONE = "with one effect"
 """Stage before that of effects together"""
 ENOUGH = 0.5
 """Share of a scene that must be compared"""
+FIRST_PART, GROWTH = 4, 3
+"""Scenes of the first part of a stage, and the largest growth from a part to the next"""
+PART_S = 15.0
+"""Time that a part of a stage is to take"""
 DEPENDENT_PAGE = "docs/howto/conform.md#physics"
 DEPENDENT = (
     "the result depends on the runs before it: in a process of its own the scene gives other numbers. Something is "
@@ -55,24 +61,47 @@ SAME = 1e-9
 
 
 def physics(engine: Examined, stages: Mapping[str, tuple[str, ...]] = STAGES) -> Iterator[Check]:
-    """Checks of the scenes of some stages, by default of all; no stage follows one with a failure."""
-    failed = ""
+    """Checks of the scenes of some stages, by default of all; no stage follows one with a failure.
+
+    Where no failure of an effect alone has a name, the scenes of effects together are judged too: they may have one.
+    """
+    failed, named, before = "", False, ""
     made: dict[str, dict[Role, RunResult]] = {}
     for stage, scenes in stages.items():
-        if failed:
+        if failed and (named or (before, stage) != (LAST_ALONE, TOGETHER)):
             yield Check(stage, NOT_RUN, f"{failed} fails")
             continue
+        before = stage
         ahead = stages.get(TOGETHER, ()) if stage == LAST_ALONE else ()  # to start one process instead of two
         if not made.keys() & set(scenes):
             able, later = ([n for n in names if reason_against(engine, n) is None] for names in (scenes, ahead))
             counts = (f"{plural(len(n), 'scene')} {where}" for n, where in ((able, stage), (later, TOGETHER)) if n)
             if able or later:
                 engine.note(f"physics: {' and '.join(counts)}, at two settings")
-            made |= main_and_finer(engine, [*able, *later])
+            made |= in_parts(engine, [*able, *later])
         judged = {name: runs for name, runs in made.items() if name not in ahead}  # so far, and in this stage
         for check in stage_checks(engine, scenes, judged):
             failed = failed or (check.name if check.state is FAILED else "")
+            named |= check.explained
             yield check
+
+
+def in_parts(engine: Examined, names: list[str]) -> dict[str, dict[Role, RunResult]]:
+    """Runs of scenes in parts of :data:`PART_S` each, announced by name; without those for which no time is left.
+
+    A part is a process. The first ones are small, as an engine may be slow in the scenes of an effect alone.
+    """
+    made: dict[str, dict[Role, RunResult]] = {}
+    size, left = FIRST_PART, list(names)
+    while left and not engine.late:
+        part, left, start = left[:size], left[size:], time.monotonic()
+        if len(names) > FIRST_PART:
+            ends = " to ".join(dict.fromkeys((short(part[0]), short(part[-1]))))
+            engine.note(f"physics: {len(made) + len(part)} of {len(names)}, {ends}")
+        made |= main_and_finer(engine, part)
+        each_s = (time.monotonic() - start) / len(part)
+        size = max(1, min(GROWTH * size, int(PART_S / each_s)))
+    return made
 
 
 def stage_checks(engine: Examined, names: Sequence[str], runs: Mapping[str, dict[Role, RunResult]]) -> Iterator[Check]:
@@ -87,6 +116,9 @@ def stage_checks(engine: Examined, names: Sequence[str], runs: Mapping[str, dict
         if reason is not None:
             state, words = reason
             check = Check(short(name), state, words, scene=name)
+        elif name not in runs:
+            said = f"no time is left: all scenes have {PHYSICS_RUNS * engine.run_s:g} s; --time-limit allows more"
+            check = Check(short(name), FAILED, said, TIME_LIMITS, scene=name)
         elif dependent:
             check = Check(short(name), NOT_RUN, "the result depends on the runs before it")
         else:
@@ -209,7 +241,8 @@ def scene_check(
     if state is not FAILED:
         return Check(short(name), state, f"{said}{where}", scene=name)
     found = None
-    if run is not None and verdict.series is not None:
+    if run is not None and verdict.series is not None and not engine.late:
+        engine.note(f"physics: {short(name)} differs, and is run again with dense samples for its diagnosis")
         found = diagnosis_of_verdict(verdict, run, solution, partial(dense_runs, engine, name))
     if found is None or found.inside_tolerances or verdict.outcome is Outcome.MALFORMED:
         late = any(run.outcome is Outcome.TIMED_OUT for run in runs.values())

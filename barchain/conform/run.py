@@ -13,7 +13,7 @@ from barchain.conform.behaviour import behaviour
 from barchain.conform.checks import FAILED, NOT_RUN, Check, ConformanceReport, Group
 from barchain.conform.conventions import FIRST_RUN, conventions, loading
 from barchain.conform.physics import physics
-from barchain.conform.target import RUN_S, WHOLE, Extent, examined
+from barchain.conform.target import PHYSICS_RUNS, RUN_S, WHOLE, Extent, examined
 from barchain.runs.environment import NoProcessError
 from barchain.runs.message import plain_text
 from barchain.runs.phases import line
@@ -62,7 +62,8 @@ def conform(
     UnknownEngineError
         If no engine has the name.
     """
-    engine = replace(examined(given), run_s=extent.time_limit_s, note=note)
+    end = time.monotonic() + PHYSICS_RUNS * extent.time_limit_s
+    engine = replace(examined(given), run_s=extent.time_limit_s, note=note, end=end)
     before = start = time.perf_counter()
     found: list[Check] = []
     for made in checks(engine, extent):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -21,6 +23,8 @@ if TYPE_CHECKING:
     from barchain.runs.job import Role
     from scenarios import Scene
 
+PHYSICS_RUNS = 60.0
+"""Longest time of all scenes of the physics, over the longest time of one run: barchain's slowest engine takes half"""
 RUN_S = 10.0
 """Longest time of one run by default: most scenes are a fifth of an orbit of a few bars"""
 
@@ -37,6 +41,13 @@ class Examined:
     """Longest time of one run, after the start of its process"""
     note: Callable[[str], None] = lambda _: None
     """Called with a sentence before checks that take long"""
+    end: float = math.inf
+    """Value of `time.monotonic` from which on no scene of the physics is begun"""
+
+    @property
+    def late(self) -> bool:
+        """Whether the time of the physics is over."""
+        return time.monotonic() >= self.end
 
     @property
     def own(self) -> bool:
