@@ -51,6 +51,8 @@ class Check:
     """Scene that shows a failure: `barchain compare SCENE --engine NAME` runs it again"""
     seconds: float = 0.0
     """Time since the check before"""
+    stops: bool = True
+    """Whether a failure makes the stages after it meaningless; that of rounding does not"""
 
 
 @dataclass(frozen=True)
@@ -98,7 +100,7 @@ class ConformanceReport:
             "seconds": round(self.seconds, 3),
             "checks": [
                 {key: str(value) for key, value in asdict(c).items()}
-                | {"explained": c.explained, "seconds": round(c.seconds, 3)}
+                | {"explained": c.explained, "stops": c.stops, "seconds": round(c.seconds, 3)}
                 for c in self.checks
             ],
         }  # fmt: skip

@@ -13,6 +13,7 @@ from adapters.engine import Coordinates, EngineError
 from barchain.conform.checks import FAILED, NOT_RUN, PASSED, UNSUPPORTED, WARNING, Check, CheckState
 from barchain.conform.errors import judged_class
 from barchain.conform.noise import agrees_but_forces, needed_noise, noise_fault
+from barchain.conform.round_off import round_off
 from barchain.conform.runs import TIME_LIMITS, results
 from barchain.conform.scenes import STAGES, TOGETHER, candidates, left_out, rejection, setting_of, solved
 from barchain.conform.target import PHYSICS_RUNS
@@ -81,7 +82,7 @@ def physics(engine: Examined, stages: Mapping[str, tuple[str, ...]] = STAGES) ->
             made |= in_parts(engine, [*able, *later])
         judged = {name: runs for name, runs in made.items() if name not in ahead}  # so far, and in this stage
         for check in stage_checks(engine, scenes, judged):
-            failed = failed or (check.name if check.state is FAILED else "")
+            failed = failed or (check.name if check.state is FAILED and check.stops else "")
             named |= check.explained
             yield check
 
@@ -244,14 +245,17 @@ def scene_check(
     if run is not None and verdict.series is not None and not engine.late:
         engine.note(f"physics: {short(name)} differs, and is run again with dense samples for its diagnosis")
         found = diagnosis_of_verdict(verdict, run, solution, partial(dense_runs, engine, name))
-    if found is None or found.inside_tolerances or verdict.outcome is Outcome.MALFORMED:
+    words = round_off(verdict, loaded.coordinates, evidence, solution)
+    if words and (found is None or not found.explanations) and verdict.outcome is not Outcome.MALFORMED:
+        check = Check(short(name), FAILED, f"{words}{where}", f"{PAGE}#declarations", scene=name, stops=False)
+    elif found is None or found.inside_tolerances or verdict.outcome is Outcome.MALFORMED:
         late = any(run.outcome is Outcome.TIMED_OUT for run in runs.values())
-        page = TIME_LIMITS if late else PAGE
-        said = f"{said}{where}"
-        return Check(short(name), FAILED, said, page, scene=name)
-    if diagnoses is not None:
-        diagnoses[name] = found
-    return diagnosed(engine, name, found)
+        check = Check(short(name), FAILED, f"{said}{where}", TIME_LIMITS if late else PAGE, scene=name)
+    else:
+        check = diagnosed(engine, name, found)
+        if diagnoses is not None:
+            diagnoses[name] = found
+    return check
 
 
 def diagnosed(engine: Examined, name: str, found: Diagnosis, common: str = "") -> Check:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import os
 import random
 import signal
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from adapters.engine import AccuracyParameter, AccuracySweep, Engine, EngineError, Setting
+from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, EngineError, Setting
 from adapters.reference.compiled_engine import ReferenceFast
 from adapters.trajectory import Observable
 
@@ -75,6 +76,47 @@ class Noisy(ReferenceFast):
     def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
         del scene, setting, t_s
         return {"reaction": 1e6}
+
+
+class Rounding(ReferenceFast):
+    """Order 16 in absolute coordinates: of many stages, round-off is left, another one at each setting."""
+
+    coordinates = Coordinates.ABSOLUTE
+    order = 16.0
+    sweep = AccuracySweep(AccuracyParameter.STEPS_PER_ORBIT, (1000.0, 2000.0, 4000.0), 2000.0)
+    size_m = 1e-5
+
+    def build(self, scene: Scene, setting: Setting) -> None:
+        super().build(scene, Setting(AccuracyParameter.RTOL, 1e-13))
+        self.seed = round(setting.value)
+
+    def read(self) -> Trajectory:
+        found = super().read()
+        walk = np.random.default_rng(self.seed).normal(size=found.com_m.shape).cumsum(axis=0)
+        return found.replace(com_m=found.com_m + self.size_m * (walk - walk[0]) / math.sqrt(len(walk)))
+
+
+class LargeRounding(Rounding):
+    """Errors of any sign that are larger than those of rounding."""
+
+    size_m = 1e-2
+
+
+class SharedRounding(Rounding):
+    """The same small error at each setting, which no rounding leaves."""
+
+    def build(self, scene: Scene, setting: Setting) -> None:
+        super().build(scene, setting)
+        self.seed = 0
+
+
+class DeclaredRounding(Rounding):
+    """Its round-off, declared."""
+
+    @classmethod
+    def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
+        del scene, setting, t_s
+        return {"com": 1e-4}
 
 
 class OrderOfChosenSteps(ReferenceFast):

@@ -1,0 +1,93 @@
+"""Round-off with the noise to declare, the time of the physics, and what is judged after a failure without a name."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+import time
+from typing import TYPE_CHECKING
+
+import pytest
+
+from barchain.conform import physics
+from barchain.conform.checks import FAILED, NOT_RUN, PASSED, Check
+from barchain.conform.scenes import TOGETHER
+from barchain.conform.target import Examined, examined
+from tests.support.kernel import needs_kernel
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+pytestmark = needs_kernel
+NAME = "conform/three_bars_gradient"
+
+
+def checked(engine: str) -> Check:
+    """Check of a wrong engine on one scene."""
+    given = examined(f"tests.conform.wrong_engines:{engine}")
+    return physics.scene_check(given, NAME, physics.main_and_finer(given, [NAME])[NAME])
+
+
+def test_errors_of_the_size_of_rounding_are_told_with_the_noise_to_declare() -> None:
+    found = checked("Rounding")
+    assert found.state is FAILED
+    assert not found.stops
+    declared = re.search(r"Round-off.* declare `noise` of com = (\S+)", found.words)
+    assert declared is not None
+    assert 1e-6 < float(declared[1]) < 1e-4
+
+
+@pytest.mark.slow
+def test_noise_that_is_declared_passes() -> None:
+    assert checked("DeclaredRounding").state is not FAILED
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ["LargeRounding", "SharedRounding"])
+def test_larger_errors_and_those_that_two_settings_share_are_no_rounding(engine: str) -> None:
+    found = checked(engine)
+    assert found.state is FAILED
+    assert found.stops
+    assert "Round-off" not in found.words
+
+
+def stages_with(
+    monkeypatch: pytest.MonkeyPatch, *, explained: bool = False, stops: bool = True, first: str = "with one effect"
+) -> list[Check]:
+    """Checks of two stages of one scene each, of which the first fails."""
+
+    def made(_: Examined, names: list[str], *__: object) -> Iterator[Check]:
+        for name in names:
+            failed = name == "a"
+            yield Check(name, FAILED if failed else PASSED, explained=failed and explained, stops=not failed or stops)
+
+    monkeypatch.setattr(physics, "stage_checks", made)
+    monkeypatch.setattr(physics, "reason_against", lambda *_: None)
+    monkeypatch.setattr(physics, "main_and_finer", lambda _, names: {name: {} for name in names})
+    return list(physics.physics(examined("reference-fast"), {first: ("a",), TOGETHER: ("b",)}))
+
+
+def test_effects_together_are_judged_where_failures_of_effects_alone_have_no_name(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    assert stages_with(monkeypatch)[-1].state is PASSED
+    assert stages_with(monkeypatch, explained=True)[-1].state is NOT_RUN
+    assert stages_with(monkeypatch, first="in gravity")[-1].state is NOT_RUN
+    assert stages_with(monkeypatch, first="in gravity", stops=False)[-1].state is PASSED
+
+
+def test_scenes_for_which_no_time_is_left_fail_with_that_reason() -> None:
+    engine = dataclasses.replace(examined("reference-fast"), end=time.monotonic())
+    found = list(physics.physics(engine, {"in gravity": (NAME,)}))
+    assert [c.state for c in found] == [FAILED]
+    assert "no time is left" in found[0].words
+    assert "--time-limit" in found[0].words
+
+
+def test_parts_of_a_stage_are_announced_with_their_scenes(monkeypatch: pytest.MonkeyPatch) -> None:
+    said: list[str] = []
+    monkeypatch.setattr(physics, "main_and_finer", lambda _, names: {name: {} for name in names})
+    names = [f"conform/scene_{k}" for k in range(9)]
+    made = physics.in_parts(dataclasses.replace(examined("reference-fast"), note=said.append), names)
+    assert list(made) == names
+    assert said == ["physics: 4 of 9, scene 0 to scene 3", "physics: 9 of 9, scene 4 to scene 8"]
