@@ -149,12 +149,13 @@ def in_agreement(
             motions[name] = OwnMotion(solved(engine.scene(name)).scene, run, None)
     agreeing = agreed(found, motions)
     common = in_common([engine.scene(name) for name in found], map(engine.scene, right))
+    alone = " The name rests on this scene alone." if len(motions) == 1 else ""
     for check in checks:
         diagnosis = agreeing.get(check.scene)
         if diagnosis is None or check.state is not FAILED or check.words == DEPENDENT:
             yield check
         else:
-            yield diagnosed(engine, check.scene, diagnosis, "" if diagnosis.explanations else common)
+            yield diagnosed(engine, check.scene, diagnosis, alone if diagnosis.explanations else common)
 
 
 def reason_against(engine: Examined, name: str) -> tuple[CheckState, str] | None:
@@ -261,7 +262,8 @@ def scene_check(
 def diagnosed(engine: Examined, name: str, found: Diagnosis, common: str = "") -> Check:
     """Failed check of a scene, with its diagnosis and words on what such scenes have in common."""
     relative = relative_difference(found.wrong)
-    single = looks_single(relative) and not found.explanations and not systematic(found)
+    random = found.own is None or found.own.scatters
+    single = looks_single(relative) and not found.explanations and not systematic(found) and random
     hint = f" {single_words(relative)}" if single else ""
     sizes = "; ".join(f"{QUANTITY_WORDS[w.quantity]} {w.words}" for w in found.wrong)
     page = found.explanations[0].mistakes[0].anchor if found.explanations else PAGE

@@ -101,6 +101,8 @@ class Samples:
     """Question whether the times have another unit; empty without a reason for it"""
     too_few_digits: str = ""
     """Quantities that are in the file and say nothing, as their last digit exceeds all right values; empty without"""
+    kept: dict[str, Any] = field(default_factory=dict)
+    """What one diagnosis keeps for the next one, with other tolerances"""
 
     @property
     def enough(self) -> bool:
@@ -509,7 +511,7 @@ def diagnosis(verdict: Verdict, main: Samples) -> Diagnosis:
         series = series.copy()
         series.loc[0, series.columns != "t_s"] = np.nan
     seen = dataclasses.replace(verdict, series=series)
-    return diagnosis_of_verdict(seen, main.trajectory, main.solution, absent=main.absent)
+    return diagnosis_of_verdict(seen, main.trajectory, main.solution, absent=main.absent, kept=main.kept)
 
 
 def explained(verdict: Verdict, found: Diagnosis) -> Verdict:

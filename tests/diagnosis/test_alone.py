@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pytest
 
 from barchain.judge.diagnosis.diagnose import Diagnosis, diagnose
@@ -20,11 +22,15 @@ if TYPE_CHECKING:
     from barchain.judge.diagnosis.starts import Start
 
 SCENE = unequal_chain()
+FROM_JUMPS = ("angles-from", "angles-and-rates-from", "angles-jump")
+JUMPING = tuple(m for m in READINGS if "-wrapped" in m.name and m.name.startswith(FROM_JUMPS))
+"""Mistakes that alter something where the longitude jumps alone"""
 WITHOUT_TRACE = {"torque-sign", "torques-in-kn-m", "impulses-in-kn-s", "impulses-of-each-interval", "torques-twice",
                  "torques-half", "torques-in-reversed-order", "torques-repeated-at-end", "impulses-of-last-instant",
                  "angles-with-other-turns", "angles-unwrapped", "angles-of-unwrapped-joints",
-                 *(m.name for m in READINGS if m.name.endswith("sorted-as-text"))}  # fmt: skip
-"""Mistakes that alter nothing in this scene: no torques or impulses, few bars, small turns between samples"""
+                 *(m.name for m in READINGS if m.name.endswith("sorted-as-text")),
+                 *(m.name for m in JUMPING)}  # fmt: skip
+"""Mistakes that alter nothing in this scene: no torques or impulses, few bars, small turns, no jump of the longitude"""
 OF_TORQUES = [m for m in (*READINGS, *TIMINGS) if m.name.startswith("torques")]
 SAME_START = {
     "central-body-earth",
@@ -68,6 +74,14 @@ def test_angles_that_lose_whole_turns_between_few_samples_are_named(mistake: Mis
 def test_numbers_that_are_sorted_as_text_are_named_from_ten_bars_on(mistake: Mistake) -> None:
     found = diagnosis_of(load_scene("conform/eleven_bars_loads"), mistake)
     assert found.names == {(mistake.name,)}, str(found)
+
+
+@pytest.mark.parametrize("mistake", one_in(3, JUMPING, lambda m: m.name))
+def test_a_longitude_that_jumps_is_named_where_it_does(mistake: Mistake) -> None:
+    start_rad = np.radians(-30.0 if "positive" in mistake.name else 150.0)
+    scene = dataclasses.replace(SCENE, orbit=dataclasses.replace(SCENE.orbit, longitude_rad=float(start_rad)))
+    found = diagnosis_of(scene, mistake)
+    assert (mistake.name,) in found.names, str(found)
 
 
 @pytest.mark.parametrize("mistake", one_in(5, [m for m in READINGS if m.name not in WITHOUT_TRACE], lambda m: m.name))

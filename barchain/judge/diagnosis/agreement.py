@@ -51,20 +51,25 @@ def agreed(found: Mapping[str, Diagnosis], others: Mapping[str, OwnMotion]) -> d
         withdrawn = [e for e in diagnosis.explanations if against[e.names]]
         said = diagnosis.nearest
         if withdrawn and not kept:
-            scene = against[withdrawn[0].names].partition("/")[2].replace("_", " ")
             alone = {names for d in found.values() for names in d.names if len(names) == 1}
             part = next((m for e in withdrawn for m in e.mistakes if (m.name,) in alone), None)
-            words = f"{withdrawn[0].words}, which {scene} contradicts"
-            said = f" Nearest: {f'{part.sentence}, with something else here' if part else words}."
+            said = f" Nearest: {part.sentence}, with something else here." if part else place_alone(diagnosis)
         agreeing[name] = dataclasses.replace(diagnosis, explanations=kept, nearest=said)
     return agreeing
+
+
+def place_alone(diagnosis: Diagnosis) -> str:
+    """Where a motion departs, without a name."""
+    return "" if diagnosis.own is None else diagnosis.own.departure
 
 
 def contradiction(names: tuple[str, ...], diagnosis: Diagnosis, others: Mapping[str, OwnMotion]) -> str:
     """Scene in whose motion an explanation of another scene should show and does not; empty without one."""
     if diagnosis.own is None:
         return ""
-    fit = next((f for f in diagnosis.own.fits if f.explains and tuple(c.name for c in f.candidates) == names), None)
+    # with a mistake of reading on top of the motion's, that of the motion comes first
+    fits = ((f, tuple(c.name for c in f.candidates)) for f in diagnosis.own.fits if f.explains)
+    fit = next((f for f, of_motion in fits if of_motion == names[: len(of_motion)]), None)
     if fit is None:
         return ""
     gravity = diagnosis.own.given_scene.effects.gravity

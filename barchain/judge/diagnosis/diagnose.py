@@ -6,13 +6,14 @@ import dataclasses
 from dataclasses import dataclass, field
 from functools import partial
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from adapters.common.initial_state import initial_state
 from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.registry import ENGINES
+from barchain.judge.diagnosis.chance import foretells
 from barchain.judge.diagnosis.mistake import (
     Explanation,
     Mistake,
@@ -24,9 +25,12 @@ from barchain.judge.diagnosis.mistake import (
     part_words,
 )
 from barchain.judge.diagnosis.own_motion import LIKELY, OwnMotion, with_right_reactions
+from barchain.judge.diagnosis.readings import READINGS
 from barchain.judge.diagnosis.search import ReadingSearch, given_result
 from barchain.judge.diagnosis.starts import off_start
-from barchain.metrics.quantities import differences, sizes
+from barchain.judge.diagnosis.trial_search import TrialSearch
+from barchain.metrics.quantities import arrays, differences, sizes
+from barchain.solutions.at_times import solution_at
 from barchain.solutions.judging import solution_engine
 
 if TYPE_CHECKING:
@@ -48,10 +52,11 @@ REACTION_FACTORS = ("reactions-times-a-factor",)
 """Fitted readings that other masses in the equations of the reactions make, too"""
 FEW_SAMPLES = 3
 """Samples up to which one wrong sample is nothing special"""
-AFTER_JUMPS = Mistake(
-    "samples-after-jumps", "the samples at instants of impulses, and of jumps of a force, show the motion after these",
-    "samples",
-)  # fmt: skip
+AFTER_JUMPS = "samples-after-jumps"
+JUST_AFTER = 1e-10
+"""Time after an event, relative to the duration, at which the motion is the one after it"""
+CONTINUOUS = ("com_m", "angle_rad")
+"""Arrays that no event changes"""
 MOST_TOGETHER = 2
 """Mistakes that explain a result together"""
 START_TOLERANCES = 10.0
@@ -106,6 +111,7 @@ def diagnose(
     tolerance: Tolerance,
     runs: OwnRuns | None = None,
     absent: Mapping[str, NDArray[np.bool_]] = MappingProxyType({}),
+    kept: dict[str, TrialSearch] | None = None,
 ) -> Diagnosis:
     """Find the mistakes that explain a wrong result.
 
@@ -129,6 +135,8 @@ def diagnose(
         judged and at the next finer setting. Each may be None. Without it, the samples of the result have to do.
     absent : mapping, optional
         Parts of arrays that the trajectory lacks, of the shape of a sample; it holds the judging solution's there.
+    kept : dict, optional
+        What one diagnosis keeps for the next one of the same result with other tolerances.
 
     Returns
     -------
@@ -146,21 +154,41 @@ def diagnose(
     wrong = wrong_quantities(result)
     if not wrong or not result.finite:
         return Diagnosis(wrong)
-    if at_jumps := only_at_jumps(result):
+    if at_jumps := only_at_jumps(result, judging):
         return Diagnosis(wrong, (at_jumps,))
     search = ReadingSearch(result, lambda: half_way(judging))
     own = OwnMotion(judging.scene, result.given.replace(**dict.fromkeys(absent)), runs)
-    return dataclasses.replace(searched(search, own, wrong), own=own)
+    found = searched(search, own, wrong)
+    if not found.explanations and (own.residual is None or not own.residual.wrong):
+        kept = {} if kept is None else kept
+        trials = kept.setdefault("trials", TrialSearch(result))
+        found = dataclasses.replace(found, explanations=indistinguishable(trials.explaining(result)))
+    return dataclasses.replace(found, own=own)
 
 
-def only_at_jumps(result: GivenResult) -> Explanation | None:
-    """Explanation of differences at instants of events alone; None where there are others."""
-    jumps = np.isin(result.right.t_s, result.scene.effects.breaks_s)
-    if not jumps.any() or jumps.all():
+def only_at_jumps(result: GivenResult, judging: ReferenceSolution) -> Explanation | None:
+    """Explanation of differences at instants of events alone by the motion just after these; None of other ones."""
+    t_s = result.right.t_s
+    jumps = np.isin(t_s, result.scene.effects.breaks_s) & (t_s < judging.fine.t_s[-1])
+    if not jumps.any() or jumps.all() or result.at(np.flatnonzero(~jumps)).fit(result.right.samples(~jumps)).outside:
         return None
-    rest = result.at(np.flatnonzero(~jumps))
-    fit = rest.fit(rest.right)
-    return None if fit.outside else Explanation((AFTER_JUMPS,), fit)
+    after = solution_at(judging, t_s[jumps] + JUST_AFTER * float(judging.fine.t_s[-1])).trajectory
+    changed: dict[str, Any] = {}
+    for name, values in arrays(result.right).items():
+        changed[name] = values.copy()
+        if name not in CONTINUOUS:
+            changed[name][jumps] = getattr(after, name)
+    fit = result.fit(result.right.replace(**changed))
+    scene = result.scene.effects
+    kinds = (["impulses"] if scene.impulse else []) + (["jumps of a force"] if scene.thrust else [])
+    said = f"the samples at instants of {' and '.join(kinds) or 'events'} show the motion after these"
+    found = Explanation((Mistake(AFTER_JUMPS, said, "samples"),), fit)
+    return found if found.explains(result.fit(result.right).own_error) and foretold(result, found) else None
+
+
+def foretold(result: GivenResult, explanation: Explanation) -> bool:
+    """Whether the result holds numbers enough for an explanation, of all that are tried."""
+    return foretells(result.digits, 0, len(READINGS) ** len(explanation.mistakes))
 
 
 def half_way(judging: ReferenceSolution) -> Trajectory | None:
@@ -176,7 +204,7 @@ def half_way(judging: ReferenceSolution) -> Trajectory | None:
 def searched(search: ReadingSearch, own: OwnMotion, wrong: tuple[WrongQuantity, ...]) -> Diagnosis:
     """Diagnosis by a search: readings and starts, then the equations of motion, then both together."""
     others = [e for e in search.alone if not e.explains(search.unaltered.own_error)]
-    equal = indistinguishable(causes(search, own))
+    equal = tuple(e for e in indistinguishable(causes(search, own)) if foretold(search.result, e))
     if equal:
         return Diagnosis(wrong, equal, next((e for e in others if e not in equal), None))
     next_best, together = next(iter(others), None), search.parts_together

@@ -40,8 +40,12 @@ MOST_SAMPLES = 2401
 """Samples of a dense run: more take longer than they tell"""
 LIKELY = " Most likely:"
 """Beginning of the sentence on a candidate that leaves little, and yet more than the engine's own noise"""
-NOTHING_NEAR = 0.5
+NOTHING_NEAR = 0.1
 """Share of the residual that the nearest candidate leaves, from which on it says nothing"""
+MOST_SPIKE = 100.0
+"""Largest residual of an interval over the median one that scatter leaves"""
+LEAST_JUMPS = 0.5
+"""Least mean change of a residual from interval to interval over its mean size that scatter leaves: 1.4 without pattern"""
 SPLINE = 9
 """Degree of the splines that give rates by angles"""
 
@@ -162,19 +166,42 @@ class OwnMotion:
             found += [(e, self.given_scene) for e in self.starts]
         return found
 
+    @cached_property
+    def scatters(self) -> bool:
+        """Whether the residual is without a pattern along the samples, as rounding leaves it; unknown: true."""
+        r = self.residual
+        if r is None or not r.wrong:
+            return True
+        values = r.value[r.known][:, r.balance.of_blocks(r.wrong)]
+        size = np.median(np.abs(values), axis=0)
+        few = np.abs(values).max(axis=0) > MOST_SPIKE * size  # a missed event is in one interval
+        smooth = np.abs(np.diff(values, axis=0)).mean(axis=0) < LEAST_JUMPS * np.abs(values).mean(axis=0)
+        return not bool(np.any((few | smooth) & (size > 0.0)))
+
     @property
     def nearest(self) -> str:
         """Where the residual sits, and the nearest candidate; empty without a residual."""
+        said = self.departure
+        if said and self.search is not None and self.fits and self.fits[0].nice and self.fits[0].share < NOTHING_NEAR:
+            share, near = self.fits[0].share, LIKELY if self.fits[0].share * GAIN <= 1.0 else " Nearest:"
+            said += f"{near} {self.fits[0].explanation.words} (leaves {100.0 * share:.2g}% of that)."
+        return said
+
+    @property
+    def departure(self) -> str:
+        """Where and from when on a residual sits, and of which effect; empty without a residual."""
         r = self.residual
         if r is None:
             return ""
         if not r.wrong or r.clock_wrong:
             return r.apart_words
-        said = f" Against the right equations at its own states, the motion has {r.place} too much."
-        if self.fits and self.fits[0].share < NOTHING_NEAR:
-            share, near = self.fits[0].share, LIKELY if self.fits[0].share * GAIN <= 1.0 else " Nearest:"
-            said += f"{near} {self.fits[0].explanation.words} (leaves {100.0 * share:.2g}% of that)."
-        return said
+        begun = f", from t = {r.begin_s:.4g} s on" if r.begin_s > 0.0 else ""
+        said = f" Against the right equations at its own states, the motion has {r.place} too much{begun}."
+        effects = [name for name in self.given_scene.effects.names if name != "gravity"]
+        alone = (
+            f" The scene's only effect beside gravity is {effects[0].replace('_', ' ')}." if len(effects) == 1 else ""
+        )
+        return f"{said}{alone}"
 
 
 def at_instants(t: Trajectory, scene: Scene) -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -488,6 +488,54 @@ def angle_readings() -> Iterator[Reading]:
         yield less(f"rates-less-{name}", f"rates lack {what}", None, rate)
 
 
+def jumping_readings() -> Iterator[Reading]:
+    """Angles from, or made with, a longitude by atan2 that jumps by a whole turn."""
+    for wrapped, range_words, wrap in WRAPPED:
+        for name, where, whose, offset, rate in (
+            ("radial", "the local vertical", longitude_of_chain, 0.0, DIRECTIONS[0][3]),
+            ("horizontal", "the chain's local horizontal", longitude_of_chain, HORIZONTAL_RAD, DIRECTIONS[1][3]),
+            ("bar-horizontal", "each bar's local horizontal", longitude_of_bars, HORIZONTAL_RAD, DIRECTIONS[2][3]),
+        ):
+            said = f"count from {where} by a longitude that jumps, wrapped to {range_words}"
+            direction = partial(jumping, wrap, whose, offset)
+            yield less(f"angles-from-{wrapped}-{name}", f"angles {said}", direction, None)
+            yield less(f"angles-and-rates-from-{wrapped}-{name}", f"angles and rates {said}", direction, rate)
+        for name, whose in (("chain", longitude_of_chain), ("bar", longitude_of_bars)):
+            said = f"jump by a whole turn with the {name}'s longitude, wrapped to {range_words}"
+            yield of("angles", f"jump-with-{name}-longitude-{wrapped}", said, partial(jumped, wrap, whose), turns=True)
+
+
+def longitude_of_chain(right: Right) -> Array:
+    """Longitude of the centre of mass, (n, 1) rad."""
+    return right.longitude
+
+
+def longitude_of_bars(right: Right) -> Array:
+    """Longitude of each bar's centre, (n, N) rad."""
+    return right.bar_longitudes
+
+
+def jumping(wrap: Change, whose: Callable[[Right], Array], offset: float, _: Array, right: Right) -> Array:
+    """Direction by a wrapped longitude, (n, ...) rad.
+
+    Raises
+    ------
+    UnreadableError
+        If the longitude does not jump in the run.
+    """
+    smooth = whose(right)
+    found = wrap(smooth, right)
+    if not np.any(np.abs(np.diff(found - smooth, axis=0)) > math.pi):
+        raise UnreadableError(ANGLE)
+    return found + offset
+
+
+def jumped(wrap: Change, whose: Callable[[Right], Array], values: Array, right: Right) -> Array:
+    """Angles that were made with a wrapped longitude, (n, N) rad."""
+    found: Array = values + jumping(wrap, whose, 0.0, values, right) - whose(right)
+    return found
+
+
 def joint_readings() -> Iterator[Reading]:
     """Reactions in other axes or at other joints, and bars in another order."""
     for name, what, change in JOINTS:
@@ -531,6 +579,7 @@ READINGS: tuple[Reading, ...] = (
       for part in ("reactions", "angles", "rates", "torques") for word, factor in (("twice", 2.0), ("half", 0.5))),
     *axes_readings(),
     *angle_readings(),
+    *jumping_readings(),
     *joint_readings(),
     *track_readings(),
     *sampled_readings(),

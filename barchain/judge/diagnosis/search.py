@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from barchain.judge.diagnosis.chance import independent_digits
 from barchain.judge.diagnosis.fitted import at_places, fitted
 from barchain.judge.diagnosis.mistake import Explanation, Fit, Left, ranked
 from barchain.judge.diagnosis.readings import READINGS, TIMINGS, VECTORS, WHOLE_TURNS, Reading
 from barchain.judge.residuals import worst
 from barchain.judge.scales import scales
-from barchain.metrics.quantities import QUANTITY_OF, arrays, completed, differences
+from barchain.metrics.quantities import FIELDS, QUANTITY_OF, arrays, completed, differences
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -77,6 +78,32 @@ class GivenResult:
         tolerance = {name: values[rows] for name, values in self.tolerance.items()}
         given, right = self.given.samples(rows), self.right.samples(rows)
         return GivenResult(self.scene, given, right, tolerance, self.scale, self.absent)
+
+    @property
+    def weights(self) -> dict[str, Array]:
+        """Reciprocal tolerances (n,) of the compared quantities; 0 where nothing is compared."""
+        found = {}
+        for q in sorted(self.quantities):
+            known = np.isfinite(self.tolerance[q]) & (self.tolerance[q] > 0.0)
+            found[q] = np.where(known, 1.0 / np.where(known, self.tolerance[q], 1.0), 0.0)
+        return found
+
+    def apart(self, motion: Trajectory, rows: NDArray[np.intp], weights: Mapping[str, Array]) -> Array:
+        """Differences of some samples from a motion at these in weights (n,), (k, c); 0 where it is unknown."""
+        given, found = completed(self.given.samples(rows), self.absent, motion), []
+        for q, weight in weights.items():
+            mine, theirs = getattr(given, FIELDS[q]), getattr(motion, FIELDS[q])
+            if mine is not None and theirs is not None and mine.shape == theirs.shape:
+                off = (mine - theirs).reshape(len(rows), -1) * weight[rows, None]
+                found.append(np.nan_to_num(off, nan=0.0, posinf=0.0, neginf=0.0))
+        return np.concatenate(found, axis=1) if found else np.zeros((len(rows), 0))
+
+    @cached_property
+    def digits(self) -> Array:
+        """Decimal digits of each independent number in the differences from the right motion, largest first."""
+        weights = self.weights
+        rows = np.flatnonzero(np.any([w > 0.0 for w in weights.values()], axis=0)) if weights else np.arange(0)
+        return independent_digits(self.apart(self.right.samples(rows), rows, weights))
 
     def perturbed(self, motion: Trajectory) -> Trajectory:
         """A motion with every value off by the tolerance of its quantity, with random signs."""

@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from barchain.judge.diagnosis.motion.words import BODIES, LOADS, NICE, factor_words, nice_factor
+from barchain.judge.diagnosis.motion.words import BODIES, LOADS, NICE, factor_words, near_one, nice_factor
 from scenarios.toml.scene_tables import EARTH_MU_M3_S2, EARTH_RADIUS_M
 
 if TYPE_CHECKING:
@@ -41,7 +41,9 @@ KNOWN = {
 }  # fmt: skip
 """Values that engines take instead of a scene's, by field"""
 KNOWN_DIGITS = 3e-7
-"""Relative difference below which a fitted number is a known value"""
+"""Largest relative difference of a fitted number from a known value"""
+KNOWN_SHARE = 0.1
+"""The same, relative to the distance of the known value from the scene's: the scene's own value is no mistake"""
 FACTOR, ANGLE, TIME = "factor", "angle", "time"
 """What is fitted: a factor, an angle that is added, or a time that is added"""
 CHAIN = (
@@ -148,9 +150,12 @@ class Number:
     def known(self, amount: float) -> str:
         """Known value that an amount makes; empty without one."""
         value = self.value(amount)
-        near = KNOWN.get(str(self.paths[0][-1]), ()) if value is not None else ()
-        apart, words = min(((abs((value or 0.0) / right - 1.0), words) for words, right in near), default=(1.0, ""))
-        return words if apart < KNOWN_DIGITS else ""
+        if value is None:
+            return ""
+        near = KNOWN.get(str(self.paths[0][-1]), ())
+        apart, known, words = min(((abs(value / k - 1.0), k, said) for said, k in near), default=(1.0, value, ""))
+        from_right = abs(known / read(self.scene, self.paths[0]) - 1.0)
+        return words if apart < min(KNOWN_DIGITS, KNOWN_SHARE * from_right) else ""
 
     def as_in(self, other: Number, amount: float) -> float:
         """Amount that makes here what it makes of the number in another scene: a known value is the same everywhere."""
@@ -176,8 +181,10 @@ class Number:
         if self.kind == TIME:
             return f"{self.subject} is {abs(amount):.4g} s too {'late' if amount > 0.0 else 'early'}"
         if self.known(amount):
-            return f"{self.subject} is that of {self.known(amount)}"
-        said = factor_words(1.0 + amount)
+            return f"{self.subject} is {near_one(1.0 + amount)} times the scene's, that of {self.known(amount)}"
+        said, value = factor_words(1.0 + amount), self.value(amount)
+        if self.paths[0][-1] == "mu_m3_s2" and value is not None and not nice_factor(1.0 + amount):
+            return f"{self.subject} is {value:.10g} m^3/s^2, {near_one(1.0 + amount)} times the scene's"
         place = ", that of another place" if self.peer(amount) else ""
         return f"{self.subject} is {'zero' if said == 'missing' else said}{place}"
 

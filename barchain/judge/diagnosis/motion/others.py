@@ -338,6 +338,8 @@ def of_light(scene: Scene) -> Made:
         ("without-shadow", "shadow is missing", {"shadow": False}),
         ("with-shadow", "sunlight has a shadow that the scene has not", {"shadow": True}),
         ("mirror", "reflectivity is 1", {"reflectivity": 1.0}),
+        ("along-the-sun-line", "reflected sunlight pushes along the Sun's line, not along the bar's normal",
+         {"reflectivity": 0.0, "pressure_Pa": (1.0 + p.reflectivity) * p.pressure_Pa}),
         ("exchanged", "absorbed and the reflected sunlight are exchanged", {"reflectivity": 1.0 - p.reflectivity}),
         ("opposite", "sunlight comes from the opposite direction",
          {"sun_longitude_rad": p.sun_longitude_rad + math.pi}),

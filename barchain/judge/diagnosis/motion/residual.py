@@ -168,6 +168,14 @@ class Residual:
         """Blocks whose residual is no noise."""
         return tuple(name for name, ratio in self.ratios.items() if ratio > WRONG)
 
+    @property
+    def begin_s(self) -> float:
+        """First instant from which on the residual of an interval is no noise, s; 0 without one."""
+        columns = self.balance.of_blocks(self.wrong)
+        over = np.abs(self.value[:, columns]) > WRONG * self.noise[:, columns]  # unknown ones compare as false
+        rows = np.flatnonzero(over.any(axis=1))
+        return float(self.motion.states.t_s[rows[0]]) if len(rows) else 0.0
+
     @cached_property
     def moves_right(self) -> bool:
         """Whether centre of mass, bars and prescribed angles move by the right equations."""

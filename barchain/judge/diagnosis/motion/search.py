@@ -82,11 +82,15 @@ class Fitted:
     @property
     def order(self) -> tuple[bool, bool, bool, float]:
         """Key by which fits are sorted: those that leave noise, nice ones and other scenes first; then the rest."""
-        nice = all(c.nice(a) for c, a in zip(self.candidates, self.amounts, strict=True))
         of_scene = all(c.scene is not None for c in self.candidates)
         if not self.explains:
             return True, False, False, self.share
-        return False, not nice, not of_scene, 0.0
+        return False, not self.nice, not of_scene, 0.0
+
+    @property
+    def nice(self) -> bool:
+        """Whether all amounts are ones that a slip would give."""
+        return all(c.nice(a) for c, a in zip(self.candidates, self.amounts, strict=True))
 
     @property
     def scene(self) -> Scene | None:

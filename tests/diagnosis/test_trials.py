@@ -1,0 +1,139 @@
+"""Results of the track alone, or of few columns, are explained by another start, clock or strength, or by nothing."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from adapters.common.initial_state import initial_state
+from barchain.judge.diagnosis.chance import foretells, independent_digits
+from barchain.judge.diagnosis.diagnose import diagnose
+from barchain.judge.diagnosis.trials import motion_from
+from scenarios import load_scene
+from tests.support.solutions import solution_of
+
+if TYPE_CHECKING:
+    from adapters.trajectory import Trajectory
+    from barchain.judge.diagnosis.diagnose import Diagnosis
+    from scenarios import Scene
+
+EXACT = 1e-11
+"""Relative error that is granted"""
+
+
+def track_of(motion: Trajectory | None) -> Trajectory:
+    """The track of a motion alone."""
+    assert motion is not None
+    return motion.replace(angle_rad=None, rate_rad_s=None, reaction_N=None, torque_N_m=None, impulse_N_s=None)
+
+
+def moved(scene: Scene, **start: Any) -> Trajectory:
+    """Track of a scene from a start with other values."""
+    return track_of(motion_from(scene, dataclasses.replace(initial_state(scene), **start), scene.times_s))
+
+
+def with_effect(scene: Scene, effect: str, **values: Any) -> Scene:
+    """Scene with other numbers of an effect."""
+    new = dataclasses.replace(getattr(scene.effects, effect), **values)
+    return dataclasses.replace(scene, effects=dataclasses.replace(scene.effects, **{effect: new}))
+
+
+def named(scene: Scene, track: Trajectory, error: float = EXACT) -> Diagnosis:
+    """Diagnosis of a track."""
+    size = {"com": scene.radius0_m, "com_velocity": scene.speed0_m_s}
+    tolerance = {q: np.full(len(track.t_s), error * s) for q, s in size.items()}
+    return diagnose(scene, track, solution_of(scene), tolerance)
+
+
+def with_mu(scene: Scene, factor: float) -> Scene:
+    """Scene with another gravitational parameter."""
+    body = scene.central_body
+    return dataclasses.replace(scene, central_body=dataclasses.replace(body, mu_m3_s2=factor * body.mu_m3_s2))
+
+
+def test_another_gravitational_parameter_is_named_by_its_value_from_the_track_alone() -> None:
+    scene = load_scene("basics/kepler_circular")
+    track = track_of(motion_from(with_mu(scene, 1.0 + 3e-6), initial_state(scene), scene.times_s))
+    found = named(scene, track)
+    assert found.names == {("gravitational-parameter",)}, str(found)
+    assert "1.000003 times the scene's" in str(found)
+
+
+@pytest.mark.parametrize(("scene", "effect", "field", "factor"), [
+    ("effects/drag", "drag", "density_kg_m3", 0.5), ("effects/solar_pressure", "solar_pressure", "pressure_Pa", 2.0),
+    ("effects/oblateness", "oblateness", "j2", 1.1),
+])  # fmt: skip
+def test_another_strength_of_an_effect_is_named_from_the_track_alone(
+    scene: str, effect: str, field: str, factor: float
+) -> None:
+    loaded = load_scene(scene)
+    wrong = with_effect(loaded, effect, **{field: factor * getattr(getattr(loaded.effects, effect), field)})
+    found = named(loaded, track_of(motion_from(wrong, initial_state(loaded), loaded.times_s)))
+    assert (f"{effect}-{field}",) in found.names, str(found)
+    assert {names[0].partition("-")[0] for names in found.names} == {effect}, str(found)
+
+
+def test_another_speed_at_the_start_is_named_as_the_start() -> None:
+    scene = load_scene("basics/kepler_circular")
+    found = named(scene, moved(scene, com_velocity_m_s=1.001 * initial_state(scene).com_velocity_m_s))
+    assert ("initial-speed",) in found.names, str(found)
+
+
+def test_any_other_start_is_named_as_that() -> None:
+    scene = load_scene("basics/kepler_circular")
+    found = named(scene, moved(scene, com_m=initial_state(scene).com_m + np.array([300.0, -200.0])))
+    assert found.names == {("another-start",)}, str(found)
+
+
+@pytest.mark.parametrize("late_s", [-40.0, 0.25, 1000.0])
+def test_a_clock_that_is_late_or_early_is_named_with_its_seconds(late_s: float) -> None:
+    scene = load_scene("effects/drag")
+    instants = scene.times_s + late_s
+    seen = motion_from(scene, initial_state(scene), instants[instants >= 0.0])
+    assert seen is not None
+    right = solution_of(scene).trajectory
+    com, velocity = right.com_m.copy(), right.com_velocity_m_s.copy()
+    com[instants >= 0.0], velocity[instants >= 0.0] = seen.com_m, seen.com_velocity_m_s
+    track = track_of(right).replace(com_m=com, com_velocity_m_s=velocity)
+    tolerance = {
+        "com": np.where(instants >= 0.0, 1e-4, np.inf),
+        "com_velocity": np.where(instants >= 0.0, 1e-7, np.inf),
+    }
+    found = diagnose(scene, track, solution_of(scene), tolerance)
+    assert ("clock",) in found.names, str(found)
+    assert f"{abs(late_s):g} s {'early' if late_s > 0.0 else 'late'}" in str(found)
+
+
+def test_noise_and_coarse_steps_on_a_track_name_nothing() -> None:
+    scene = load_scene("basics/kepler_circular")
+    right, rng = track_of(solution_of(scene).trajectory), np.random.default_rng(3)
+    noisy = right.replace(com_m=right.com_m + 1e-3 * rng.standard_normal(right.com_m.shape))
+    assert not named(scene, noisy).explanations
+    assert not named(scene, leapfrog(scene, 200)).explanations
+
+
+def leapfrog(scene: Scene, steps: int) -> Trajectory:
+    """Track of a particle by leapfrog, of some steps between samples."""
+    mu, right = scene.central_body.mu_m3_s2, track_of(solution_of(scene).trajectory)
+    com, velocity = right.com_m.copy(), right.com_velocity_m_s.copy()
+    x, v = com[0].copy(), velocity[0].copy()
+    for k, span_s in enumerate(np.diff(right.t_s)):
+        h = span_s / steps
+        for _ in range(steps):
+            v = v - 0.5 * h * mu * x / np.linalg.norm(x) ** 3
+            x = x + h * v
+            v = v - 0.5 * h * mu * x / np.linalg.norm(x) ** 3
+        com[k + 1], velocity[k + 1] = x, v
+    return right.replace(com_m=com, com_velocity_m_s=velocity)
+
+
+def test_a_few_rows_of_few_digits_hold_too_little_for_an_explanation() -> None:
+    alone = np.zeros((17, 1))
+    alone[0] = 4000.0
+    assert not foretells(independent_digits(alone), fitted=0, tried=200)
+    rows = 1e3 * np.random.default_rng(1).standard_normal((17, 1))
+    assert foretells(independent_digits(rows), fitted=1, tried=200)
+    assert not foretells(independent_digits(np.full((17, 1), 1e3)), fitted=1, tried=1)
