@@ -1,7 +1,8 @@
 """Chance that a wrong explanation fits a result: few rows of few digits hold few numbers, and many things are tried.
 
-A difference in units of its tolerance holds as many independent numbers as coefficients of orthogonal polynomials along
-the samples that are larger than 1: a smooth curve of a hundred rows holds few, rows without a pattern hold one each. A
+A difference in units of its tolerance holds as many independent numbers as rows that are larger than 1, or coefficients
+of orthogonal polynomials along the samples, whichever are fewer: one wrong row holds one, a smooth curve of a hundred
+rows few, and rows without a pattern one each. A
 number of size s is met by chance with a probability of 1/s. An explanation with k fitted numbers meets k of them by
 itself, the largest ones; of c explanations that are tried, one meets the rest with c times that probability.
 """
@@ -35,8 +36,8 @@ def independent_digits(over: Array) -> Array:
     if free:  # what no polynomial follows is taken as rows without a pattern
         spread = np.linalg.norm(rest, axis=0) / math.sqrt(free)
         sizes = np.concatenate([sizes, np.broadcast_to(spread, (free, over.shape[1]))])
-    found: Array = np.sort(np.log10(np.maximum(np.abs(sizes), 1.0)), axis=None)[::-1]
-    return found
+    found = [np.sort(np.log10(np.maximum(np.abs(each), 1.0)), axis=None)[::-1] for each in (over, sizes)]
+    return min(found, key=np.sum)
 
 
 def foretells(digits: Array, fitted: int, tried: int) -> bool:

@@ -45,7 +45,7 @@ NOTHING_NEAR = 0.1
 MOST_SPIKE = 100.0
 """Largest residual of an interval over the median one that scatter leaves"""
 LEAST_JUMPS = 0.5
-"""Least mean change of a residual from interval to interval over its mean size that scatter leaves: 1.4 without pattern"""
+"""Least mean change of a residual from interval to interval over its mean size without a pattern: of noise it is 1.4"""
 SPLINE = 9
 """Degree of the splines that give rates by angles"""
 
