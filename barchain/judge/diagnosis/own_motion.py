@@ -46,6 +46,8 @@ MOST_SPIKE = 100.0
 """Largest residual of an interval over the median one that scatter leaves"""
 LEAST_JUMPS = 0.5
 """Least mean change of a residual from interval to interval over its mean size without a pattern: of noise it is 1.4"""
+MOST_CHANGED = 0.5
+"""Largest change of a fitted number, relative to it, that is believed beside a second mistake, if no slip gives it"""
 SPLINE = 9
 """Degree of the splines that give rates by angles"""
 
@@ -159,7 +161,8 @@ class OwnMotion:
         """Explanations of the motion by other scenes, where the reactions do not belong to the motion."""
         found = []
         for f in self.fits:
-            if f.explains and f.alone and f.scene is not None:
+            believed = f.nice or float(np.abs(f.amounts[0]).max()) <= MOST_CHANGED
+            if f.explains and f.alone and f.scene is not None and believed:
                 other = dataclasses.replace(f.scene, run=self.given_scene.run)
                 found.append((dataclasses.replace(f, alone="").explanation, other))
         if self.starts and self.residual is not None and JOINTS in self.residual.wrong:

@@ -20,6 +20,7 @@ from adapters.registry import COMPILED, ENGINES
 from adapters.trajectory import Trajectory
 from barchain.judge.diagnosis.motion.numbers import Number, body_words, numbers
 from barchain.judge.diagnosis.motion.others import others
+from barchain.judge.diagnosis.motion.quadrature import SAME_INSTANT
 from barchain.judge.diagnosis.motion.words import GRAVITY, LOADS
 from barchain.judge.diagnosis.starts import ORBIT, RATES, STARTS
 from barchain.metrics.quantities import FIELDS
@@ -112,8 +113,9 @@ def of_scene(
 
 
 def shifted(scene: Scene, amounts: Array, t_s: Array) -> Trajectory | None:
-    """The right motion at instants that are late by an amount, s; NaN before its start."""
+    """The right motion at instants (n,) plus an amount, s; NaN before its start."""
     instants = t_s + float(amounts[0])
+    instants[np.abs(instants) <= SAME_INSTANT * float(np.diff(t_s).min(initial=math.inf))] = 0.0
     inside = instants >= 0.0
     if not inside.any():
         return None
