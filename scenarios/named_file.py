@@ -51,8 +51,9 @@ def read_named(path: Path, most: int) -> bytes:
                 parts.append(part or b"")
                 size += len(parts[-1])
                 if size > most:
-                    whole = max(size, os.fstat(handle).st_size)
-                    raise UnreadableError(f"{whole:.2g} bytes given, or more, allowed: at most {most:.2g}")
+                    whole = os.fstat(handle).st_size
+                    given = f"{whole}" if whole > most else f"more than {most}"
+                    raise UnreadableError(f"{given} bytes given, allowed: at most {most}")
     except (OSError, ValueError) as error:  # also a name with a null character, or a handle beyond those of `select`
         if isinstance(error, UnreadableError):
             raise

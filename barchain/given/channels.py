@@ -47,6 +47,8 @@ CHANNEL = re.compile(
     re.IGNORECASE,
 )
 """Name of a channel, and a unit that follows without brackets"""
+NUMBERED_NAME = re.compile(r"^(angle|rate|reaction|impulse)[\s_]*(?=[0-9])", re.IGNORECASE)
+"""Begin of the name of a bar's or joint's channel, as in ``angle1`` and ``Angle 1``"""
 BRACKETS = re.compile(r"(.*?)\s*[\[({]\s*([^\[\](){}]*?)\s*[\])}]")
 IN_DEGREES = {"angle": "deg", "rate": "deg/s"}
 """Units of rotations without one of their own, in a file that says that these are in degrees"""
@@ -151,8 +153,14 @@ def read_channels(path: Path, scene: Scene, mapping: Mapping[str, str], digits: 
     """
     table, units = read_table(path), channel_units(scene)
     taken, ignored = chosen(table, mapping, units)
-    check_there(table, taken, units)
+    check_there(table, taken)
     check_ignored(table.file, scene, ignored, units, [name for name in units if name not in taken])
+    if len(taken) == 1:
+        channels, there = [name for name in units if name != TIME][:4], listed(table.names)
+        raise TableError(
+            f"{table.file} has no channel beside the time, such as {', '.join(channels)}; it has {there}; "
+            "name them, e.g. --column 'angle_1 [deg]=...'"
+        )
     read = converted(table, taken)
     sizes, unit_of_time = {}, "s"
     for name, (column, unit) in taken.items():
@@ -166,6 +174,7 @@ def read_channels(path: Path, scene: Scene, mapping: Mapping[str, str], digits: 
         half_unit = each.half_unit if digits is None else np.maximum(each.half_unit, half_of(each.values, digits))
         values[name], halves[name] = sizes[name] * each.values, sizes[name] * half_unit
     check(table, values)
+    values[TIME] = np.maximum(values[TIME], 0.0)
     rows, notes = one_row_an_instant(table, scene, values, halves[TIME])
     values, halves = ({name: each[rows] for name, each in found.items()} for found in (values, halves))
     single = [name for name, each in read.items() if each.single]
@@ -275,20 +284,19 @@ def is_constant(numbers: Numbers) -> bool:
 
 def parted(header: str) -> tuple[str, str]:
     """Name of a channel, and its unit, of a header such as ``angle_1 [deg]``, ``angle_1_rad`` or ``ANGLE_1, deg``."""
-    text = " ".join(header.split()) if len(header) <= MOST_HEADER else ""
+    text = NUMBERED_NAME.sub(r"\1_", " ".join(header.split()) if len(header) <= MOST_HEADER else "")
     match = BRACKETS.fullmatch(text)
-    name, unit = (match[1], match[2]) if match else (text, "")
-    name = name.lower()
-    ending = next((each for each in ENDINGS if name.endswith(each)), "")
-    follows = None if match or ending else CHANNEL.fullmatch(text)
+    follows = None if match else CHANNEL.fullmatch(text)
     if follows:
-        wanted = PLAIN | NUMBERED
         channel = TIME if follows[1].lower() == "time" else follows[1].lower()
-        for spelt in (follows[2], *(follows[2].replace("_", each) for each in "/ ")):
+        wanted, given = (PLAIN | NUMBERED)[re.sub("[0-9]+", "{}", channel)], follows[2].replace("_per_", "/")
+        for unit in (ENDINGS.get(f"_{given.lower()}", given), given.replace("_", "/"), given.replace("_", " ")):
             with contextlib.suppress(UnitError):
-                factor(spelt, wanted[re.sub("[0-9]+", "{}", channel)], 1.0)
-                return channel, spelt
-    name = name.removesuffix(ending)
+                factor(unit, wanted, 1.0)
+                return channel, unit
+    name, unit = (match[1].lower(), match[2]) if match else (text.lower(), "")
+    ending = next((each for each in ENDINGS if name.endswith(each)), "")
+    name = name.removesuffix(ending).replace(" ", "_")
     return (TIME if name == "time" else name), unit or ENDINGS.get(ending, "")
 
 
@@ -333,8 +341,8 @@ def check_ignored(
             raise TableError(f"{file} has no {near}, but a column {shorten(header)}; rename it, or leave it out")
 
 
-def check_there(table: Table, taken: Mapping[str, tuple[int, str]], units: Mapping[str, str]) -> None:
-    """Check that there is a time and some channel.
+def check_there(table: Table, taken: Mapping[str, tuple[int, str]]) -> None:
+    """Check that there is a time.
 
     Raises
     ------
@@ -345,8 +353,3 @@ def check_there(table: Table, taken: Mapping[str, tuple[int, str]], units: Mappi
         raise TableError(f"{file} has no header; name its columns: --column t=1 --column 'angle_1 [deg]=2' ...")
     if TIME not in taken:
         raise TableError(f"{file} has no column t_s or time; it has {there}; name it: --column 't=...'")
-    if len(taken) == 1:
-        raise TableError(
-            f"{file} has no channel beside the time, such as {listed([n for n in units if n != TIME][:4])}; it has "
-            f"{there}; name them, e.g. --column 'angle_1 [deg]=...'"
-        )

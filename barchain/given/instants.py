@@ -43,7 +43,7 @@ def check(table: Table, values: Mapping[str, Array]) -> None:
         if len(bad):
             size = f"{numbers[bad[0]]:.3g}, allowed: up to {MOST_SIZE:.0e}"
             raise TableError(f"{file}, {table.where(bad[0])}: {name} is {size}; has the run diverged?")
-    falls = np.flatnonzero(np.append(t[0] < 0.0, np.diff(t) < 0.0))
+    falls = np.flatnonzero(np.append(t[0] < -TIME_SLACK * t[-1], np.diff(t) < 0.0))
     if len(falls):
         row = int(falls[0])
         raise TableError(f"{file}, {table.where(row)}: the times do not rise from 0 on; t = {t[row]:.9g} s")

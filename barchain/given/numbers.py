@@ -25,14 +25,14 @@ if TYPE_CHECKING:
 
     from adapters.trajectory import Array
 
-NUMBER = re.compile(r"[+-]?(?:[0-9]+[.,]?[0-9]*|[.,][0-9]+)(?:e[+-]?[0-9]+)?")
+NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:e[+-]?[0-9]+)?")
 NO_NUMBER = re.compile(r"[+-]?(?:nan(?:\(\w*\))?|inf(?:inity)?|1\.#\w+)|", re.ASCII)
 """Words for what is not finite, of Microsoft's libraries too; and nothing at all"""
 MOST_CHARACTERS = 100
 """Of a number: the longest double that any program writes has some 40, and columns are as wide as their longest cell"""
-LETTER = re.compile(r"(?<=[0-9.])[dq](?=[+-]?[0-9])")
+LETTER = re.compile(r"[dq](?<=[0-9.].)(?=[+-]?[0-9])")
 """Letter of an exponent in Fortran's double and quadruple precision"""
-NO_LETTER = re.compile(r"(?<=[0-9.])[+-][0-9]{3}$", re.MULTILINE)
+NO_LETTER = re.compile(r"[+-](?<=[0-9.].)[0-9]{3}$", re.MULTILINE)
 """Exponent of three digits in Fortran, whose field has no room for a letter"""
 SIGNS = str.maketrans("−–", "--")
 """Minus signs of typesetting: U+2212, and the dash U+2013"""
@@ -86,7 +86,7 @@ def words_of(texts: Sequence[str]) -> list[str]:
 def is_number(text: str) -> bool:
     """Whether a cell holds a number or a word for none; nothing is neither."""
     (word,) = words_of([text])
-    return bool(word) and bool(NUMBER.fullmatch(word) or NO_NUMBER.fullmatch(word))
+    return 0 < len(word) <= MOST_CHARACTERS and bool(NUMBER.fullmatch(word) or NO_NUMBER.fullmatch(word))
 
 
 def decimal_comma(columns: Iterable[Sequence[str]]) -> bool:

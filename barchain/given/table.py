@@ -22,7 +22,7 @@ from scenarios.plural import plural
 from scenarios.text import cut, shorten, visible
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
     from pathlib import Path
 
 MOST_BYTES = 1 << 27
@@ -30,7 +30,7 @@ MOST_BYTES = 1 << 27
 MOST_LINES, MOST_CELLS = 1_000_000, 20_000_000
 """Of a table: a cell takes some 60 bytes in memory"""
 ARCHIVE = b"PK\x03\x04"
-SEPARATORS = ("\t", ";", ",")
+SEPARATORS = ("\t", ";", ",", "|")
 BLANKS = " \t,;\x1a"
 """Characters of lines that hold nothing; Ctrl-Z ends files of old programs"""
 COMMENTS = ("#", "%", "!", "//")
@@ -40,15 +40,15 @@ HEADER_END = "endheader"
 """Last line of the block before the header, of OpenSim"""
 MOST_BEFORE = 1000
 """Lines among which the block before a table is sought"""
-WORD = re.compile(r'"[^"]*"|[^\s(\[{]+(?:\s*(?:\([^()]{0,60}\)|\[[^\[\]]{0,60}\]|\{[^{}]{0,60}\}))*|\S')
+BRACKETED = r"\([^()]{0,60}\)|\[[^\[\]]{0,60}\]|\{[^{}]{0,60}\}"
+WORD = re.compile(rf'"[^"]*"|[^\s(\[{{]+(?:\s*(?:{BRACKETED}))*|{BRACKETED}|\S')
 """Name in a header of columns between blanks; none ends inside brackets"""
 LETTER = re.compile(r"[^\W\d_]|°")
+TOUCHING = re.compile(r"[0-9.][-+][0-9.]+[.][0-9]")
 DATE_AND_TIME = re.compile(
     r"\b([0-9]{4}-[0-9]{2}-[0-9]{2}|[0-9]{4}/[0-9]{2}/[0-9]{2}|[0-9]{1,2}[ -][A-Z][a-z]{2}[ -][0-9]{4}) +"
     r"([0-9]{1,2}:[0-9]{2})"
 )
-REPEATED = re.compile(r"(?<!\S)([0-9]{1,4})\*([^\s*]+)")
-"""Repeated value of Fortran's list-directed output, ``3*0.0``"""
 MOST_NAMES, MOST_NAME = 20, 60
 """Names of columns in a message, and characters of each"""
 
@@ -96,7 +96,7 @@ def read_table(path: Path) -> Table:
     file = visible(path.name, MOST_NAME)
     try:
         content = unpacked(read_named(path, MOST_BYTES))
-        text = decoded(content, "latin-1")
+        text = decoded(content, "latin-1").lstrip("\ufeff")
     except UnreadableError as error:
         raise TableError(f"{file}: {error}") from None
     if content.startswith(ARCHIVE) or "\0" in text:
@@ -114,7 +114,7 @@ def read_table(path: Path) -> Table:
     body = [(k, line) for k, line in lines if not line.lstrip().startswith(COMMENTS)]
     if not body:
         raise TableError(f"{file} has no rows")
-    separator = given[1] if given else separator_of(body[-1][1].strip(BLANKS))
+    separator = given[1] if given else separator_of(most_digits(line for _, line in body[-5:]).strip(BLANKS))
     if separator is not None and text.count(separator) > MOST_CELLS:
         raise TableError(f"{file} has {text.count(separator)} cells, allowed: {MOST_CELLS}")
     try:
@@ -147,6 +147,11 @@ def unpacked(content: bytes) -> bytes:
     return found
 
 
+def most_digits(lines: Iterable[str]) -> str:
+    """Line of most digits, which is no line below a table."""
+    return max(lines, key=lambda line: sum(map(str.isdigit, line)))
+
+
 def separator_of(line: str) -> str | None:
     """Separator of a row; None for blanks. ``0,5 1,5`` has decimal commas between blanks."""
     found = next((each for each in SEPARATORS if each in line), None)
@@ -160,7 +165,6 @@ def cells(line: str, separator: str | None) -> list[str]:
         line = (
             DATE_AND_TIME.sub(lambda date: re.sub(r"\s+", "-", date[1]) + "T" + date[2], line) if ":" in line else line
         )
-        line = REPEATED.sub(repeated, line) if "*" in line else line
         return line.replace('"', " ").rstrip(BLANKS).split()
     if '"' not in line:
         return line.split(separator)
@@ -168,11 +172,6 @@ def cells(line: str, separator: str | None) -> list[str]:
         return next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])
     except csv.Error:  # a cell that is longer than any number or name
         return line.split(separator)
-
-
-def repeated(found: re.Match[str]) -> str:
-    """Value of a match of `REPEATED`, as often as it says."""
-    return f" {found[2]}" * int(found[1])
 
 
 def table_of(
@@ -200,20 +199,23 @@ def table_of(
     typical = [row for row in later if len(row) == width]
     while width > 1 and not any(row[width - 1].strip() for row in typical):  # separators at the ends of rows
         width -= 1
-    numeric = [c for c in range(width) if is_number(typical[-1][c])]
+    filled = max(typical[-5:], key=lambda row: sum(map(is_number, row)))
+    numeric = [c for c in range(width) if is_number(filled[c])]
     start = next((i for i, (_, row) in enumerate(rows) if is_row(row, width, numeric)), None)
     if start is None or not numeric:
-        raise TableError(f"{file} has no row of numbers")
+        touching = separator is None and any(TOUCHING.search(cell) for cell in filled)
+        raise TableError(f"{file} has no row of numbers" + (f"; {hint(None, '', more=False)}" if touching else ""))
     first = rows[start][0]
     before = [(k, line) for k, line in lines if k < first]
     if not before and not all(is_number(rows[0][1][c]) or not rows[0][1][c].strip() for c in numeric):
-        before, start = lines[:1], 1  # a header with numbers among its names
-    names, units = header_of(file, before, rows[start:], width, separator)
+        names, units, start = rows[0][1][:width], list[str](), 1  # a header with numbers among its names
+    else:
+        names, units = header_of(file, before, rows[start:], width, separator)
     if not rows[start:]:
         raise TableError(f"{file} has a header and no rows")
     for k, row in rows[start:]:
         if len(row) < width or any(cell.strip() for cell in row[width:]):
-            why = hint(separator, dict(lines)[k], len(row) > width)
+            why = hint(separator, dict(lines)[k], more=len(row) > width)
             raise TableError(f"{file}, line {k} has {plural(len(row), 'value')} for {width} columns; {why}")
     columns = list(zip(*(row[:width] for _, row in rows[start:]), strict=True))
     return Table(
@@ -230,7 +232,7 @@ def is_row(row: list[str], width: int, numeric: list[int]) -> bool:
     return found > 0 and 2 * (found + sum(not row[c].strip() for c in numeric)) > len(numeric)
 
 
-def hint(separator: str | None, line: str, more: bool) -> str:
+def hint(separator: str | None, line: str, *, more: bool) -> str:
     """What may be wrong with a line of more or fewer cells than others."""
     if line.count('"') % 2:
         return "a quotation mark is not closed"
@@ -273,11 +275,14 @@ def header_of(
         elif not found and LETTER.search(line) and not line.lstrip().startswith(COMMENTS):
             given = cells(line, separator)
             where = f"line {k} has {plural(len(given), 'name')}"
-            raise TableError(f"{file}, {where} for {width} columns; {hint(separator, line, width > len(given))}")
+            raise TableError(f"{file}, {where} for {width} columns; {hint(separator, line, more=width > len(given))}")
         if len(found) == 2:
             break
-    with_units = len(found) == 2 and any(map(is_unit, filter(str.strip, found[0]))) and not any(map(is_unit, found[1]))
-    names, units = (found[1], found[0]) if with_units else ([*found, []][0], [])
+    names, units = (*found, [], [])[:2]
+    if any(map(is_unit, filter(str.strip, names))) and units and not any(map(is_unit, units)):
+        names, units = units, names
+    elif not all(map(is_unit, units)):
+        units = []
     return [" ".join(name.split()).strip("'\"") or str(c) for c, name in enumerate(names, 1)], units
 
 
@@ -290,7 +295,7 @@ def names_of(line: str, width: int, separator: str | None) -> list[str] | None:
         split = [word.strip('"') for word in WORD.findall(line)] if each is None else cells(line, each)
         while len(split) > width and not split[-1].strip():
             split.pop()
-        if len(split) == width and any(map(str.strip, split)) and not any(map(is_number, split)):
+        if len(split) == width and any(map(str.strip, split)) and 2 * sum(map(is_number, split)) < width:
             return split
     apart = re.split(r"\s{2,}", line)
     return apart if len(apart) == width and not any(map(is_number, apart)) else None
@@ -304,6 +309,11 @@ def fixed_width(lines: list[tuple[int, str]]) -> tuple[list[str], list[str], lis
     begins = [0, *(word.start() for word in words[1:]), None]
     ends = [0, *(word.end() for word in words[:-1]), None]
     for cuts in (begins, ends):
+        apart = [
+            sum(line[:cut].endswith(" ") or line[cut:].startswith(("-", "+")) for _, line in rows) for cut in cuts[1:-1]
+        ]
+        if 2 * min(apart, default=0) < len(rows):  # it cuts through numbers
+            continue
         spans = [slice(a, b) for a, b in pairwise(cuts)]
         found = [[line[span].strip() for span in spans] for _, line in rows]
         kinds = {tuple(map(is_number, row)) for row in found}

@@ -159,10 +159,10 @@ def placed(channels: Channels, solution: ReferenceSolution) -> Samples:
     ended = after > 0 and channels.t_s[after - 1] >= end_s - exact_s
     later = channels.t_s[after:] - slack_s[after:]
     inside[after : after + 1] = not ended and later[:1] <= end_s  # the end, as it was written
-    if not inside.any() or (np.count_nonzero(inside) == 1 and channels.t_s[0] == 0.0):
+    if not inside.any() or (np.count_nonzero(inside) == 1 and channels.t_s[0] <= exact_s):
         ends = f"no row from t > 0 to {end_s:.6g} s, the end of {solution.scene.name}"
         begins = f"the first row is at t = {channels.t_s[0]:.9g} s; do its times count from the scene's start?"
-        asked = asked or (begins if channels.t_s[0] > 0.0 else "")
+        asked = asked or (begins if channels.t_s[0] > end_s else "")
         raise TableError("; ".join(filter(None, [f"{channels.file}: {ends}", asked])))
     if not inside.all():
         notes.append(f"{plural(int((~inside).sum()), 'row')} after the scene's end, t = {end_s:.6g} s, not judged")

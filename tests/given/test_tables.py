@@ -76,7 +76,6 @@ DIALECTS = {
     "names of rows of R": table([f'"{n}"' for n in HEADER], [[f'"{k}"', *row] for k, row in enumerate(ROWS, 1)], " "),
     "Fortran's exponents": "# t_s angle_1_rad angle_2_rad\n" + table(None, FORTRAN, "  "),
     "exponents without a letter": table([*HEADER, "gap_1_m"], [[*row, "3.2148753691024587-104"] for row in ROWS], " "),
-    "repeated values of Fortran": table([*HEADER, "gap_1_m", "x"], [[*row, "2*0.0"] for row in ROWS], " "),
     "U+2212": table().replace("-", "−"),
     "blanks that break no line": table(rows=[["\u00a0" + cell + "\u2009" for cell in row] for row in ROWS]),
     "a line separator of Unicode in a cell": table(rows=[[cell + "\u2028" for cell in row] for row in ROWS]),
@@ -91,6 +90,14 @@ DIALECTS = {
     "dates with slashes": table(rows=with_times([f"2026/03/01 12:00:{s}" for s in (10, 20, 30, 40)])),
     "a report of STK": "Satellite-1: Angles\n\n"
     + table(["Time (UTCG)", "angle_1 (rad)", "angle_2 (rad)"], [["----", "---", "---"], *with_times(GMAT)], "    "),
+    "names with blanks": table(["Time (s)", "Angle 1 (rad)", "Angle 2 (rad)"], sep=";"),
+    "names without _": table(["time", "angle1", "angle2"]),
+    "a row of units as a comment": "# t angle_1 angle_2\n# [s] [deg] [deg]\n" + table(None, DEGREES, " "),
+    "a row of units above the names": "s,deg,deg\n" + table(["t", "angle_1", "angle_2"], DEGREES),
+    "names that are numbers": table(["t", "angle_1", "angle_2", "0", "1"], [[*row, "7", "8"] for row in ROWS]),
+    "bars between cells": table(sep="|"),
+    "a table of Markdown": table(["", *HEADER, ""], [["---"] * 5, *(["", *row, ""] for row in ROWS)], " | "),
+    "a start before 0 by a rounding": table(rows=[["-1e-15", *ROWS[0][1:]], *ROWS[1:]]),
     "a title above the header": "Results of run 5\n\n" + table(),
     "a rule below the header": table(sep="  ").replace("\n", "\n------  ------  ------\n", 1),
     "a header between tabs of rows between blanks": "t_s\tangle_1_rad\tangle_2_rad\n" + table(None, sep="  "),
@@ -164,7 +171,7 @@ REFUSED = {
     "underscores": (table(rows=[ROWS[0], ["10", "1_000", "1.0"]]), "thousands separators"),
     "complex numbers": (table(rows=[ROWS[0], ["10", "1+2i", "1.0"]]), "is a complex number"),
     "a quotation mark that is open": (table(rows=[*ROWS[:2], ["20", '"1.0', "1.0"]]), "a quotation mark is not closed"),
-    "a cell beyond all numbers": (table(rows=[*ROWS[:2], ["20", "1" * 200_000, "1.0"]]), "a cell of 200000 characters"),
+    "a cell beyond all numbers": (table(rows=[*ROWS[:2], ["20", "1" * 200_000 + "x", "1.0"]]), "a cell of 200001 characters"),
     "a number beyond all physics": (table(rows=[*ROWS[:2], ["20", "1e200", "1.0"]]), "has the run diverged"),
     "no finite number": (
         table(rows=[*ROWS[:2], ["20", "-1.#IND", "1.0"]]),
@@ -197,6 +204,11 @@ REFUSED = {
         "no date such as",
     ),
     "more lines than a table has": ("1\n" * 1_000_001, "has 1000002 lines"),
+    "a line below the table": (table() + "end of file\n", "line 6 has 1 value for 3 columns"),
+    "columns that touch": (
+        table(["x y z"], [[f"{float(c):.3f}-100.5" for c in row] for row in ROWS], ""),
+        "where columns touch",
+    ),
     "no names": (table(None), "has no header; name its columns"),
     "names of another program": (
         table(["timestamp", "value1", "value2"]),
