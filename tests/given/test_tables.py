@@ -171,7 +171,10 @@ REFUSED = {
     "underscores": (table(rows=[ROWS[0], ["10", "1_000", "1.0"]]), "thousands separators"),
     "complex numbers": (table(rows=[ROWS[0], ["10", "1+2i", "1.0"]]), "is a complex number"),
     "a quotation mark that is open": (table(rows=[*ROWS[:2], ["20", '"1.0', "1.0"]]), "a quotation mark is not closed"),
-    "a cell beyond all numbers": (table(rows=[*ROWS[:2], ["20", "1" * 200_000 + "x", "1.0"]]), "a cell of 200001 characters"),
+    "a cell beyond all numbers": (
+        table(rows=[*ROWS[:2], ["20", "1" * 200_000 + "x", "1.0"]]),
+        "a cell of 200001 characters",
+    ),
     "a number beyond all physics": (table(rows=[*ROWS[:2], ["20", "1e200", "1.0"]]), "has the run diverged"),
     "no finite number": (
         table(rows=[*ROWS[:2], ["20", "-1.#IND", "1.0"]]),

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from adapters.command.entries import read_entries
 from barchain.nightly.plan import SHIPPED as PLAN
 from barchain.nightly.plan import load_plan
 from scenarios import load_scene
@@ -37,8 +38,13 @@ def test_a_pipe_without_a_writer_is_given_up_and_one_that_ends_is_read(tmp_path,
 
 
 @pytest.mark.parametrize("mark", ["utf-8-sig", "utf-16"])
-def test_a_byte_order_mark_changes_no_scene_and_no_plan(tmp_path, mark):
-    for source, load in ((SHIPPED / "basics" / "two_bars_free.toml", load_scene), (PLAN, load_plan)):
+def test_a_byte_order_mark_changes_no_scene_no_plan_and_no_file_of_engines(tmp_path, mark):
+    engines = tmp_path / "mine" / "engines.toml"
+    engines.parent.mkdir()
+    entry = 'name = "a"\ncommand = "a {request} {samples}"\neffects = ["gravity.point"]\nrtol = [1e-7, 1e-9]\n'
+    engines.write_text(f"[[engine]]\n{entry}")
+    scene = SHIPPED / "basics" / "two_bars_free.toml"
+    for source, load in ((scene, load_scene), (PLAN, load_plan), (engines, read_entries)):
         copy = tmp_path / source.name
         copy.write_text(source.read_text("utf-8"), encoding=mark)
         assert load(copy)
