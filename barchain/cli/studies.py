@@ -27,7 +27,7 @@ from barchain.cli.common.options import (
     time_limit_option,
 )
 from barchain.cli.common.result_folder import end_study, need_writable, run_shown
-from barchain.cli.common.terminal import counts_of, literal, say, show
+from barchain.cli.common.terminal import counts_of, literal, say, show, show_rows
 from barchain.studies.defaults import (
     BARS,
     COST,
@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from reports.render import Rendered
 
 STUDIED = "all that are installed, also those that only studies need"
+SHOWN_RAD = (1e-4, 1e-6, 1e-8)  # errors whose times the command prints; the page has more
 PARTS = ("evaluation", "trajectories", "engines", "times")
 ENSEMBLE_ENGINE = "reference-fast"
 SCREEN, WORDS, NUMBERS = 120, 20, 28  # columns of the screen, and at most of a cell of words or of numbers
@@ -64,7 +65,7 @@ SCREEN, WORDS, NUMBERS = 120, 20, 28  # columns of the screen, and at most of a 
 @click.option("--orbits", metavar="N", type=ORBITS, default=1.0, show_default=True,
               help="Run each scene for this many orbits from its start, or to its end.")  # fmt: skip
 @repeats_option(COST.repeats)
-@minutes_option(COST.minutes, more="; each setting is run once in any case")
+@minutes_option(COST.minutes, more="; the coarsest setting of each engine is run in any case")
 @time_limit_option(COST.time_limit_s, more=", and leave out a run that is expected to take longer")
 @result_options
 def cost(
@@ -78,7 +79,25 @@ def cost(
     """
     from barchain.studies.cost.study import cost_study
 
-    show_points(*run_shown(out, cost_study(scenes or None, names or None, orbits, **limits), kept))
+    result, rendered = run_shown(out, cost_study(scenes or None, names or None, orbits, **limits), kept)
+    show_reach(out)
+    show_points(result, rendered)
+
+
+def show_reach(out: Path) -> None:
+    """Print time and setting with which each engine reaches some errors of the attitude, scene by scene."""
+    from reports.tables.cost import read_cost
+    from reports.text.numerals import decade, span
+
+    reach = read_cost(out).reach
+    own = reach[(reach.quantity == "attitude") & (reach.measure == "seconds") & reach.target.isin(SHOWN_RAD)]
+    for scene, found in own.groupby("scene", sort=False):
+        rows = [
+            (engine, *(f"{span(row.cost)}  {row.reached_by}" if row.reached_by else row.reason or row.status
+                       for row in targets.sort_values("target", ascending=False).itertuples()))
+            for engine, targets in found.groupby("engine", sort=False)
+        ]  # fmt: skip
+        show_rows((str(scene), *(f"{decade(target)} rad" for target in SHOWN_RAD)), rows)
 
 
 @click.command(

@@ -95,6 +95,7 @@ TABLES = {
             "over_fastest": Number("", "over_fastest", "1", "over_fastest_low", "over_fastest_high", "fastest"),
             "over_baseline": Number("", "over_baseline", "1", "over_baseline_low", "over_baseline_high"),
         },
+        words=("reached_by",),
         sizes=("target",),
         prefix="reach.",
     ),

@@ -17,8 +17,8 @@ from barchain.runs.job import RunResult
 from barchain.runs.pool import OneByOneSession
 from barchain.solutions.certified import certified
 from barchain.studies.cost.errors import errors_at_equal_steps, errors_of, under_floor
-from barchain.studies.cost.findings import orders_table
-from barchain.studies.cost.plan import load_jobs, name_of, shortened, sweeps, too_fine, too_long
+from barchain.studies.cost.findings import orders_table, stopped
+from barchain.studies.cost.plan import SPENT, load_jobs, name_of, shortened, sweeps, too_fine, too_long
 from barchain.studies.cost.study import CostRun, columns_of, cost_study, load_row, load_rows
 from barchain.studies.study import Reporter, run_study
 from barchain.studies.timing.statistics import fit_order
@@ -173,9 +173,9 @@ def test_every_good_point_is_timed_as_often_as_the_others_and_build_and_read_out
 
 
 @pytest.mark.parametrize(
-    ("seconds", "late", "turns"), [(1e-4, True, 7), (0.1, True, 3), (0.1, False, 7), (1.0, True, 1)]
+    ("seconds", "late", "turns"), [(1e-4, True, 0), (1e-4, False, 7), (0.1, False, 7), (1.0, False, 3), (1.0, True, 0)]
 )
-def test_when_time_is_short_only_brief_runs_get_all_their_turns(engines, tmp_path, seconds, late, turns):
+def test_no_run_is_repeated_after_the_budget_and_long_ones_seldom_before(engines, tmp_path, seconds, late, turns):
     study = study_of({"reference": engines["reference"]}, repeats=7)
     cost_run = CostRun(study, StudyStore(FILES, tmp_path), Reporter())
     job = next(iter(sweeps(study.scenes[0], study.engines)[0].values()))[0]
@@ -183,7 +183,7 @@ def test_when_time_is_short_only_brief_runs_get_all_their_turns(engines, tmp_pat
     for turn in range(study.repeats):
         if cost_run.wanted(job, turn, late=late):
             cost_run.times.setdefault(name_of(job), []).append(seconds)
-    assert len(cost_run.times[name_of(job)]) == turns
+    assert len(cost_run.times.get(name_of(job), [])) == turns
 
 
 @pytest.mark.slow
@@ -302,7 +302,7 @@ def test_the_order_of_engines_does_not_decide_what_is_measured(haste_s, tmp_path
         noted = []
         run = CostRun(study, store, Reporter(note=noted.append))
         run.haste_at, run.bench = haste_s, Bench()
-        case = run.first_pass(SimpleNamespace(scene=study.scenes[0]), sweeps(study.scenes[0], study.engines)[0])
+        case = run.first_pass(SimpleNamespace(scene=study.scenes[0]), sweeps(study.scenes[0], study.engines)[0], 1e9)
         list(run_cases([("", case)], ALL_CORES))
         found = {(r["engine"], r["setting"]) for r in run.rows.values() if r["outcome"] == "pass"}
         hasty = [r["reason"] for r in run.rows.values() if "half used" in r["reason"]]
@@ -310,6 +310,26 @@ def test_the_order_of_engines_does_not_decide_what_is_measured(haste_s, tmp_path
         measured.append(found)
     assert measured[0] == measured[1]
     assert {engine for engine, _ in measured[0]} == {"exudyn", "pymunk"}
+
+
+def test_after_the_budget_no_setting_but_the_coarsest_is_begun(tmp_path):
+    class Bench:
+        spent_s = 0.0
+
+        def run(self, job, time_limit_s):
+            del job, time_limit_s
+            self.spent_s += 1.0
+            return Known(RunResult(Outcome.PASS, seconds={"build": 0.0, "simulate": 1e-3, "read": 0.0}))
+
+    study = cost_study([SCENE], ["exudyn", "pymunk"], orbits=0.1, repeats=1)
+    run = CostRun(study, StudyStore(FILES, tmp_path, study.record()), Reporter())
+    run.bench = Bench()
+    sweep = sweeps(study.scenes[0], study.engines)[0]
+    list(run_cases([("", run.first_pass(SimpleNamespace(scene=study.scenes[0]), sweep, 3.5))], ALL_CORES))
+    assert [r["outcome"] for r in run.rows.values()].count("pass") == 4
+    left = {r["reason"] for r in run.rows.values() if r["outcome"] != "pass"}
+    assert left == {SPENT}
+    assert stopped(pd.DataFrame(r for r in run.rows.values() if r["engine"] == "exudyn")) == "not run: budget"
 
 
 def test_settings_finer_than_the_oracle_can_tell_are_not_tried():

@@ -11,7 +11,7 @@ import pandas as pd
 from adapters.engine import AccuracyParameter
 from barchain.runs.asking import engine_class
 from barchain.studies.cost.errors import TELLS
-from barchain.studies.cost.plan import LONGER, SHORTENED
+from barchain.studies.cost.plan import LONGER, SHORTENED, SPENT
 from barchain.studies.timing.statistics import (
     SCATTERED,
     STRAIGHT,
@@ -49,7 +49,8 @@ ORDER_COLUMNS = (
     "error_from", "error_to", "least_error",
 )  # fmt: skip
 REACH_COLUMNS = (
-    "scene", "quantity", "measure", "target", "engine", "status", "reason", "cost", "cost_low", "cost_high",
+    "scene", "quantity", "measure", "target", "engine", "status", "reason", "reached_by",
+    "cost", "cost_low", "cost_high",
     "over_fastest", "over_fastest_low", "over_fastest_high",
     "over_baseline", "over_baseline_low", "over_baseline_high", "fastest",
 )  # fmt: skip
@@ -186,6 +187,7 @@ def reach_rows(
         for engine in shown:
             row: dict[str, Any] = {"scene": scene, "quantity": quantity, "measure": measure, "target": target}
             row |= {"engine": engine, "status": "no verdict" if target < least else "not reached", "reason": ""}
+            row["reached_by"] = reached_by(own[engine], quantity, measure, target) if engine in found else ""
             if engine in found:
                 row |= interval(cost[engine], parts(*found[engine])).columns("cost")
                 row |= {
@@ -207,6 +209,13 @@ def reach_rows(
     return rows
 
 
+def reached_by(rows: pd.DataFrame, quantity: str, measure: str, target: float) -> str:
+    """Setting of the cheapest good run of an engine whose error is at most a target; empty without one."""
+    good = rows[(rows.outcome == Outcome.PASS.value) & (rows[QUANTITIES[quantity][0]] <= target)]
+    known = good[good[measure].notna()]
+    return "" if known.empty else str(known.setting.iloc[int(np.argmin(known[measure].to_numpy(float)))])
+
+
 def stopped(rows: pd.DataFrame) -> str:
     """Why an engine has no finer good point than its finest one; empty if it ran its whole sweep, coarse to fine."""
     good = (rows.outcome == Outcome.PASS.value).to_numpy(bool)
@@ -216,7 +225,7 @@ def stopped(rows: pd.DataFrame) -> str:
     outcome, reason = str(later.outcome.iloc[0]), str(later.reason.iloc[0])
     if outcome != NOT_RUN:
         return outcome.replace("_", " ")
-    if SHORTENED in reason:
+    if SHORTENED in reason or SPENT in reason:
         return f"{NOT_RUN}: budget"
     return f"{NOT_RUN}: time limit" if LONGER in reason else ""
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 SAMPLES = 21  # few, so that no engine is timed at interpolating samples; certified solutions have these instants
 LONGER = "past the time limit"  # in the reason of a point that is not tried
 SHORTENED = "the time budget is half used"  # in that of one past the limit that is shortened then
+SPENT = "the time budget is used"  # in that of one that was not begun
 BLURRED = "lie under the certified solution's own error"
 REPEATED_LOAD = "repeated_load"
 """Option of an engine that applies each load twice, at half strength. The motion stays the same up to round-off, and

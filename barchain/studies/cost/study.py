@@ -29,6 +29,7 @@ from barchain.studies.cost.findings import equal_steps_row, front_of, orders_tab
 from barchain.studies.cost.plan import (
     REPEATED_LOAD,
     SHORTENED,
+    SPENT,
     kind_of,
     load_jobs,
     name_of,
@@ -64,9 +65,7 @@ if TYPE_CHECKING:
     from reports.tables.files import StudyFiles
 
 DEFAULT_SCENES = "paper/"
-FEWEST_TURNS = 3  # even where time is short: a median with its range
-FEWEST_LONG_TURNS, LONG_TURNS = 1, 3  # of runs over LONG_S, the first pass counted
-BRIEF_S = 0.03  # runs that take no longer get all their turns, even when time is short
+LONG_TURNS = 3  # of runs over LONG_S, the first pass counted: a median with its range
 FIRST_SHARE = 0.5  # of a scene's time: then the first pass skips long runs, or the rounds would have none left
 CHECK_SHARE = 0.25  # a prediction is trusted to this much over the limit before the run itself is ended
 LOAD_TURNS = range(1000, 1007)
@@ -82,7 +81,8 @@ class CostStudy:
     repeats: int = COST.repeats
     """Times that each point is measured, if the budget allows"""
     minutes: float = COST.minutes
-    """Budget, divided among the scenes; where it runs short, first repeats and then long runs are given up"""
+    """Budget, divided among the scenes; where it runs short, first long runs, then repeats and finer
+    settings are given up"""
     time_limit_s: float = COST.time_limit_s
     """Runs that are expected to take longer are skipped, with the reason in the table"""
     named: frozenset[str] = frozenset()
@@ -190,9 +190,9 @@ class CostRun:
         self.store.record["certified_solutions"][scene.name] = words | {"error": error}
         deadline = self.bench.spent_s + share_s
         self.haste_at = self.bench.spent_s + FIRST_SHARE * share_s
-        yield from self.first_pass(solution, runs)
+        yield from self.first_pass(solution, runs, deadline)
         yield from self.rounds([job for level in by_setting(runs) for job in level], deadline)
-        for job in load_jobs(runs.values(), self.rows):
+        for job in load_jobs(runs.values(), self.rows) if self.bench.spent_s < deadline else ():
             self.loads += yield from load_rows(self.bench, job, 10.0 * self.study.time_limit_s)
         self.equal_steps.append(equal_steps_row(scene.name, *errors_at_equal_steps(solution), ORDER))
         self.store.write("points", self.points())
@@ -205,15 +205,16 @@ class CostRun:
 
         return certified(scene)
 
-    def first_pass(self, solution: BoundedSolution, runs: dict[str, list[Job]]) -> Case[None]:
+    def first_pass(self, solution: BoundedSolution, runs: dict[str, list[Job]], deadline: float) -> Case[None]:
         """One turn of every point, setting by setting over the engines; settings past the time limit are not run.
 
-        A setting has one limit for all engines, whatever their order.
+        A setting has one limit for all engines, whatever their order. The coarsest is run in any case; once the
+        scene's time is used no further one is begun.
         """
-        for level in by_setting(runs):
-            limit_s = self.limit_s(solution.scene)
+        for k, level in enumerate(by_setting(runs)):
+            limit_s, over = self.limit_s(solution.scene), SPENT if k and self.bench.spent_s > deadline else ""
             for job in level:
-                yield from self.first_turn(solution, job, runs[job.engine], limit_s)
+                yield from self.first_turn(solution, job, runs[job.engine], limit_s, over)
             self.store.write("points", self.points())
 
     def limit_s(self, scene: Scene) -> float:
@@ -230,11 +231,16 @@ class CostRun:
             )
         return LONG_S
 
-    def first_turn(self, solution: BoundedSolution, job: Job, sweep: list[Job], limit_s: float) -> Case[None]:
-        """Errors of a point, and a first idea of its time; long runs are timed from here on."""
+    def first_turn(
+        self, solution: BoundedSolution, job: Job, sweep: list[Job], limit_s: float, over: str = ""
+    ) -> Case[None]:
+        """Errors of a point, and its first time; long runs are timed from here on.
+
+        `over` is the reason not to begin it.
+        """
         coarser = [(c, self.rows[name_of(c)]) for c in sweep[: sweep.index(job)]]
         why = f", as {SHORTENED}" if limit_s < self.study.time_limit_s else ""
-        reason = too_long(coarser, job, limit_s, why) or too_fine([row for _, row in coarser])
+        reason = over or too_long(coarser, job, limit_s, why) or too_fine([row for _, row in coarser])
         if reason:
             found: Row = {"outcome": NOT_RUN, "reason": reason}
         else:
@@ -265,12 +271,10 @@ class CostRun:
                 self.report(jobs[0].scene.name, f"round {turn + 1} of {self.study.repeats}", str(Outcome.PASS))
 
     def wanted(self, job: Job, turn: int, *, late: bool) -> bool:
-        """Whether a point lacks its time of this round; late, only the least number of times counts."""
+        """Whether a point lacks its time of this round; late, the time of the first pass is enough."""
         repeats, have = self.study.repeats, len(self.times.get(name_of(job), []))
-        seconds = self.rows[name_of(job)]["seconds"]
-        enough = (FEWEST_LONG_TURNS, LONG_TURNS) if seconds >= LONG_S else (FEWEST_TURNS, repeats)
-        late = late and seconds > BRIEF_S
-        return have <= turn and have < min(enough[0 if late else 1], repeats)
+        long = self.rows[name_of(job)]["seconds"] >= LONG_S
+        return not late and have <= turn and have < min(LONG_TURNS if long else repeats, repeats)
 
     def points(self) -> pd.DataFrame:
         """All points so far, in the order in which they were run, with medians and intervals of their times."""
