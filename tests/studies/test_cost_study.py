@@ -173,9 +173,9 @@ def test_every_good_point_is_timed_as_often_as_the_others_and_build_and_read_out
 
 
 @pytest.mark.parametrize(
-    ("seconds", "late", "turns"), [(1e-4, True, 0), (1e-4, False, 7), (0.1, False, 7), (1.0, False, 3), (1.0, True, 0)]
+    ("seconds", "late", "turns"), [(1e-4, True, 3), (1e-4, False, 7), (0.1, False, 7), (1.0, False, 3), (1.0, True, 1)]
 )
-def test_no_run_is_repeated_after_the_budget_and_long_ones_seldom_before(engines, tmp_path, seconds, late, turns):
+def test_after_the_budget_a_run_is_repeated_only_as_often_as_a_median_needs(engines, tmp_path, seconds, late, turns):
     study = study_of({"reference": engines["reference"]}, repeats=7)
     cost_run = CostRun(study, StudyStore(FILES, tmp_path), Reporter())
     job = next(iter(sweeps(study.scenes[0], study.engines)[0].values()))[0]

@@ -75,8 +75,8 @@ def meanings() -> Iterator[Meaning]:
     yield from keys()
     for mistake in MISTAKES:
         yield Meaning("mistakes", mistake.name, f"{addressed(mistake.sentence)}.", mistake.anchor)
-    for code, text in MEANINGS.items():
-        yield Meaning("exit codes", str(int(code)), text, "docs/reference/command_line.md#exit-codes")
+    for number, text in MEANINGS.items():
+        yield Meaning("exit codes", str(int(number)), text, "docs/reference/command_line.md#exit-codes")
 
 
 def keys() -> Iterator[Meaning]:

@@ -65,7 +65,8 @@ if TYPE_CHECKING:
     from reports.tables.files import StudyFiles
 
 DEFAULT_SCENES = "paper/"
-LONG_TURNS = 3  # of runs over LONG_S, the first pass counted: a median with its range
+FEWEST_TURNS = 3  # even after the budget: a median with its range, which nights need
+FEWEST_LONG_TURNS, LONG_TURNS = 1, 3  # of runs over LONG_S, the first pass counted
 FIRST_SHARE = 0.5  # of a scene's time: then the first pass skips long runs, or the rounds would have none left
 CHECK_SHARE = 0.25  # a prediction is trusted to this much over the limit before the run itself is ended
 LOAD_TURNS = range(1000, 1007)
@@ -271,10 +272,11 @@ class CostRun:
                 self.report(jobs[0].scene.name, f"round {turn + 1} of {self.study.repeats}", str(Outcome.PASS))
 
     def wanted(self, job: Job, turn: int, *, late: bool) -> bool:
-        """Whether a point lacks its time of this round; late, the time of the first pass is enough."""
+        """Whether a point lacks its time of this round; late, only the least number of times counts."""
         repeats, have = self.study.repeats, len(self.times.get(name_of(job), []))
         long = self.rows[name_of(job)]["seconds"] >= LONG_S
-        return not late and have <= turn and have < min(LONG_TURNS if long else repeats, repeats)
+        enough = (FEWEST_LONG_TURNS, LONG_TURNS) if long else (FEWEST_TURNS, repeats)
+        return have <= turn and have < min(enough[0 if late else 1], repeats)
 
     def points(self) -> pd.DataFrame:
         """All points so far, in the order in which they were run, with medians and intervals of their times."""

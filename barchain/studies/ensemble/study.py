@@ -229,15 +229,15 @@ def ensemble(
             executor=executor,
         )  # fmt: skip
         study = dataclasses.replace(study, executor=KeptAnswers(Path(folder), study.executor))
-        made, quantiles, seconds = reduced(study, Path(folder), progress)
+        made, found, seconds = reduced(study, Path(folder), progress)
         tally = RunTally()
         table = run_table(run_rows(made, tally))
         n, bars, angle_rad, size_N = study.scene.run.samples, study.scene.bars, None, None
         if study.runs * columns(study.scene) <= MOST_HELD:
-            samples = made.samples().T
-            angle_rad = np.ascontiguousarray(samples[:, : n * bars]).reshape(study.runs, n, bars)
-            size_N = np.ascontiguousarray(samples[:, n * bars :]).reshape(study.runs, n, bars - 1)
-    return EnsembleResult(study.scene, quantiles, tally, seconds, table, angle_rad, size_N)
+            held = made.samples().T
+            angle_rad = np.ascontiguousarray(held[:, : n * bars]).reshape(study.runs, n, bars)
+            size_N = np.ascontiguousarray(held[:, n * bars :]).reshape(study.runs, n, bars - 1)
+    return EnsembleResult(study.scene, found, tally, seconds, table, angle_rad, size_N)
 
 
 def reduced(
