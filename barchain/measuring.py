@@ -158,7 +158,7 @@ def effects(
     SceneError
         If the scene does not exist.
     ValueError
-        If a width is beyond a bar's length; an :class:`ArgumentError` if an argument is of a wrong type.
+        If a width is beyond a bar's length; an ArgumentError if an argument is of a wrong type.
     ResultsInPlaceError
         If `out` holds results of the study, and neither `resume` nor `overwrite` is given.
     """
