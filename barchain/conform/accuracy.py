@@ -126,11 +126,18 @@ def third_setting_falls(found: list[ErrorAtSetting], pair: Compared, order: floa
 
 
 def request_check(found: list[ErrorAtSetting], name: str) -> Check:
-    """Tell the ratio of the error to the requested one."""
+    """Tell the ratio of the error to the requested one, and whether the scene amplifies local errors to that."""
     ratios = [e.error / e.setting.value for e in found if e.tells]
     if not ratios:
         return Check("error over request", PASSED, "rounding at all settings", scene=name)
     said = f"{min(ratios):.2g} to {max(ratios):.2g} times the request"
+    most = max((e for e in found if e.tells), key=lambda e: e.kept_ratio)
+    if most.kept_ratio > 1.0:
+        said += (
+            f"; at {most.setting} {most.kept_ratio:.2g} times what a method leaves that keeps its request in each "
+            "step: is the request that of another quantity, or of a whole run?"
+        )
+        return Check("error over request", WARNING, said, scene=name)
     return Check("error over request", PASSED, said, scene=name)
 
 

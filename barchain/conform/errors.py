@@ -78,6 +78,8 @@ class ErrorAtSetting:
     """Floor with declared noise, (n,); None without"""
     bare_ratio: float = 0.0
     """`bound_ratio` without declared noise"""
+    kept_ratio: float = 0.0
+    """Largest ratio of the attitude's error to that of a method that keeps its request; 0 without either"""
     run: Trajectory | None = None
     scale: dict[str, float] = field(default_factory=dict)
     """Of each quantity"""
@@ -286,7 +288,10 @@ def setting_error(engine: type[Engine], scene: Scene, setting: Setting, run: Tra
     equal_steps = setting.parameter is AccuracyParameter.STEPS_PER_ORBIT
     taken = scene.step_period_s / step_s(scene, setting.value) if equal_steps else None
     by_quantity = {q: until_now(v[:n] / errors.scale[q]) for q, v in apart.items()}
+    kept = 0.0
+    if not equal_steps and "attitude" in apart:
+        kept = float((apart["attitude"][:n] / errors.kept_request_rad[:n]).max())
     return ErrorAtSetting(
         setting, step_of(setting, scene), by_quantity, floors(bare), n == errors.n, ratio(errors), taken,
-        floors(errors), ratio(bare), run, errors.scale,
+        floors(errors), ratio(bare), kept, run, errors.scale,
     )  # fmt: skip

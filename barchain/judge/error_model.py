@@ -43,7 +43,7 @@ from barchain.judge.scales import (
     rounded_sum,
     scales,
 )
-from barchain.metrics.quantities import own_rate
+from barchain.metrics.quantities import own_rate, rate_scale
 from barchain.solutions.reference import RICHARDSON
 from reports.tables.crossval import PARTED_RAD
 
@@ -205,6 +205,17 @@ class ErrorModel:
         )
         found: Array = NORM_SLACK * made + (self.floor_rad + self.amplification * self.start_rad)
         return found
+
+    @cached_property
+    def kept_request_rad(self) -> Array:
+        """Error of the attitude that a method leaves that keeps its request, (n,) rad: no bound, but what is ordinary.
+
+        One local error as large as the request, of any sign, is made in each radian of the chain's fastest motion. They
+        add up as a random walk, and are amplified as one that is made at the start. Rounding and noise are added.
+        """
+        radians = rate_scale(self.scene, self.solution.trajectory) * (self.t_s - self.t_s[0])
+        made: Array = self.setting.value * step_constant(self.engine) * np.sqrt(1.0 + radians)
+        return made * self.amplification + self.floor["attitude"]
 
     @cached_property
     def limit_s(self) -> float:
