@@ -110,6 +110,19 @@ def test_a_clock_that_is_late_or_early_is_named_with_its_seconds(late_s: float) 
     assert f"{abs(late_s):g} s {'early' if late_s > 0.0 else 'late'}" in str(found)
 
 
+def test_a_file_whose_clock_begins_later_shows_the_scene_s_start_in_its_first_row() -> None:
+    circular = load_scene("basics/kepler_circular")
+    scene = dataclasses.replace(circular, orbit=dataclasses.replace(circular.orbit, speed_factor=1.1))
+    right, late = track_of(solution_of(scene).trajectory), 20
+    at = np.maximum(np.arange(len(right.t_s)) - late, 0)
+    track = right.replace(com_m=right.com_m[at], com_velocity_m_s=right.com_velocity_m_s[at])
+    unknown = np.arange(len(at)) < late
+    tolerance = {"com": np.where(unknown, np.inf, 1e-4), "com_velocity": np.where(unknown, np.inf, 1e-7)}
+    found = diagnose(scene, track, solution_of(scene), tolerance)
+    assert found.names == {("clock",)}, str(found)
+    assert "shows the scene's start" in str(found)
+
+
 def test_noise_and_coarse_steps_on_a_track_name_nothing() -> None:
     scene = load_scene("basics/kepler_circular")
     right, rng = track_of(solution_of(scene).trajectory), np.random.default_rng(3)

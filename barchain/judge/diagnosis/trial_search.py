@@ -224,9 +224,8 @@ class TrialSearch:
             rows, amounts = self.stage_rows(share, len(trial.probes)), np.array(trial.begin)
             here = self.off(trial, amounts, rows)
             slopes = None if here is None else self.slopes(trial, amounts, here, rows)
-            if here is not None and slopes is not None and np.any(here):
-                left = here + slopes @ least_squares(slopes, -here)
-                found.append(float(np.linalg.norm(left) / np.linalg.norm(here)))
+            if here is not None and slopes is not None and np.any(self.right_off(rows)):
+                found.append(self.left(here + slopes @ least_squares(slopes, -here), rows))
         return min(found)
 
     def fitted(self, trial: Trial) -> Array | None:

@@ -53,6 +53,10 @@ REACHES = (
     ("left-joints-shifted", "at {} to the left", 1.0, 0.0),
 )
 """Places of the joints: name, words, and how an amount moves the left and the right one of each bar"""
+SLIPS = (-1.0, -2.0, -0.5, 1.0)
+"""Changes of a factor by a term that is missing, has the opposite sign, is halved, is doubled"""
+UNCERTAIN = 2.0
+"""Times the share of the residual that is left by which a fitted amount may be off"""
 PARALLEL = 1e-8
 """Squared sine of the angle between two effects below which they are one"""
 ALONE = {CENTRE: "in the motion of the centre of mass", BARS: "in the rotation of the bars",
@@ -100,13 +104,23 @@ class Fitted:
 
     @property
     def explanation(self) -> Explanation:
-        """The candidates as mistakes; amounts of a fit that leaves a share have the digits that it determines."""
-        amounts = self.amounts if self.explains else [determined(a, self.share) for a in self.amounts]
+        """The candidates as mistakes; amounts have the digits that the share that is left determines."""
+        pairs = zip(self.candidates, self.amounts, strict=True)
+        amounts = [a if c.nice(a) else slip_near(c, a, self.share) for c, a in pairs]
         said = [c.words(a) for c, a in zip(self.candidates, amounts, strict=True)]
         said[-1] += f" {self.alone}" if self.alone else ""
         mistakes = (Mistake(c.name, words, c.section) for c, words in zip(self.candidates, said, strict=True))
         left = Left(self.left / AT_NOISE, self.left / AT_NOISE, self.share)
         return Explanation(tuple(mistakes), Fit(motion=left))
+
+
+def slip_near(candidate: Candidate, amounts: Array, share: float) -> Array:
+    """Amounts that a slip would give, if the share that is left does not tell them from the fitted ones."""
+    for slip in SLIPS:
+        near = len(amounts) == 1 and abs(float(amounts[0]) - slip) <= UNCERTAIN * share * abs(slip)
+        if near and candidate.nice(np.array([slip])):
+            return np.array([slip])
+    return determined(amounts, share)
 
 
 def determined(amounts: Array, share: float) -> Array:
