@@ -15,6 +15,7 @@ from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.registry import ENGINES
 from barchain.judge.diagnosis.chance import foretells
 from barchain.judge.diagnosis.mistake import (
+    QUANTITY_WORDS,
     Explanation,
     Mistake,
     WrongQuantity,
@@ -101,7 +102,16 @@ class Diagnosis:
         left = "" if self.next_best is None else nearest_words(self.wrong, self.next_best)
         parts = "".join(f" {part_words(part)}." for part in self.parts)
         opening = f"No known mistake explains {'all of the' if LIKELY in self.nearest else 'the'} result."
-        return f"{opening}{self.nearest or left}{parts}"
+        return f"{opening}{self.nearest or left or self.departed}{parts}"
+
+    @property
+    def departed(self) -> str:
+        """When the result first leaves its tolerances, and in which quantities."""
+        first = min(w.first for w in self.wrong)
+        where = " and ".join(QUANTITY_WORDS[w.quantity] for w in self.wrong if w.first == first)
+        when = next(w.first_s for w in self.wrong if w.first == first)
+        instant = "at the first sample already" if first == 0 else f"at t = {when:.4g} s"
+        return f" It departs {instant}, in the {where}."
 
 
 def diagnose(
