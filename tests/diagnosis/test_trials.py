@@ -11,6 +11,7 @@ import pytest
 from adapters.common.initial_state import initial_state
 from barchain.judge.diagnosis.chance import foretells, independent_digits
 from barchain.judge.diagnosis.diagnose import diagnose
+from barchain.judge.diagnosis.mean_elements import by_mean_elements
 from barchain.judge.diagnosis.trials import motion_from
 from scenarios import load_scene
 from tests.support.slow import one_in
@@ -76,6 +77,20 @@ def test_another_strength_of_an_effect_is_named_from_the_track_alone(
     found = named(loaded, track_of(motion_from(wrong, initial_state(loaded), loaded.times_s)))
     assert (f"{effect}-{field}",) in found.names, str(found)
     assert {names[0].partition("-")[0] for names in found.names} == {effect}, str(found)
+
+
+def test_oblateness_by_mean_elements_is_named_and_without_it_the_orbit_is_kepler_s() -> None:
+    scene = with_effect(load_scene("effects/oblateness"), "oblateness", j2=1.08e-3)
+    found = named(scene, track_of(by_mean_elements(scene, np.zeros(0), scene.times_s)))
+    assert ("oblateness-by-mean-elements",) in found.names, str(found)
+    kepler = load_scene("basics/kepler_circular")
+    round_body = dataclasses.replace(scene.effects.oblateness, j2=0.0)  # type: ignore[type-var]
+    eccentric = dataclasses.replace(kepler.orbit, speed_factor=1.1, longitude_rad=0.4)
+    bare = dataclasses.replace(kepler, orbit=eccentric)
+    flat = dataclasses.replace(bare, effects=dataclasses.replace(bare.effects, oblateness=round_body))
+    made = by_mean_elements(flat, np.zeros(0), bare.times_s)
+    assert made is not None
+    np.testing.assert_allclose(made.com_m, solution_of(bare).trajectory.com_m, rtol=0.0, atol=1e-9 * bare.radius0_m)
 
 
 def test_another_speed_at_the_start_is_named_as_the_start() -> None:

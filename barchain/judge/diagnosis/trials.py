@@ -18,6 +18,7 @@ from adapters.engine import EngineError
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import COMPILED, ENGINES
 from adapters.trajectory import Trajectory
+from barchain.judge.diagnosis.mean_elements import by_mean_elements
 from barchain.judge.diagnosis.motion.numbers import Number, body_words, numbers
 from barchain.judge.diagnosis.motion.others import others
 from barchain.judge.diagnosis.motion.quadrature import SAME_INSTANT
@@ -236,6 +237,10 @@ def strength_trials(scene: Scene) -> Iterator[Trial]:
         yield number_trial(mu, partial(of_scene, mu.change, None), ", at the start too")
     for number in strengths(scene):
         yield number_trial(number, partial(of_scene, number.change, right))
+    if scene.effects.oblateness is not None:
+        words = "the oblateness drifts mean elements, and the start's osculating ones are taken as these"
+        yield Trial("oblateness-by-mean-elements", ORBIT, lambda _: words, partial(by_mean_elements, scene),
+                    nice=lambda _: True)  # fmt: skip
     for other in others(scene):
         if other.section == GRAVITY or other.name.endswith("missing") or other.name.startswith("sunlight"):
             yield fixed_trial(other.name, other.words, other.section, other.scene, right)
