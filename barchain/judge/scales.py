@@ -57,7 +57,7 @@ def scales(solution: ReferenceSolution) -> dict[str, float]:
     force = inertia_force_N(scene)
     found = {
         "com": largest(seen.com_m),
-        "com_velocity": largest(seen.com_velocity_m_s),
+        "com_velocity": largest(seen.com_velocity_m_s) or scene.size_m * scene.fastest_rate_rad_s,  # never of no size
         "attitude": 1.0,
         "rate": max(largest_entry(seen.rate_rad_s), scene.fastest_rate_rad_s),
         "reaction": max(largest(seen.reaction_N), force),

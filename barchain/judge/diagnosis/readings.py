@@ -64,7 +64,7 @@ PARTS = {
 
 
 class UnreadableError(Exception):
-    """An array from which a reading is made is not there."""
+    """An array or a unit that a reading is made of is not there."""
 
 
 class Right:
@@ -463,10 +463,19 @@ def axes_readings() -> Iterator[Reading]:
             yield of(part, f"mirrored-{name}", f"have {words}", mirror)
 
 
+def in_orbital_rates(values: Array, right: Right) -> Array:
+    """Values over the orbital rate at t = 0; there is no such unit where the chain starts at rest."""
+    rate = right.scene.orbital_rate_rad_s
+    if rate == 0.0:
+        raise UnreadableError("orbital rate")
+    found: Array = values / rate
+    return found
+
+
 def angle_readings() -> Iterator[Reading]:
     """Angles and rates that count from other directions, or relative to other bodies."""
     yield of("rates", "in-orbital-rates", "are in units of the orbital rate at t = 0",
-             lambda v, m: v / m.scene.orbital_rate_rad_s)  # fmt: skip
+             in_orbital_rates)  # fmt: skip
     for name, words, change in WRAPPED:
         yield of("angles", name, f"are wrapped to {words}", change)
     for name, words, change in UNWRAPPED:

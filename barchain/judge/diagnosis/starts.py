@@ -183,25 +183,26 @@ def fitted_starts(first: Trajectory, scene: Scene) -> Iterator[Start]:
     factor = r0 / scene.radius0_m
     yield Start("initial-radius", f"the initial distance from the body's centre is {factor_words(factor)}", ORBIT,
                 part("orbit", altitude_m=lambda s: r0 - s.central_body.radius_m))  # fmt: skip
-    ratio = speed / float(np.linalg.norm(right.com_velocity_m_s))
-    yield Start("speed-factor", f"the speed factor is {factor_words(ratio)}", ORBIT,
-                part("orbit", speed_factor=lambda s: ratio * s.orbit.speed_factor))  # fmt: skip
-    said = f"the gravitational parameter of the start is {factor_words(ratio**2)}"
-    yield Start("gravitational-parameter-of-start", said, ORBIT,
-                part("central_body", mu_m3_s2=lambda s: ratio**2 * s.central_body.mu_m3_s2))  # fmt: skip
+    if scene.speed0_m_s > 0.0:
+        ratio = speed / float(np.linalg.norm(right.com_velocity_m_s))
+        yield Start("speed-factor", f"the speed factor is {factor_words(ratio)}", ORBIT,
+                    part("orbit", speed_factor=lambda s: ratio * s.orbit.speed_factor))  # fmt: skip
+        said = f"the gravitational parameter of the start is {factor_words(ratio**2)}"
+        yield Start("gravitational-parameter-of-start", said, ORBIT,
+                    part("central_body", mu_m3_s2=lambda s: ratio**2 * s.central_body.mu_m3_s2))  # fmt: skip
     turned = math.remainder(math.atan2(com[1], com[0]) - scene.orbit.longitude_rad, 2.0 * math.pi)
     yield Start("initial-longitude", f"the initial longitude is off by {math.degrees(turned):.4g} degrees", ORBIT,
                 part("orbit", longitude_rad=lambda s: s.orbit.longitude_rad + turned))  # fmt: skip
     if first.angle_rad is not None:
         off = first.angle_rad[0] - right.angle_rad
         yield from off_by("initial-angle", ANGLES, "angle_rad", off, np.degrees(off), "degrees")
-    if first.rate_rad_s is not None:
+    if first.rate_rad_s is not None and scene.orbital_rate_rad_s > 0.0:  # the unit of a start's rates
         off = (first.rate_rad_s[0] - right.rate_rad_s) / scene.orbital_rate_rad_s
         yield from off_by("initial-rate", RATES, "rate_factor", off, off, "orbital rates")
         with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = float(np.nanmedian(first.rate_rad_s[0] / right.rate_rad_s))
-        yield Start("initial-rates-times-a-factor", f"the initial rates are {factor_words(ratio)}", RATES,
-                    part("chain", rate_factor=lambda s: tuple(ratio * a for a in s.chain.rate_factor)))  # fmt: skip
+            times = float(np.nanmedian(first.rate_rad_s[0] / right.rate_rad_s))
+        yield Start("initial-rates-times-a-factor", f"the initial rates are {factor_words(times)}", RATES,
+                    part("chain", rate_factor=lambda s: tuple(times * a for a in s.chain.rate_factor)))  # fmt: skip
 
 
 def off_by(name: str, section: str, field: str, off: Array, shown: Array, unit: str) -> Iterator[Start]:

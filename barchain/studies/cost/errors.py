@@ -15,7 +15,7 @@ from scipy.integrate import DOP853
 
 from adapters.common.initial_state import chain_model, initial_state
 from barchain.metrics.model_difference import com_displacement
-from barchain.metrics.quantities import differences
+from barchain.metrics.quantities import differences, slowest_rate
 from barchain.solutions.certified import MARGIN
 from reference_impl.integrate.simulate import Simulation
 from reference_impl.model import invariants
@@ -114,7 +114,10 @@ def reaction_size(solution: BoundedSolution, n: int) -> float:
 
 
 def energy(scene: Scene, trajectory: Trajectory) -> tuple[Array, float]:
-    """Energy of the chain at each sample, (n,) J, less that of the start, and the kinetic energy there."""
+    """Energy of the chain at each sample, (n,) J, less that of the start, and the kinetic energy there.
+
+    A chain that starts at rest has that of its bars at the orbit's rate instead.
+    """
     assert trajectory.angle_rad is not None
     assert trajectory.rate_rad_s is not None
     model = chain_model(scene)
@@ -124,7 +127,8 @@ def energy(scene: Scene, trajectory: Trajectory) -> tuple[Array, float]:
     if scene.effects.gravity is not Gravity.NONE:
         total = total + invariants.tidal_energy(model, trajectory.com_m, trajectory.angle_rad)
     kinetic = inner[0] + 0.5 * scene.mass_kg * float(np.sum(trajectory.com_velocity_m_s[0] ** 2))
-    return total - total[0], float(kinetic)
+    at_rest = 0.5 * float(model.inertia_kg_m2.sum()) * slowest_rate(scene) ** 2
+    return total - total[0], float(kinetic) or at_rest
 
 
 def energy_error(solution: BoundedSolution, trajectory: Trajectory, n: int) -> float:

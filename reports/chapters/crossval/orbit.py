@@ -80,8 +80,10 @@ class Enlarged(NamedTuple):
 
     @property
     def factor(self) -> float:
-        """Factor of the chain's size."""
+        """Factor of the chain's size; 0 of a chain at rest."""
         way = float(np.linalg.norm(np.diff(self.track(), axis=0), axis=1).sum())
+        if way <= TRACK_POINTS * float(np.spacing(np.abs(self.motion.com_m).max())):  # rounding of a place at rest
+            return 0.0
         return SHARE * way / INSTANTS / float(self.geometry.length_m.sum())
 
     def chain(self, instants_s: Array) -> Array:

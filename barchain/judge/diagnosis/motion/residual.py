@@ -30,7 +30,7 @@ LASTING = 5
 """Rows of which the median difference of two runs is noise there: forces may act in a part of the run alone"""
 ROUNDINGS, LAW_ROUNDINGS = 8.0, 1e4
 """Roundings of a momentum, and of an angle of a law, whose place is a difference"""
-LEAST_NOISE = 1e-300
+LEAST_NOISE = 1e-100  # its square is a number, and that of its reciprocal
 PLACES = {
     CENTRE: ("N", "at the centre of mass"),
     BARS: ("N m", "on bar {}"),
