@@ -172,6 +172,7 @@ def required_verdicts(comparison: ComparisonPlan, progress: Mapping[str, ScenePr
     for engine in comparison.engines if comparison.named or len(solved) >= SEVERAL else ():
         verdicts = [own.verdicts[engine] for own in progress.values() if engine in own.verdicts]
         if verdicts and all(v.outcome in (Outcome.UNSUPPORTED, Outcome.TOO_COARSE) for v in verdicts):
-            reasons = "; ".join(dict.fromkeys(row["reason"] for v in verdicts for row in v.rows))
+            deciding = (row for v in verdicts for row in v.rows if row["outcome"] == v.outcome and row["reason"])
+            reasons = "; ".join(dict.fromkeys(row["reason"] for row in deciding))
             reason = f"compared on no scene: {reasons}"
             yield ALL_SCENES, engine, no_verdict(ALL_SCENES, engine, None, Outcome.NOTHING_COMPARED, reason)

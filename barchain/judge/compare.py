@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from adapters.engine import Coordinates
+from barchain.judge.advice import until_share
 from barchain.judge.checks.beyond_limit import findings_beyond_limit
 from barchain.judge.checks.drifts import ABOUT_COM, WHOLE, carried, drift_bounds, drift_findings
 from barchain.judge.checks.up_to_limit import difference_findings, extrapolation_finding, finer_findings
@@ -114,7 +115,8 @@ def judged_share(run: Residuals, segments: list[RestartSegment], found: list[Che
     share = float(np.count_nonzero(judged[1:]) / last)
     if share >= MIN_JUDGED_SHARE or any(not f.outcome.ok for f in found):
         return CheckFinding("run", "judged_share", share, MIN_JUDGED_SHARE)
-    reason = f"{share:.0%} of the run can be judged at {run.setting}, required: {MIN_JUDGED_SHARE:.0%}"
+    advice = until_share(run.errors, run.limit_s, share, MIN_JUDGED_SHARE)
+    reason = f"{share:.0%} of the run can be judged at {run.setting}, required: {MIN_JUDGED_SHARE:.0%}{advice}"
     return CheckFinding("run", "judged_share", share, MIN_JUDGED_SHARE, Outcome.TOO_COARSE, reason)
 
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from adapters.common.initial_state import chain_model
 from adapters.engine import Coordinates, EngineError
+from barchain.judge.advice import after_restarts
 from barchain.judge.checks.restart import RTOL, compare_segment, restart_segments
 from barchain.judge.parted_track import face_acceleration_m_s2
 from barchain.judge.residuals import worst
@@ -77,6 +78,7 @@ def findings_beyond_limit(run: Residuals) -> tuple[list[CheckFinding], list[Rest
         said = (
             f"beyond the predictability limit, {run.limit_s:.4g} s, in {empty} of {len(segments)} segments the "
             f"next sample can't be predicted: the rates are too uncertain at {run.setting}"
+            f"{after_restarts(run.errors, run.limit_s)}"
         )
         found.append(CheckFinding("run", "outcome", outcome=Outcome.TOO_COARSE, reason=said))
     if all(f.outcome.ok for f in found):

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.trajectory import ENDED
+from barchain.judge.advice import until_next_sample
 from barchain.judge.residuals import other_end
 from barchain.judge.verdict import CheckFinding
 from barchain.metrics.quantities import FIELDS
@@ -45,7 +46,7 @@ def fault_of_run(run: Residuals) -> CheckFinding | None:
     if not run.com_only and np.count_nonzero(run.t <= run.limit_s) <= 1 < len(run.solution.amplification):
         said = (
             f"the next sample is beyond the predictability limit at {run.setting}: the expected-error bound of the "
-            f"attitude reaches {PARTED_RAD:g} rad before t = {run.t[1]:.4g} s"
+            f"attitude reaches {PARTED_RAD:g} rad before t = {run.t[1]:.4g} s{until_next_sample(run.errors)}"
         )
         return CheckFinding("run", "outcome", outcome=Outcome.TOO_COARSE, reason=said)
     said = None if run.errors.written else rounded_values(run.main, run.solution)
