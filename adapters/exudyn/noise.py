@@ -106,7 +106,7 @@ def chain_sum(bars: int) -> float:
     Of a straight chain of equal bars, pulled along its line, the force of joint j from an error of joint k is
     m min(j, k) (N - max(j, k))/N. In the middle the norm over k is N^(3/2)/sqrt(48). Across the line it is smaller.
     """
-    return max(1.0, bars**1.5 / math.sqrt(48.0))
+    return max(1.0, math.sqrt(bars**3 / 48.0))
 
 
 def change_in_step(scene: Scene, step_s: float, method: Method) -> float:
@@ -133,7 +133,8 @@ def index2_sum(scene: Scene, step_s: float, method: Method, t_s: Array) -> Array
     if change_in_step(scene, step_s, method) > 1.0:
         return some
     walk: Array = chain_sum(scene.bars) * DEVIATIONS * 4.0 * UNIFORM * np.sqrt(t_s / step_s)
-    return np.maximum(some, walk)
+    found: Array = np.maximum(some, walk)
+    return found
 
 
 def place_error_m(scene: Scene, step_s: float, method: Method) -> float:
