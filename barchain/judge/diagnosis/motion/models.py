@@ -7,8 +7,9 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.interpolate import make_interp_spline
 
-from barchain.judge.diagnosis.motion.balance import BARS, LAWS, Balance
+from barchain.judge.diagnosis.motion.balance import BARS, JOINTS, LAWS, Balance, real
 from barchain.judge.diagnosis.motion.numbers import body_words
 from barchain.judge.diagnosis.motion.words import GRAVITY, LOADS
 from barchain.judge.equations import ENDS, Load, StateRows
@@ -283,22 +284,37 @@ def of_motors(found: Candidates) -> None:
             words = "the motors of the joints act on the next bar, not on the bar before"
             found.fixed("motors-on-next-bar", words, LOADS, e.torque(own.torque[b.rule.rows] @ change.T))
     if any(law.frame is Frame.LOCAL_HORIZONTAL for law in laws):
-        s = own.states
-        place = s.com[:, None] + b.shape.centres(s.unit)
-        bars = np.stack([np.unwrap(np.angle(place[:, law.bar - 1])) for law in laws], axis=1)
-        local = np.array([law.frame is Frame.LOCAL_HORIZONTAL for law in laws])
-        centre = np.unwrap(np.angle(s.com))[:, None]
-        velocity = s.velocity[0] + b.shape.centres(1j * s.unit * s.rate)[0]
-        turn = (np.conj(place[0]) * velocity).imag / abs(place[0]) ** 2
-        steady = bars[:1] + np.array([turn[law.bar - 1] for law in laws]) * (s.t_s - s.t_s[0])[:, None]
-        for name, words, other in (
-            ("laws-of-centre", "local horizontal of the prescribed rotations is that of the chain's centre of mass",
-             centre),
-            ("laws-of-steady-horizontal", "acceleration of the local horizontal is missing in the prescribed rotations",
-             steady),
-        ):  # fmt: skip
-            rows = np.diff(np.where(local, other - bars, 0.0), axis=0)
-            found.fixed(name, f"the {words}", LOADS, partial(b.block, LAWS, rows))
+        words = "the local horizontal of the prescribed rotations is that of the chain's centre of mass"
+        found.fixed("laws-of-centre", words, LOADS, partial(of_centre, b))
+        words = "the acceleration of the local horizontal is missing in the prescribed rotations"
+        found.fixed("laws-without-acceleration", words, LOADS, partial(without_acceleration, b))
+
+
+def of_centre(b: Balance) -> Array:
+    """Rows (n - 1, c) of laws from the horizontal of the centre of mass; NaN in the first, where bars jump to it."""
+    s, laws = b.motion.states, b.scene.effects.prescribed_rotation
+    apart = np.unwrap(np.angle(s.com))[:, None] - np.unwrap(np.angle(s.com[:, None] + b.shape.centres(s.unit)), axis=0)
+    rows = [np.diff(apart[:, law.bar - 1]) * (law.frame is Frame.LOCAL_HORIZONTAL) for law in laws]
+    found = b.block(LAWS, np.stack(rows, axis=1))
+    found[0] = np.nan
+    return found
+
+
+def without_acceleration(b: Balance) -> Array:
+    """Rows (n - 1, c) of bars that follow their laws, with torques that lack what the horizontal accelerates."""
+    s, shape = b.motion.states, b.shape
+    place = s.com[:, None] + shape.centres(s.unit)
+    velocity = s.velocity[:, None] + shape.centres(1j * s.unit * s.rate)
+    turning = (place.conj() * velocity).imag / abs(place) ** 2
+    held = [law.bar - 1 for law in b.scene.effects.prescribed_rotation if law.frame is Frame.LOCAL_HORIZONTAL]
+    lacking = np.isin(np.arange(s.bars), held) * make_interp_spline(s.t_s, turning, 5).derivative()(s.t_s)
+    lacking, e = lacking[b.rule.rows], b.equations.states
+    matrix = shape.coupled(e) + np.diag(shape.inertia)
+    found = b.block(BARS, b.rule.integral((matrix @ lacking[..., None])[..., 0]))
+    if JOINTS in b.columns:
+        moved = np.cumsum(shape.mass * shape.centres(1j * e.unit * lacking), axis=1)[:, :-1]
+        found += b.block(JOINTS, b.rule.integral(real(moved)))
+    return found
 
 
 def on_free_bars(b: Balance) -> Array:

@@ -281,7 +281,8 @@ class Problem:
         clear = np.isfinite(weighted).all(axis=1)
         weighted, whole = weighted[clear], (self.value * self.weight)[clear]
         left = float(np.sqrt(np.mean((weighted / self.weight[clear] / self.noise[clear]) ** 2)))
-        shares = [np.linalg.norm(weighted[:, p]) / np.linalg.norm(whole[:, p]) for p in self.parts]
+        seen = [p for p in self.parts if clear.all() or np.sqrt(np.mean(whole[:, p] ** 2)) > AT_NOISE]
+        shares = [np.linalg.norm(weighted[:, p]) / np.linalg.norm(whole[:, p]) for p in seen]
         return Fitted(tuple(candidates), tuple(amounts), left, float(max(shares, default=1.0)), self.blocks)
 
     def linear_fit(self, effects: Sequence[tuple[Candidate, Array]]) -> Fitted:
