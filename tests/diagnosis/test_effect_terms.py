@@ -73,7 +73,22 @@ def thrust_along_first_bar(thrust: ThrustEffect, at: EffectState, mode: Any) -> 
     return EffectAccelerations(0j, difference, spin)
 
 
+def unturned_drag(drag: DragEffect, at: EffectState, mode: Any) -> EffectAccelerations:
+    """Drag on the left faces of all bars."""
+    return RIGHT_DRAG(drag, at, np.ones(at.model.bars))
+
+
+def light_on_left_faces(light: SolarPressureEffect, at: EffectState, mode: Any) -> EffectAccelerations:
+    """Light on one face of each bar."""
+    held = light.mode(at) if mode is None else mode
+    found = RIGHT_LIGHT(light, at, mode)
+    return found._replace(difference=found.difference * (held[1:] > 0.0))
+
+
+RIGHT_DRAG, RIGHT_LIGHT = DragEffect.accelerations, SolarPressureEffect.accelerations
 PLANTED = (
+    ("drag_alone", DragEffect, "accelerations", unturned_drag, "drag-face-left"),
+    ("solar_pressure_alone", SolarPressureEffect, "accelerations", light_on_left_faces, "sunlight-on-left-faces"),
     ("thrust_body", ThrustEffect, "accelerations", thrust_along_first_bar, "thrusts-in-axes-of-first-bar"),
     ("drag_alone", DragEffect, "wind", wind_at_centre, "drag-of-centre"),
     ("quadrupole_alone", second_moment, "accelerations", without_axis_term, "second-moment-axis"),

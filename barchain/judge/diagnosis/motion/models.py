@@ -68,7 +68,7 @@ def models(found: Candidates) -> None:
         found.times(f"{who.replace(' ', '-')}-second-moments", words, LOADS, part)
     of_motors(found)
     if scene.bars > 1 and scene.effects.impulse:
-        words = "the impulses act on the bars as if these were free of their neighbours"
+        words = "the impulses act on bars that are free of their neighbours"
         found.fixed("impulses-on-free-bars", words, LOADS, partial(on_free_bars, found.balance))
 
 
@@ -318,18 +318,20 @@ def without_acceleration(b: Balance) -> Array:
 
 
 def on_free_bars(b: Balance) -> Array:
-    """Rows (n - 1, c) of impulses that turn the struck bar alone, by its own moment of inertia."""
+    """Rows (n - 1, c) of impulses that turn the struck bar alone, by its own moment of inertia, without reactions."""
+    shape, n = b.shape, b.motion.states.bars
     found = np.zeros((len(b.motion.states.t_s) - 1, b.width))
     for k, push in b.impulses:
-        right = np.zeros(b.width)
-        b.subtract_impulse(right, push, k)  # less the right momenta
-        s, bar = b.motion.states.at(np.array([k])), push.bar - 1
-        angle = b.angles[push.at_s]
-        way = np.exp(1j * push.direction_rad) * (np.exp(1j * angle[bar]) if push.axes is Axes.BODY else 1.0)
-        arm = b.shape.right[bar] if push.end.sign > 0.0 else -b.shape.left[bar]
-        turned = arm * push.impulse_N_s * (np.exp(-1j * angle[bar]) * way).imag / b.shape.inertia[bar]
-        state = type(s)(s.t_s, s.com, s.velocity, angle[None], s.rate)
-        matrix = b.shape.coupled(state)[0] + np.diag(b.shape.inertia)
-        columns = b.columns[BARS]
-        found[k, columns] += matrix[:, bar] * turned + right[columns]
+        given = np.zeros(b.width)
+        b.subtract_impulse(given, push, k)  # less the momenta that a chain gets
+        s, bar = dataclasses.replace(b.motion.states.at(np.array([k])), angle=b.angles[push.at_s][None]), push.bar - 1
+        way = np.exp(1j * push.direction_rad) * (s.unit[0, bar] if push.axes is Axes.BODY else 1.0)
+        arm = shape.right[bar] if push.end.sign > 0.0 else -shape.left[bar]
+        torque = arm * push.impulse_N_s * (s.unit[0, bar].conj() * way).imag
+        jump = (np.arange(n) == bar) * torque / shape.inertia[bar]
+        matrix = shape.coupled(s)[0] + np.diag(shape.inertia)
+        found[k, b.columns[BARS]] += matrix @ jump + given[b.columns[BARS]]
+        if JOINTS in b.columns:
+            moved = np.cumsum(shape.mass * shape.centres(1j * s.unit * jump), axis=1)[:, :-1]
+            found[k, b.columns[JOINTS]] += real(moved)[0] + given[b.columns[JOINTS]]
     return b.without_motors(found)
