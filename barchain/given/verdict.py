@@ -464,17 +464,18 @@ def on_the_ladder(
         By digits and error bars alone, no pass. It stays where the file agrees at no request, or at a coarse one, or
         is outside of a stated error bar.
     """
-    setting, mistakes = declared.setting, None
+    setting, mistakes, unexplained = declared.setting, None, None
     for rtol in LADDER:
         at = dataclasses.replace(declared, rtol=rtol)
         verdict, *_ = one_verdict(name, main, None, at, {}, restarts=False)
         if verdict.outcome is Outcome.PASS:
             break
         sought = mistakes is None and rtol in DIAGNOSED and main.enough and needs_diagnosis(verdict)
-        if sought and (seen := diagnosis(verdict, main)).explanations:
-            mistakes = seen
+        if sought:
+            seen = diagnosis(verdict, main)
+            mistakes, unexplained = (seen, None) if seen.explanations else (None, unexplained or seen)
     else:
-        return found, setting, mistakes, f"it does not agree at rtol={LADDER[-1]:g} either"
+        return found, setting, mistakes or unexplained, f"it does not agree at rtol={LADDER[-1]:g} either"
     if mistakes is not None:
         return found, setting, mistakes, f"but for that it agrees at rtol={rtol:g}"
     outside = {row["quantity"] for row in found.rows if not Outcome(row["outcome"]).ok} & declared.noise.keys()

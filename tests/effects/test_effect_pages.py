@@ -45,7 +45,7 @@ def test_every_effect_has_a_page_with_its_keys() -> None:
     assert {p.stem for p in PAGES.glob("*.md")} == {*EXAMPLES, "README"}
     assert sorted(effect for effects in KEYS.values() for effect in effects) == sorted(WITH_KEYS)
     for name, effects in KEYS.items():
-        assert [effect for effect in WITH_KEYS if f"keys-{effect}.md" in text(name)] == sorted(
+        assert [effect for effect in WITH_KEYS if f"generated: keys-{effect} " in text(name)] == sorted(
             effects, key=WITH_KEYS.index
         )
 

@@ -103,7 +103,8 @@ class Right:
     def longitude_rate(self) -> Array:
         """Rate of the longitude, (n, 1) rad/s."""
         com = self.motion.com_m
-        rate: Array = cross(com, self.motion.com_velocity_m_s) / np.sum(com**2, axis=-1)
+        with np.errstate(divide="ignore", invalid="ignore"):  # no number at the body's centre: it explains nothing
+            rate: Array = cross(com, self.motion.com_velocity_m_s) / np.sum(com**2, axis=-1)
         return rate[:, None]
 
     @cached_property
