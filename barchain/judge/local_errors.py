@@ -125,8 +125,8 @@ def elastic_decay_1_s(solution: ReferenceSolution) -> float:
     """
     scene, seen = solution.scene, solution.trajectory
     springs, bars = scene.effects.joint_spring_damper, scene.bars
-    if springs is None or seen.angle_rad is None or not any(springs.damping_N_m_s_rad):
-        return 0.0
+    if springs is None or seen.angle_rad is None or not all(springs.stiffness_N_m_rad):
+        return 0.0  # without a spring a joint keeps the angle that it was brought to
     bent = np.diff(np.eye(bars), axis=0)
     stiffness, damping = (bent.T * each @ bent for each in (springs.stiffness_N_m_rad, springs.damping_N_m_s_rad))
     model, pairs = chain_model(scene), np.eye(bars)[:, None] + np.eye(bars)
@@ -137,8 +137,8 @@ def elastic_decay_1_s(solution: ReferenceSolution) -> float:
         own = 0.25 * np.diag(inertia)
         matrix = inertia - own[:, None] - own
         np.fill_diagonal(matrix, 2.0 * own)
-        rows = [np.zeros((bars, bars)), np.eye(bars)], [-np.linalg.solve(matrix, k) for k in (stiffness, damping)]
-        real = np.sort(np.linalg.eigvals(np.block([*map(list, rows)])).real)
+        pull, drag = (np.linalg.solve(matrix, each) for each in (stiffness, damping))
+        real = np.sort(np.linalg.eigvals(np.block([[np.zeros_like(pull), np.eye(bars)], [-pull, -drag]])).real)
         least = SAME_INSTANT * abs(real[0])
         decay = min(decay, float(-real[2 * bars - 3]) if -real[2 * bars - 3] > least else 0.0)
     return decay

@@ -159,7 +159,8 @@ TOLERANCES = (
     Tolerance(
         "pointwise", "expected-error bound, chosen steps", f"{NORM_SLACK:g} rtol",
         "the requested error in each step, one step for each radian of the chain's fastest rate, amplified alike; the "
-        "error is a sum of steps of any sign, so that this slack is added to the explained error too",
+        "error is a sum of steps of any sign, so that this slack is added to the explained error too. Errors in stiff "
+        "joints that are damped live for the time in which these decay; the other motion counts its own radians",
         "test_an_engine_worse_than_its_setting_promises_exceeds_the_bound_though_its_error_is_explained",
     ),
     Tolerance(
