@@ -232,7 +232,9 @@ def own_unit(header: str, wanted: str) -> str:
 def mapped(table: Table, mapping: Mapping[str, str]) -> dict[int, str]:
     """Channels that a mapping gives to columns, by the columns from 0."""
     names = table.names
-    meant = {str(k): k - 1 for k in range(1, len(names) + 1)} | {name: k for k, name in enumerate(names)}
+    bare = [match[1] if (match := BRACKETS.fullmatch(cut(name, MOST_HEADER))) else name for name in names]
+    meant = {name: k for k, name in enumerate(bare) if bare.count(name) == 1}  # without its unit, where one has it
+    meant |= {str(k): k - 1 for k in range(1, len(names) + 1)} | {name: k for k, name in enumerate(names)}
     found: dict[int, str] = {}
     for channel, given in mapping.items():
         column = meant.get(given, meant.get(" ".join(given.split())))

@@ -91,6 +91,8 @@ def test_columns_of_any_name_or_none_are_read_with_a_mapping(table, judged):
     named = few.rename(columns={"t_s": "Zeit"} | {f"angle_{j}_rad": f"phi{j}" for j in range(1, 6)})
     by_name = {"t": "Zeit"} | {f"angle_{j} [rad]": f"phi{j}" for j in range(1, 6)}
     assert judged(named, mapping=by_name).passed
+    with_unit = few.rename(columns={"t_s": "sys.time {s}"})
+    assert judged(with_unit, mapping={"t": "sys.time"}).passed
     by_number = {"t": "1"} | {f"angle_{j}": str(j + 1) for j in range(1, 6)}
     assert judged(few, mapping=by_number, header=False).passed
     both = few.assign(rate_1_rad_s=-table.rate_1_rad_s)
