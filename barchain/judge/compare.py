@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
 
 MAX_DOUBTED_RATIO = 100.0
 """Largest ratio of an error to its tolerance that a slowly converging method may cause"""
+DRIFTING = ("attitude", "rate", "com")
+"""Quantities whose errors show in energy and angular momentum"""
 DOUBTED = {Outcome.INCONSISTENT, Outcome.EXCEEDS_BOUND}
 """Outcomes that round-off or slow convergence may cause"""
 
@@ -163,7 +166,7 @@ def noise_explains(run: Residuals, rejected: CheckFinding) -> bool:
     """Whether declared noise explains the rejection of a difference."""
     quantity, finer = rejected.quantity, rejected.metric == "finer_bound_ratio"
     if quantity in (*WHOLE, *ABOUT_COM):
-        return rejected.value is not None and rejected.value <= noisy_drift(run, quantity)
+        return (rejected.value or math.inf) <= (rejected.tolerance or 0.0) + noisy_drift(run, quantity)
     residual = (run.finer_residual if finer else run.residual).get(quantity)
     if residual is None or rejected.metric not in (JUDGED_METRICS | {"max"}) - {"drift"}:
         return False
@@ -172,10 +175,13 @@ def noise_explains(run: Residuals, rejected: CheckFinding) -> bool:
 
 
 def noisy_drift(run: Residuals, name: str) -> float:
-    """Largest drift of an invariant that declared noise and the method's errors explain, relative."""
+    """Largest drift of an invariant by declared noise, relative.
+
+    Noise of samples is no drift. Noise of states is: round-off in the engine's coordinates bounds its size.
+    """
     floor = run.errors.unbounded_floor
-    bound = {q: run.errors.bound[q] + NORM_SLACK * floor[q] for q in ("attitude", "rate", "com")}
-    return float(carried(run.errors, name, bound).max())
+    noise = {q: np.minimum(NORM_SLACK * floor[q], run.max_roundoff[q]) for q in DRIFTING}
+    return float(carried(run.errors, name, noise).max())
 
 
 def explained_besides(run: Residuals, quantity: str, residual: Array, noise: Array) -> bool:
