@@ -15,6 +15,7 @@ from barchain.given.table import TableError
 from barchain.judge.compare import verdict_on
 from barchain.judge.diagnosis.verdicts import diagnosis_of_verdict, needs_diagnosis
 from barchain.judge.evidence import Evidence
+from barchain.judge.scales import scales
 from barchain.judge.verdict import no_verdict
 from barchain.judge.written import MeasuredErrors, Undeclared, WrittenErrors, WrittenResiduals
 from barchain.metrics.quantities import FIELDS, TRACK, components, differences, sizes
@@ -62,6 +63,10 @@ MOST_FASTER = 1e3
 """Largest ratio of a change to what earlier ones grow to: doubled times make that of a right method up to 16 times"""
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": 86400.0}
 """Units of times that a file may mean, and their sizes, s"""
+STATES = ("com", "com_velocity", "attitude", "rate")
+"""Quantities that a start is made of"""
+SAME_START = 1e-9
+"""Largest difference of the row at t = 0 from the scene's start, relative to a quantity's scale"""
 SAME_END = 1e-3
 """Relative difference of two ends that are the same"""
 ROUNDED_UP = 1.1
@@ -429,6 +434,8 @@ def reached(name: str, main: Samples, declared: Declared, found: Verdict) -> lis
     assert declared.rtol is not None
     best = next((r for r in LADDER if r < declared.rtol and passes(name, main, declared, r)), declared.rtol)
     notes = [f"requested: rtol={declared.rtol:g}; reached: rtol={best:g}"]
+    if start := other_start(main):
+        notes.append(f"warning: {start}, which the bound at this request allows")
     model = WrittenErrors(declared.engine, declared.setting, main.solution, main.trajectory)
     model.written = main.written
     if found.series is not None and "attitude_difference" in found.series:
@@ -481,6 +488,8 @@ def on_the_ladder(
     outside = {row["quantity"] for row in found.rows if not Outcome(row["outcome"]).ok} & declared.noise.keys()
     if outside:
         return found, setting, None, f"outside of the stated error bar; it agrees at rtol={rtol:g}"
+    if start := other_start(main):
+        return found, setting, unexplained, f"{start}; but for that it agrees at rtol={rtol:g}"
     if rtol > COARSEST * (1.0 + SAME_END):
         said = f"it agrees at rtol={rtol:g}; a file that declares nothing has to at {COARSEST:g}: declare it (--rtol)"
         return found, setting, None, said
@@ -489,6 +498,21 @@ def on_the_ladder(
     end_s = min(limits, default=float(main.trajectory.t_s[-1]))
     said = f"agrees at rtol={rtol:g} up to t = {end_s:.6g} s; declare it (--rtol {rtol:g}) to demand it"
     return verdict, at.setting, None, said
+
+
+def other_start(main: Samples) -> str:
+    """Sentence on a row at t = 0 that is not the scene's start; empty where it is, or where there is none.
+
+    No method has an error there. What digits and the conversion of a start's elements may leave is allowed.
+    """
+    size = scales(main.solution)
+    if main.starts_late:
+        return ""
+    for quantity, apart in differences(main.trajectory, main.solution.trajectory).items():
+        allowed = main.written[quantity][0] + SAME_START * size[quantity] if quantity in main.judged else math.inf
+        if quantity in STATES and apart[0] > allowed:
+            return f"at t = 0 the {quantity} is {apart[0]:.3g} {QUANTITY_UNITS[quantity]} off the scene's start"
+    return ""
 
 
 def one_verdict(

@@ -160,6 +160,21 @@ def test_a_right_file_that_declares_nothing_passes_at_the_accuracy_that_it_has(r
     assert not coarse.passed
 
 
+def test_a_file_of_another_start_does_not_pass_however_small_the_difference_is(right, judged):
+    found = judged(right.assign(com_x_m=right.com_x_m + 3.0))
+    assert not found.passed
+    said = found.mistakes + " ".join(found.advice)
+    assert "start" in said or "initial" in said or "off" in said
+
+
+def test_bars_that_start_at_rest_have_no_factor_of_their_rates(judged):
+    scene = load_scene("paper/fig13")
+    frame = simulate(scene, "reference", rtol=1e-9).to_frame()
+    few = frame[["t_s", *(n for n in frame if n.startswith(("com_", "angle", "rate")) and n != "com_residual_m")]]
+    rates = {name: few[name] + 1e-4 for name in few if name.startswith("rate")}
+    assert not judged(few.assign(**rates), scene="paper/fig13").passed
+
+
 def test_a_stated_error_bar_is_what_a_file_is_judged_by_however_wide(right, judged):
     angles = right[["t_s", "angle_1_rad", "angle_2_rad"]]
     off = angles.assign(angle_1_rad=angles.angle_1_rad + 5e-5 * np.sin(angles.t_s))

@@ -199,10 +199,11 @@ def fitted_starts(first: Trajectory, scene: Scene) -> Iterator[Start]:
     if first.rate_rad_s is not None and scene.orbital_rate_rad_s > 0.0:  # the unit of a start's rates
         off = (first.rate_rad_s[0] - right.rate_rad_s) / scene.orbital_rate_rad_s
         yield from off_by("initial-rate", RATES, "rate_factor", off, off, "orbital rates")
-        with np.errstate(divide="ignore", invalid="ignore"):
-            times = float(np.nanmedian(first.rate_rad_s[0] / right.rate_rad_s))
-        yield Start("initial-rates-times-a-factor", f"the initial rates are {factor_words(times)}", RATES,
-                    part("chain", rate_factor=lambda s: tuple(times * a for a in s.chain.rate_factor)))  # fmt: skip
+        turning = right.rate_rad_s != 0.0
+        if turning.any():
+            times = float(np.median(first.rate_rad_s[0][turning] / right.rate_rad_s[turning]))
+            yield Start("initial-rates-times-a-factor", f"the initial rates are {factor_words(times)}", RATES,
+                        part("chain", rate_factor=lambda s: tuple(times * a for a in s.chain.rate_factor)))  # fmt: skip
 
 
 def off_by(name: str, section: str, field: str, off: Array, shown: Array, unit: str) -> Iterator[Start]:
