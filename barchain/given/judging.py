@@ -13,8 +13,9 @@ from barchain.crossval.plan import SceneProgress
 from barchain.crossval.run import Comparison, ComparisonResult
 from barchain.crossval.suite import Suite
 from barchain.given.channels import read_channels
+from barchain.given.samples import placed
 from barchain.given.table import TableError
-from barchain.given.verdict import judge_file, placed
+from barchain.given.verdict import judge_file
 from barchain.judge.written import Declared
 from barchain.metrics.quantities import differences
 from barchain.runs.cases import run_cases
