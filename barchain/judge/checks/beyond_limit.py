@@ -194,17 +194,20 @@ def fault_between_segments(
     try:
         for k in doubtful_increments(errors.scene, trajectory, first):
             increment = compare_segment(errors, trajectory, int(k), int(k) + 1)
-            if not increment.right:
-                used = max(
-                    float((increment.difference[name] / increment.allowed[name])[-1]) for name in increment.allowed
-                )
-                when = trajectory.t_s[k + 1]
-                said = f"an angle grows up to t = {when:.6g} s otherwise than its rates say, {used:.3g} times the bound"
-                return "attitude", used, said
-        worst = own_state_ratios(errors, trajectory, found, first, extra)
+            # the same excuse as in whole segments: rounding of places as large as the orbit's radius
+            rounded = extra and all(within_roundoff(errors, increment, name) for name in increment.allowed)
+            if not increment.right and not rounded:
+                used = {
+                    name: worst(increment.difference[name], allowed, increment.everywhere)[0]
+                    for name, allowed in increment.allowed.items()
+                }
+                name, when = max(used, key=lambda each: used[each]), trajectory.t_s[k + 1]
+                said = f"it moves up to t = {when:.6g} s otherwise than its rates say, {used[name]:.3g} times the bound"
+                return name, used[name], said
+        ratios = own_state_ratios(errors, trajectory, found, first, extra)
     except (EngineError, ArithmeticError) as error:
         return "reaction", np.inf, f"no accelerations belong to the engine's own state: {error}"
-    for name, (share, when) in worst.items():
+    for name, (share, when) in ratios.items():
         if share > 1.0:
             said = f"{share:.3g} times the expected-error bound at t = {when:.6g} s, for the engine's own state there"
             return name, share, said
