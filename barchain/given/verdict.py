@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
     from barchain.given.samples import Samples
     from barchain.judge.diagnosis.diagnose import Diagnosis
+    from barchain.judge.error_model import ErrorModel
     from barchain.judge.verdict import Verdict
     from barchain.judge.written import Declared
     from barchain.solutions.reference import ReferenceSolution
@@ -101,8 +102,7 @@ def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declar
         advice += [main.other_chain, main.other_time]
         advice = [*filter(None, advice)]
     if fast := parts_too_fast(main, own):
-        row = no_verdict(main.solution.scene.name, name, setting, Outcome.INCONSISTENT, fast).rows
-        found = dataclasses.replace(found, rows=[*found.rows, *row])
+        found = with_outcome(found, main, setting, Outcome.INCONSISTENT, fast, name)
         advice.append(fast)
     if isinstance(setting, Undeclared) and finer is None and not advice:
         if found.outcome is Outcome.PASS:
@@ -119,13 +119,18 @@ def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declar
     if mistakes is not None:
         found = explained(found, mistakes)
     if found.outcome is Outcome.PASS and (short := falls_short(main, finer, found)):
-        row = no_verdict(main.solution.scene.name, name, setting, Outcome.TOO_COARSE, short).rows
-        found = dataclasses.replace(found, rows=[*found.rows, *row])
+        found = with_outcome(found, main, setting, Outcome.TOO_COARSE, short, name)
     if found.outcome is Outcome.PASS and declared.rtol is not None:
         notes += reached(name, main, declared, found)
     notes += limited(found, main)
     second = None if finer is None else finer.trajectory
     return FileVerdict(found, mistakes, main.solution, main.trajectory, second, engine, setting, advice, notes)
+
+
+def with_outcome(found: Verdict, main: Samples, setting: Setting, outcome: Outcome, reason: str, name: str) -> Verdict:
+    """Verdict with an outcome of the file as a whole besides."""
+    row = no_verdict(main.solution.scene.name, name, setting, outcome, reason).rows
+    return dataclasses.replace(found, rows=[*found.rows, *row])
 
 
 def falls_short(main: Samples, finer: Samples | None, found: Verdict) -> str:
@@ -229,8 +234,7 @@ def reached(name: str, main: Samples, declared: Declared, found: Verdict) -> lis
     notes = [f"requested: rtol={declared.rtol:g}; reached: rtol={best:g}"]
     if start := other_start(main):
         notes.append(f"warning: {start}, which the bound at this request allows")
-    model = WrittenErrors(declared.engine, declared.setting, main.solution, main.trajectory)
-    model.written = main.written
+    model = error_model(main, declared, {})
     if found.series is not None and "attitude_difference" in found.series:
         until = model.t_s <= model.limit_s
         error = found.series["attitude_difference"].to_numpy()[: model.n][until]
@@ -298,9 +302,9 @@ def other_start(main: Samples) -> str:
 
     No method has an error there. What digits and the conversion of a start's elements may leave is allowed.
     """
-    size = scales(main.solution)
     if main.starts_late:
         return ""
+    size = scales(main.solution)
     for quantity, apart in differences(main.trajectory, main.solution.trajectory).items():
         allowed = main.written[quantity][0] + SAME_START * size[quantity] if quantity in main.judged else math.inf
         if quantity in STATES and apart[0] > allowed:
@@ -312,16 +316,21 @@ def one_verdict(
     name: str, main: Samples, finer: Samples | None, declared: Declared, own: dict[str, Array], *, restarts: bool = True
 ) -> tuple[Verdict, type[Engine], Setting]:
     """Verdict without a diagnosis, the program's declarations and its setting."""
-    engine, setting = declared.engine, declared.setting
-    kind = MeasuredErrors if isinstance(setting, Undeclared) else WrittenErrors
-    errors = kind(engine, setting, main.solution, main.trajectory)
-    errors.written, errors.absent = main.written, main.absent
-    if isinstance(errors, MeasuredErrors):
-        errors.own = own
+    errors = error_model(main, declared, own)
     result = RunResult(Outcome.PASS, trajectory=main.trajectory)
     second = result if finer is None else RunResult(Outcome.PASS, trajectory=finer.trajectory)
     run = WrittenResiduals(errors, Evidence(result, second), main.judged, whole=main.complete, restarted=restarts)
-    return dataclasses.replace(verdict_on(name, run), further_runs=()), engine, setting
+    return dataclasses.replace(verdict_on(name, run), further_runs=()), errors.engine, errors.setting
+
+
+def error_model(main: Samples, declared: Declared, own: Mapping[str, Array]) -> ErrorModel:
+    """Error model of a file; `own` is its difference from the finer one by quantity, (n,)."""
+    kind = MeasuredErrors if declared.rtol is None else WrittenErrors
+    errors = kind(declared.engine, declared.setting, main.solution, main.trajectory)
+    errors.written, errors.absent = main.written, main.absent
+    if isinstance(errors, MeasuredErrors):
+        errors.own = own
+    return errors
 
 
 def diagnosis(verdict: Verdict, main: Samples) -> Diagnosis:

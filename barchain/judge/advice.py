@@ -44,14 +44,10 @@ def after_restarts(errors: ErrorModel, limit_s: float) -> str:
     Over an interval t it turns a bar by t exp(t ln(G)/H) times itself, with the growth G up to the limit H.
     """
     run = errors.scene.run
-    spacing_s, growth = (
-        run.duration_s / (run.samples - 1),
-        max(float(errors.amplification[errors.t_s <= limit_s].max()), 1.0),
-    )
-    found, pace = (
-        [f"a run of at most {limit_s:.4g} s"] if limit_s > 0.0 else [],
-        math.log(growth) / max(limit_s, spacing_s),
-    )
+    spacing_s = run.duration_s / (run.samples - 1)
+    growth = max(float(errors.amplification[errors.t_s <= limit_s].max()), 1.0)
+    pace = math.log(growth) / max(limit_s, spacing_s)
+    found = [f"a run of at most {limit_s:.4g} s"] if limit_s > 0.0 else []
     wrong = float(errors.local.immediate["rate"].max()) if "rate" in errors.local.immediate else 0.0
 
     def turned_rad(interval_s: float) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -166,7 +165,9 @@ def noise_explains(run: Residuals, rejected: CheckFinding) -> bool:
     """Whether declared noise explains the rejection of a difference."""
     quantity, finer = rejected.quantity, rejected.metric == "finer_bound_ratio"
     if quantity in (*WHOLE, *ABOUT_COM):
-        return (rejected.value or math.inf) <= (rejected.tolerance or 0.0) + noisy_drift(run, quantity)
+        assert rejected.value is not None
+        assert rejected.tolerance is not None
+        return rejected.value <= rejected.tolerance + noisy_drift(run, quantity)
     residual = (run.finer_residual if finer else run.residual).get(quantity)
     if residual is None or rejected.metric not in (JUDGED_METRICS | {"max"}) - {"drift"}:
         return False

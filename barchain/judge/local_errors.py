@@ -24,7 +24,8 @@ from barchain.judge.scales import (
 )
 from barchain.metrics.quantities import free_rate_scale, orbit_rate, own_rate, rate_scale
 from barchain.solutions.reference import FINE_PER_RADIAN, RICHARDSON
-from reference_impl.model.invariants import relative_kinetic_energy
+from reference_impl.model.complex_vectors import unit_along
+from reference_impl.model.kinematics import bar_centres
 from scenarios import Gravity
 
 if TYPE_CHECKING:
@@ -44,6 +45,8 @@ READING_REQUESTS = 10.0
 order less than the step: the error of SciPy's RK45 was measured as four requests."""
 DECAY_SAMPLES = 3
 """Samples at which the decay of joint motions is asked: stiff joints hardly move"""
+MOST_DECAY_BARS = 50
+"""Longest chain whose joint motions are asked for their decay: its eigenvalues take milliseconds"""
 SAME_INSTANT = 1e-9
 """Largest relative difference of the instants of two samples that are meant to be the same"""
 
@@ -120,24 +123,22 @@ def requested_errors(engine: type[Engine], setting: Setting, solution: Reference
 def elastic_decay_1_s(solution: ReferenceSolution) -> float:
     """Slowest decay of small motions in the joints, 1/s: springs and dampers alone act; 0 where one does not decay.
 
-    With the chain's inertia matrix M at some samples, whose quadratic form is the kinetic energy, M b'' + C b' + K b
-    = 0 has a rotation of the whole, and 2 (N - 1) other modes: all have to decay.
+    With the chain's inertia matrix M at some samples, M b'' + C b' + K b = 0 has a rotation of the whole, and 2 (N - 1)
+    other modes: all have to decay. M is that of the bars' rotations, and of the velocities that a unit rate of each bar
+    gives to all centres. Longer chains than :data:`MOST_DECAY_BARS` count as such that do not decay.
     """
     scene, seen = solution.scene, solution.trajectory
     springs, bars = scene.effects.joint_spring_damper, scene.bars
-    if springs is None or seen.angle_rad is None or not all(springs.stiffness_N_m_rad):
+    if springs is None or seen.angle_rad is None or bars > MOST_DECAY_BARS or not all(springs.stiffness_N_m_rad):
         return 0.0  # without a spring a joint keeps the angle that it was brought to
     bent = np.diff(np.eye(bars), axis=0)
     stiffness, damping = (bent.T * each @ bent for each in (springs.stiffness_N_m_rad, springs.damping_N_m_s_rad))
-    model, pairs = chain_model(scene), np.eye(bars)[:, None] + np.eye(bars)
+    model = chain_model(scene)
     decay = math.inf
     for angle in seen.angle_rad[np.linspace(0, len(seen.t_s) - 1, DECAY_SAMPLES).astype(int)]:
-        energy = relative_kinetic_energy(model, np.tile(angle, (bars**2, 1)), pairs.reshape(-1, bars))
-        inertia = energy.reshape(bars, bars)  # of rates of 2 on the diagonal: 4 M/2, and M/2 twice, and M elsewhere
-        own = 0.25 * np.diag(inertia)
-        matrix = inertia - own[:, None] - own
-        np.fill_diagonal(matrix, 2.0 * own)
-        pull, drag = (np.linalg.solve(matrix, each) for each in (stiffness, damping))
+        velocity = bar_centres(model, np.diag(1j * model.half_m * unit_along(angle)))
+        inertia = np.diag(model.inertia_kg_m2) + (model.mass_kg * velocity.conj() @ velocity.T).real
+        pull, drag = (np.linalg.solve(inertia, each) for each in (stiffness, damping))
         real = np.sort(np.linalg.eigvals(np.block([[np.zeros_like(pull), np.eye(bars)], [-pull, -drag]])).real)
         least = SAME_INSTANT * abs(real[0])
         decay = min(decay, float(-real[2 * bars - 3]) if -real[2 * bars - 3] > least else 0.0)
