@@ -26,10 +26,12 @@ TARGET = r"[A-Za-z_][\w.]*:[A-Za-z_]\w*"
 PACKAGES = ("barchain", "adapters", "reference_impl", "scenarios", "reports")
 """Top-level packages of barchain"""
 COMMAND_TARGET = "adapters.command.engine:CommandEngine"
+ALL = "all"
+"""Stands for all engines of the default set, and the programs of the working folder"""
 RESERVED = frozenset({
-    "solution", "solution-check", "solution-dense", "perturbed-start", "close-start", "amplification",
+    ALL, "solution", "solution-check", "solution-dense", "perturbed-start", "close-start", "amplification",
 })  # fmt: skip
-"""Names of the judging solution's own files beside those of engines"""
+"""Names that no engine has: those of the judging solution's own files, and the one that stands for all"""
 
 
 class UnknownEngineError(KeyError):
@@ -55,7 +57,9 @@ class Registration:
     ours: bool = False
     """Whether the engine steps barchain's own equations, and so is no independent check of them"""
     in_default_set: bool = True
-    """Whether a command without engine names selects the engine; False for engines that only studies need"""
+    """Whether a command without engine names selects the engine; False for engines that only studies need, and for
+    programs of a file that lies in the working folder
+    """
     optional: bool = False
     """Whether an extra provides the distribution, or a compiler the kernel; while either is missing, only a command
     that names the engine selects it
@@ -200,17 +204,23 @@ def engines() -> dict[str, Registration]:
 
 
 def commands(taken: Collection[str]) -> dict[str, Registration]:
-    """Registrations of engines that are commands; a name that is taken is rejected, with the reason."""
-    from adapters.command.entries import entry_files, found_entries, packed
+    """Registrations of engines that are commands; a name that is taken is rejected, with the reason.
+
+    A file that only lies in the working folder starts no program by that: its engines are in no default set.
+    """
+    from adapters.command.entries import entry_files, found_entries, lies_here, packed
 
     if not entry_files():
         return {}
     made = {}
-    for folder, entry in found_entries():
+    for path, entry in found_entries():
+        folder = path.resolve().parent
         used = entry.name in taken or entry.name.lower() in RESERVED
         name = f"{entry.name} ({folder.name})" if used else entry.name
         reason = f"the name {entry.name} of an engine in {folder} is taken; give it another" if used else ""
-        made[name] = Registration(COMMAND_TARGET, rejected=reason, entry=packed(folder, entry))
+        made[name] = Registration(
+            COMMAND_TARGET, in_default_set=not lies_here(path), rejected=reason, entry=packed(folder, entry)
+        )
     return made
 
 

@@ -90,6 +90,10 @@ class Entry(BaseModel):
     @classmethod
     def names_files(cls, command: str) -> str:
         """Check that the program is told what to read and what to write."""
+        try:
+            shlex.split(command)
+        except ValueError:
+            raise ValueError("allowed: a command line whose quotation marks and backslashes are closed") from None
         unknown = [name for name in re.findall(r"\{\w*\}", command) if name not in (REQUEST, SAMPLES, RESULT)]
         if unknown:
             raise ValueError(f"{unknown[0]} stands for nothing; allowed: {REQUEST}, {SAMPLES}, {RESULT}")
@@ -147,8 +151,13 @@ def entry_files() -> list[Path]:
     return [*named, *(path for path in usual if path.is_file())]
 
 
+def lies_here(path: Path) -> bool:
+    """Whether a file of :func:`entry_files` is the working folder's, which nobody has named."""
+    return path == Path(FILE)
+
+
 def found_entries() -> Iterator[tuple[Path, Entry]]:
-    """Folders and entries of all files; of a name that stands in several the first.
+    """Files and entries of all files; of a name that stands in several the first.
 
     Raises
     ------
@@ -160,7 +169,7 @@ def found_entries() -> Iterator[tuple[Path, Entry]]:
         for entry in read_entries(path):
             if entry.name not in seen:
                 seen.add(entry.name)
-                yield path.resolve().parent, entry
+                yield path, entry
 
 
 def read_entries(path: Path) -> list[Entry]:

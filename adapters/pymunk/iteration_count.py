@@ -36,7 +36,8 @@ def sweeps(chain: Chain, leave: float = SWEEPS_LEAVE) -> int:
     give = 1.0 / np.array(chain.mass_kg)
     diagonal = give[:-1] + give[1:]
     coupling = give[1:-1] / np.sqrt(diagonal[:-1] * diagonal[1:])
-    slowest = float(eigvalsh_tridiagonal(np.zeros(chain.bars - 1), coupling)[-1])
+    last = chain.bars - 2
+    slowest = float(eigvalsh_tridiagonal(np.zeros(last + 1), coupling, select="i", select_range=(last, last))[0])
     return max(FEWEST_SWEEPS, math.ceil(0.5 * math.log(leave) / math.log(slowest)))
 
 

@@ -51,12 +51,11 @@ def run_options(command: Callable[..., None]) -> Callable[..., None]:
 @click.command(short_help="Compare engines on the scenes that you name.")
 @required_scenes
 @engine_option("one of each library", classes=True)
-@click.option("--all-engines", is_flag=True, help="Take all engines of the default set in `barchain engines`.")
 @out_option(LOOK, help_text=OUT)
 @click.option("--certify", is_flag=True,
               help="Judge your own scenes by heyoka (extra certified): independent, but slower.")  # fmt: skip
 @run_options
-def compare(scenes: tuple[str, ...], names: tuple[str, ...], all_engines: bool, out: Path, **options: Any) -> None:
+def compare(scenes: tuple[str, ...], names: tuple[str, ...], out: Path, **options: Any) -> None:
     """Compare engines on the SCENEs that you name, and write a report.
 
     SCENEs are names, files, or folders of scenes such as `paper`, `hard` or your own; `core` is the core suite. Exits
@@ -68,15 +67,13 @@ def compare(scenes: tuple[str, ...], names: tuple[str, ...], all_engines: bool, 
     from barchain.solutions.judging import CERTIFIER
     from scenarios import load_scene, scene_names
 
-    if names and all_engines:
-        raise click.UsageError("give either --engine or --all-engines")
     if options["certify"] and (missing := ENGINES[CERTIFIER].missing):
         raise click.UsageError(f"--certify: {missing}")
     loaded = [load_scene(s) for s in scenes]
     for file, scene in zip(scenes, loaded, strict=True):
         if file not in scene_names():
             warn_of_height(file, scene)
-    compare_and_render(loaded, names or None, out, need_external=False, quick=not all_engines, **options)
+    compare_and_render(loaded, names or None, out, need_external=False, quick=True, **options)
 
 
 @click.command(short_help="Compare all default engines on the core suite.")
@@ -107,14 +104,17 @@ def compare_and_render(
     from barchain.cli.common.options import settings_by_engine
     from barchain.cli.common.progress import verdicts_shown
     from barchain.crossval.run import run_comparison
-    from barchain.runs.choices import chosen_engines, one_of_each
+    from barchain.runs.choices import chosen_engines, one_of_each, programs_here
     from reports.render import check_others, render
+    from scenarios.plural import plural
 
     engines = chosen_engines(names)
     if names is None and quick:
         engines = one_of_each(engines)
     chosen = settings_by_engine(settings, engines)
     check_others("crossval", out)
+    if names is None and (left := programs_here()):
+        say(f"engines.toml here has {plural(len(left), 'program')}, which run where they are named: {', '.join(left)}")
     with verdicts_shown(len(scenes) * len(engines)) as reporter:
         result = run_comparison(
             scenes, names, out, settings=chosen, need_external=need_external, registered=engines,

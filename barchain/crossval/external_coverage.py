@@ -12,7 +12,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from adapters.common.step_alignment import half_interval_s, inner_events_s, misalignment, off_step_events_s
-from adapters.registry import engines
+from adapters.registry import ENGINES
 from barchain.runs.asking import AdapterLoadError, engine_class, engine_fault
 from barchain.solutions.certified_table import committed_tables, physics_digest, read_head
 from barchain.solutions.judging import WORDS
@@ -34,20 +34,22 @@ MAX_SUGGESTED_SAMPLES = 20_001
 
 
 def external_coverage(scene: Scene, requested: Mapping[str, Registration]) -> dict[str, Any]:
-    """Entry of the record: requested engines with independent physics that can't run the scene, and others that can.
+    """Entry of the record: requested engines with independent physics that can't run the scene, and others that may.
+
+    Engines that were not requested are asked nothing: what they declare tells which effects they have.
 
     Returns
     -------
     dict
         ``lack``: effects that each engine lacks; ``instants``: see :func:`unaligned_instants`; ``not_requested``:
-        engines with independent physics that support the scene; ``not_installed``: such engines whose library is not
-        installed; ``not_loaded``: message of each installed engine whose
-        adapter does not load; ``solution``: precision of its certified solution, or empty.
+        engines of barchain with independent physics that have the scene's effects; ``not_installed``: such
+        engines whose library is not installed; ``not_loaded``: message of each installed engine whose adapter does not
+        load; ``solution``: precision of its certified solution, or empty.
     """
-    others = {name: r for name, r in engines().items() if name not in requested and r.in_default_set}
+    others = {name: r for name, r in ENGINES.items() if name not in requested and r.in_default_set}
     failures: dict[str, str] = {}
-    independent = loaded({name: r for name, r in requested.items() if not r.missing}, scene, failures)
-    supporting = [name for name, e in loaded(others, scene, failures).items() if e.unsupported(scene) is None]
+    independent = loaded({name: r for name, r in requested.items() if not r.missing}, failures)
+    supporting = [name for name, e in loaded(others, failures).items() if scene.effects.names <= e.effects]
     installed = {name for name, r in (others | dict(requested)).items() if not r.missing}
     committed = committed_tables().get(physics_digest(scene))
     return {
@@ -62,21 +64,16 @@ def external_coverage(scene: Scene, requested: Mapping[str, Registration]) -> di
     }
 
 
-def loaded(
-    registrations: Mapping[str, Registration], scene: Scene, failures: dict[str, str]
-) -> dict[str, type[Engine]]:
+def loaded(registrations: Mapping[str, Registration], failures: dict[str, str]) -> dict[str, type[Engine]]:
     """Classes of the engines with independent physics; messages of broken adapters go to `failures`."""
     found: dict[str, type[Engine]] = {}
     for name, registration in registrations.items():
         if not registration.external:
             continue
         try:
-            engine: type[Engine] = engine_class(registration)
-            engine.unsupported(scene)
+            found[name] = engine_class(registration)
         except Exception as error:
             failures[name] = error.reason if isinstance(error, AdapterLoadError) else engine_fault(error)
-        else:
-            found[name] = engine
     return found
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import pandas as pd
 
+from adapters.registry import ALL
 from adapters.registry import engines as registered_engines
 from barchain.crossval.external_coverage import external_coverage
 from barchain.crossval.plan import ComparisonPlan
@@ -180,16 +181,17 @@ def run_comparison(
     **how
         Arguments of :func:`barchain.studies.study.run_and_render`.
     """
+    names = None if engine_names is None else list(engine_names)
     loaded = [s if isinstance(s, Scene) else load_scene(s) for s in scenes]
     need_runnable(loaded, time_limit_s)
     comparison = Comparison(
         unique_names(loaded),
-        dict(registered) if registered is not None else chosen_engines(engine_names),
+        dict(registered) if registered is not None else chosen_engines(names),
         time_limit_s,
         executor,
         {name: choose_setting(name, values, registered) for name, values in (settings or {}).items()},
         need_external,
-        named=engine_names is not None,
+        named=names is not None and ALL not in names,
         certify=certify,
     )
     executor.check()

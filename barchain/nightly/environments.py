@@ -26,7 +26,7 @@ from barchain.nightly.faults import PinnedEnvironmentError
 from barchain.nightly.figures import content_digest
 from barchain.nightly.origins import AT, installed_state, requirement_of, wheel_folders
 from barchain.record.sources import direct_url
-from barchain.runs.environment import marked, scratch_folder
+from barchain.runs.environment import OWN_PYTHON, marked, scratch_folder
 from barchain.runs.processes import GitError, git, run
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ ADDRESS = re.compile(r"https?://\S+")
 REMOVED = ("PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV")
 """Variables of this Python that another one must not have"""
 LEFT_OUT = shutil.ignore_patterns("__pycache__", "*.pyc", ".git")
-UV = (sys.executable, "-m", "uv", "--quiet")
+UV = (*OWN_PYTHON, "-m", "uv", "--quiet")
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ def run_in(
     """
     with scratch_folder() as scratch:
         variables = {k: v for k, v in marked(scratch).items() if k not in REMOVED} | {"PYTHONPATH": str(tree)}
-        return run([environment.python, *arguments], limit_s=limit_s, folder=folder, variables=variables)
+        return run([environment.python, "-P", *arguments], limit_s=limit_s, folder=folder, variables=variables)
 
 
 def environments_folder() -> Path:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import sys
 from functools import cache
 from pathlib import Path
 from urllib.parse import urlsplit
@@ -13,6 +12,7 @@ from urllib.request import url2pathname
 from barchain.nightly.figures import MOST_TEXT
 from barchain.record.environment import package_version
 from barchain.record.sources import direct_url, installed_commit
+from barchain.runs.environment import OWN_PYTHON
 from barchain.runs.processes import GitError, git, run
 
 CONFIG_S = 30.0
@@ -105,7 +105,7 @@ def wheel_folders() -> tuple[Path, ...]:
     """Folders of wheels that pip is configured to look into, beside the index."""
     given = " ".join(os.environ.get(name, "") for name in ("PIP_FIND_LINKS", "UV_FIND_LINKS")).replace(",", " ")
     if not given.strip():
-        done = run([sys.executable, "-m", "pip", "config", "get", "global.find-links"], limit_s=CONFIG_S)
+        done = run([*OWN_PYTHON, "-m", "pip", "config", "get", "global.find-links"], limit_s=CONFIG_S)
         given = "" if done.reason else done.output
     paths = (Path(url2pathname(urlsplit(w).path)) if w.startswith("file:") else Path(w) for w in given.split())
     return tuple(path.resolve() for path in paths if path.is_dir())

@@ -151,7 +151,7 @@ class ComparisonTable(ScenesTable):
     def command(self, turn: int) -> tuple[tuple[str, ...], int]:
         """`barchain compare` with the part's engines and settings."""
         del turn
-        chosen = each("--engine", checked_engines(self.engines)) if self.engines else ("--all-engines",)
+        chosen = each("--engine", checked_engines(self.engines or default_engines()))
         settings = []
         for engine, given in self.settings.items():
             if engine not in missing_engines(self.engines):

@@ -15,6 +15,7 @@ from pypi_simple import DistributionPackage, Link, PyPISimple
 
 from barchain.nightly.faults import PinnedEnvironmentError
 from barchain.nightly.origins import wheel_folders
+from barchain.runs.environment import OWN_PYTHON
 from barchain.runs.processes import run
 
 if TYPE_CHECKING:
@@ -105,5 +106,5 @@ def packages(distribution: str, *, needed: bool = True) -> Iterable[Distribution
 @cache
 def configured_index() -> str:
     """Index that pip is configured to use; empty for the usual one."""
-    done = run([sys.executable, "-m", "pip", "config", "get", "global.index-url"], limit_s=INDEX_S)
+    done = run([*OWN_PYTHON, "-m", "pip", "config", "get", "global.index-url"], limit_s=INDEX_S)
     return "" if done.reason else done.output.strip()

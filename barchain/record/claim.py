@@ -99,14 +99,15 @@ def claim_results(
     Raises
     ------
     ResultsInPlaceError
-        If results are there, and neither `resume` nor `overwrite` is given, or both are; or if the results are those
-        of another study.
+        If results are there, and neither `resume` nor `overwrite` is given, or both are; if the results are those of
+        another study; or if a folder of theirs is a link.
     DamagedResultsError, SchemaVersionError
         If tables of other parts shall stay beside a record that can't be read.
     """
     answers = out / ANSWERS / files.study
     # the record first, so that no record is left without its rows
     places = [files.record_path(out), out / files.rows_name, out / SERIES / files.study, answers]
+    need_no_links(out, places)
     if parts is not None and not set(files.parts) <= set(parts) and files.has_record(out):
         before = set(files.read_record(out).get("parts") or ())
         if before - set(parts):  # rows of other parts stay, beside those that are made anew
@@ -144,6 +145,22 @@ def claim(places: Iterable[Path], holds: str, *, resume: bool | None = None, ove
         raise ResultsInPlaceError(f"{holds}; {goes_on}--overwrite replaces what is there")
     for place in there:
         delete(place)
+
+
+def need_no_links(out: Path, places: Iterable[Path]) -> None:
+    """Check that files and folders inside a result folder lie there: what is deleted or written is the study's own.
+
+    A link to a file is replaced, and the file stays.
+
+    Raises
+    ------
+    ResultsInPlaceError
+        If one of them, or a folder on the way to it, is a link to a folder.
+    """
+    for place in places:
+        for part in (place, *(folder for folder in place.parents if out in folder.parents)):
+            if part.is_symlink() and not part.is_file():
+                raise ResultsInPlaceError(f"{part} is a link, allowed: a folder that lies in the result folder")
 
 
 def need_one_mode(*, resume: bool, overwrite: bool) -> None:

@@ -286,8 +286,14 @@ def engine_fault(error: Exception) -> str:
 
 @cache
 def asked_class(registration: Registration) -> type[OutsideEngine] | str:
-    """Class of an engine, or why there is none; asked once, as an import that hangs costs its whole limit."""
-    reply = ask(questions.declarations, registration, limit_s=QUESTION_S)
+    """Class of an engine, or why there is none; asked once, as an import that hangs costs its whole limit.
+
+    What a program declares is the data of its entry: no code of it runs, and a process for each would take seconds.
+    """
+    if registration.entry:
+        reply = Reply(*questions.declarations(registration))
+    else:
+        reply = ask(questions.declarations, registration, limit_s=QUESTION_S)
     if reply.problem:
         return reply.problem
     try:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from adapters.engine import AccuracyParameter, Setting, SettingError, check_number
-from adapters.registry import ENGINES, RESERVED, TARGET, Registration, UnknownEngineError, engines, find_engine
+from adapters.registry import ALL, ENGINES, RESERVED, TARGET, Registration, UnknownEngineError, engines, find_engine
 from barchain.runs.asking import engine_class, engine_fault
 from scenarios import nearest
 
@@ -69,10 +69,22 @@ def allowed_range(sweep: AccuracySweep) -> tuple[float, float]:
 
 
 def chosen_engines(names: Iterable[str] | None) -> dict[str, Registration]:
-    """Registrations by name, in the order given; without names all default engines. Errors as :func:`named_engine`."""
-    if names is None:
-        return {name: r for name, r in engines().items() if r.by_default}
-    return dict(map(named_engine, names))
+    """Registrations by name, in the order given; without names all default engines. Errors as :func:`named_engine`.
+
+    The name `ALL` stands for all default engines and the programs of the working folder.
+    """
+    chosen: dict[str, Registration] = {}
+    for name in [None] if names is None else names:
+        if name is None or name == ALL:
+            chosen |= {n: r for n, r in engines().items() if r.by_default or (name and r.entry and not r.rejected)}
+        else:
+            chosen |= [named_engine(name)]
+    return chosen
+
+
+def programs_here() -> list[str]:
+    """Names of the programs of the working folder's file, which run where they are named."""
+    return [name for name, r in engines().items() if r.entry and not (r.in_default_set or r.rejected)]
 
 
 def named_engine(given: str) -> tuple[str, Registration]:

@@ -37,6 +37,10 @@ THREADS = (
 ONE_THREAD = dict.fromkeys(THREADS, "1")
 
 
+OWN_PYTHON = (sys.executable, "-P")
+"""Start of the command line of a Python of ours: it imports no module of the folder in which it is started"""
+
+
 FOLDER = "BARCHAIN_TEMPORARY"
 """Variable that holds the temporary folder of a comparing process, and marks the processes that belong to it"""
 

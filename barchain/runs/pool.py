@@ -28,7 +28,7 @@ from barchain.runs.call import (
     write_frame,
 )
 from barchain.runs.child import FORKS
-from barchain.runs.environment import ONE_THREAD, need_current_folder, start
+from barchain.runs.environment import ONE_THREAD, OWN_PYTHON, need_current_folder, start
 from barchain.runs.message import MessageError, plain_text
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
     from barchain.runs.call import Call
 
-COMMAND = [sys.executable, "-m", "barchain.runs.worker"]
+COMMAND = [*OWN_PYTHON, "-m", "barchain.runs.worker"]
 START_S = 60.0  # for a worker to import barchain on a busy machine
 END_S = 10.0  # for a worker to end its processes
 
@@ -47,9 +47,15 @@ class WorkerLostError(RuntimeError):
 
 
 def module_paths() -> list[str]:
-    """Folders in which this process finds modules, absolute."""
+    """Folders in which this process finds modules, absolute; the current folder, where Python put it first, is last.
+
+    A file that lies there, as ``random.py``, takes the place of no module that barchain or an engine needs.
+    """
     need_current_folder()
-    return [path or os.getcwd() for path in sys.path]  # noqa: PTH109
+    here, paths = os.getcwd(), [*sys.path]  # noqa: PTH109
+    if not sys.flags.safe_path and paths[:1] in ([""], [here]):
+        paths.append(paths.pop(0))
+    return [path or here for path in paths]
 
 
 class Slot:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import signal
 import subprocess
-import sys
 import tempfile
 import threading
 import time
@@ -15,14 +14,14 @@ from typing import TYPE_CHECKING
 
 import psutil
 
-from barchain.runs.environment import NoProcessError, marked, scratch_folder, start
+from barchain.runs.environment import OWN_PYTHON, NoProcessError, marked, scratch_folder, start
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
     from pathlib import Path
     from typing import IO
 
-PROGRAM = (sys.executable, "-m", "barchain")
+PROGRAM = (*OWN_PYTHON, "-m", "barchain")
 GRACE_S = 20.0
 """Time in which an interrupted study ends its runs and writes its record"""
 LOOK_S = 0.1

@@ -55,7 +55,7 @@ def compiler() -> list[str] | None:
     if found:
         return found.split()
     if importlib.util.find_spec("ziglang"):
-        return [sys.executable, "-m", "ziglang", "cc"]
+        return [sys.executable, "-P", "-m", "ziglang", "cc"]
     return None
 
 

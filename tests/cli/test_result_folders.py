@@ -93,3 +93,20 @@ def test_simulate_replaces_its_table_where_it_is_told_to(tmp_path):
     out.write_text("earlier")
     assert run(["simulate", "basics/kepler_circular", "--out", str(out), "--overwrite"]) == 0
     assert out.read_text().startswith("t_s")
+
+
+@pytest.mark.parametrize("mode", ["--resume", "--overwrite"])
+@pytest.mark.parametrize("linked", ["series", "rows", "record", "answers", "series/comparison", "answers/comparison"])
+def test_nothing_outside_a_result_folder_is_deleted_or_written_through_a_link(linked, mode, tmp_path, capsys):
+    outside, out = tmp_path / "outside", tmp_path / "out"
+    precious = outside / "comparison" / "precious.txt"
+    precious.parent.mkdir(parents=True)
+    precious.write_text("a person's file")
+    (out / linked).parent.mkdir(parents=True)
+    (out / linked).symlink_to(outside / "comparison" if "/" in linked else outside)
+    assert run(["compare", QUICK, "--engine", "reference", "--out", str(out), mode]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1, error
+    assert f"{out / linked} is a link" in error
+    assert [p for p in outside.rglob("*") if p.is_file()] == [precious]
+    assert precious.read_text() == "a person's file"

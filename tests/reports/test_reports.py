@@ -364,11 +364,11 @@ def test_a_scene_that_no_independent_engine_supports_says_so(tmp_path: Path) -> 
     own = "Of the selected engines only those built on barchain’s equations support"
     assert said().count(f"{own} this scene.") == 2
     lacking = said({"lack": {"theirs": ["shadow"]}, "not_requested": ["heyoka"]})
-    assert lacking.count(f"{own} the effects. Support it, and not selected: heyoka.") == 2
+    assert lacking.count(f"{own} the effects. Support its effects, and not selected: heyoka.") == 2
     assert lacking.count(f"{own} the effects.") == 2
     assert lacking.count("share one derivation of the equations.") == 2
     absent = said({"lack": {"theirs": ["shadow"]}, "not_installed": ["heyoka"]})
-    assert "Support it, and not installed (barchain engines --missing): heyoka." in absent
+    assert "Support its effects, and not installed (barchain engines --missing): heyoka." in absent
     broken = said({"not_loaded": {"heyoka": "ImportError: no llvm"}})
     assert "The adapter of heyoka does not load (ImportError: no llvm)." in broken
     assert said({"solution": "real128"}).count("An independent derivation, computed with heyoka, is stored") == 2

@@ -44,6 +44,7 @@ OWN_PAGE = "Write tables and a page into this folder."
 CORE = ("paper", "basics")
 """Folders of the core suite, which can be named as one"""
 NONE = "none"
+ALL_WORDS = ", or `all` of the default set and the programs of engines.toml here"
 """No engine, where faults are inserted into none"""
 WORKERS = "Run N runs side by side; default: as many as there are cores."
 
@@ -98,7 +99,7 @@ class SceneType(click.ParamType):  # type: ignore[type-arg]  # generic from clic
 class EngineType(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.5 on
     """Name of an installed engine; a missing one ends the command with its own exit code.
 
-    `NONE`, where it may be given, and ``MODULE:CLASS``, whose import a run tells of, pass.
+    `NONE`, where it may be given, and ``MODULE:CLASS``, whose import a run tells of, and `all` beside it, pass.
     """
 
     name = "engine"
@@ -108,10 +109,10 @@ class EngineType(click.ParamType):  # type: ignore[type-arg]  # generic from cli
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
         """Check that the engine is registered and installed."""
-        from adapters.registry import TARGET, UnknownEngineError
+        from adapters.registry import ALL, TARGET, UnknownEngineError
 
         given = str(value)
-        if (self.none and given == NONE) or (self.classes and re.fullmatch(TARGET, given)):
+        if (self.none and given == NONE) or (self.classes and re.fullmatch(f"{TARGET}|{ALL}", given)):
             return given
         try:
             need_engine(given)
@@ -326,19 +327,19 @@ def use_programs(_ctx: click.Context, _param: click.Parameter, files: tuple[Path
 programs_option = click.option(
     "--engines", "program_files", metavar="FILE", multiple=True, expose_value=False, is_eager=True,
     callback=use_programs, type=NamedPath(path_type=Path, dir_okay=False),
-    help="Read engines that are programs from this file too; engines.toml here is read always.",
+    help="Read engines that are programs from this file too; those of engines.toml here run where they are named.",
 )  # fmt: skip
 
 
 def engine_option(default: str, names: str = "names", *, classes: bool = False) -> Callable[[F], F]:
     """`--engine NAME`, repeatable, with `--engines FILE`; `default` says which engines take part without it.
 
-    With `classes` also `--engine MODULE:CLASS`, a class that no package registers.
+    With `classes` also `--engine MODULE:CLASS`, a class that no package registers, and `--engine all`.
     """
     named = click.option(
-        "--engine", names, multiple=True, metavar="NAME|MODULE:CLASS" if classes else "NAME",
+        "--engine", names, multiple=True, metavar="NAME|MODULE:CLASS|all" if classes else "NAME",
         type=EngineType(classes=classes),
-        help=f"Take this engine. May be repeated; default: {default}.",
+        help=f"Take this engine{ALL_WORDS if classes else ''}. May be repeated; default: {default}.",
     )  # fmt: skip
     return lambda command: named(programs_option(command))
 

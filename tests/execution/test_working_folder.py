@@ -1,0 +1,99 @@
+"""What lies in the folder where a command is started: it runs, or takes the place of a module, only if it is named."""
+
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import barchain
+from adapters.registry import engines
+from barchain.runs.choices import chosen_engines, programs_here
+
+BARCHAIN = (sys.executable, "-m", "barchain")
+NEEDED = ("random", "json", "numpy", "psutil", "click")
+"""Modules that a command, or its worker, imports"""
+PROGRAM = """
+[[engine]]
+name = "mine"
+command = {command}
+effects = ["gravity.none", "gravity.point"]
+rtol = [1e-8, 1e-10]
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Working folder with files in it that tell when they run."""
+    for name in NEEDED:
+        (tmp_path / f"{name}.py").write_text(f"open({str(tmp_path / 'ran')!r}, 'a').write({name!r})\n")
+    command = f"sh -c {shlex.quote(f'touch {tmp_path}/ran')} {{request}} {{samples}}"
+    (tmp_path / "engines.toml").write_text(PROGRAM.format(command=f'"""{command}"""'))
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    ["compare basics/two_bars_free --engine pymunk", "simulate basics/two_bars_free --out x.csv", "engines"],
+)
+def test_modules_of_the_working_folder_are_not_imported(folder: Path, arguments: str) -> None:
+    done = subprocess.run([*BARCHAIN, "-q", *arguments.split()], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert not (folder / "ran").exists()
+
+
+def test_an_interpreter_that_looks_in_the_working_folder_first_hands_it_to_its_workers_last(folder: Path) -> None:
+    code = """
+import sys
+sys.path.pop(0)
+import barchain
+barchain.simulate("basics/two_bars_free")
+sys.path.insert(0, "")
+assert barchain.compare(["basics/two_bars_free"], engines=["pymunk"]).passed
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert not (folder / "ran").exists()
+
+
+def test_a_program_of_the_working_folder_runs_only_where_it_is_named(folder: Path) -> None:
+    assert "mine" in engines()
+    assert programs_here() == ["mine"]
+    assert "mine" not in chosen_engines(None)
+    assert "mine" in chosen_engines(["all"])
+    assert set(chosen_engines(None)) < set(chosen_engines(["all"]))
+    said = subprocess.run(
+        [*BARCHAIN, "compare", "basics/two_bars_free", "--out", "out"], capture_output=True, text=True, check=False
+    )
+    assert not (folder / "ran").exists()
+    assert "1 program" in said.stdout
+    assert "mine" in said.stdout
+    named = subprocess.run(
+        [*BARCHAIN, "compare", "basics/two_bars_free", "--engine", "mine"], capture_output=True, check=False
+    )
+    assert named.returncode == 1
+    assert (folder / "ran").exists()
+
+
+def test_an_entry_whose_quotation_is_not_closed_is_a_fault_of_its_file(folder: Path) -> None:
+    (folder / "engines.toml").write_text(PROGRAM.format(command='"\'sh {request} {samples}"'))
+    done = subprocess.run([*BARCHAIN, "engines"], capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert "engines.toml" in done.stderr
+
+
+@pytest.mark.usefixtures("folder")
+def test_what_a_program_declares_is_read_without_a_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    from barchain.runs import asking
+
+    def no_process(*_: object, **__: object) -> None:
+        raise AssertionError("a process was started")
+
+    monkeypatch.setattr(asking, "ask", no_process)
+    found = asking.engine_class(engines()["mine"])
+    assert found.title == "mine, a program"
+    assert found.effects == {"gravity.none", "gravity.point"}
+    assert barchain.engines()["mine"].by_default is False
