@@ -15,7 +15,7 @@ from adapters.engine import EngineError
 from barchain.crossval.plan import ANY_INDEPENDENT, SEVERAL, SceneProgress, required_verdicts
 from barchain.judge.compare import judge
 from barchain.judge.diagnosis.own_motion import MadeRuns, densely
-from barchain.judge.diagnosis.verdicts import diagnosed_verdict, needs_diagnosis
+from barchain.judge.diagnosis.verdicts import diagnosed_verdict, needs_diagnosis, thinned
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.evidence import follow_up_jobs, gathered
 from barchain.judge.verdict import VERDICTS, Row, Verdict, no_verdict
@@ -219,10 +219,11 @@ class Suite:
         main = made[0].trajectory
         if main is None or not needs_diagnosis(verdict):
             return verdict
-        registration, dense = self.comparison.engines[engine], densely(scene, main)
-        again = [Job(d, engine, registration, s, role) for d, (role, s) in zip(dense, wanted.items(), strict=True)]
+        registration = self.comparison.engines[engine]
+        dense = densely(scene, main) if thinned(len(main.t_s)) == 1 else ()
+        again = [Job(d, engine, registration, s, role) for d, (role, s) in zip(dense, wanted.items(), strict=False)]
         own = yield [run_task(job, limit_of(job, self.comparison.time_limit_s)) for job in again]
-        runs = MadeRuns(*(run.trajectory for run in own))
+        runs = MadeRuns(*(run.trajectory for run in own)) if own else None
         (diagnosed,) = yield [VERDICTS.task(diagnosed_verdict, verdict, main, known, runs)]
         return diagnosed if isinstance(diagnosed, Verdict) else verdict  # which stands without its diagnosis
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from barchain.judge.compare import verdict_on
-from barchain.judge.diagnosis.verdicts import diagnosis_of_verdict, needs_diagnosis
+from barchain.judge.diagnosis.verdicts import diagnosis_of_verdict, needs_diagnosis, thinned
 from barchain.judge.evidence import Evidence
 from barchain.judge.scales import scales
 from barchain.judge.verdict import no_verdict
@@ -118,6 +118,8 @@ def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declar
             mistakes, advice = (None, [said]) if said else (mistakes, advice)
     if mistakes is not None:
         found = explained(found, mistakes)
+    if needs_diagnosis(found) and (every := thinned(len(main.trajectory.t_s))) > 1:
+        notes.append(f"mistakes are sought in one of {every} rows, {-(-len(main.trajectory.t_s) // every)} in all")
     if found.outcome is Outcome.PASS and (short := falls_short(main, finer, found)):
         found = with_outcome(found, main, setting, Outcome.TOO_COARSE, short, name)
     if found.outcome is Outcome.PASS and declared.rtol is not None:

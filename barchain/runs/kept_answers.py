@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, Any
 from adapters.registry import ENGINES, Registration, engines
 from barchain.record.environment import blas, package_version, processor
 from barchain.record.sources import contents_digest, digest_of, required_by
-from barchain.runs.call import Answer, CallEnd
+from barchain.runs.call import FILE_B, Answer, CallEnd
 from barchain.runs.pool import Session
 from reference_impl.kernel.build import source_digest, why_missing
 from reports.tables.writing import make_folder, write_atomically
@@ -199,7 +199,7 @@ class AnswerStore:
         """Answer of an earlier call; None if there is none, or a damaged one, which is asked for again."""
         self.tally[ASKED] += 1
         file = None if self.folder is None else self.folder / answer_key(call)
-        if file is None or not file.is_file():
+        if file is None or not file.is_file() or file.stat().st_size > FILE_B:
             return None
         found = file.read_bytes()
         check, content = found[:CHECK_B], found[CHECK_B:]

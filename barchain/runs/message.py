@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import math
+import zipfile
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -77,6 +78,7 @@ def read_message(content: bytes, dtype: DTypeLike = np.float64) -> tuple[dict[st
         If it is damaged, holds other types than text and float64, or its header is no JSON object.
     """
     try:
+        need_as_written(content)
         with np.load(io.BytesIO(content), allow_pickle=False) as file:
             found = {name: file[name] for name in file.files}
         header = json.loads(found.pop(HEADER).tobytes().decode("ascii"))
@@ -88,6 +90,20 @@ def read_message(content: bytes, dtype: DTypeLike = np.float64) -> tuple[dict[st
         if values.dtype != dtype:
             raise MessageError(f"{plain_text(name)} holds {values.dtype}, expected {np.dtype(dtype)}")
     return header, found
+
+
+def need_as_written(content: bytes) -> None:
+    """Check that an answer holds no more bytes than it has: ours are not compressed, and a forged one may inflate.
+
+    Raises
+    ------
+    MessageError
+        If it would.
+    """
+    with zipfile.ZipFile(io.BytesIO(content)) as file:
+        size = sum(entry.file_size for entry in file.infolist())
+        if size > len(content) or any(entry.compress_type != zipfile.ZIP_STORED for entry in file.infolist()):
+            raise MessageError(f"{size} bytes in an archive of {len(content)}, expected no compression")
 
 
 def plain_text(value: object, length: int = TEXT_LENGTH) -> str:

@@ -18,6 +18,8 @@ REMEDY = "restore the file, or run again with --overwrite or into another folder
 TABLES = "tables"
 """Key of a record: the digests of each table that belongs to it, the one in place among them"""
 DIGITS = 32
+CELL_B, MOST_B = 8, 8 * 2**30
+"""Bytes of a number, and of the largest table that is read: a small file may hold many equal numbers"""
 MOST_TEXT = 300
 """Longest text on one line"""
 
@@ -71,9 +73,13 @@ def read_parquet(path: Path, needed: Collection[str]) -> pd.DataFrame:
         If it is no such table.
     """
     import pandas as pd
+    from pyarrow.parquet import read_metadata
 
     need_regular(path)
     try:
+        about = read_metadata(path)
+        if (size := about.num_rows * about.num_columns * CELL_B) > MOST_B:
+            raise ValueError(f"{about.num_rows} rows of {about.num_columns} columns, {size:.2g} bytes")
         found = pd.read_parquet(io.BytesIO(path.read_bytes()))
     except Exception as error:  # Arrow's errors have several bases
         raise damaged(path, f"is no Parquet table: {brief(error)}") from None

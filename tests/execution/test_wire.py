@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import io
 import json
 import pickle
 from typing import Any
 
+import numpy as np
 import pytest
 
 from barchain.runs.call import Answer, CallEnd, packed, unpacked
 from barchain.runs.job import Job, Role
-from barchain.runs.message import MessageError
+from barchain.runs.message import MessageError, read_message
 from barchain.runs.run import shared_result, shared_run
 from barchain.runs.versions import version_of
 from barchain.solutions.judging import solution_jobs
@@ -73,3 +75,12 @@ def test_a_run_comes_back_with_every_bit_and_the_order_of_its_arrays() -> None:
     assert result.trajectory is not None
     assert result.trajectory.com_m.shape == (len(result.trajectory.t_s), 2)
     assert result.seconds.keys() == {"build", "simulate", "read"}
+
+
+def test_an_answer_that_would_inflate_is_damaged_and_nothing_of_it_is_unpacked(monkeypatch: pytest.MonkeyPatch) -> None:
+    sink = io.BytesIO()
+    np.savez_compressed(sink, header=np.frombuffer(b"{}", np.uint8), t_s=np.zeros(1_000_000))
+    assert len(sink.getvalue()) < 10_000
+    monkeypatch.setattr(np, "load", lambda *_, **__: pytest.fail("it was unpacked"))
+    with pytest.raises(MessageError, match=r"damaged: 8000\d+ bytes in an archive of"):
+        read_message(sink.getvalue())

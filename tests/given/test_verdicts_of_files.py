@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from adapters.common.kepler import propagate
-from barchain import load_scene, simulate
+from barchain import change_scene, load_scene, simulate
 from barchain.given.judging import judge_files
 from barchain.given.judging import solution_of as judging_solution
 from barchain.judge.local_errors import elastic_decay_1_s
@@ -195,3 +195,14 @@ def test_damped_joints_decay_as_the_closed_form_of_two_bars_says(tmp_path):
     expected = 0.25 / scene.chain.inertia_kg_m2[0]
     assert math.isclose(elastic_decay_1_s(solution), expected, rel_tol=1e-9)
     assert elastic_decay_1_s(shipped_solution(load_scene(FREE))) == 0.0
+
+
+def test_the_diagnosis_of_a_long_file_looks_at_some_of_its_rows_and_says_so(tmp_path):
+    scene = change_scene(load_scene("basics/two_bars_free"), {"run": {"samples": 6001}})
+    frame = simulate(scene, "reference", rtol=1e-13).to_frame()
+    frame["angle_1_rad"] = -frame["angle_1_rad"]
+    frame.to_csv(tmp_path / "long.csv", index=False)
+    found = judge_files(scene, tmp_path / "long.csv", time_limit_s=60.0)
+    assert found.outcome is Outcome.INCONSISTENT
+    assert "bar 1" in found.mistakes
+    assert "mistakes are sought in one of 3 rows, 2001 in all" in found.notes

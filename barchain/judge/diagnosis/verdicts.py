@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from barchain.judge.diagnosis.diagnose import Diagnosis, diagnose
 from barchain.judge.diagnosis.mistake import explained_words
+from barchain.judge.diagnosis.own_motion import MOST_SAMPLES
 from barchain.metrics.quantities import FIELDS, TRACK
+from barchain.solutions.at_times import solution_at
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -59,11 +62,26 @@ def diagnosed_verdict(
 def diagnosis_of_verdict(
     verdict: Verdict, trajectory: Trajectory, solution: ReferenceSolution, runs: OwnRuns | None = None, **absent: Any
 ) -> Diagnosis:
-    """Diagnosis of a result that a verdict rejects; one inside its bounds is looked at by its explained error alone."""
+    """Diagnosis of a result that a verdict rejects; one inside its bounds is looked at by its explained error alone.
+
+    Of a long result every k-th sample is looked at, as its own samples: the work grows with the square of their number.
+    """
+    every = thinned(len(trajectory.t_s))
+    if every > 1:
+        rows = slice(None, None, every)
+        assert verdict.series is not None
+        verdict = dataclasses.replace(verdict, series=verdict.series.iloc[rows])
+        trajectory, runs = trajectory.samples(rows), None
+        solution = solution_at(solution, solution.trajectory.t_s[rows])
     found = diagnose(solution.scene, trajectory, solution, verdict_tolerance(verdict), runs, **absent)
     if not found.inside_tolerances:
         return found
     return diagnose(solution.scene, trajectory, solution, verdict_tolerance(verdict, bounds=False), runs, **absent)
+
+
+def thinned(samples: int) -> int:
+    """Distance of the samples of a result that its diagnosis looks at: 1 for all of them."""
+    return math.ceil((samples - 1) / (MOST_SAMPLES - 1)) or 1
 
 
 def verdict_tolerance(verdict: Verdict, *, bounds: bool = True) -> Tolerance:
