@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import time
 from collections import defaultdict
 from typing import TYPE_CHECKING, Any
@@ -21,6 +22,7 @@ from barchain.judge.evidence import follow_up_jobs, gathered
 from barchain.judge.verdict import VERDICTS, Row, Verdict, no_verdict
 from barchain.metrics.model_difference import com_displacement
 from barchain.record.scene_description import gradient_defect
+from barchain.runs.advice import setting_advice
 from barchain.runs.asking import OutsideEngine, engine_class
 from barchain.runs.call import CallLateError
 from barchain.runs.cases import Case, Known, Shared, Task, run_cases
@@ -207,7 +209,8 @@ class Suite:
         finer = finer_setting(scene, self.classes[engine].sweep, setting)
         wanted = {Role.MAIN: setting, Role.FINER: finer}
         jobs = [Job(scene, engine, self.comparison.engines[engine], each, role) for role, each in wanted.items()]
-        *made, known = yield [*map(self.run_of, jobs), solution]
+        *found, known = yield [*map(self.run_of, jobs), solution]
+        made = [advised(job, run) for job, run in zip(jobs, found, strict=True)]
         if known is None:
             return None
         try:
@@ -339,3 +342,9 @@ def solution_facts(solution: ReferenceSolution) -> dict[str, Any]:
         },
         **gradient_defect(solution.scene, solution.trajectory, solution.limit_s),
     }
+
+
+def advised(job: Job, run: RunResult) -> RunResult:
+    """Run whose reason, where it failed, tells the setting with which it may not."""
+    advice = setting_advice(job.scene, job.setting, run.outcome)
+    return dataclasses.replace(run, reason=f"{run.reason or run.outcome.advice}; {advice}") if advice else run

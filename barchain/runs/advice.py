@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 REFERENCE = "reference"
 RADIANS = 0.5
 """Of the scene's fastest rate in a step that is advised: explicit steps of any order in use are stable from 1 on"""
+FAILURES = (Outcome.TIMED_OUT, Outcome.FAILED, Outcome.NOT_FINITE)
+"""Outcomes of runs that did not come to their end"""
 LONG_S = 5.0
 """Time of a run from which a quicker form of the engine is named, s"""
 
@@ -53,15 +55,19 @@ def failure_advice(scene: Scene, engine: str, setting: Setting, outcome: Outcome
         Of the run.
     outcome : Outcome
     """
-    if outcome is Outcome.TIMED_OUT:
-        parts = ["a longer time limit or a coarser setting may do"]
-    elif outcome in (Outcome.FAILED, Outcome.NOT_FINITE):
-        parts = [finer_words(scene, setting)]
-    else:
+    parts = [setting_advice(scene, setting, outcome)]
+    if outcome not in FAILURES:
         return ""
     if engine not in (COMPILED, "heyoka") and compiled_can([scene]):
         parts.append(f"`{COMPILED}` chooses its steps, and its method where joints are stiff: --engine {COMPILED}")
     return "".join(f"; {part}" for part in parts if part)
+
+
+def setting_advice(scene: Scene, setting: Setting, outcome: Outcome) -> str:
+    """Other setting, or limit, with which a run that failed may come to its end; empty where none is known."""
+    if outcome is Outcome.TIMED_OUT:
+        return "a longer time limit or a coarser setting may do"
+    return finer_words(scene, setting) if outcome in FAILURES else ""
 
 
 def finer_words(scene: Scene, setting: Setting) -> str:
