@@ -19,7 +19,7 @@ from barchain.judge.diagnosis.own_motion import MadeRuns, densely
 from barchain.judge.diagnosis.verdicts import diagnosed_verdict, needs_diagnosis, thinned
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.evidence import follow_up_jobs, gathered
-from barchain.judge.verdict import VERDICTS, Row, Verdict, no_verdict
+from barchain.judge.verdict import Row, Verdict, no_verdict
 from barchain.metrics.model_difference import com_displacement
 from barchain.record.scene_description import gradient_defect
 from barchain.runs.advice import setting_advice
@@ -43,6 +43,7 @@ from barchain.solutions.judging import (
 )
 from barchain.solutions.reference import ReferenceSolution, SolutionSource, closely_sampled
 from barchain.solutions.shipped import shipped_solution
+from barchain.studies.verdict_tasks import verdict_task
 from reports.tables.crossval import ALL_SCENES, JUDGING_SOLUTION, METRIC_COLUMNS
 from reports.tables.outcome import Outcome
 
@@ -227,7 +228,7 @@ class Suite:
         again = [Job(d, engine, registration, s, role) for d, (role, s) in zip(dense, wanted.items(), strict=False)]
         own = yield [run_task(job, limit_of(job, self.comparison.time_limit_s)) for job in again]
         runs = MadeRuns(*(run.trajectory for run in own)) if own else None
-        (diagnosed,) = yield [VERDICTS.task(diagnosed_verdict, verdict, main, known, runs)]
+        (diagnosed,) = yield [verdict_task(diagnosed_verdict, verdict, main, known, runs)]
         return diagnosed if isinstance(diagnosed, Verdict) else verdict  # which stands without its diagnosis
 
     def verdict(
@@ -288,7 +289,7 @@ def judged(
         return judge(name, engine, setting, evidence, solution, errors)
     finer = finer_setting(solution.scene, engine.sweep, setting)
     engine.noise(solution.scene, finer, errors.t_s)  # an engine of another package is asked here alone
-    (found,) = yield [VERDICTS.task(judge_loaded, name, engine, setting, evidence, solution, errors)]
+    (found,) = yield [verdict_task(judge_loaded, name, engine, setting, evidence, solution, errors)]
     if not isinstance(found, Verdict):
         raise found
     return found

@@ -1,20 +1,18 @@
-"""Verdict on one engine in one scene: findings of checks, rows of the metrics table, and messages between processes."""
+"""Verdict on one engine in one scene: findings of checks, and rows of the metrics table."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import pandas as pd
-
-from barchain.runs.job import Role
-from barchain.runs.message import MessageError, message_bytes, read_message
-from barchain.runs.tasks import VerdictCodec
-from reports.tables.crossval import METRIC_COLUMNS, QUANTITY_UNITS
+from reports.tables.crossval import QUANTITY_UNITS
 from reports.tables.outcome import Outcome, gravest
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from adapters.engine import Setting
+    from barchain.runs.job import Role
 
 MIN_JUDGED_SHARE = 0.1
 """Least share of the run's samples that must be judged: agreement over less says nothing about the scene"""
@@ -80,32 +78,3 @@ class Verdict:
 def no_verdict(scene: str, engine: str, setting: Setting | None, outcome: Outcome, reason: str) -> Verdict:
     """Verdict of one row, on a whole run that gave nothing to compare."""
     return Verdict([CheckFinding("run", "outcome", outcome=outcome, reason=reason).row(scene, engine, setting, None)])
-
-
-def verdict_bytes(verdict: Verdict) -> bytes:
-    """Message with a verdict: text and float64 arrays, read without running code."""
-    columns = None if verdict.series is None else list(verdict.series.columns)
-    header = {"rows": verdict.rows, "columns": columns, "further_runs": [str(role) for role in verdict.further_runs]}
-    arrays = {} if verdict.series is None else {f"c{k}": verdict.series[name] for k, name in enumerate(columns or [])}
-    return message_bytes(header, {name: values.to_numpy() for name, values in arrays.items()})
-
-
-def verdict_from(content: bytes) -> Verdict:
-    """Verdict of a message.
-
-    Raises
-    ------
-    MessageError, ValueError, TypeError, KeyError
-        If a part is missing or of a wrong type.
-    """
-    header, arrays = read_message(content)
-    columns = header["columns"]
-    series = None if columns is None else pd.DataFrame({name: arrays[f"c{k}"] for k, name in enumerate(columns)})
-    for row in header["rows"]:
-        if tuple(row) != METRIC_COLUMNS:
-            raise MessageError(f"a row has the columns {', '.join(row)}")
-        Outcome(row["outcome"])
-    return Verdict(header["rows"], series, tuple(map(Role, header["further_runs"])))
-
-
-VERDICTS = VerdictCodec(verdict_bytes, verdict_from)

@@ -47,15 +47,13 @@ class WorkerLostError(RuntimeError):
 
 
 def module_paths() -> list[str]:
-    """Folders in which this process finds modules, absolute; the current folder, where Python put it first, is last.
+    """Folders in which this process finds modules, absolute; the current folder, where it has no name, is last.
 
     A file that lies there, as ``random.py``, takes the place of no module that barchain or an engine needs.
     """
     need_current_folder()
-    here, paths = os.getcwd(), [*sys.path]  # noqa: PTH109
-    if not sys.flags.safe_path and paths[:1] in ([""], [here]):
-        paths.append(paths.pop(0))
-    return [path or here for path in paths]
+    here = [os.getcwd()] if "" in sys.path else []  # noqa: PTH109
+    return [*filter(None, sys.path), *here]
 
 
 class Slot:

@@ -1,4 +1,4 @@
-"""Tasks of cases: a run with its time limit, or a verdict, each in a worker process.
+"""Tasks of cases: a run with its time limit, each in a worker process.
 
 A crash or a hang costs one task. A process is used again for further runs, and keeps the changes of an engine: a
 module, a rounding mode, an environment variable. Therefore the judging solutions are run in processes without any
@@ -9,18 +9,15 @@ Processes are those of this machine, or stand beside the workers of a Dask clust
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING
 
 from adapters.engine import AccuracyParameter
 from adapters.registry import ENGINES
 from barchain.runs import questions
-from barchain.runs.call import Call, CallFailedError
 from barchain.runs.cases import Task, alone, run_cases
 from barchain.runs.executors import ALL_CORES
 from barchain.runs.job import COMPILE_S, JUDGING_ROLES, SOLUTION_PATIENCE, Job, TimeLimit
-from barchain.runs.message import MessageError, plain_text
 from barchain.runs.run import outside_call, outside_result, shared_call, shared_result
 
 if TYPE_CHECKING:
@@ -36,10 +33,6 @@ STEPS_PER_RADIAN = 1.0
 ORDER = 8.0
 COMPILING = 1e18
 """Work of a run that compiles first"""
-JUDGING_S = 300.0  # of processor time; a verdict on the longest shipped scene takes some twenty seconds in NumPy
-FIRST = (-1.0,)
-"""Priority of verdicts before all runs: what is judged is reported, and its trajectories are forgotten"""
-VerdictT = TypeVar("VerdictT")
 
 
 class PoolGroup(IntEnum):
@@ -147,37 +140,3 @@ def expected_work(job: Job) -> float:
     if setting.parameter is AccuracyParameter.RTOL:
         steps = STEPS_PER_RADIAN * 2.0 * math.pi * turns * scene.bars * setting.value ** (-1.0 / ORDER)
     return max(steps, scene.run.samples) * scene.bars
-
-
-@dataclass(frozen=True)
-class VerdictCodec(Generic[VerdictT]):
-    """Form of a verdict from another process: bytes that are read without running code.
-
-    Beyond the predictability limit a verdict takes as long as the engine's own runs: the reference is restarted from
-    the engine's states again and again (`barchain.judge.checks.restart`). A verdict whose process dies costs its own
-    row, like a run. One that takes too long is no verdict, and no failure of the engine.
-    """
-
-    encode: Callable[[VerdictT], bytes]
-    """A function of a module"""
-    decode: Callable[[bytes], VerdictT]
-    """Raises MessageError, ValueError, TypeError or KeyError for other bytes"""
-
-    def task(self, function: Callable[..., VerdictT], *given: Any) -> Task:
-        """Task whose result is that of a function of a module, or the :class:`CallFailedError` that tells why not."""
-        call = Call(encoded, (self.encode, function, given), JUDGING_S, "verdicts", own_work=True)
-        return Task(call, self.decoded, FIRST)
-
-    def decoded(self, answer: Answer) -> VerdictT | CallFailedError:
-        """Verdict of an answer, or the reason why there is none."""
-        try:
-            return self.decode(answer.needed())
-        except CallFailedError as error:
-            return error
-        except (MessageError, ValueError, TypeError, KeyError) as error:
-            return CallFailedError(f"its verdict is damaged: {plain_text(error)}")
-
-
-def encoded(encode: Callable[[Any], bytes], function: Callable[..., Any], given: tuple[Any, ...]) -> bytes:
-    """Result of a function as bytes, in the process that calls it."""
-    return encode(function(*given))

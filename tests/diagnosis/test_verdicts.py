@@ -18,7 +18,7 @@ from barchain.judge.diagnosis.motion.others import others
 from barchain.judge.diagnosis.readings import READINGS, Reading
 from barchain.judge.diagnosis.starts import STARTS
 from barchain.judge.diagnosis.verdicts import diagnosed_verdict, needs_diagnosis, verdict_tolerance
-from barchain.judge.verdict import verdict_bytes, verdict_from
+from barchain.studies.verdict_tasks import verdict_bytes, verdict_from
 from reports.tables.outcome import Outcome
 from tests.diagnosis.planting import RTOL, planted, unequal_chain, verdict_on
 from tests.support.slow import one_in

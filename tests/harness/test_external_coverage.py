@@ -104,6 +104,14 @@ def test_what_lacks_an_effect_is_told_and_no_instant_blamed() -> None:
     assert external_coverage(scene(""), HERE)["solution"] == ""
 
 
+def test_an_engine_that_was_not_chosen_is_asked_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[str] = []
+    monkeypatch.setattr(HERE["pymunk"].load(), "unsupported", classmethod(lambda cls, _: asked.append(cls.__name__)))
+    found = external_coverage(load_scene("paper/fig05"), {"rebound": HERE["rebound"]})
+    assert not asked
+    assert "pymunk" in found["not_requested"]
+
+
 def test_every_invariant_that_is_none_has_its_reasons() -> None:
     for name in scene_names():
         own = load_scene(name)

@@ -255,7 +255,7 @@ def test_a_scene_that_no_external_engine_passes_is_a_failure():
 
 @pytest.mark.exhaustive
 def test_a_verdict_that_takes_too_long_is_no_failure_of_the_engine(monkeypatch):
-    monkeypatch.setattr("barchain.runs.tasks.JUDGING_S", 0.01)
+    monkeypatch.setattr("barchain.studies.verdict_tasks.JUDGING_S", 0.01)
     result = run_comparison(["paper/fig05"], ["rebound"])
     assert result.outcomes["paper/fig05", "rebound"] is Outcome.NOTHING_COMPARED
     assert not result.passed

@@ -13,13 +13,13 @@ from adapters.registry import find_engine
 from barchain.faults.catalogue import FaultRegistration, engine_with_fault, fault_registration, find
 from barchain.judge.compare import judge
 from barchain.judge.evidence import follow_up_jobs, gathered
-from barchain.judge.verdict import VERDICTS, Verdict
 from barchain.runs.asking import engine_class
 from barchain.runs.cases import Case, Shared, Task, alone
 from barchain.runs.job import TIME_LIMIT_S, Job, Role, TimeLimit
 from barchain.runs.run import run_phases
 from barchain.runs.tasks import PoolGroup, limit_of, run_task
 from barchain.solutions.judging import SolutionFailedError, solution_case
+from barchain.studies.verdict_tasks import verdict_task
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from adapters.registry import Registration
     from adapters.trajectory import Trajectory
     from barchain.faults.fault import Fault
+    from barchain.judge.verdict import Verdict
     from barchain.runs.call import CallFailedError
     from barchain.runs.job import RunResult
     from barchain.solutions.reference import ReferenceSolution
@@ -194,7 +195,7 @@ def with_runs(runs: TrialRuns, jobs: list[Job], made: list[RunResult]) -> TrialR
 def judged(runs: TrialRuns) -> Case[Verdict | CallFailedError]:
     """Verdict of the production comparison, made in another process; or why there is none."""
     main = runs.unmodified_trajectory(Role.MAIN)
-    (found,) = yield [VERDICTS.task(verdict_of, runs.trial, runs.results, runs.solution, main)]
+    (found,) = yield [verdict_task(verdict_of, runs.trial, runs.results, runs.solution, main)]
     verdict: Verdict | CallFailedError = found
     return verdict
 
