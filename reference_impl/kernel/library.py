@@ -6,6 +6,7 @@ Arrays of wrong shapes raise ValueError before a call, arrays of other numbers t
 from __future__ import annotations
 
 import ctypes
+import itertools
 import threading
 from ctypes import c_bool, c_char_p, c_double, c_int64, c_void_p
 from functools import cache
@@ -18,6 +19,8 @@ from reference_impl.kernel.build import KernelMissingError, library_file
 from reference_impl.kernel.structs import DOUBLE, WIDE, address_of, array_words, word_count
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from reference_impl.kernel.layout import (
         BatchMembers,
         CompiledChain,
@@ -32,15 +35,22 @@ if TYPE_CHECKING:
 
 LOCK = threading.Lock()
 """Held while the library is loaded: threads that call first at the same time build an edited one once"""
-STRUCTS: tuple[type[Struct], ...] = (
-    effects.CompiledEffect, layout.CompiledChain, layout.Workspace, layout.Stepper, layout.SurfaceBounds,
-    layout.BatchMembers, layout.MemberResults, layout.CvodeData, effects.CompiledDrag, effects.CompiledSprings,
-    effects.CompiledOblateness, effects.CompiledSunlight, effects.CompiledThirdBody, effects.CompiledThrust,
-)  # fmt: skip
-"""Structs in the order of ``word_counts`` in ``c/kernel.c``"""
+STRUCTS: dict[str, type[Struct]] = {
+    "effect": effects.CompiledEffect, "chain": layout.CompiledChain, "workspace": layout.Workspace,
+    "stepper": layout.Stepper, "surface_bounds": layout.SurfaceBounds, "batch_members": layout.BatchMembers,
+    "batch_results": layout.MemberResults, "cvode_data": layout.CvodeData, "drag": effects.CompiledDrag,
+    "joint_spring_damper": effects.CompiledSprings, "oblateness": effects.CompiledOblateness,
+    "solar_pressure": effects.CompiledSunlight, "third_body": effects.CompiledThirdBody,
+    "thrust": effects.CompiledThrust,
+}  # fmt: skip
+"""Structs by their names in C"""
+NAMES = {"POINT": layout.GRAVITY_CODES["point"], "SLOPES": layout.SLOPE_ROWS, "POWERS": layout.POWER_ROWS}
+"""Numbers of ``c/kernel.c`` that have another name, or none, in :mod:`reference_impl.kernel.layout`"""
 SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "source_digest": (c_char_p, ()),
-    "word_counts": (None, (c_void_p,)),
+    "layout_name": (c_char_p, (c_int64,)),
+    "layout_value": (c_int64, (c_int64,)),
+    "effect_name": (c_char_p, (c_int64,)),
     "evaluate_state": (c_bool, (c_double, *[c_void_p] * 4)),
     "evaluate_repeatedly": (None, (c_int64, *[c_void_p] * 4)),
     "observe": (c_bool, (c_int64, c_void_p, c_void_p, c_int64, *[c_void_p] * 5)),
@@ -60,8 +70,9 @@ SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
 
 
 IN_BOTH_TYPES = (
-    "source_digest", "word_counts", "evaluate_state", "evaluate_repeatedly", "observe", "advance_to",
-    "take_partial_step", "make_interpolant", "interpolate_step", "take_samples", "begin_next_step", "integrate_batch",
+    "source_digest", "layout_name", "layout_value", "effect_name", "evaluate_state", "evaluate_repeatedly", "observe",
+    "advance_to", "take_partial_step", "make_interpolant", "interpolate_step", "take_samples", "begin_next_step",
+    "integrate_batch",
 )  # fmt: skip
 """Functions that the library has for doubles, and with the prefix ``wide_`` for the wide type: ``c/wide.c``"""
 
@@ -73,7 +84,7 @@ def library() -> ctypes.CDLL:
     Raises
     ------
     KernelMissingError
-        If there is none, or its structures are not those of this package.
+        If there is none, or its structures, extents, codes or effects are not those of this package.
     """
     with LOCK:
         path = library_file()
@@ -81,12 +92,28 @@ def library() -> ctypes.CDLL:
     for name, (result, parameters) in SIGNATURES.items():
         for function in (getattr(found, name), *([getattr(found, f"wide_{name}")] if name in IN_BOTH_TYPES else [])):
             function.restype, function.argtypes = result, parameters
-    counts = (c_int64 * len(STRUCTS))()
-    found.word_counts(ctypes.addressof(counts))
-    for struct, count in zip(STRUCTS, counts, strict=True):
-        if word_count(struct) != count:
-            raise KernelMissingError(f"{path}: {struct.__name__} has {count} words there, {word_count(struct)} here")
+    if other := [*other_numbers(found), *other_effects(found)]:
+        raise KernelMissingError(f"{path}: not the layout of this package: {'; '.join(other)}")
     return found
+
+
+def other_numbers(found: ctypes.CDLL) -> Iterator[str]:
+    """Sentences on words of structures, extents and codes that are others in a library than here."""
+    for k in itertools.count():
+        name = (found.layout_name(k) or b"").decode("ascii")
+        if not name:
+            return
+        here = word_count(STRUCTS[name]) if name in STRUCTS else NAMES.get(name, getattr(layout, name, None))
+        if here != (there := found.layout_value(k)):
+            yield f"{name} is {there} there, {here} here"
+
+
+def other_effects(found: ctypes.CDLL) -> Iterator[str]:
+    """Sentences on effects that stand at another place in a library than here."""
+    for kind, name in enumerate([*effects.KINDS, ""]):
+        there = (found.effect_name(kind) or b"").decode("ascii")
+        if there != name:
+            yield f"effect {kind} is {there or 'none'} there, {name or 'none'} here"
 
 
 def function(name: str, number: Number) -> Any:

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reference_impl.kernel import build, layout
+from reference_impl.kernel import build, effects, layout
 from reference_impl.kernel.batch import Batch, members_of, new_results
 from reference_impl.kernel.library import Evaluation, Integrator, Observer, evaluate, integrate_in_lanes, library
 from tests.support.joint_roundoff import C, U, case
@@ -87,6 +87,19 @@ def test_the_library_was_built_from_these_sources() -> None:
 
 @pytest.mark.exhaustive
 @needs_compiler
+def test_a_library_with_another_layout_or_order_of_effects_is_not_used(monkeypatch: pytest.MonkeyPatch) -> None:
+    library()
+    load = library.__wrapped__  # without the cache, which keeps the library for the other tests
+    load()
+    monkeypatch.setattr(layout, "SCRATCH_ROWS", layout.SCRATCH_ROWS - 1)
+    kinds = dict(reversed(effects.KINDS.items()))
+    monkeypatch.setattr(effects, "KINDS", kinds)
+    with pytest.raises(build.KernelMissingError) as refused:
+        load()
+    assert f"SCRATCH_ROWS is {layout.SCRATCH_ROWS + 1} there, {layout.SCRATCH_ROWS} here" in str(refused.value)
+    assert "effect 0 is drag there, thrust here" in str(refused.value)
+
+
 def test_an_edited_source_is_compiled_when_it_is_next_used(tmp_path: Path) -> None:
     shutil.copytree(ROOT / "reference_impl", tmp_path / "reference_impl")
     gravity = tmp_path / "reference_impl" / "kernel" / "c" / "chain" / "gravity.h"

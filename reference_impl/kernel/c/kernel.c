@@ -1,6 +1,7 @@
 /* One chain at a time: the functions that Python calls, and the batch of chains in sequence. */
 #include "kernel.h"
 #include "steps/stepper.h"
+#include <stddef.h>
 
 #ifndef SOURCE_DIGEST
 #define SOURCE_DIGEST ""
@@ -9,16 +10,36 @@
 /* Digest of the sources that the library was compiled from. */
 const char *source_digest(void) { return SOURCE_DIGEST; }
 
-/* 64-bit words of each structure, in the order of STRUCTS in reference_impl/kernel/library.py. */
-void word_counts(int64_t *counts)
+/* What Python describes too: 64-bit words of each structure, extents, rows, columns and codes. */
+#define WORDS(type) {#type, sizeof(type) / 8}
+#define NUMBER(name) {#name, name}
+static const struct {
+    const char *name;
+    int64_t value;
+} LAYOUT[] = {
+    WORDS(effect), WORDS(chain), WORDS(workspace), WORDS(stepper), WORDS(surface_bounds), WORDS(batch_members),
+    WORDS(batch_results), WORDS(cvode_data), WORDS(drag), WORDS(joint_spring_damper), WORDS(oblateness),
+    WORDS(solar_pressure), WORDS(third_body), WORDS(thrust),
+    NUMBER(NO_GRAVITY), NUMBER(POINT), NUMBER(GRADIENT),
+    NUMBER(HALF), NUMBER(WEIGHT), NUMBER(INVERSE_MASS), NUMBER(COMPLIANCE), NUMBER(LEVER), NUMBER(INVERSE_INERTIA),
+    NUMBER(PASSED), NUMBER(FREED), NUMBER(ILL_CONDITIONED), NUMBER(REFINED), NUMBER(CONSTANT_ROWS),
+    NUMBER(SCRATCH_ROWS), NUMBER(GX), NUMBER(GY), NUMBER(RX), NUMBER(RY),
+    NUMBER(BAR), NUMBER(REACTS_ON), NUMBER(LOCAL), NUMBER(AMPLITUDE), NUMBER(DURATION), NUMBER(START), NUMBER(UNIT),
+    NUMBER(LAW_COLUMNS),
+    NUMBER(NOW), NUMBER(STEP), NUMBER(TAKEN), NUMBER(STEPS), NUMBER(SAMPLED), NUMBER(EVALUATIONS), NUMBER(EXACT),
+    NUMBER(ARRIVED), NUMBER(CHECK_SURFACE), NUMBER(COLLAPSED), NUMBER(NOT_FINITE), NUMBER(LOST_JOINT),
+    NUMBER(MODE_ENDED), NUMBER(SLOPES), NUMBER(POWERS),
+};
+
+/* Name of an entry of the layout, NULL after the last. */
+const char *layout_name(int64_t k) { return k < (int64_t)(sizeof LAYOUT / sizeof *LAYOUT) ? LAYOUT[k].name : NULL; }
+
+int64_t layout_value(int64_t k) { return LAYOUT[k].value; }
+
+/* Name of a kind of effects, NULL after the last. */
+const char *effect_name(int64_t kind)
 {
-    const int64_t sizes[] = {
-        sizeof(effect), sizeof(chain), sizeof(workspace), sizeof(stepper), sizeof(surface_bounds),
-        sizeof(batch_members), sizeof(batch_results), sizeof(cvode_data), sizeof(drag), sizeof(joint_spring_damper),
-        sizeof(oblateness), sizeof(solar_pressure), sizeof(third_body), sizeof(thrust),
-    };
-    for (unsigned k = 0; k < sizeof sizes / sizeof *sizes; k++)
-        counts[k] = sizes[k] / 8;
+    return kind < (int64_t)(sizeof EFFECTS / sizeof *EFFECTS) ? EFFECTS[kind].name : NULL;
 }
 
 /* Rates of a state, (size,) both; false if the joint system is not positive definite in double precision. */

@@ -1,7 +1,7 @@
 /* The kernel's interface: structures and functions that Python calls through ctypes.
  *
  * Every structure is a row of 64-bit words and is described once in Python, in reference_impl/kernel/layout.py and
- * effects.py; word_counts() lets the loader compare both descriptions. Arrays are contiguous, in row-major order. The
+ * effects.py; layout_name() and layout_value() let the loader compare both descriptions. Arrays are contiguous, in row-major order. The
  * kernel allocates nothing that outlives a call, holds no state of its own and takes no lock: calls with different
  * steppers and workspaces may run in different threads. It checks no sizes; Python does, before each call.
  *
@@ -109,7 +109,9 @@ typedef struct {
 
 /* kernel.c; in wide.c the same functions of the wide type, their names with the prefix wide_ */
 const char *source_digest(void);
-void word_counts(int64_t *counts);
+const char *layout_name(int64_t k);
+int64_t layout_value(int64_t k);
+const char *effect_name(int64_t kind);
 
 bool evaluate_state(double t_s, const number *y, number *rates, const chain *chain, workspace *work);
 void evaluate_repeatedly(int64_t times, number *y, number *rates, const chain *chain, workspace *work);

@@ -1,7 +1,9 @@
 /* The functions of kernel.c in the wide type, for solutions that judge double precision: wide_NAME for each NAME. */
 #define WIDE
 #define source_digest wide_source_digest
-#define word_counts wide_word_counts
+#define layout_name wide_layout_name
+#define layout_value wide_layout_value
+#define effect_name wide_effect_name
 #define evaluate_state wide_evaluate_state
 #define evaluate_repeatedly wide_evaluate_repeatedly
 #define observe wide_observe

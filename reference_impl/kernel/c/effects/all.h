@@ -13,17 +13,18 @@
 
 /* In the order of KINDS in effects.py. */
 static const struct {
+    const char *name;
     void (*add)(const void *own, real t_s, const real *y, const scene *s);
     bool (*ended)(void *own, real t_s, const real *y, const scene *s); /* NULL: no state events */
 } EFFECTS[] = {
-    {add_drag, drag_mode_ended},
-    {add_joint_spring_damper, NULL},
-    {add_oblateness, NULL},
-    {add_quadrupole, NULL},
-    {add_slender, NULL},
-    {add_solar_pressure, solar_mode_ended},
-    {add_third_body, NULL},
-    {add_thrust, NULL},
+    {"drag", add_drag, drag_mode_ended},
+    {"joint_spring_damper", add_joint_spring_damper, NULL},
+    {"oblateness", add_oblateness, NULL},
+    {"quadrupole", add_quadrupole, NULL},
+    {"slender", add_slender, NULL},
+    {"solar_pressure", add_solar_pressure, solar_mode_ended},
+    {"third_body", add_third_body, NULL},
+    {"thrust", add_thrust, NULL},
 };
 
 /* Add all effects to rows G, ANGULAR and to the sums of the effects; gravity, if any, has computed positions. */

@@ -19,7 +19,7 @@ static void add_thrust(const void *constants, real t_s, const real *y, const sce
     (void)y;
     const thrust *own = constants;
     int64_t piece = (int64_t)own->mode.value[0], i = own->bar;
-    if (piece < 0)
+    if (piece < 0 || piece > own->table.columns - 2)
         return;
     const real *time = own->table.value + piece, *force = own->table.value + own->table.columns + piece;
     real share = (t_s - time[0]) / (time[1] - time[0]);
