@@ -13,7 +13,6 @@ from adapters.engine import Coordinates, EngineError
 from barchain.conform.checks import FAILED, NOT_RUN, PASSED, UNSUPPORTED, WARNING, Check, CheckState
 from barchain.conform.errors import judged_class
 from barchain.conform.noise import agrees_but_forces, needed_noise, noise_fault
-from barchain.conform.round_off import round_off
 from barchain.conform.runs import TIME_LIMITS, results
 from barchain.conform.scenes import STAGES, TOGETHER, candidates, left_out, rejection, setting_of, solved
 from barchain.conform.target import PHYSICS_RUNS
@@ -23,6 +22,7 @@ from barchain.judge.diagnosis.mistake import QUANTITY_WORDS, looks_single, relat
 from barchain.judge.diagnosis.own_motion import OwnMotion
 from barchain.judge.diagnosis.verdicts import diagnosis_of_verdict
 from barchain.judge.evidence import Evidence, follow_up_jobs, gathered
+from barchain.judge.round_off import ROUND_OFF, round_off
 from barchain.metrics.quantities import differences, sizes
 from barchain.runs.asking import OutsideEngine
 from barchain.runs.job import Role
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from barchain.judge.diagnosis.diagnose import Diagnosis
     from barchain.judge.verdict import Verdict
     from barchain.runs.job import Job, RunResult
+    from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 
 PAGE = "docs/explanation/engine_conventions.md"
@@ -246,7 +247,7 @@ def scene_check(
     if run is not None and verdict.series is not None and not engine.late:
         engine.note(f"physics: {short(name)} differs, and is run again with dense samples for its diagnosis")
         found = diagnosis_of_verdict(verdict, run, solution, partial(dense_runs, engine, name))
-    words = round_off(verdict, loaded.coordinates, evidence, solution)
+    words = round_off_words(verdict, loaded.coordinates, evidence, solution)
     if words and (found is None or not found.explanations) and verdict.outcome is not Outcome.MALFORMED:
         check = Check(short(name), FAILED, f"{words}{where}", f"{PAGE}#declarations", scene=name, stops=False)
     elif found is None or found.inside_tolerances or verdict.outcome is Outcome.MALFORMED:
@@ -257,6 +258,16 @@ def scene_check(
         if diagnoses is not None:
             diagnoses[name] = found
     return check
+
+
+def round_off_words(
+    verdict: Verdict, coordinates: Coordinates, evidence: Evidence, solution: ReferenceSolution
+) -> str:
+    """Words on errors that are round-off, with the noise to declare; empty if they are not."""
+    main, finer = evidence.main.trajectory, evidence.finer.trajectory
+    noise = {} if main is None or finer is None else round_off(verdict, coordinates, main, finer, solution)
+    said = ", ".join(f"{q} = {size:.1e} ({QUANTITY_UNITS[q]} of the {QUANTITY_WORDS[q]})" for q, size in noise.items())
+    return f"{ROUND_OFF}; declare `noise` of {said}" if noise else ""
 
 
 def diagnosed(engine: Examined, name: str, found: Diagnosis, common: str = "") -> Check:

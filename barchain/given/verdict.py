@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from adapters.engine import Coordinates
 from barchain.judge.compare import verdict_on
 from barchain.judge.diagnosis.verdicts import diagnosis_of_verdict, needs_diagnosis, thinned
 from barchain.judge.evidence import Evidence
+from barchain.judge.round_off import ROUND_OFF, round_off
 from barchain.judge.scales import scales
 from barchain.judge.verdict import no_verdict
 from barchain.judge.written import MeasuredErrors, Undeclared, WrittenErrors, WrittenResiduals
@@ -96,7 +98,8 @@ def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declar
     notes, advice = list(main.notes), list[str]()
     found, engine, setting = one_verdict(name, main, finer, declared, own)
     mistakes: Diagnosis | None = None
-    if finer is not None and declared.order is not None and found.outcome is not Outcome.PASS:
+    rounded = "" if finer is None else as_round_off(name, main, finer, declared, found)
+    if finer is not None and declared.order is not None and found.outcome is not Outcome.PASS and not rounded:
         advice += other_order(found, main, finer, declared.order)
     if found.outcome is not Outcome.PASS:
         advice += [main.other_chain, main.other_time]
@@ -114,10 +117,12 @@ def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declar
         mistakes = diagnosis(found, main)
         mistakes = None if mistakes.inside_tolerances else mistakes
         if mistakes is not None and not mistakes.explanations:
-            said = undeclared_noise(found, own) or promised_too_much(name, main, finer, declared)
+            said = rounded or undeclared_noise(found, own) or promised_too_much(name, main, finer, declared)
             mistakes, advice = (None, [said]) if said else (mistakes, advice)
     if mistakes is not None:
         found = explained(found, mistakes)
+    elif rounded and not advice:
+        advice.append(rounded)
     if needs_diagnosis(found) and (every := thinned(len(main.trajectory.t_s))) > 1:
         notes.append(f"mistakes are sought in one of {every} rows, {-(-len(main.trajectory.t_s) // every)} in all")
     if found.outcome is Outcome.PASS and (short := falls_short(main, finer, found)):
@@ -193,6 +198,24 @@ def other_order(verdict: Verdict, main: Samples, finer: Samples, declared: float
         return ["the errors of the finer file are larger: are the two files exchanged?"]
     shown = " and ".join(f"{order:g}" for order in sorted(orders))
     return [f"the two files show errors of order {shown}; order {declared:g} is declared"]
+
+
+def as_round_off(name: str, main: Samples, finer: Samples, declared: Declared, found: Verdict) -> str:
+    """Sentence on errors of two files that are round-off, with the declarations with which the file passes; else empty.
+
+    The coordinates are the declared ones, or else those counted from the centre of the central body.
+    """
+    own = differences(main.trajectory, finer.trajectory)
+    for absolute in [True] if declared.absolute else [False, True]:
+        coordinates = Coordinates.ABSOLUTE if absolute else Coordinates.RELATIVE
+        noise = round_off(found, coordinates, main.trajectory, finer.trajectory, main.solution)
+        new = ["--absolute"] if absolute and not declared.absolute else []
+        for more in ({}, noise) if noise and new else (noise,) if noise else ():
+            at = dataclasses.replace(declared, absolute=absolute, noise={**declared.noise, **more})
+            if one_verdict(name, main, finer, at, own, restarts=False)[0].outcome is Outcome.PASS:
+                options = [*new, *(f"--noise {quantity}={size:.1e}" for quantity, size in more.items())]
+                return f"{ROUND_OFF}; declare it: {' '.join(options)}"
+    return ""
 
 
 def undeclared_noise(verdict: Verdict, own: Mapping[str, Array]) -> str:

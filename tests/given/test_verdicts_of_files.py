@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from adapters.common.kepler import propagate
+from adapters.trajectory import to_frame
 from barchain import change_scene, load_scene, simulate
 from barchain.given.judging import judge_files
 from barchain.given.judging import solution_of as judging_solution
@@ -20,6 +21,7 @@ from reports.tables.outcome import Outcome
 from scenarios.scene import Run
 
 FREE = "basics/two_bars_free"
+THREE = "conform/three_bars_gradient"
 NOTHING = Declared()
 TRACK = """
 title = "A particle that falls around the Earth"
@@ -173,6 +175,36 @@ def test_bars_that_start_at_rest_have_no_factor_of_their_rates(judged):
     few = frame[["t_s", *(n for n in frame if n.startswith(("com_", "angle", "rate")) and n != "com_residual_m")]]
     rates = {name: few[name] + 1e-4 for name in few if name.startswith("rate")}
     assert not judged(few.assign(**rates), scene="paper/fig13").passed
+
+
+def rounded(kind, size, seed, shared=0.0):
+    """Certified run whose columns of a kind walk at random by a size, (1 + shared) times too large."""
+    frame = to_frame(shipped_solution(closely_sampled(load_scene(THREE))).trajectory)
+    columns = [name for name in frame if name.startswith(kind)]
+    walk = np.random.default_rng(seed).normal(size=(len(frame), len(columns))).cumsum(axis=0) / math.sqrt(len(frame))
+    return frame.assign(**{columns[k]: (1.0 + shared) * frame[columns[k]] + size * walk[:, k] for k in range(len(columns))})
+
+
+@pytest.mark.parametrize(("kind", "quantity", "size"), [("com_", "com", 5e-6), ("reaction", "reaction", 1e-8)])
+def test_errors_that_are_rounding_are_told_with_a_declaration_with_which_the_files_pass(judged, kind, quantity, size):
+    """5e-6 m are 3300 roundings of 6728 km, as an extrapolation of order 16 in absolute coordinates leaves."""
+    main, finer = (rounded(kind, size, seed) for seed in (1, 2))
+    declared = Declared(order=16.0, absolute=quantity == "com")
+    found = judged(main, declared, finer, THREE)
+    assert found.outcome is Outcome.INCONSISTENT
+    (said,) = found.advice
+    assert said.startswith("Round-off")
+    noise = {quantity: float(said.rpartition(f"--noise {quantity}=")[2])}
+    assert size < noise[quantity] < 10.0 * size
+    assert judged(main, dataclasses.replace(declared, absolute=True, noise=noise), finer, THREE).passed
+
+
+@pytest.mark.parametrize(("size", "shared"), [(1e-6, 3e-12), (1e-2, 0.0)])
+def test_an_error_that_two_files_share_and_one_that_is_far_larger_are_no_rounding(judged, size, shared):
+    main, finer = (rounded("com_x", size, seed, shared) for seed in (1, 2))
+    found = judged(main, Declared(order=16.0, absolute=True), finer, THREE)
+    assert not found.passed
+    assert not any("Round-off" in said for said in found.advice)
 
 
 def test_a_stated_error_bar_is_what_a_file_is_judged_by_however_wide(right, judged):
