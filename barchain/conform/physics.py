@@ -14,7 +14,7 @@ from barchain.conform.checks import FAILED, NOT_RUN, PASSED, UNSUPPORTED, WARNIN
 from barchain.conform.errors import judged_class
 from barchain.conform.noise import agrees_but_forces, needed_noise, noise_fault
 from barchain.conform.runs import TIME_LIMITS, results
-from barchain.conform.scenes import STAGES, TOGETHER, candidates, left_out, rejection, setting_of, solved
+from barchain.conform.scenes import STAGES, TOGETHER, candidates, lasts, left_out, rejection, setting_of, solved
 from barchain.conform.target import PHYSICS_RUNS
 from barchain.judge.compare import judge
 from barchain.judge.diagnosis.agreement import agreed, in_common
@@ -193,12 +193,15 @@ def main_run(engine: Examined, name: str, loaded: type[Engine]) -> RunResult:
 
 def main_and_finer(engine: Examined, names: list[str]) -> dict[str, dict[Role, RunResult]]:
     """Runs of scenes at the setting of each, and at the next finer one."""
-    loaded, jobs = judged_class(engine), []
+    loaded, jobs, parting = judged_class(engine), [], []
     for name in names:
         scene = engine.scene(name)
         setting = setting_of(loaded, scene)
+        parting += [] if lasts(loaded, setting, scene) else [short(name)]
         jobs.append(engine.job(scene, setting, Role.MAIN))
         jobs.append(engine.job(scene, finer_setting(scene, loaded.sweep, setting), Role.FINER))
+    if parting:
+        engine.note(f"physics: at no setting tried do right runs agree up to nine tenths of {', '.join(parting)}")
     return by_role(engine, jobs)
 
 
@@ -260,9 +263,7 @@ def scene_check(
     return check
 
 
-def round_off_words(
-    verdict: Verdict, coordinates: Coordinates, evidence: Evidence, solution: ReferenceSolution
-) -> str:
+def round_off_words(verdict: Verdict, coordinates: Coordinates, evidence: Evidence, solution: ReferenceSolution) -> str:
     """Words on errors that are round-off, with the noise to declare; empty if they are not."""
     main, finer = evidence.main.trajectory, evidence.finer.trajectory
     noise = {} if main is None or finer is None else round_off(verdict, coordinates, main, finer, solution)

@@ -86,6 +86,8 @@ class SceneProgress:
     """Origin of the solution that judges the scene"""
     solution_failed: str = ""
     """Why no solution judges the scene; empty if one does"""
+    unpredictable: str = ""
+    """Why no run can be compared, at any setting: samples too far apart; empty where one can"""
 
 
 def comparison_setting(engine: type[Engine], solution: ReferenceSolution | None) -> Setting:
@@ -173,6 +175,7 @@ def required_verdicts(comparison: ComparisonPlan, progress: Mapping[str, ScenePr
         verdicts = [own.verdicts[engine] for own in progress.values() if engine in own.verdicts]
         if verdicts and all(v.outcome in (Outcome.UNSUPPORTED, Outcome.TOO_COARSE) for v in verdicts):
             deciding = (row for v in verdicts for row in v.rows if row["outcome"] == v.outcome and row["reason"])
-            reasons = "; ".join(dict.fromkeys(row["reason"] for row in deciding))
+            given = dict.fromkeys(row["reason"] for row in deciding)
+            reasons = "; ".join(given or dict.fromkeys(str(v.outcome) for v in verdicts))
             reason = f"compared on no scene: {reasons}"
             yield ALL_SCENES, engine, no_verdict(ALL_SCENES, engine, None, Outcome.NOTHING_COMPARED, reason)

@@ -13,7 +13,9 @@ import pandas as pd
 
 from adapters.common.equal_steps import finer_setting
 from adapters.engine import EngineError
+from adapters.trajectory import Observable
 from barchain.crossval.plan import ANY_INDEPENDENT, SEVERAL, SceneProgress, required_verdicts
+from barchain.judge.advice import beyond_any_setting
 from barchain.judge.compare import judge
 from barchain.judge.diagnosis.own_motion import MadeRuns, densely
 from barchain.judge.diagnosis.verdicts import diagnosed_verdict, needs_diagnosis, thinned
@@ -161,6 +163,9 @@ class Suite:
     def establish(self, progress: SceneProgress, solution: ReferenceSolution) -> None:
         """Store the solution that judges a scene, with its error amplification."""
         name = progress.scene.name
+        progress.unpredictable = beyond_any_setting(solution)
+        if progress.unpredictable:
+            self.note(f"{name}: {progress.unpredictable}")
         shared = [e for e, r in self.comparison.engines.items() if shares_equations(r, solution.source)]
         self.store.record["scenes"][name] |= solution_facts(solution) | {"same_equations": shared}
         t = solution.trajectory.t_s[: len(solution.amplification)]
@@ -206,8 +211,12 @@ class Suite:
         self, progress: SceneProgress, engine: str, setting: Setting, solution: Shared | Known
     ) -> Case[Verdict | None]:
         """Verdict on an engine in a scene; None where no solution judges the scene."""
-        scene = progress.scene
-        finer = finer_setting(scene, self.classes[engine].sweep, setting)
+        scene, loaded = progress.scene, self.classes[engine]
+        if isinstance(solution, Known):
+            with contextlib.suppress(Exception):  # of the engine: told after the runs
+                if refused := self.refused(progress, engine, setting, solution.value):
+                    return refused
+        finer = finer_setting(scene, loaded.sweep, setting)
         wanted = {Role.MAIN: setting, Role.FINER: finer}
         jobs = [Job(scene, engine, self.comparison.engines[engine], each, role) for role, each in wanted.items()]
         *found, known = yield [*map(self.run_of, jobs), solution]
@@ -215,7 +224,9 @@ class Suite:
         if known is None:
             return None
         try:
-            verdict: Verdict = yield from self.verdict(engine, setting, dict(zip(wanted, made, strict=True)), known)
+            verdict: Verdict | None = self.refused(progress, engine, setting, known)
+            if verdict is None:
+                verdict = yield from self.verdict(engine, setting, dict(zip(wanted, made, strict=True)), known)
         except Exception as error:  # values or claims of the engine that no check foresees, or late judging
             said = f"no verdict: {error if isinstance(error, EngineError) else f'{type(error).__name__}: {error}'}"
             outcome = Outcome.NOTHING_COMPARED if isinstance(error, CallLateError) else Outcome.FAILED
@@ -231,14 +242,23 @@ class Suite:
         (diagnosed,) = yield [verdict_task(diagnosed_verdict, verdict, main, known, runs)]
         return diagnosed if isinstance(diagnosed, Verdict) else verdict  # which stands without its diagnosis
 
+    def refused(
+        self, progress: SceneProgress, engine: str, setting: Setting, solution: ReferenceSolution
+    ) -> Verdict | None:
+        """Verdict that needs no run, where the motion is unsupported or no setting predicts a sample; None else."""
+        name, loaded = progress.scene.name, self.classes[engine]
+        reason = loaded.unsupported_motion(progress.scene, solution.fine)
+        if reason is not None:
+            return no_verdict(name, engine, setting, Outcome.UNSUPPORTED, reason)
+        if progress.unpredictable and Observable.ATTITUDE in loaded.observables:
+            return no_verdict(name, engine, setting, Outcome.TOO_COARSE, progress.unpredictable)
+        return None
+
     def verdict(
         self, engine: str, setting: Setting, runs: dict[Role, RunResult], solution: ReferenceSolution
     ) -> Case[Verdict]:
         """Verdict on an engine's runs, and on the further runs that it requests."""
         scene, loaded = solution.scene, self.classes[engine]
-        reason = loaded.unsupported_motion(scene, solution.fine)
-        if reason is not None:
-            return no_verdict(scene.name, engine, setting, Outcome.UNSUPPORTED, reason)
         found: Verdict = yield from judged(engine, loaded, setting, gathered(runs), solution)
         if found.further_runs:
             registration = self.comparison.engines[engine]

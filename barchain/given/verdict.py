@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.engine import Coordinates
+from barchain.judge.advice import until_share
 from barchain.judge.compare import verdict_on
 from barchain.judge.diagnosis.verdicts import diagnosis_of_verdict, needs_diagnosis, thinned
 from barchain.judge.evidence import Evidence
@@ -125,7 +126,7 @@ def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declar
         advice.append(rounded)
     if needs_diagnosis(found) and (every := thinned(len(main.trajectory.t_s))) > 1:
         notes.append(f"mistakes are sought in one of {every} rows, {-(-len(main.trajectory.t_s) // every)} in all")
-    if found.outcome is Outcome.PASS and (short := falls_short(main, finer, found)):
+    if found.outcome is Outcome.PASS and (short := falls_short(main, finer, declared, found)):
         found = with_outcome(found, main, setting, Outcome.TOO_COARSE, short, name)
     if found.outcome is Outcome.PASS and declared.rtol is not None:
         notes += reached(name, main, declared, found)
@@ -140,7 +141,7 @@ def with_outcome(found: Verdict, main: Samples, setting: Setting, outcome: Outco
     return dataclasses.replace(found, rows=[*found.rows, *row])
 
 
-def falls_short(main: Samples, finer: Samples | None, found: Verdict) -> str:
+def falls_short(main: Samples, finer: Samples | None, declared: Declared, found: Verdict) -> str:
     """Why what agrees in a file is too little for a pass; empty where it is enough."""
     reasons = []
     if main.too_few_digits:
@@ -149,7 +150,10 @@ def falls_short(main: Samples, finer: Samples | None, found: Verdict) -> str:
         reasons.append(f"the file spans {share:.1%} of the scene, required: {LEAST_SHARE:.0%}")
     judged = next((float(row["value"]) for row in found.rows if row["metric"] == "judged_share"), 1.0)
     if finer is not None and judged < LEAST_JUDGED:
-        reasons.append(f"the files part early: {judged:.0%} of the samples can be judged, required: {LEAST_JUDGED:.0%}")
+        errors = error_model(main, declared, differences(main.trajectory, finer.trajectory))
+        advice = until_share(errors, errors.limit_s, judged, LEAST_JUDGED)
+        share = f"{judged:.0%} of the samples can be judged, required: {LEAST_JUDGED:.0%}"
+        reasons.append(f"the files part early: {share}{advice}")
     return "; ".join(reasons)
 
 

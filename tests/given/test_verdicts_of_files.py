@@ -182,7 +182,9 @@ def rounded(kind, size, seed, shared=0.0):
     frame = to_frame(shipped_solution(closely_sampled(load_scene(THREE))).trajectory)
     columns = [name for name in frame if name.startswith(kind)]
     walk = np.random.default_rng(seed).normal(size=(len(frame), len(columns))).cumsum(axis=0) / math.sqrt(len(frame))
-    return frame.assign(**{columns[k]: (1.0 + shared) * frame[columns[k]] + size * walk[:, k] for k in range(len(columns))})
+    return frame.assign(
+        **{columns[k]: (1.0 + shared) * frame[columns[k]] + size * walk[:, k] for k in range(len(columns))}
+    )
 
 
 @pytest.mark.parametrize(("kind", "quantity", "size"), [("com_", "com", 5e-6), ("reaction", "reaction", 1e-8)])

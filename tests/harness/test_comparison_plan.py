@@ -2,27 +2,36 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import pytest
 
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
+from barchain.crossval import suite
 from barchain.crossval.plan import (
     KEPT_LIMIT,
     STEPS_PER_TURN,
     WANTED_SHARE,
+    ComparisonPlan,
+    SceneProgress,
     coarse_first,
     comparison_setting,
     expected_share,
     promise,
+    required_verdicts,
     turns_per_orbit,
     two_digits,
 )
 from barchain.crossval.run import Comparison
+from barchain.crossval.suite import Suite
+from barchain.judge.verdict import no_verdict
 from barchain.runs.choices import chosen_engines, one_of_each
 from barchain.runs.job import Job, Role, TimeLimit
 from barchain.runs.tasks import run_task
 from barchain.solutions.reference import closely_sampled
 from barchain.solutions.shipped import shipped_solution
+from reports.tables.outcome import Outcome
 from scenarios import load_scene
 
 
@@ -91,3 +100,30 @@ def test_runs_of_solutions_begin_first_then_those_that_compile_and_then_the_long
     assert sorted(asked, key=lambda each: run_task(each, TimeLimit(60.0)).priority) == [
         solution, large, small, long, short,
     ]  # fmt: skip
+
+
+def test_an_engine_that_was_compared_on_no_scene_always_says_why() -> None:
+    engines = {"exudyn": ENGINES["exudyn"]}
+    scene = load_scene("basics/libration")
+    for outcome in (Outcome.UNSUPPORTED, Outcome.TOO_COARSE):
+        for reason in ("", "why"):
+            progress = SceneProgress(scene, {"exudyn": no_verdict(scene.name, "exudyn", None, outcome, reason)})
+            plan = ComparisonPlan([scene], engines, named=True)
+            ((_, _, told),) = required_verdicts(plan, {scene.name: progress})
+            parts = told.rows[0]["reason"].partition("compared on no scene: ")[2].split(";")
+            assert all(part.strip() for part in parts)
+
+
+def test_no_engine_runs_on_samples_that_no_setting_predicts(monkeypatch: pytest.MonkeyPatch) -> None:
+    runs, notes = [], []
+    monkeypatch.setattr(suite, "beyond_any_setting", lambda _: "samples too far apart")
+    monkeypatch.setattr(Suite, "run_of", lambda _, job: runs.append(job))
+    scene = load_scene("paper/fig05")
+    comparison = Comparison([scene], {"reference-fast": ENGINES["reference-fast"]})
+    store = SimpleNamespace(
+        record={"scenes": {scene.name: {}}}, write=lambda *_: None, write_series=lambda *_: None
+    )  # fmt: skip
+    reporter = SimpleNamespace(step=lambda *_: None, note=notes.append)
+    found = Suite(comparison, store, reporter).run()  # type: ignore[arg-type]
+    assert found[scene.name, "reference-fast"].outcome is Outcome.TOO_COARSE
+    assert (runs, notes) == ([], [f"{scene.name}: samples too far apart"])

@@ -182,7 +182,7 @@ def compare_segment(errors: ErrorModel, trajectory: Trajectory, first: int, last
     unamplified_rad = float(errors.attitude_rad[limit] / errors.amplification[limit])
     aside_rad = float(np.clip(unamplified_rad, *PERTURBATION_RAD))
     restarted = restarted_solution(
-        errors.solution, trajectory, first, last, max(rtol, SOLUTION_RTOL), aside_rad,
+        errors.solution, trajectory, first, trajectory.t_s[first : last + 1], max(rtol, SOLUTION_RTOL), aside_rad,
         lambda rate: resolving_s(errors.engine, setting, scene, FASTER_BETWEEN * rate),
     )  # fmt: skip
     shown = errors.local.immediate if scene.effects.breaks_s else {}
@@ -199,6 +199,23 @@ def compare_segment(errors: ErrorModel, trajectory: Trajectory, first: int, last
         bound = model.bound[name] + restarted.error[name] + NORM_SLACK * before.get(name, 0.0)
         allowed[name] = (bound + pull[name] if name in pull else bound)[:n]
     return RestartSegment(first, {name: apart[name][:n] for name in allowed}, allowed)
+
+
+def restarted_between(errors: ErrorModel, k: int, parts: int) -> ErrorModel:
+    """Error model from a sample of the judging solution to the next one, at dense instants: before any run is made.
+
+    Raises
+    ------
+    EngineError
+        If the reference can't go on from there.
+    """
+    solution, engine, setting = errors.solution, errors.engine, errors.setting
+    times = np.linspace(*solution.trajectory.t_s[k : k + 2], parts + 1)
+    made = restarted_solution(
+        solution, solution.trajectory, k, times, SOLUTION_RTOL, PERTURBATION_RAD[0],
+        lambda rate: resolving_s(engine, setting, errors.scene, FASTER_BETWEEN * rate),
+    )  # fmt: skip
+    return restarted_model(errors, made, made.trajectory, 0, 0.0)
 
 
 def restarted_model(
@@ -262,18 +279,18 @@ def restarted_solution(
     solution: ReferenceSolution,
     trajectory: Trajectory,
     first: int,
-    last: int,
+    times: Array,
     rtol: float,
     aside_rad: float,
     resolving: Callable[[float], float],
 ) -> ReferenceSolution:
-    """Reference solution from a sample of a run on, with error amplification, derivatives and its own error.
+    """Reference solution from a sample of a run on, at instants (m,) s, with error amplification and its own error.
 
     The amplification is the largest of perturbations by `aside_rad` in the directions of :func:`directions`, up to
     :data:`LINEAR_RAD`. The limit is no later than the restart's own at `rtol`. `resolving` gives the largest distance
     of dense samples, s, for a rate of the bars, rad/s.
     """
-    scene, times = solution.scene, trajectory.t_s[first : last + 1]
+    scene = solution.scene
     loose = max(rtol, PERTURBED_SHARE * aside_rad)
     asides = [restarted_run(scene, trajectory, first, times, loose, aside_rad * d) for d in directions(scene.bars)]
     fastest = max(largest_entry(aside.rate_rad_s) for aside in asides)

@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.trajectory import ENDED
-from barchain.judge.advice import until_next_sample
+from barchain.judge.advice import next_sample
 from barchain.judge.residuals import other_end
 from barchain.judge.verdict import CheckFinding
 from barchain.metrics.quantities import FIELDS
 from barchain.runs.trajectory_checks import TIME_SLACK
-from reports.tables.crossval import PARTED_RAD
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -43,11 +42,8 @@ def fault_of_run(run: Residuals) -> CheckFinding | None:
     said = other_end_instant(run)
     if said is not None:
         return CheckFinding("run", "outcome", outcome=Outcome.INCONSISTENT, reason=said)
-    if not run.com_only and np.count_nonzero(run.t <= run.limit_s) <= 1 < len(run.solution.amplification):
-        said = (
-            f"the next sample is beyond the predictability limit at {run.setting}: the expected-error bound of the "
-            f"attitude reaches {PARTED_RAD:g} rad before t = {run.t[1]:.4g} s{until_next_sample(run.errors)}"
-        )
+    said = "" if run.com_only else next_sample(run.errors)
+    if said:
         return CheckFinding("run", "outcome", outcome=Outcome.TOO_COARSE, reason=said)
     said = None if run.errors.written else rounded_values(run.main, run.solution)
     return None if said is None else CheckFinding("run", "outcome", outcome=Outcome.MALFORMED, reason=said)
