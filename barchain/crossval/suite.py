@@ -15,7 +15,7 @@ from adapters.common.equal_steps import finer_setting
 from adapters.engine import EngineError
 from adapters.trajectory import Observable
 from barchain.crossval.plan import ANY_INDEPENDENT, SEVERAL, SceneProgress, required_verdicts
-from barchain.judge.advice import beyond_any_setting
+from barchain.judge.checks.advice import beyond_any_setting
 from barchain.judge.compare import judge
 from barchain.judge.diagnosis.own_motion import MadeRuns, densely
 from barchain.judge.diagnosis.verdicts import diagnosed_verdict, needs_diagnosis, thinned

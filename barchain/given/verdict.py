@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.engine import Coordinates
-from barchain.judge.advice import until_share
+from barchain.judge.checks.advice import until_share
 from barchain.judge.compare import verdict_on
 from barchain.judge.diagnosis.verdicts import diagnosis_of_verdict, needs_diagnosis, thinned
 from barchain.judge.evidence import Evidence
@@ -152,8 +152,8 @@ def falls_short(main: Samples, finer: Samples | None, declared: Declared, found:
     if finer is not None and judged < LEAST_JUDGED:
         errors = error_model(main, declared, differences(main.trajectory, finer.trajectory))
         advice = until_share(errors, errors.limit_s, judged, LEAST_JUDGED)
-        share = f"{judged:.0%} of the samples can be judged, required: {LEAST_JUDGED:.0%}"
-        reasons.append(f"the files part early: {share}{advice}")
+        said = f"{judged:.0%} of the samples can be judged, required: {LEAST_JUDGED:.0%}"
+        reasons.append(f"the files part early: {said}{advice}")
     return "; ".join(reasons)
 
 

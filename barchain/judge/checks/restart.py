@@ -210,7 +210,8 @@ def restarted_between(errors: ErrorModel, k: int, parts: int) -> ErrorModel:
         If the reference can't go on from there.
     """
     solution, engine, setting = errors.solution, errors.engine, errors.setting
-    times = np.linspace(*solution.trajectory.t_s[k : k + 2], parts + 1)
+    start_s, end_s = map(float, solution.trajectory.t_s[k : k + 2])
+    times = np.linspace(start_s, end_s, parts + 1)
     made = restarted_solution(
         solution, solution.trajectory, k, times, SOLUTION_RTOL, PERTURBATION_RAD[0],
         lambda rate: resolving_s(engine, setting, errors.scene, FASTER_BETWEEN * rate),
