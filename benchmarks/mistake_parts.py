@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     ResultChange = Callable[[Any, Scene], Trajectory]
     EngineChange = Callable[[Any, Scene], None]
 
-FAST, PINOCCHIO, MUJOCO = "reference-fast", "pinocchio", "mujoco"
+FAST, PINOCCHIO, MUJOCO, SCIPY = "reference-fast", "pinocchio", "mujoco", "scipy-dop853"
 
 
 @dataclass(frozen=True)
@@ -282,6 +282,13 @@ def fixed_tolerance(engine: Any, s: Scene) -> None:
     from adapters.common.initial_state import chain_model, initial_state  # noqa: PLC0415
 
     engine.prepared = engine.prepare(chain_model(s), initial_state(s), 1e-5)
+
+
+def single_times(engine: Any, _: Scene) -> None:
+    """Instants in single precision wherever the right-hand side is evaluated."""
+    problem = engine.prepared.problem
+    right = problem.rhs
+    problem.rhs = lambda t, y: right(float(np.float32(t)), y)
 
 
 def leaves_file(engine: Any, _: Scene) -> None:

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from barchain.conform.checks import FAILED, PASSED, WARNING, Check, CheckState
-from barchain.conform.conventions import INTEGRATING
 from barchain.conform.physics import reason_against, unsupported_check
-from barchain.conform.runs import START_S, TIME_LIMITS
+from barchain.conform.runs import INTEGRATING, START_S, TIME_LIMITS
 from barchain.conform.scenes import PARTICLE, REPEATED
 from barchain.runs import examination, questions
 from barchain.runs.asking import ask

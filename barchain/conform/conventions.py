@@ -11,14 +11,13 @@ from adapters.engine import AccuracyParameter, EngineError
 from adapters.registry import engines
 from barchain.conform.checks import FAILED, PASSED, WARNING, Check
 from barchain.conform.physics import ask_about_scenes, main_run, reason_against
-from barchain.conform.runs import TIME_LIMITS, alone, ended_early
+from barchain.conform.runs import TIME_LIMITS, collapse, ended_early
 from barchain.conform.scenes import FIRST, solved
 from barchain.judge.checks.whole_run import rounded_values
 from barchain.judge.error_model import ErrorModel
 from barchain.metrics.quantities import differences
 from barchain.runs import examination
 from barchain.runs.asking import ask
-from barchain.runs.job import Role
 from reports.tables.crossval import QUANTITY_UNITS
 from reports.tables.outcome import Outcome
 from scenarios import nearest
@@ -34,13 +33,6 @@ if TYPE_CHECKING:
 
 SLOW_IMPORT_S = 1.0
 """Import of an adapter from which on users wait at every command that lists engines"""
-INTEGRATING = "ended in simulate"
-"""Words on a run that was ended while it integrated"""
-SLOW_RUN_S = 1.0
-"""Time of a short run from which on it is compared with one at the coarsest setting"""
-MOST_SLOWER = 100.0
-"""Largest ratio of the times of two settings that a method's order explains: at order 2 a request 1e6 times finer takes
-as many steps more"""
 CLASS = ("import", "class")
 """Steps before the declarations"""
 PAGE = "docs/explanation/engine_conventions.md"
@@ -165,23 +157,6 @@ def conventions(engine: Examined) -> Iterator[Check]:
     rounded = rounded_values(run.trajectory, solved(engine.scene(name))) or ""
     yield Check("double precision", FAILED if rounded else PASSED, rounded, f"{PAGE}#samples", scene=name)
     yield from start_checks(engine, name, run.trajectory)
-
-
-def collapse(engine: Examined, name: str, run: RunResult) -> str:
-    """Words on a run whose solver's steps collapse: at the coarsest setting it takes next to no time; empty if not."""
-    sweep, late = engine.load().sweep, run.outcome is Outcome.TIMED_OUT and INTEGRATING in run.reason
-    took_s = engine.run_s if late else run.seconds.get("simulate", 0.0)
-    if sweep.parameter is not AccuracyParameter.RTOL or took_s < SLOW_RUN_S:
-        return ""
-    coarsest = sweep.settings[0]
-    coarse = alone(engine.job(engine.scene(name), coarsest, Role.COARSE), engine.run_s)
-    coarse_s = coarse.seconds.get("simulate", took_s)  # a process that was ended tells no time
-    if coarse.outcome is not Outcome.PASS or took_s < MOST_SLOWER * coarse_s:
-        return ""
-    return (
-        f", though one at {coarsest} takes {coarse_s:.2g} s: steps collapse where the right-hand side jumps (a switch, "
-        "a sign, dry friction) or is rounded; end the integration at such an instant, and go on from it"
-    )
 
 
 def page_of(run: RunResult) -> str:

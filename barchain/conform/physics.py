@@ -13,9 +13,8 @@ from adapters.engine import Coordinates, EngineError
 from barchain.conform.checks import FAILED, NOT_RUN, PASSED, UNSUPPORTED, WARNING, Check, CheckState
 from barchain.conform.errors import judged_class
 from barchain.conform.noise import agrees_but_forces, needed_noise, noise_fault
-from barchain.conform.runs import TIME_LIMITS, results
+from barchain.conform.runs import TIME_LIMITS, collapse, no_time_left, results
 from barchain.conform.scenes import STAGES, TOGETHER, candidates, lasts, left_out, rejection, setting_of, solved
-from barchain.conform.target import PHYSICS_RUNS
 from barchain.judge.compare import judge
 from barchain.judge.diagnosis.agreement import agreed, in_common
 from barchain.judge.diagnosis.mistake import QUANTITY_WORDS, looks_single, relative_difference, single_words
@@ -49,6 +48,8 @@ ENOUGH = 0.5
 """Share of a scene that must be compared"""
 FIRST_PART, GROWTH = 4, 3
 """Scenes of the first part of a stage, and the largest growth from a part to the next"""
+MOST_LATE = 6
+"""Scenes in which a run may be late before no further part begins: each costs the limit of a run"""
 PART_S = 15.0
 """Time that a part of a stage is to take"""
 DEPENDENT_PAGE = "docs/howto/conform.md#physics"
@@ -95,14 +96,15 @@ def in_parts(engine: Examined, names: list[str]) -> dict[str, dict[Role, RunResu
     """
     made: dict[str, dict[Role, RunResult]] = {}
     size, left = FIRST_PART, list(names)
-    while left and not engine.late:
+    while left and not engine.late and sum(map(is_late, made.values())) < MOST_LATE:
         part, left, start = left[:size], left[size:], time.monotonic()
         if len(names) > FIRST_PART:
             ends = " to ".join(dict.fromkeys((short(part[0]), short(part[-1]))))
             engine.note(f"physics: {len(made) + len(part)} of {len(names)}, {ends}")
         made |= main_and_finer(engine, part)
         each_s = (time.monotonic() - start) / len(part)
-        size = max(1, min(GROWTH * size, int(PART_S / each_s)))
+        late = sum(map(is_late, made.values()))
+        size = max(1, min(GROWTH * size, int(PART_S / each_s), MOST_LATE - late if late else len(names)))
     return made
 
 
@@ -119,12 +121,16 @@ def stage_checks(engine: Examined, names: Sequence[str], runs: Mapping[str, dict
             state, words = reason
             check = Check(short(name), state, words, scene=name)
         elif name not in runs:
-            said = f"no time is left: all scenes have {PHYSICS_RUNS * engine.run_s:g} s; --time-limit allows more"
-            check = Check(short(name), FAILED, said, TIME_LIMITS, scene=name)
+            late = not engine.late and sum(map(is_late, runs.values()))
+            said = f"runs of {late} scenes before it are late" if late else no_time_left(engine)
+            check = Check(short(name), NOT_RUN if late else FAILED, said, TIME_LIMITS, scene=name)
         elif dependent:
             check = Check(short(name), NOT_RUN, "the result depends on the runs before it")
         else:
             check = scene_check(engine, name, runs[name], found)
+            if is_late(runs[name]) and not any(is_late(runs[c.scene]) for c in held if c.scene in runs):
+                hint = collapse(engine, name, runs[name][Role.MAIN])  # told once
+                check = dataclasses.replace(check, words=f"{check.words}{hint}")
             if check.state is FAILED and not held and name != able[0]:
                 alone = partial(main_run, engine, name, judged_class(engine))
                 other = dependent_check(check, runs[name][Role.MAIN], alone)
@@ -134,6 +140,11 @@ def stage_checks(engine: Examined, names: Sequence[str], runs: Mapping[str, dict
         else:
             yield check
     yield from in_agreement(engine, held, found, runs)
+
+
+def is_late(runs: Mapping[Role, RunResult]) -> bool:
+    """Whether a run of a scene was ended at its limit."""
+    return any(run.outcome is Outcome.TIMED_OUT for run in runs.values())
 
 
 def in_agreement(
@@ -254,8 +265,7 @@ def scene_check(
     if words and (found is None or not found.explanations) and verdict.outcome is not Outcome.MALFORMED:
         check = Check(short(name), FAILED, f"{words}{where}", f"{PAGE}#declarations", scene=name, stops=False)
     elif found is None or found.inside_tolerances or verdict.outcome is Outcome.MALFORMED:
-        late = any(run.outcome is Outcome.TIMED_OUT for run in runs.values())
-        check = Check(short(name), FAILED, f"{said}{where}", TIME_LIMITS if late else PAGE, scene=name)
+        check = Check(short(name), FAILED, f"{said}{where}", TIME_LIMITS if is_late(runs) else PAGE, scene=name)
     else:
         check = diagnosed(engine, name, found)
         if diagnoses is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from adapters.registry import ENGINES
@@ -43,6 +43,9 @@ class Examined:
     """Called with a sentence before checks that take long"""
     end: float = math.inf
     """Value of `time.monotonic` from which on no scene of the physics is begun"""
+
+    first_runs_s: list[float] = field(default_factory=list, compare=False)
+    """Times of the first runs in their processes, with what they import"""
 
     @property
     def late(self) -> bool:

@@ -144,7 +144,7 @@ def reply_of(answer: Answer) -> Reply:
 
 def failed_reply(header: dict[str, Any]) -> Reply:
     """Reply of an engine whose code raised an exception."""
-    kind = header["failed"] if header["failed"] in ("missing", "unsupported") else "failed"
+    kind = header["failed"] if header["failed"] in ("missing", "unsupported", "timed_out") else "failed"
     rejected = bool(header.get("rejected")) and header.get("phase") == "build"
     return Reply(problem=plain_text(header.get("words", "")), kind=kind, rejected=rejected)
 

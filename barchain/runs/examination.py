@@ -26,7 +26,7 @@ import psutil
 from adapters.engine import Engine
 from barchain.runs.kept_answers import root_of
 from barchain.runs.message import DeclarationError, plain_text
-from barchain.runs.phases import failed
+from barchain.runs.phases import RunLateError, failed, run_ended_after
 from barchain.runs.questions import (
     DECLARED,
     Answer,
@@ -53,6 +53,8 @@ OWN_MODULES = frozenset({"adapters", "barchain", "numpy", "reference_impl", "sce
 REPORTED_LIBRARIES = 6
 SLOWER = 3.0
 """Ratio of the times of two runs at neighbouring settings"""
+LATE = "timed_out"
+"""Kind of the answer to a run that was ended at its limit"""
 SEED = 20_411_987
 """A seed that no engine chooses"""
 CONSTANT = frozenset({"t_s"})
@@ -135,17 +137,24 @@ def package_of(value: object) -> str:
 
 
 def several_runs(
-    registration: Registration, runs: list[tuple[Scene, Setting, Array]], budget_s: float = math.inf
+    registration: Registration,
+    runs: list[tuple[Scene, Setting, Array]],
+    budget_s: float = math.inf,
+    run_s: float = math.inf,
+    first_s: float = 0.0,
 ) -> Answer:
     """Several runs in one process, each with the noise that the engine declares at some instants.
 
     Entry k of ``runs`` is the answer to run k; its arrays are called ``k.name``, and the noise ``k.noise.name``.
-    No run begins that would last beyond the budget if it took :data:`SLOWER` times as long as the run before.
+    No run begins that would last beyond the budget if it took :data:`SLOWER` times as long as the run before. A run
+    that is late after `run_s`, the first one after `first_s` more, is the last: what it leaves is not to be trusted.
+    ``first_s`` is the time of the first run, with what it imports.
     """
     headers: list[dict[str, Any]] = []
     arrays: dict[str, Array] = {}
     declares = overrides(loaded(registration), "noise")
     start = before = time.perf_counter()
+    took_s = 0.0
     for k, (scene, setting, t_s) in enumerate(runs):
         now = time.perf_counter()
         expected_s = SLOWER * (now - before) if k > 1 else 0.0  # the first run imports and compiles
@@ -153,14 +162,21 @@ def several_runs(
             break
         before = now
         try:
-            header, found = run(registration, (), scene, setting)
+            with run_ended_after(run_s + (0.0 if k else first_s)):
+                header, found = run(registration, (), scene, setting)
             errors = noise(registration, scene, setting, t_s)[1] if declares else {}
+        except RunLateError as error:
+            phase = next(iter(getattr(error, "__notes__", ())), "")
+            words = f"no result within {run_s:g} s{f', ended in {phase}' if phase else ''}"
+            headers.append({"failed": LATE, "words": words})
+            break
         except Exception as error:
             header, found, errors = failed(error), {}, {}
+        took_s = took_s or time.perf_counter() - start
         headers.append(header)
         arrays |= {f"{k}.{name}": values.copy() for name, values in found.items()}  # a later run may write into them
         arrays |= {f"{k}.noise.{name}": values for name, values in errors.items()}
-    return {"runs": headers, "noise": declares}, arrays
+    return {"runs": headers, "noise": declares, "first_s": took_s}, arrays
 
 
 def behaviour(registration: Registration, scene: Scene, setting: Setting, times: int) -> Answer:

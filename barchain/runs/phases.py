@@ -39,6 +39,8 @@ CALLERS = {"barchain", "contextlib"}
 IMPORTER = "importlib"
 BASE = "adapters.engine"
 """Module of the class that every engine inherits; it calls the engine's methods"""
+AGAIN_S = 0.5
+"""Time after which the exception of a late run is raised again: a function that C calls swallows it"""
 T = TypeVar("T")
 WAITS = Path("/proc/thread-self/schedstat")
 """Linux: time on a processor and time in the queue for one, ns, and the number of time slices of this thread"""
@@ -90,6 +92,37 @@ def process_ended_after(limit_s: float | None, *, processor: bool = False) -> It
         yield
     finally:
         signal.setitimer(timer, 0.0)
+
+
+class RunLateError(BaseException):
+    """Raised in a run at its limit of time; no `except Exception` of an engine holds it."""
+
+
+@contextlib.contextmanager
+def run_ended_after(limit_s: float) -> Iterator[None]:
+    """Raise :class:`RunLateError` after a time as on an idle machine, s, where Python's own code runs.
+
+    Compiled code of an engine goes on until it returns: there the limit of the process counts.
+    """
+    if not math.isfinite(limit_s) or not hasattr(signal, "setitimer"):
+        yield
+        return
+    clock = Stopwatch()
+
+    def late(*_: object) -> None:
+        left_s = limit_s - clock.seconds()
+        if left_s > 0.0:  # it waited for a processor
+            signal.setitimer(signal.ITIMER_REAL, max(left_s, AGAIN_S), AGAIN_S)
+            return
+        raise RunLateError
+
+    before = signal.signal(signal.SIGALRM, late)
+    signal.setitimer(signal.ITIMER_REAL, limit_s, AGAIN_S)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
 
 
 def enter(phase: str) -> None:

@@ -11,8 +11,10 @@ import pytest
 
 from barchain.conform import physics
 from barchain.conform.checks import FAILED, NOT_RUN, PASSED, Check
-from barchain.conform.scenes import TOGETHER
+from barchain.conform.scenes import STAGES, TOGETHER
 from barchain.conform.target import Examined, examined
+from barchain.runs.job import Role, failure
+from reports.tables.outcome import Outcome
 from tests.support.kernel import needs_kernel
 
 if TYPE_CHECKING:
@@ -91,3 +93,31 @@ def test_parts_of_a_stage_are_announced_with_their_scenes(monkeypatch: pytest.Mo
     made = physics.in_parts(dataclasses.replace(examined("reference-fast"), note=said.append), names)
     assert list(made) == names
     assert said == ["physics: 4 of 9, scene 0 to scene 3", "physics: 9 of 9, scene 4 to scene 8"]
+
+
+def test_a_scene_that_hangs_costs_its_own_limit_and_is_told_by_its_name() -> None:
+    said: list[str] = []
+    given = examined("tests.conform.wrong_engines:HangsInOneScene")
+    engine = dataclasses.replace(given, run_s=3.0, note=said.append)
+    names = [f"conform/{name}_free" for name in ("one_bar", "two_bars", "three_bars")]
+    made = physics.main_and_finer(engine, names)
+    assert [{run.outcome for run in made[name].values()} for name in names] == [
+        {Outcome.PASS}, {Outcome.TIMED_OUT}, {Outcome.PASS},
+    ]  # fmt: skip
+    assert len(made[names[1]]) == 2
+    assert sum(names[1] in line for line in said) == 1
+    assert not any(name in line for name in (names[0], names[2]) for line in said)
+
+
+def test_after_several_late_scenes_no_further_part_begins_and_its_scenes_say_so(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    late = dict.fromkeys((Role.MAIN, Role.FINER), failure(Outcome.TIMED_OUT, "no result"))
+    monkeypatch.setattr(physics, "main_and_finer", lambda _, names: dict.fromkeys(names, late))
+    monkeypatch.setattr(physics, "collapse", lambda *_: "")
+    names = tuple(name for stage in list(STAGES.values())[:3] for name in stage)
+    found = list(physics.physics(examined("reference-fast"), {"some": names}))
+    states = [check.state for check in found]
+    assert physics.MOST_LATE <= states.count(FAILED) < len(names)
+    assert states.count(NOT_RUN) == len(names) - states.count(FAILED)
+    assert all("are late" in check.words for check in found if check.state is NOT_RUN)

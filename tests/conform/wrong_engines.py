@@ -203,6 +203,19 @@ class HangsAtOneSetting(ReferenceFast):
         super().build(scene, setting)
 
 
+class HangsInOneScene(ReferenceFast):
+    """No end in one scene."""
+
+    def simulate(self) -> None:
+        while self.name == "conform/two_bars_free":
+            time.sleep(0.1)
+        super().simulate()
+
+    def build(self, scene: Scene, setting: Setting) -> None:
+        self.name = scene.name
+        super().build(scene, setting)
+
+
 class RaisesOnLongRuns(ReferenceFast):
     """An error instead of a run of many orbits."""
 
