@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from scipy.integrate import DOP853
 
 from adapters.registry import ENGINES
 from barchain.conform.scenes import STAGES, TOGETHER, scene_of, solved, without
@@ -31,7 +32,8 @@ from tests.support.slow import one_in
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from adapters.trajectory import Array
+    from adapters.trajectory import Array, Trajectory
+    from barchain.solutions.reference import ReferenceSolution
     from reference_impl.model.effect import EffectAccelerations, EffectState
     from scenarios import Scene
 
@@ -284,12 +286,49 @@ def slender(effect: Any) -> Callable[..., EffectAccelerations]:
 def test_a_small_term_is_worth_a_hundred_allowances_of_an_engine(
     name: str, effect: type, wrong: Callable[..., object], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    solution, engine = solved(scene_of(f"conform/{name}")), ENGINES["reference"].load()
+    solution = solved(scene_of(f"conform/{name}"))
     monkeypatch.setattr(effect, "accelerations", wrong(effect))
-    found = engine().run(solution.scene, engine.sweep.setting())
+    assert allowances(by_reference(solution), solution) > 100.0
+
+
+def by_reference(solution: ReferenceSolution) -> Trajectory:
+    """Run of the reference at its default setting."""
+    engine = ENGINES["reference"].load()
+    found: Trajectory = engine().run(solution.scene, engine.sweep.setting())
+    return found
+
+
+def allowances(found: Trajectory, solution: ReferenceSolution) -> float:
+    """Largest error of a run over what is allowed to the reference at its default setting."""
+    engine = ENGINES["reference"].load()
     allowed = ErrorModel(engine, engine.sweep.setting(), solution, solution.trajectory).bound
     apart = differences(found, solution.trajectory)
-    assert max(float(np.nanmax(apart[q][1:] / allowed[q][1:])) for q in ("attitude", "rate", "com")) > 100.0
+    return max(float(np.nanmax(apart[q][1:] / allowed[q][1:])) for q in ("attitude", "rate", "com"))
+
+
+@pytest.mark.parametrize(("table", "place"), [("A", (6, 5)), ("B", 8)], ids=["-0.0176", "0.311"])
+def test_one_coefficient_of_dop853_off_by_a_ten_thousandth_is_worth_a_hundred_allowances(
+    table: str, place: int | tuple[int, int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The rate of a bar that follows the local horizontal shows what the track has gathered in two orbits.
+
+    A first-order error of a stage makes steps so short that each keeps its request, and all of them go one way.
+    """
+    wrong = getattr(DOP853, table).copy()
+    wrong[place] *= 1.0 + 1e-4
+    monkeypatch.setattr(DOP853, table, wrong)
+    solution = solved(scene_of("conform/one_bar_law"))
+    assert allowances(by_reference(solution), solution) > 100.0
+
+
+def test_angles_that_are_unwrapped_by_asin_are_worth_a_hundred_allowances() -> None:
+    """Of a turn past 90 degrees the sine is that of a smaller one; up to 90 degrees asin and atan2 are the same."""
+    solution = solved(scene_of("conform/one_bar_free"))
+    right = solution.trajectory
+    assert right.angle_rad is not None
+    turns = np.arcsin(np.sin(np.diff(right.angle_rad, axis=0)))
+    wrong = right.angle_rad[0] + np.concatenate([np.zeros((1, 1)), np.cumsum(turns, axis=0)])
+    assert allowances(right.replace(angle_rad=wrong), solution) > 100.0
 
 
 def test_between_two_samples_of_a_free_bar_it_turns_past_90_degrees_and_not_past_180() -> None:
