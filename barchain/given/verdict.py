@@ -124,13 +124,11 @@ def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declar
         found = explained(found, mistakes)
     elif rounded and not advice:
         advice.append(rounded)
-    if needs_diagnosis(found) and (every := thinned(len(main.trajectory.t_s))) > 1:
-        notes.append(f"mistakes are sought in one of {every} rows, {-(-len(main.trajectory.t_s) // every)} in all")
     if found.outcome is Outcome.PASS and (short := falls_short(main, finer, declared, found)):
         found = with_outcome(found, main, setting, Outcome.TOO_COARSE, short, name)
     if found.outcome is Outcome.PASS and declared.rtol is not None:
         notes += reached(name, main, declared, found)
-    notes += limited(found, main)
+    notes += [*limited(found, main), *looked_at(found, main)]
     second = None if finer is None else finer.trajectory
     return FileVerdict(found, mistakes, main.solution, main.trajectory, second, engine, setting, advice, notes)
 
@@ -391,6 +389,13 @@ def limited(verdict: Verdict, main: Samples) -> list[str]:
     how = "from the file's own states alone" if restarted else "no more, as errors may have grown too large"
     when = f"after t = {min(ends):.6g} s, the predictability limit"
     return [f"{when}, compared {how}; {share:.0%} of the samples are judged"]
+
+
+def looked_at(found: Verdict, main: Samples) -> list[str]:
+    """Sentence on the rows of a long file in which mistakes are sought; none where it is all of them."""
+    rows = len(main.trajectory.t_s)
+    every = thinned(rows) if needs_diagnosis(found) else 1
+    return [f"mistakes are sought in one of {every} rows, {-(-rows // every)} in all"] if every > 1 else []
 
 
 def spanned(main: Samples) -> float:
