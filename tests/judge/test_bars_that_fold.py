@@ -94,7 +94,13 @@ def steps_of_sixth_order(solution: ReferenceSolution, start: Trajectory) -> Arra
 
 def local_errors(solution: ReferenceSolution, start: Trajectory) -> tuple[LocalErrors, ReferenceSolution]:
     restarted = restarted_solution(
-        solution, start, 0, INTERVALS, RTOL, SPREAD_RAD, partial(resolving_s, TREE, STEPS, solution.scene)
+        solution,
+        start,
+        0,
+        start.t_s[: INTERVALS + 1],
+        RTOL,
+        SPREAD_RAD,
+        partial(resolving_s, TREE, STEPS, solution.scene),
     )
     return truncation_errors(TREE, STEPS, restarted), restarted
 
@@ -133,7 +139,8 @@ def test_a_restart_ends_where_its_own_error_may_have_parted_it_from_the_truth(lo
     """A restart that went on was 0.08 rad off, where 2e-5 rad of a right engine's error were to be judged."""
     start, resolving = stretch(long_run), partial(resolving_s, TREE, STEPS, long_run.scene)
     coarse, fine = (
-        restarted_solution(long_run, start, 0, INTERVALS, rtol, SPREAD_RAD, resolving) for rtol in (1e-5, RTOL)
+        restarted_solution(long_run, start, 0, start.t_s[: INTERVALS + 1], rtol, SPREAD_RAD, resolving)
+        for rtol in (1e-5, RTOL)
     )
     known = coarse.trajectory.t_s <= coarse.limit_s
     assert coarse.limit_s < fine.limit_s
@@ -165,7 +172,9 @@ def test_a_restart_measures_the_growth_of_errors_in_more_than_one_direction(long
     found = [differences(right, restarted_run(scene, start, 0, t, 1e-13, 1e-10 * d))["attitude"] for d in directions(2)]
     most = max(d.max() / d[0] for d in found)
     assert max(grown) < 3.0 * most
-    own = restarted_solution(dataclasses.replace(long_run, scene=scene), start, 0, n - 1, 1e-13, 1e-10, lambda _: 60.0)
+    own = restarted_solution(
+        dataclasses.replace(long_run, scene=scene), start, 0, start.t_s[:n], 1e-13, 1e-10, lambda _: 60.0
+    )
     assert own.amplification.max() == pytest.approx(most, rel=0.1)
 
 
