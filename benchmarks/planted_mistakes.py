@@ -284,7 +284,7 @@ MISTAKES = [
             read=result(angle_rad=lambda t, _: t.angle_rad[:1].repeat(len(t.t_s), axis=0))),
     Blunder("angles in single precision", says("single|float32|24 bit|digits|round"),
             read=result(angle_rad=lambda t, _: t.angle_rad.astype(np.float32).astype(float))),
-    Blunder("instants in single precision", says("time|instant|clock", "single|float32|24 bit|digits|round"),
+    Blunder("instants in single precision", says("(times|instants|clock) (is|are|has|have)", "single|float32|24 bit|digits|round"),
             base=SCIPY, engine=single_times),
     Blunder("reactions of all ends", says("reaction", "shape|expected"),
             read=result(reaction_N=lambda t, _: np.pad(t.reaction_N, ((0, 0), (0, 1), (0, 0))))),

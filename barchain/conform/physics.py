@@ -103,8 +103,10 @@ def in_parts(engine: Examined, names: list[str]) -> dict[str, dict[Role, RunResu
             engine.note(f"physics: {len(made) + len(part)} of {len(names)}, {ends}")
         made |= main_and_finer(engine, part)
         each_s = (time.monotonic() - start) / len(part)
+        if not any(is_late(made[name]) for name in part):  # late runs tell nothing of the others
+            size = max(1, min(GROWTH * size, int(PART_S / each_s)))
         late = sum(map(is_late, made.values()))
-        size = max(1, min(GROWTH * size, int(PART_S / each_s), MOST_LATE - late if late else len(names)))
+        size = min(size, MOST_LATE - late) if late else size
     return made
 
 
