@@ -261,8 +261,10 @@ def scene_check(
         return Check(short(name), state, f"{said}{where}", scene=name)
     found = None
     if run is not None and verdict.series is not None and not engine.late:
-        engine.note(f"physics: {short(name)} differs, and is run again with dense samples for its diagnosis")
-        found = diagnosis_of_verdict(verdict, run, solution, partial(dense_runs, engine, name))
+        hangs = evidence.finest is not None and evidence.finest.outcome is Outcome.TIMED_OUT
+        if not hangs:
+            engine.note(f"physics: {short(name)} differs, and is run again with dense samples for its diagnosis")
+        found = diagnosis_of_verdict(verdict, run, solution, None if hangs else partial(dense_runs, engine, name))
     words = round_off_words(verdict, loaded.coordinates, evidence, solution)
     if words and (found is None or not found.explanations) and verdict.outcome is not Outcome.MALFORMED:
         check = Check(short(name), FAILED, f"{words}{where}", f"{PAGE}#declarations", scene=name, stops=False)
