@@ -13,7 +13,7 @@ from barchain.conform.target import PHYSICS_RUNS
 from barchain.runs import examination
 from barchain.runs.asking import OutsideEngine, Reply, ask, failed_reply
 from barchain.runs.job import Role, failure
-from barchain.runs.message import DeclarationError
+from barchain.runs.message import DeclarationError, plain_number
 from barchain.runs.run import one_run, result_of
 from reports.tables.outcome import Outcome
 
@@ -81,7 +81,8 @@ def results(
         budget = min(end - time.monotonic(), budget_s)
         allowed_s = START_S + min(together_s, budget)
         first_s = min(FIRST_SLACK * max(engine.first_runs_s, default=START_S), START_S)
-        reply = ask(examination.several_runs, engine.registration, asked, budget, limit_s, first_s, limit_s=allowed_s)
+        run_s = limit_s if budget_s == math.inf else math.inf  # else the budget counts
+        reply = ask(examination.several_runs, engine.registration, asked, budget, run_s, first_s, limit_s=allowed_s)
         headers = [] if reply.problem else list(reply.header.get("runs", ()))
         late = bool(headers) and headers[-1].get("failed") == examination.LATE
         if not late and (reply.problem or (len(headers) < len(left) and budget_s == math.inf)):
@@ -92,12 +93,11 @@ def results(
             with suppress(DeclarationError):  # a fault of the declaration is told with the first sample
                 remember_noise(engine, left[: len(headers)], times[: len(headers)], reply)
         made += [result_of(job, part(reply, k)) for k, job in enumerate(left[: len(headers)])]
-        engine.first_runs_s.extend(filter(None, [reply.header["first_s"]]))
+        engine.first_runs_s.extend(filter(None, [plain_number(reply.header.get("first_s"))]))
         if not late:
             break
         made_name, made[-1] = left[len(headers) - 1].scene.name, with_hint(made[-1], f"{limit_s:g} s to run")
-        if budget_s == math.inf:  # one scene at several settings otherwise
-            hung[made_name] = made[-1]
+        hung[made_name] = made[-1]
         engine.note(f"{made_name} is late, and was ended after {limit_s:g} s")
     missing = len(jobs) - len(made) if budget_s == math.inf else 0
     return made + [failure(Outcome.TIMED_OUT, no_time_left(engine))] * missing
