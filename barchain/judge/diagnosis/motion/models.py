@@ -7,10 +7,10 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
-from barchain.judge.diagnosis.motion.balance import BARS, JOINTS, LAWS, Balance, real
+from barchain.judge.diagnosis.motion.balance import BARS, JOINTS, Balance, real
 from barchain.judge.diagnosis.motion.numbers import body_words
+from barchain.judge.diagnosis.motion.rotations import of_motors
 from barchain.judge.diagnosis.motion.words import GRAVITY, LOADS
 from barchain.judge.equations import ENDS, Load, StateRows
 from reference_impl.effects.drag import DragEffect
@@ -20,7 +20,7 @@ from reference_impl.effects.solar_pressure import SolarPressureEffect
 from reference_impl.effects.third_body import ThirdBodyEffect
 from reference_impl.model.complex_vectors import squared_norm
 from reference_impl.model.gravity import complex_field_differences, gradient_angular_accelerations
-from scenarios import Actuator, Axes, Frame
+from scenarios import Axes
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -31,8 +31,10 @@ if TYPE_CHECKING:
     from reference_impl.model.arrays import ComplexArray
 
     Rows = Iterator[tuple[str, str, Load]]
+    Places = Callable[[Equations], ComplexArray]
+    """Places from the centre of mass (k, N), or of one point (k, 1)"""
     Clearance = Callable[[ComplexArray], Array]
-    """Distance from the shadow, negative inside, of the bars' places (k, N) in axes towards the Sun"""
+    """Distance from the shadow, negative inside, of such places in axes towards the Sun"""
 
 SEEN = 1e-5
 """Distance, in radii, over which a field's gradient is a difference: its square is the error"""
@@ -187,32 +189,40 @@ def of_light(e: Equations, effect: SolarPressureEffect, right: Load) -> Rows:
         yield f"sunlight-cosine-{name}", words, e.force(whole * force)
 
 
+SHADED: tuple[tuple[str, str, Places], ...] = (
+    ("of-bars", "each bar's own centre", lambda e: e.place),
+    ("of-first-bar", "the first bar's centre", lambda e: e.place[:, :1]),
+    ("of-last-bar", "the last bar's centre", lambda e: e.place[:, -1:]),
+    ("of-left-end", "the chain's left end", lambda e: (e.place - e.shape.left * e.states.unit)[:, :1]),
+    ("of-right-end", "the chain's right end", lambda e: (e.place + e.shape.right * e.states.unit)[:, -1:]),
+    ("of-mean-place", "the mean of the bars' centres, without their masses",
+     lambda e: e.place.mean(axis=1, keepdims=True)),
+)  # fmt: skip
+"""Points at which an engine may take the shadow, which is that of the centre of mass: name, words, places"""
+
+
 def of_shadow(found: Candidates, effect: SolarPressureEffect) -> None:
-    """Shadows of other shapes, and of other points than the chain's centre of mass."""
+    """Shadows of another shape, and of other points than the chain's centre of mass."""
     radius = effect.shadow_radius_m
 
     def cylinder(seen: ComplexArray) -> Array:
         return np.where(seen.real < 0.0, abs(seen.imag), abs(seen)) - radius
 
-    for name, words, clearance in (
-        ("half-space", "shadow is the half-space behind the central body's centre", lambda seen: seen.real),
-        ("of-bars", "shadow is taken at each bar's own centre", cylinder),
-        ("of-first-bar", "shadow is taken at the first bar's centre", lambda seen: cylinder(seen[:, :1])),
-        ("of-last-bar", "shadow is taken at the last bar's centre", lambda seen: cylinder(seen[:, -1:])),
-        (
-            "of-mean-place",
-            "shadow is taken at the mean of the bars' centres, without their masses",
-            lambda seen: cylinder(seen.mean(axis=1, keepdims=True)),
-        ),
-    ):
-        found.fixed(f"shadow-{name}", f"the {words}", LOADS, partial(shaded, found.balance, effect, clearance))
+    rows: list[tuple[str, str, Places, Clearance]] = [
+        (name, f"taken at {where}", places, cylinder) for name, where, places in SHADED
+    ]
+    words = "the half-space behind the central body's centre"
+    rows.append(("half-space", words, lambda e: e.place, lambda seen: seen.real))
+    for name, words, places, clearance in rows:
+        made = partial(shaded, found.balance, effect, places, clearance)
+        found.fixed(f"shadow-{name}", f"the shadow is {words}", LOADS, made)
 
 
-def shaded(b: Balance, effect: SolarPressureEffect, clearance: Clearance) -> Array:
+def shaded(b: Balance, effect: SolarPressureEffect, places: Places, clearance: Clearance) -> Array:
     """Rows (n - 1, c) of another shadow; NaN in the intervals in which its edge lies."""
 
     def lit(e: Equations) -> Array:
-        seen = (e.states.com[:, None] + e.place) * np.conj(effect.sun_direction(e.states.t_s[:, None]))  # type: ignore[arg-type]  # of each state
+        seen = (e.states.com[:, None] + places(e)) * np.conj(effect.sun_direction(e.states.t_s[:, None]))  # type: ignore[arg-type]  # of each state
         found: Array = np.where(clearance(seen) >= 0.0, 1.0, 0.0)
         return found
 
@@ -268,53 +278,6 @@ def of_third_body(e: Equations, effect: ThirdBodyEffect, right: Load, who: str) 
     ):
         torque = strength * product if effect.turns else e.zero.torque
         yield f"{name}-{ending}", f"torque of the {who} {words}", right._replace(torque=torque)
-
-
-def of_motors(found: Candidates) -> None:
-    """Motors that act on another neighbour; laws that count from another horizontal."""
-    b, own = found.balance, found.balance.motion
-    e, laws, n = b.equations, b.scene.effects.prescribed_rotation, b.scene.bars
-    if own.torque is not None and n > 2:
-        change = np.zeros_like(b.motors)
-        for column, law in enumerate(laws):
-            bar = law.bar - 1
-            if law.actuator is Actuator.JOINT and 0 < bar < n - 1:
-                change[bar - 1, column], change[bar + 1, column] = 1.0, -1.0
-        if change.any() and own.torque.shape[1] == change.shape[1]:
-            words = "the motors of the joints act on the next bar, not on the bar before"
-            found.fixed("motors-on-next-bar", words, LOADS, e.torque(own.torque[b.rule.rows] @ change.T))
-    if any(law.frame is Frame.LOCAL_HORIZONTAL for law in laws):
-        words = "the local horizontal of the prescribed rotations is that of the chain's centre of mass"
-        found.fixed("laws-of-centre", words, LOADS, partial(of_centre, b))
-        words = "the acceleration of the local horizontal is missing in the prescribed rotations"
-        found.fixed("laws-without-acceleration", words, LOADS, partial(without_acceleration, b))
-
-
-def of_centre(b: Balance) -> Array:
-    """Rows (n - 1, c) of laws from the horizontal of the centre of mass; NaN in the first, where bars jump to it."""
-    s, laws = b.motion.states, b.scene.effects.prescribed_rotation
-    apart = np.unwrap(np.angle(s.com))[:, None] - np.unwrap(np.angle(s.com[:, None] + b.shape.centres(s.unit)), axis=0)
-    rows = [np.diff(apart[:, law.bar - 1]) * (law.frame is Frame.LOCAL_HORIZONTAL) for law in laws]
-    found = b.block(LAWS, np.stack(rows, axis=1))
-    found[0] = np.nan
-    return found
-
-
-def without_acceleration(b: Balance) -> Array:
-    """Rows (n - 1, c) of bars that follow their laws, with torques that lack what the horizontal accelerates."""
-    s, shape = b.motion.states, b.shape
-    place = s.com[:, None] + shape.centres(s.unit)
-    velocity = s.velocity[:, None] + shape.centres(1j * s.unit * s.rate)
-    turning = (place.conj() * velocity).imag / abs(place) ** 2
-    held = [law.bar - 1 for law in b.scene.effects.prescribed_rotation if law.frame is Frame.LOCAL_HORIZONTAL]
-    lacking = np.isin(np.arange(s.bars), held) * make_interp_spline(s.t_s, turning, 5).derivative()(s.t_s)
-    lacking, e = lacking[b.rule.rows], b.equations.states
-    matrix = shape.coupled(e) + np.diag(shape.inertia)
-    found = b.block(BARS, b.rule.integral((matrix @ lacking[..., None])[..., 0]))
-    if JOINTS in b.columns:
-        moved = np.cumsum(shape.mass * shape.centres(1j * e.unit * lacking), axis=1)[:, :-1]
-        found += b.block(JOINTS, b.rule.integral(real(moved)))
-    return found
 
 
 def on_free_bars(b: Balance) -> Array:

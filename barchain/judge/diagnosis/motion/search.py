@@ -77,18 +77,29 @@ class Fitted:
     """Blocks of the residual that the candidates are fitted to"""
     alone: str = ""
     """Words if the candidates act in some blocks alone"""
+    held: int = 0
+    """Independent numbers in the residual"""
+
+    @property
+    def tells(self) -> bool:
+        """Whether the residual holds more numbers than are fitted, or a slip gives these.
+
+        An impulse leaves two numbers in the centre of mass: a size and a direction fit it, whatever is wrong.
+        """
+        fitted = sum(len(a) for c, a in zip(self.candidates, self.amounts, strict=True) if not c.fixed)
+        return fitted < self.held or self.nice
 
     @property
     def explains(self) -> bool:
         """Whether noise is all that is left."""
-        return self.left <= AT_NOISE and self.share * GAIN <= 1.0
+        return self.left <= AT_NOISE and self.share * GAIN <= 1.0 and self.tells
 
     @property
     def order(self) -> tuple[bool, bool, bool, float]:
         """Key by which fits are sorted: those that leave noise, nice ones and other scenes first; then the rest."""
         of_scene = all(c.scene is not None for c in self.candidates)
         if not self.explains:
-            return True, False, False, self.share
+            return True, False, False, self.share if self.tells else 1.0
         return False, not self.nice, not of_scene, 0.0
 
     @property
@@ -254,6 +265,7 @@ class Problem:
         self.blocks = blocks
         self.columns = balance.of_blocks(blocks)
         self.value, self.noise = (x[self.known][:, self.columns] for x in (residual.value, residual.noise))
+        self.held = self.numbers_held(balance)
         self.parts = [np.isin(self.columns, balance.of_blocks([n])) for n in blocks if n in residual.wrong]
         least = np.zeros(len(self.columns))
         for part in self.parts:
@@ -263,6 +275,17 @@ class Problem:
         made = ((c, self.vectors(c.rows)) for c in search.candidates)
         self.effects = [(c, x) for c, x in made if self.says_enough(c, x)]
         """Candidates that have an effect, with it; of fixed ones, NaN in intervals of which they say nothing"""
+
+    def numbers_held(self, balance: Balance) -> int:
+        """Independent numbers in the residual: of the intervals that a fit has to meet, less what motors may give.
+
+        Of intervals with less than what a believed fit may leave, any fit is good enough.
+        """
+        size = np.abs(self.value / self.noise).max(axis=1, initial=0.0)
+        met = size > max(AT_NOISE, float(size.max(initial=0.0)) / GAIN)
+        struck = np.isin(np.flatnonzero(self.known)[met], [k for k, _ in balance.impulses])
+        by_motors = balance.motors.shape[1] if BARS in self.blocks else 0
+        return int(np.count_nonzero(met)) * len(self.columns) - int(np.count_nonzero(struck)) * by_motors
 
     @staticmethod
     def says_enough(c: Candidate, x: Array) -> bool:
@@ -283,7 +306,8 @@ class Problem:
         left = float(np.sqrt(np.mean((weighted / self.weight[clear] / self.noise[clear]) ** 2)))
         seen = [p for p in self.parts if clear.all() or np.sqrt(np.mean(whole[:, p] ** 2)) > AT_NOISE]
         shares = [np.linalg.norm(weighted[:, p]) / np.linalg.norm(whole[:, p]) for p in seen]
-        return Fitted(tuple(candidates), tuple(amounts), left, float(max(shares, default=1.0)), self.blocks)
+        share = float(max(shares, default=1.0))
+        return Fitted(tuple(candidates), tuple(amounts), left, share, self.blocks, held=self.held)
 
     def linear_fit(self, effects: Sequence[tuple[Candidate, Array]]) -> Fitted:
         """Fit of candidates by their linear effects: amounts of least squares, 1 where they are fixed."""
