@@ -9,7 +9,7 @@ import pytest
 
 from barchain.judge.diagnosis.motion.candidate import Candidate
 from barchain.judge.diagnosis.motion.numbers import Number
-from barchain.judge.diagnosis.motion.search import slip_near
+from barchain.judge.diagnosis.motion.search import Fitted, slip_near
 from barchain.judge.diagnosis.motion.words import nice_factor
 from barchain.judge.diagnosis.verdicts import diagnosis_of_verdict
 from scenarios import Scene, load_scene
@@ -65,3 +65,10 @@ def test_samples_after_an_impulse_are_told_and_a_wrong_first_row_alone_is_not() 
     found = diagnosis_of_verdict(verdict_on(off[0], off[1], solved), off[0], solved)
     assert not found.inside_tolerances
     assert "impulse" not in str(found)
+
+
+@pytest.mark.parametrize(("amounts", "held", "tells"), [(2, 2, False), (2, 9, True), (1, 1, False), (1, 2, True)])
+def test_a_fit_of_as_many_numbers_as_the_residual_holds_explains_nothing(amounts: int, held: int, tells: bool) -> None:
+    candidate = Candidate("x", "loads", lambda: np.zeros((1, 1)), lambda _: "")
+    fitted = Fitted((candidate,) * amounts, (np.array([0.3]),) * amounts, left=0.1, share=1e-5, held=held)
+    assert fitted.explains is tells
