@@ -115,7 +115,7 @@ def main() -> None:
         timed("list of nights", store.nights)
         timed("one figure over all nights", lambda: store.table().named(name))
         timed("one whole night", lambda: store.night("latest"))
-        timed("charted figures", lambda: trend_charts(store.table(), store.nights(), ()))
+        timed("charted figures", lambda: trend_charts(store.table(), store.nights()))
         timed("judgement of the last night", lambda: judge(store))
         timed("judgement and all documents", lambda: write_documents(store, "latest", asked.out))
         print(f"peak memory: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3:.0f} MB")

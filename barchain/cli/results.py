@@ -195,7 +195,7 @@ def show_judgement(before: Path, after: Path) -> None:
 
     earlier, later = read_night(before), read_night(after)
     judged = judge_pair(earlier, later)
-    said = f"{len(judged.same)} differ within rounding; {judged.left_out} of {before} are not in {after}"
+    said = f"{judged.same} differ within rounding; {judged.left_out} of {before} are not in {after}"
     say(f"{len(judged.tonight)} changes among {judged.judged} figures; {said}")
     for words in judged.renamed:
         say(f"  {words}")

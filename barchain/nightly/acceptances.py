@@ -1,7 +1,7 @@
 """Accepted changes: one file that can be reviewed, with an entry for each pattern of figures and night.
 
-An entry accepts what changed on one night. It ends on its date; a figure that becomes worse again is another night's
-change.
+An entry accepts the step of one night, or the steps up to that night. It ends on its date, and where the figure is back
+at its level; a figure that becomes worse again is another night's change.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 FILE = "accepted.toml"
 HEAD = "# Changes that somebody accepted on purpose. `barchain history accept` and `withdraw` write this file.\n"
-KEYS = ("pattern", "was", "became", "cause", "since", "reason", "who", "date", "until", "factors")
+KEYS = ("pattern", "was", "became", "cause", "first", "since", "reason", "who", "date", "until", "factors")
 NO_ACCEPTANCE = "a run that is not reproducible can't be accepted"
 
 
@@ -39,7 +39,7 @@ class Acceptance:
     pattern: str
     """Name of a figure, in which * stands for any text"""
     since: str
-    """Name of the first night with the new results"""
+    """Name of the night of the latest step that is accepted"""
     reason: str
     who: str
     date: datetime.datetime
@@ -53,6 +53,8 @@ class Acceptance:
     """Results of a single figure in words, for readers"""
     factors: Mapping[str, float] = field(default_factory=dict)
     """Accepted steps of times and memory, by name of the figure"""
+    first: str = ""
+    """Night of the first step that is accepted with that of `since`; empty if it is the only one"""
 
     def __post_init__(self) -> None:
         """Check the texts."""
@@ -65,7 +67,8 @@ class Acceptance:
         """Acceptance in one line."""
         ending = f", until {self.until.date()}" if self.until else ""
         moved = f": {self.became} (before {self.was})" if self.became else ""
-        return f"{self.pattern}{moved}, since {self.since}, by {self.who} on {self.date.date()}{ending}: {self.reason}"
+        nights = f"{self.first}, up to {self.since}" if self.first else self.since
+        return f"{self.pattern}{moved}, since {nights}, by {self.who} on {self.date.date()}{ending}: {self.reason}"
 
 
 def fits(figure: str, pattern: str) -> bool:
@@ -89,17 +92,18 @@ def acceptances_of(
     refused = next((change for change in changes if change.irreproducible), None)
     if refused is not None:
         raise HistoryError(f"{refused.identity.name}: {NO_ACCEPTANCE}; nothing was accepted")
-    grouped: dict[tuple[str, str], list[Change]] = {}
+    grouped: dict[tuple[str, str, str], list[Change]] = {}
     for change in changes:
-        grouped.setdefault((pattern or change.identity.name, change.since), []).append(change)
+        nights = (change.since, change.through) if change.through else ("", change.since)
+        grouped.setdefault((pattern or change.identity.name, *nights), []).append(change)
     made = []
-    for (name, since), own in grouped.items():
+    for (name, first, since), own in grouped.items():
         factors = {c.identity.name: c.factor for c in own if c.is_step and c.factor is not None}
         said = sorted({(causes or {}).get(change.id, "") for change in own} - {""})
         single = own[0] if name == own[0].identity.name else None
         words = results_words(single) if single else ("", "")
         made.append(
-            Acceptance(name, since, reason, who, date, until, "; ".join(said)[:MOST_TEXT], *words, factors)
+            Acceptance(name, since, reason, who, date, until, "; ".join(said)[:MOST_TEXT], *words, factors, first)
         )  # fmt: skip
     return made
 
@@ -113,12 +117,10 @@ def accepting(change: Change, known: Iterable[Acceptance], at: datetime.datetime
 
 
 def covers(acceptance: Acceptance, change: Change, at: datetime.datetime) -> bool:
-    """Whether an acceptance covers a change of a figure that fits it.
+    """Whether an acceptance covers a change of a figure that fits it, by itself.
 
-    A change of another night is another change, though it may lead to the same value. That holds too where the accepted
-    night lies between its two: of a scene that is measured now and then, something else may have changed since. A step
-    of times, or memory, has to be as large within its interval and the least effect, too: later steps beside it make it
-    grow.
+    A change of another night is another change, though it may lead to the same value. A step of times, or memory, has
+    to be as large within its interval and the least effect, too: later steps beside it make it grow.
     """
     if acceptance.until is not None and at >= acceptance.until:
         return False
@@ -199,8 +201,8 @@ def accept(
     Errors are those of :func:`acceptances_of`.
     """
     made = acceptances_of(changes, who, datetime.datetime.now(datetime.UTC), reason, until, pattern, causes)
-    new = {(one.pattern, one.since) for one in made}
-    write_accepted(store, [*(a for a in accepted(store) if (a.pattern, a.since) not in new), *made])
+    new = {(one.pattern, one.first, one.since) for one in made}
+    write_accepted(store, [*(a for a in accepted(store) if (a.pattern, a.first, a.since) not in new), *made])
     return made
 
 

@@ -22,9 +22,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
     from barchain.nightly.cells import OwnScenes, Swap
-    from barchain.nightly.changes import Change, JudgedNight
+    from barchain.nightly.changes import Change
     from barchain.nightly.figures import Figure, NightSummary
     from barchain.nightly.history import NightStore
+    from barchain.nightly.judged import JudgedNight
 
 
 ORDER = (FigureKind.ERROR, FigureKind.VERDICT, FigureKind.COUNT, FigureKind.VALUE, FigureKind.BITS, FigureKind.RATIO)

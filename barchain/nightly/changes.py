@@ -1,14 +1,13 @@
-"""Changes of figures: the rules of bits, counts, errors, values and verdicts, and levels over the nights."""
+"""Changes of figures, and the rules of bits, counts, errors, values and verdicts."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
-from barchain.nightly.figures import MACHINE, STEPPED, FigureKind, content_digest
-from barchain.nightly.suspects import differing
+from barchain.nightly.figures import STEPPED, FigureKind, content_digest
 from reports.tables.faults.campaign import CellClass
 from reports.tables.faults.selftest import FaultOutcome
 from reports.tables.outcome import SEVERITY, Outcome
@@ -17,7 +16,7 @@ from reports.tables.stability import Stability
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from barchain.nightly.figures import Figure, FigureIdentity, FigureSeries, NightSummary
+    from barchain.nightly.figures import Figure, FigureIdentity, NightSummary
 
 
 ID_DIGITS = 10
@@ -65,10 +64,12 @@ class Change:
     """Ends of the factor's 95 % interval, of times and memory"""
     factor_high: float | None = None
     irreproducible: bool = False
-    level: str = ""
-    """Name of the night on which the earlier level began; of levels only"""
     latest: Figure | None = None
-    """Result of the last night, of an earlier change that still holds with another one"""
+    """Result of the last night, of a state that holds"""
+    through: str = ""
+    """Night of the latest step, of a state of several steps"""
+    steps: int = 1
+    """Number of steps that lead to the new value"""
     named: tuple[FigureIdentity, ...] = ()
     """Names that the figure has had since the change, if it had others"""
     settings: tuple[str, ...] = ()
@@ -101,44 +102,6 @@ class Change:
         return tuple(content_digest([identity, *rest])[:ID_DIGITS] for identity in every)
 
 
-@dataclass(frozen=True)
-class JudgedNight:
-    """Night with its changes."""
-
-    night: NightSummary
-    compared_with: tuple[NightSummary, ...]
-    """Earlier nights that it was judged against, in their order"""
-    changes: tuple[Change, ...] = ()
-    """All changes over these nights, in the order of the nights; those that are not reproducible first"""
-    tonight: tuple[Change, ...] = ()
-    """Those that this night tells first"""
-    same: tuple[Change, ...] = ()
-    """Differences of this night from the one before that rounding or intervals explain"""
-    judged: int = 0
-    """Figures that have an earlier one, those among them that are gone since tonight"""
-    new: int = 0
-    """Figures of this night that have no earlier one, other than of studies that do other scenes each night"""
-    left_out: int = 0
-    """Figures of the night before that this night lacks, if that night had another plan"""
-    renamed: tuple[str, ...] = ()
-    """Settings and scenes that have other names since this night"""
-
-    @property
-    def by_name(self) -> dict[str, NightSummary]:
-        """All of these nights by name."""
-        return {night.name: night for night in (*self.compared_with, self.night)}
-
-    @property
-    def replanned(self) -> bool:
-        """Whether the night before had another plan."""
-        return bool(self.compared_with) and self.compared_with[-1].plan != self.night.plan
-
-    @property
-    def worse(self) -> bool:
-        """Whether this night tells a change for the worse."""
-        return any(change.direction is Direction.WORSE for change in self.tonight)
-
-
 def result_words(figure: Figure, *, exact: bool = False) -> str:
     """Result of a figure in words: of a number six digits, or all."""
     if figure.missing:
@@ -156,51 +119,15 @@ def results_words(change: Change) -> tuple[str, str]:
     return (was, now) if was != now else (result_words(figures[0], exact=True), result_words(figures[1], exact=True))
 
 
-def as_of(change: Change, latest: Figure) -> Change:
-    """Change that still holds, with the result of the last night."""
-    judged = None if latest is change.now else compared(change.was, latest)
-    return replace(change, latest=latest, factor=judged.factor, reason=judged.reason) if judged else change
-
-
 State = tuple[tuple[str, str, str], ...]
-NOT_REPRODUCIBLE = "not reproducible: the same parts on the same class of machine gave other bits"
-OTHER_PARTS = "other bits from other parts"
-UNKNOWN_PARTS = "other bits; whether a part changed is not known, as parts have no digests"
-
-
-def bit_changes(series: FigureSeries) -> tuple[Change, ...]:
-    """Changes of a trajectory's bits over the nights.
-
-    Each night is compared with the one before, and with the last one of the same parts.
-    """
-    found: list[Change] = []
-    seen: dict[State, tuple[NightSummary, Figure]] = {}
-    earlier: tuple[NightSummary, Figure] | None = None
-    for night, figure in zip(series.nights, series.figures, strict=True):
-        if not figure.word:
-            continue
-        state = state_of(night, figure)
-        alike = seen.get(state) if state is not None else None
-        if alike is not None and alike[1].word != figure.word:
-            found.append(changed(series, alike, (night, figure), NOT_REPRODUCIBLE, irreproducible=True))
-        elif earlier is not None and earlier[1].word != figure.word:
-            found.append(changed(series, earlier, (night, figure), UNKNOWN_PARTS if state is None else OTHER_PARTS))
-        if state is not None:
-            seen[state] = (night, figure)
-        earlier = (night, figure)
-    return tuple(found)
-
-
-def changed(
-    series: FigureSeries, was: tuple[NightSummary, Figure], now: tuple[NightSummary, Figure], reason: str,
-    *, irreproducible: bool = False,
-) -> Change:  # fmt: skip
-    """Change of bits between two nights."""
-    direction = Direction.WORSE if irreproducible else Direction.CHANGED
-    return Change(
-        series.identity, was[1], now[1], was[0].name, now[0].name, direction, reason,
-        irreproducible=irreproducible, named=series.names_since(now[0].name),
-    )  # fmt: skip
+NOT_REPRODUCIBLE = Judgement(
+    Direction.WORSE, "not reproducible: the same parts on the same class of machine gave other bits",
+    irreproducible=True,
+)  # fmt: skip
+OTHER_PARTS = Judgement(Direction.CHANGED, "other bits from other parts")
+UNKNOWN_PARTS = Judgement(
+    Direction.CHANGED, "other bits; whether a part changed is not known, as parts have no digests"
+)
 
 
 def state_of(night: NightSummary, figure: Figure) -> State | None:
@@ -272,7 +199,6 @@ VERDICT = "verdict"
 """Quantity of a comparison's verdict; those of other studies have the study's name before them"""
 OTHER_STUDIES = {"cost", "stability", "roundoff", "selftest", "campaign", "scaling", "effects", "ensemble"}
 """First words of the quantities of all studies but the comparison"""
-MENDED = "the verdict became right: the earlier value was that of a wrong result"
 
 
 def judge_verdict(was: Figure, now: Figure) -> Judgement | None:
@@ -285,35 +211,6 @@ def judge_verdict(was: Figure, now: Figure) -> Judgement | None:
             worse = scale.index(now.word) > scale.index(was.word)
             return Judgement(Direction.WORSE if worse else Direction.BETTER, said)
     return Judgement(Direction.CHANGED, said)
-
-
-def without_mended(changes: Iterable[Change]) -> list[Change]:
-    """Changes; a comparison's larger errors are neither better nor worse where its verdict became right.
-
-    An error that is gone, or of another study, is no larger one. Nor is one whose earlier level began before the
-    verdict was wrong: that is the level of a right result.
-    """
-    every = list(changes)
-    mended = {
-        run_of(change): change.level
-        for change in every
-        if change.identity.quantity == VERDICT and change.was.word in WRONG and change.now.word in RIGHT
-    }
-    found = []
-    for c in every:
-        error = c.identity.kind is FigureKind.ERROR and c.identity.quantity.partition(".")[0] not in OTHER_STUDIES
-        wrong_since = mended.get(run_of(c))
-        known = wrong_since is not None and c.level >= wrong_since
-        if error and known and c.direction is Direction.WORSE and not c.now.missing:
-            found.append(replace(c, direction=Direction.CHANGED, reason=f"{MENDED}; {c.reason}"))
-        else:
-            found.append(c)
-    return found
-
-
-def run_of(change: Change) -> tuple[str, str, str]:
-    """Scene and engine of a change, and the night since which it is; verdicts have no setting in their names."""
-    return change.identity.scene, change.identity.engine, change.since
 
 
 RULES: dict[FigureKind, Callable[[Figure, Figure], Judgement | None]] = {
@@ -339,99 +236,37 @@ def compared(was: Figure, now: Figure) -> Judgement | None:
     return RULES[was.identity.kind](was, now)
 
 
-def level_changes(series: FigureSeries) -> tuple[Change, ...]:
-    """Changes of a deterministic figure over the nights, each against the level before.
-
-    A run that a busy machine had no time for is no change, until it has been left out :data:`PATIENCE` nights in a row.
-    """
-    found: list[Change] = []
-    begin: int | None = None  # place of the night on which the level began
-    known: int | None = None  # the same of the last level that was not missing
-    told: Figure | None = None  # the last figure that was told to be neither better nor worse than its level
-    left_out = 0
-    for k, now in enumerate(series.figures):
-        left_out = left_out + 1 if now.not_run else 0
-        if 0 < left_out < PATIENCE or (begin is None and now.not_run):
-            continue
-        if begin is None:
-            begin = k
-        if series.figures[begin].missing and known is not None and is_worse(series.figures[known], now):
-            begin = known  # a figure that comes back worse than it was has not become better
-        level = series.figures[begin]
-        before = last_of_level(series, level, k)
-        judged = against_level(series, level, before, k) if begin < k else None
-        if judged is not None and judged.direction is not Direction.SAME and not is_told(told, now):
-            last, since = series.nights[before].name, series.nights[k].name
-            found.append(
-                Change(
-                    series.identity, level, now, last, since, judged.direction, judged.reason, judged.factor,
-                    level=series.nights[begin].name, named=series.names_since(since),
-                    settings=series.other_settings(last, since),
-                )
-            )  # fmt: skip
-            undecided = judged.direction is Direction.CHANGED and series.identity.kind is FigureKind.ERROR
-            told, begin = (now, begin) if undecided else (None, k)
-        known = known if series.figures[begin].missing else begin
-    return tuple(found)
-
-
-ROUNDING_PARTS = frozenset({"blas", "variables", MACHINE})
-"""Parts that decide how numbers are rounded, and nothing else"""
 ROUNDING_LEVEL = 30.0
 """Errors below so many shares of rounding are rounding themselves: the share is an estimate of its size, not a bound"""
-OTHER_ROUNDING = "an error at the level of rounding, and only parts that round in another way differ"
 
 
-def last_of_level(series: FigureSeries, level: Figure, k: int) -> int:
-    """Place of the last night before a night that has a result of a level; results may be missing since then."""
-    return next((j for j in reversed(range(k)) if level.missing or not series.figures[j].missing), k - 1)
+def is_above(level: Figure, now: Figure) -> bool:
+    """Whether a figure is worse than its level.
 
-
-def against_level(series: FigureSeries, level: Figure, before: int, k: int) -> Judgement | None:
-    """Judge the figure of a night against its level, which a night before had last.
-
-    An error at the level of its rounding is no worse or better where of the parts that it depends on only such differ
-    that round in another way, and its setting is the same.
+    Errors and verdicts can be, and a figure that is missing. An error at the level of rounding is a draw of rounding:
+    it is news when it moves, and never worse.
     """
-    now = series.figures[k]
-    judged = compared(level, now)
-    if judged is None or judged.direction is Direction.SAME or now.identity.kind is not FigureKind.ERROR:
-        return judged
-    rounding = (level.tolerance or 0.0) + (now.tolerance or 0.0)
-    if level.value is None or now.value is None or max(level.value, now.value) > ROUNDING_LEVEL * rounding:
-        return judged
-    last, since = series.nights[before], series.nights[k]
-    names = {suspect.name for suspect in differing(last, since, now.depends)}
-    if not names or not names <= ROUNDING_PARTS or series.other_settings(last.name, since.name):
-        return judged
-    return replace(judged, direction=Direction.CHANGED, reason=f"{OTHER_ROUNDING}; {judged.reason}")
-
-
-def is_told(told: Figure | None, now: Figure) -> bool:
-    """Whether a difference from the level was told before, as neither better nor worse, and nothing moved since.
-
-    The level stays where it is then, so that small differences add up.
-    """
-    moved = None if told is None else compared(told, now)
-    return told is not None and (moved is None or moved.direction is Direction.SAME)
-
-
-def is_worse(was: Figure, now: Figure) -> bool:
-    """Whether a figure that is there is worse than an earlier one."""
-    if was.missing or now.missing or was.identity.kind not in RULES:
+    if level.missing or now.missing:
+        return now.missing and not level.missing
+    if now.identity.kind is FigureKind.ERROR and (now.value or 0.0) <= ROUNDING_LEVEL * (now.tolerance or 0.0):
         return False
-    judged = compared(was, now)
-    return judged is not None and judged.direction is Direction.WORSE
+    return now.identity.kind in RULES and differs(level, now, Direction.WORSE)
 
 
-def same_changes(series: FigureSeries) -> tuple[Change, ...]:
-    """Difference of the last night's figure from the night before that rounding or intervals explain; none, or one."""
-    if len(series.figures) < 2:
-        return ()
-    was, now = series.figures[-2:]
+def is_better(level: Figure, now: Figure) -> bool:
+    """Whether a result that is there is better than another one."""
+    return not level.missing and not now.missing and differs(level, now, Direction.BETTER)
+
+
+def differs(was: Figure, now: Figure, direction: Direction) -> bool:
+    """Whether a result differs from an earlier one in a direction."""
     judged = compared(was, now)
-    if judged is None or judged.direction is not Direction.SAME:
-        return ()
-    last, since = series.nights[-2].name, series.nights[-1].name
-    words = judged.direction, judged.reason, judged.factor
-    return (Change(series.identity, was, now, last, since, *words, named=series.names_since(since)),)
+    return judged is not None and judged.direction is direction
+
+
+def worst(figures: Iterable[Figure]) -> Figure:
+    """Worst of some results."""
+    found, *others = figures
+    for figure in others:
+        found = figure if differs(found, figure, Direction.WORSE) else found
+    return found

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 from barchain.nightly.acceptances import accepting
 from barchain.nightly.changes import VERDICT, results_words
 from barchain.nightly.figures import STEPPED, FigureKind, NightPart
-from barchain.nightly.judging import still_holding
 from barchain.nightly.sentence import opening
+from barchain.nightly.standing import standing
 from barchain.nightly.suspects import Suspect, differing
 from reports.tables.nights.facts import (
     AcceptanceEntry,
@@ -29,8 +29,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from barchain.nightly.acceptances import Acceptance
-    from barchain.nightly.changes import Change, JudgedNight
+    from barchain.nightly.changes import Change
     from barchain.nightly.figures import Figure, NightSummary
+    from barchain.nightly.judged import JudgedNight
     from reports.tables.nights.facts import NightRun
 
 
@@ -69,12 +70,12 @@ def night_facts(
     """
     every = list(figures)
     cells = [f for f in every if f.identity.kind is FigureKind.VERDICT and f.identity.quantity == VERDICT]
-    tonight = tuple(events(list(standing_for(change_entries(judged, judged.tonight, accepted, confirmed)))))
-    holding = events(change_entries(judged, still_holding(judged), accepted, confirmed))
-    standing, held = (tuple(e for e in holding if (e.accepted is None) is told) for told in (True, False))
+    tonight = tuple(events(list(standing_for(tonight_entries(judged, accepted, confirmed)))))
+    holding = events(holding_entries(judged, accepted, confirmed))
+    worse, held = (tuple(e for e in holding if (e.accepted is None) is told) for told in (True, False))
     names = [night.name for night in judged.compared_with]
     return NightlyFile(
-        sentence=opening(judged, tonight, len(standing), baseline, len(held)),
+        sentence=opening(judged, tonight, len(worse), baseline, len(held)),
         night=night_entry(judged),
         against=AgainstEntry(nights=len(names), first=names[0] if names else "", last=names[-1] if names else "",
                              baseline=baseline),
@@ -89,7 +90,7 @@ def night_facts(
             if not cell.not_run and cell.word not in FINE
         ),
         changes=tonight,
-        standing=standing,
+        standing=worse,
         held=held,
         renamed=judged.renamed,
         run=run,
@@ -105,16 +106,33 @@ def without_verdict(figures: Sequence[Figure], verdicts: Sequence[Figure]) -> li
     return [f for pair, f in failed.items() if pair not in judged]
 
 
-def change_entries(
-    judged: JudgedNight, changes: Iterable[Change], accepted: Sequence[Acceptance],
-    confirmed: Mapping[str, str] | None = None,
-) -> list[ChangeEntry]:  # fmt: skip
-    """Entries of some changes of a judged night, what needs a look first; the other arguments as of the whole night."""
-    nights = judged.by_name
+def tonight_entries(
+    judged: JudgedNight, accepted: Sequence[Acceptance], confirmed: Mapping[str, str] | None = None
+) -> list[ChangeEntry]:
+    """Entries of what a night tells first, what needs a look first.
+
+    What is worse is accepted if the state that it leads to is; another change by an entry of its night.
+    """
     now = datetime.datetime.now(datetime.UTC)
+    states = {state.change.identity: state.acceptance for state in standing(judged, accepted, now)}
+    found = []
+    for change in judged.tonight:
+        covering = accepting(change, accepted, now)
+        if change.identity in states and not change.is_step and not change.irreproducible:
+            covering = states[change.identity]
+        found.append(change_entry(change, judged.by_name, covering, (confirmed or {}).get(change.id, "")))
+    return sorted(found, key=weight)
+
+
+def holding_entries(
+    judged: JudgedNight, accepted: Sequence[Acceptance], confirmed: Mapping[str, str] | None = None
+) -> list[ChangeEntry]:
+    """Entries of the states that are worse than they were since an earlier night, what needs a look first."""
+    tonight = {change.id for change in judged.tonight}
     found = (
-        change_entry(change, nights, accepting(change, accepted, now), (confirmed or {}).get(change.id, ""))
-        for change in changes
+        change_entry(state.change, judged.by_name, state.acceptance, (confirmed or {}).get(state.change.id, ""))
+        for state in standing(judged, accepted)
+        if state.change.id not in tonight
     )
     return sorted(found, key=weight)
 
@@ -190,6 +208,8 @@ def suspicion(change: Change, nights: Mapping[str, NightSummary]) -> Suspicion:
 
     It is known whether a part differs by its digests, or because its versions do. Another setting is a suspect too.
     """
+    if change.last not in nights or change.since not in nights:
+        return Suspicion(())  # the night has been pruned
     last, since = nights[change.last], nights[change.since]
     depends, unknown = sorted({*change.was.depends, *change.now.depends}), []
     for name in depends:
@@ -223,7 +243,7 @@ def counts(judged: JudgedNight, tonight: Sequence[ChangeEntry]) -> CountsEntry:
     for change in tonight:
         told["accepted" if change.accepted else change.direction] += 1 + change.also
     return CountsEntry(
-        judged=judged.judged, same=len(judged.same), worse=told["worse"], better=told["better"],
+        judged=judged.judged, same=judged.same, worse=told["worse"], better=told["better"],
         changed=told["changed"], accepted=told["accepted"],
         irreproducible=sum(change.irreproducible for change in tonight), new=judged.new,
     )  # fmt: skip

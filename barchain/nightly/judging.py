@@ -1,160 +1,110 @@
-"""Judgement of a night against the earlier ones, or one other; changes that still hold, and their names."""
+"""Judgement of a night against the earlier ones, or one other; changes and their names."""
 
 from __future__ import annotations
 
 import datetime
-import math
 from dataclasses import replace
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from barchain.nightly.acceptances import NO_ACCEPTANCE, fits
-from barchain.nightly.changes import (
-    RULES,
-    Change,
-    Direction,
-    JudgedNight,
-    as_of,
-    bit_changes,
-    is_worse,
-    level_changes,
-    same_changes,
-    without_mended,
-)
+from barchain.nightly.advance import advance
 from barchain.nightly.faults import HistoryError
-from barchain.nightly.figures import STEPPED, Figure, FigureKind, FigureSeries, NightSummary
-from barchain.nightly.renamed import Lineages, continued
-from barchain.nightly.steps import FALSE_ALARMS, LEAST_EFFECT, WINDOW, time_changes
-from barchain.nightly.told import comparable_nights, steps_before, told_by
-from barchain.nightly.vanished import SAMPLED, Presence, presence_in, vanished
+from barchain.nightly.figures import STEPPED, FigureSeries
+from barchain.nightly.fold import folded_night
+from barchain.nightly.judged import JudgedNight
+from barchain.nightly.levels import LevelTable
+from barchain.nightly.presence import SAMPLED
+from barchain.nightly.standing import every_change, standing
+from barchain.nightly.steps import FALSE_ALARMS, WINDOW, time_changes
+from barchain.nightly.told import steps_before, told_by
 from scenarios.nearest import nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
-    from barchain.nightly.figures import FigureIdentity, Night
+    from barchain.nightly.changes import Change
+    from barchain.nightly.figures import FigureIdentity, Night, NightSummary
     from barchain.nightly.history import NightStore
-    from barchain.nightly.steps import ToldChanges
+    from barchain.nightly.levels import FoldedNight, Level
+    from barchain.nightly.table import FigureTable
 
 
-def judge_night(
-    series: Sequence[FigureSeries],
-    nights: Sequence[NightSummary],
-    false_alarms: float = FALSE_ALARMS,
-    lineages: Lineages | None = None,
-    told: ToldChanges = MappingProxyType({}),
-) -> JudgedNight:
-    """Judge the last of some nights.
+def judge(store: NightStore, name: str = "latest", *, false_alarms: float = FALSE_ALARMS) -> JudgedNight:
+    """Judge a night against the earlier ones.
 
     Parameters
     ----------
-    series : sequence of FigureSeries
-        All figures over these nights.
-    nights : sequence of NightSummary
-        In their order. Void nights are left out; a void night is not judged.
+    store : NightStore
+    name : str
+        Of the night.
     false_alarms : float
         Probability of a false alarm in a night, of times and memory together.
-    lineages : Lineages, optional
-        Names of the figures over the comparable nights; default: those of `series`, which have all of their nights.
-    told : mapping
-        Steps of times and memory that earlier nights told, by name of the figure.
+
+    Raises
+    ------
+    HistoryError
+        If there is no such night.
     """
-    tonight = nights[-1]
-    if tonight.void is not None:
-        return JudgedNight(tonight, ())
-    kept = comparable(nights)
-    lineages = lineages or Lineages(kept, presence_in(series, nights))
-    own = continued([one for one in (restricted(each, kept) for each in series) if one.nights], lineages)
-    alike = same_class(kept)
-    current = [one for one in own if one.nights[-1].name == tonight.name]
-    settled = without_mended(
-        change
-        for one in own
-        if one.identity.kind not in STEPPED
-        for change in (level_changes(one) if one.identity.kind in RULES else bit_changes(one))
-    )
-    noisy = [restricted(one, alike) for one in own if one.identity.kind in STEPPED]
-    stepped, fresh = time_changes([one for one in noisy if one.nights], false_alarms, told)
-    settled = [
-        replace(c, settings=lineages.other_settings(c)) if c.identity.kind is FigureKind.VERDICT else c for c in settled
-    ]
-    gone = [c for c in vanished(own, kept, lineages.presence) if not of_another_setting(c, lineages)]
-    changes = sorted([*settled, *stepped, *gone], key=lambda c: (not c.irreproducible, c.since))
-    steps = {change.id for change in stepped}
-    new = [c for c in changes if c.since == tonight.name and c.id not in steps]
-    replanned = len(kept) > 1 and kept[-2].plan != tonight.plan
+    chosen = store.summary(name)
+    if chosen.void is not None:
+        return JudgedNight(chosen, ())
+    folded = folded_night(store, chosen)
+    known = {night.name: night for night in store.nights()}
+    nights = [known[name] for name, _, late in folded.table.folded if name in known and not late]
+    alike = [n for n in nights if n.environment.machine_class == chosen.environment.machine_class][-WINDOW:]
+    series = noisy_series(store.table(), alike, folded.table.rows)
+    stepped, fresh = time_changes(series, false_alarms, steps_before(told_by(store), chosen.name))
+    return judged_night(folded, chosen, nights[:-1], stepped, fresh)
+
+
+def judged_night(
+    folded: FoldedNight,
+    night: NightSummary,
+    before: Sequence[NightSummary],
+    stepped: Sequence[Change] = (),
+    fresh: Sequence[Change] = (),
+) -> JudgedNight:
+    """Judgement of a folded night.
+
+    Parameters
+    ----------
+    folded : FoldedNight
+    night : NightSummary
+    before : sequence of NightSummary
+        Those that it was compared with.
+    stepped, fresh : sequence of Change
+        All steps of times and memory, and those that this night tells first.
+    """
+    rows = folded.table.rows.items()
+    above = {identity: row for identity, row in rows if row.steps}
+    earlier = {identity: row.earlier for identity, row in rows if row.earlier}
     return JudgedNight(
-        tonight, tuple(kept[:-1]), tuple(changes), (*new, *fresh),
-        tuple(c for one in current if one.identity.kind in RULES for c in same_changes(one)),
-        sum(len(one.nights) > 1 and not one.figures[-1].not_run for one in current)
-        + sum(c.since == tonight.name for c in gone),
-        sum(len(one.nights) == 1 and not one.identity.quantity.startswith(SAMPLED) for one in current),
-        sum(one.nights[-1].name == kept[-2].name and not one.identity.quantity.startswith(SAMPLED) for one in own)
-        if replanned else 0,
-        tuple(words for since, words in lineages.renames if since == tonight.name),
+        night, tuple(before), (*folded.news, *fresh), tuple(stepped), above,
+        folded.judged, folded.same, folded.new, folded.left_out, folded.renamed, earlier,
     )  # fmt: skip
 
 
-def of_another_setting(gone: Change, lineages: Lineages) -> bool:
-    """Whether bits are gone because their engine has another setting in the scene: these have other bits."""
-    return gone.identity.kind is FigureKind.BITS and bool(lineages.other_settings(gone))
+def noisy_series(
+    table: FigureTable, nights: Sequence[NightSummary], rows: Mapping[FigureIdentity, Level]
+) -> list[FigureSeries]:
+    """Times and memory over some nights, each with the nights on which it had another name."""
+    found = {one.identity: one for one in table.series_at(table.where(nights, STEPPED))}
+    return [
+        joined(row, found) for identity, row in rows.items()
+        if identity.kind in STEPPED and (identity in found or row.earlier)
+    ]  # fmt: skip
 
 
-def comparable(nights: Sequence[NightSummary]) -> list[NightSummary]:
-    """Nights that the last one is judged against, and itself: those of its machine class, and all before the first.
-
-    A change that came with a new machine stands on its later nights, too.
-    """
-    believed = [night for night in nights if night.void is None]
-    own = same_class(believed)
-    return [*believed[: believed.index(own[0])], *own]
-
-
-def same_class(nights: Sequence[NightSummary]) -> list[NightSummary]:
-    """Nights of the machine class of the last one."""
-    return [n for n in nights if n.environment.machine_class == nights[-1].environment.machine_class]
-
-
-def restricted(series: FigureSeries, nights: Sequence[NightSummary]) -> FigureSeries:
-    """Series over some nights only."""
-    names = {night.name for night in nights}
-    return series.at([k for k, night in enumerate(series.nights) if night.name in names])
-
-
-def still_holding(judged: JudgedNight) -> list[Change]:
-    """Changes for the worse of earlier nights, before which the figure was still better than it is, and what it is now.
-
-    Of a figure the last one stands for those before it, as the figure is where that one led. Steps of times and memory
-    are factors, and stand for themselves. A run that was not reproducible is an event of its night, and no state that
-    holds.
-    """
-    own: dict[FigureIdentity, list[Change]] = {}
-    for change in sorted(judged.changes, key=lambda c: c.since):
-        own.setdefault(change.identity, []).append(change)
-    told = {change.id for change in judged.tonight}
-    found = []
-    for identity, changes in own.items():
-        holding = [c for c in changes if is_regression(c) and holds(c, changes)]
-        shown = holding if identity.kind in STEPPED else [as_of(c, changes[-1].now) for c in holding[-1:]]
-        found += [c for c in shown if c.id not in told]
-    return found
-
-
-def is_regression(change: Change) -> bool:
-    """Whether a change is for the worse, and a state that can hold."""
-    return change.direction is Direction.WORSE and not change.irreproducible
-
-
-def holds(change: Change, own: Sequence[Change]) -> bool:
-    """Whether a figure is still worse than before a change, from all of its changes in their order.
-
-    Steps of times and memory multiply: a slow-down holds until later steps have taken it back, up to half the least
-    effect. One without later steps holds as long as it is there.
-    """
-    if change.identity.kind in STEPPED and change.factor is not None:
-        steps = [c.factor for c in own if c.since >= change.since and c.factor is not None]
-        return len(steps) == 1 or math.prod(steps) >= 1.0 + LEAST_EFFECT / 2.0
-    return change.now is own[-1].now or is_worse(change.was, own[-1].now)
+def joined(row: Level, found: Mapping[FigureIdentity, FigureSeries]) -> FigureSeries:
+    """Series of a figure with the nights of its earlier names."""
+    identity, since = row.told.identity, ""
+    pairs = []
+    for name, until in (*row.earlier, (identity, row.present)):
+        own = found.get(name)
+        rows = zip(own.nights, own.figures, strict=True) if own else ()
+        pairs += [(night, replace(figure, identity=identity)) for night, figure in rows if since < night.name <= until]
+        since = until
+    return FigureSeries(identity, tuple(n for n, _ in pairs), tuple(f for _, f in pairs), row.earlier)
 
 
 def judge_pair(before: Night, after: Night) -> JudgedNight:
@@ -171,63 +121,20 @@ def judge_pair(before: Night, after: Night) -> JudgedNight:
     after : Night
     """
     started = min(before.started, after.started - datetime.timedelta(seconds=1))  # it is before, whenever it was
-    nights = (replace(before.summary(), void=None, started=started), after.summary())
+    first, last = replace(before.summary(), void=None, started=started), after.summary()
     if after.void is not None:
-        return JudgedNight(nights[1], nights[:1])
-    found: dict[FigureIdentity, list[tuple[NightSummary, Figure]]] = {}
-    for night, content in zip(nights, (before, after), strict=True):
-        for figure in content.figures:
-            found.setdefault(figure.identity, []).append((night, figure))
-    series = tuple(
-        FigureSeries(identity, tuple(n for n, _ in own), tuple(f for _, f in own)) for identity, own in found.items()
-    )
-    lineages = Lineages(nights, presence_in(series, nights))
-    judged, whole = judge_night(series, nights, lineages=lineages), continued(series, lineages)
-    compared = sum(len(one.nights) > 1 for one in whole if one.identity.kind not in STEPPED)
-    gone = []
-    for one in whole if before.plan == after.plan and after.complete else ():
-        rotates = one.identity.quantity.startswith(SAMPLED) or one.identity.kind in STEPPED
-        if one.nights == nights[:1] and not rotates and not one.figures[0].missing:
-            reason = "not measured, though the baseline of the same plan has it"
-            now = Figure(one.identity, reason=reason, depends=one.figures[0].depends)
-            last, since = (night.name for night in nights)
-            change = Change(one.identity, one.figures[0], now, last, since, Direction.WORSE, reason)
-            gone += [] if of_another_setting(change, lineages) else [change]
-    return replace(
-        judged, changes=(*judged.changes, *gone), tonight=(*judged.tonight, *gone), judged=compared + len(gone),
-        left_out=sum(one.nights == nights[:1] for one in whole),
-    )  # fmt: skip
-
-
-def judge(store: NightStore, name: str = "latest", *, false_alarms: float = FALSE_ALARMS) -> JudgedNight:
-    """Judge a night against the earlier ones.
-
-    Parameters
-    ----------
-    store : NightStore
-    name : str
-        Of the night.
-    false_alarms : float
-
-    Raises
-    ------
-    HistoryError
-        If there is no such night.
-    """
-    chosen, told = store.summary(name), told_by(store)
-    before = comparable_nights(store.nights(), chosen, told)
-    if chosen.void is not None:
-        return judge_night((), before, false_alarms)
-    before, table = comparable(before), store.table()
-    lineages = Lineages(before, Presence(table.nights, table.identities, table.cells >= 0))
-    stepped = same_class(before)[-WINDOW:]
-    settled = [kind for kind in FigureKind if kind not in STEPPED]
-    series = (
-        *table.levels(before, settled, lineages.borders),
-        *table.series_at(table.where(stepped, STEPPED)),
-        *table.gone(before, stepped, STEPPED),
-    )
-    return judge_night(series, before, false_alarms, lineages, steps_before(told, chosen.name))
+        return JudgedNight(last, (first,))
+    there = {figure.identity for figure in after.figures}
+    steady = [
+        figure for figure in before.figures
+        if figure.identity.kind not in STEPPED
+        and (figure.identity in there or not figure.identity.quantity.startswith(SAMPLED))
+    ]  # fmt: skip
+    later = [figure for figure in after.figures if figure.identity.kind not in STEPPED]
+    folded = advance(advance(LevelTable(), first, steady).table, last, later, occasions=1)
+    renamed = {name for row in folded.table.rows.values() for name, _ in row.earlier}
+    left_out = sum(figure.identity not in there | renamed for figure in before.figures)
+    return replace(judged_night(folded, last, (first,)), left_out=left_out)
 
 
 def change_named(judged: JudgedNight, name: str) -> Change:
@@ -238,20 +145,20 @@ def change_named(judged: JudgedNight, name: str) -> Change:
     HistoryError
         If there is none; the message gives the nearest name.
     """
-    known: dict[str, Change] = {}
-    ordered = sorted(judged.changes, key=lambda c: c.since)
-    known |= {name: change for change in ordered for name in change.ids}
-    known |= {name: change for change in ordered for name in (change.identity.name, change.id)}
+    every = sorted(every_change(judged), key=lambda c: c.since)
+    known: dict[str, Change] = {name: change for change in every for name in change.ids}
+    known |= {name: change for change in every for name in (change.identity.name, change.id)}
     if name not in known:
-        there = f"{len(judged.changes)} changes are there" if known else "there are none"
+        there = f"{len(every)} changes are there" if known else "there are none"
         raise HistoryError(f"{name[:80]}: no such change{nearest(name, known)}; {there} up to {judged.night.name}")
     return known[name]
 
 
 def changes_named(judged: JudgedNight, name: str) -> list[Change]:
-    """Change of an id, or the last change of each figure of a name, or that fits a pattern with ``*``.
+    """Change of an id, or the state of each figure of a name, or that fits a pattern with ``*``.
 
-    A pattern takes what is worse, and what changed tonight: what became better earlier needs no acceptance.
+    A pattern takes what is worse, and what changed tonight: what became better earlier needs no acceptance. The id of a
+    change takes that change alone, a name or a pattern all steps that lead to what the figure is.
 
     Raises
     ------
@@ -261,16 +168,13 @@ def changes_named(judged: JudgedNight, name: str) -> list[Change]:
     every = acceptable(judged)
     named = [change for change in every if change.identity.name == name]
     if named or "*" not in name:
-        return named or event_of(change_named(judged, name), judged.changes)
-    tonight = {change.id for change in judged.tonight}
-    fitting = [
-        change for change in every
-        if fits(change.identity.name, name) and (change.direction is Direction.WORSE or change.id in tonight)
-    ]  # fmt: skip
+        return named or event_of(change_named(judged, name), every)
+    fitting = [change for change in every if fits(change.identity.name, name)]
     if not fitting:
-        refused = any(fits(change.identity.name, name) for change in judged.changes)
-        changed = len({change.identity for change in judged.changes})
-        fault = NO_ACCEPTANCE if refused else f"fits none of {changed} changed figures up to {judged.night.name}"
+        changed = every_change(judged)
+        refused = any(fits(change.identity.name, name) for change in changed)
+        count = len({change.identity for change in changed})
+        fault = NO_ACCEPTANCE if refused else f"fits none of {count} changed figures up to {judged.night.name}"
         raise HistoryError(f"{name[:80]}: {fault}")
     return fitting
 
@@ -281,18 +185,16 @@ def event_of(change: Change, every: Sequence[Change]) -> list[Change]:
         return [change]
     i = change.identity
     place = (i.scene, i.engine, change.since)
-    return [change, *(c for c in every if c.now.missing and c is not change
+    return [change, *(c for c in every if c.now.missing and c.id != change.id
                       and (c.identity.scene, c.identity.engine, c.since) == place)]  # fmt: skip
 
 
 def acceptable(judged: JudgedNight) -> list[Change]:
-    """Changes that a name or a pattern accepts: those that hold, new steps, and the last ones of all other figures."""
-    steps = [change for change in judged.tonight if change.identity.kind in STEPPED]
-    found = [*still_holding(judged), *steps]  # not a recovery in part after a change that holds
-    last = {change.identity: change for change in sorted(judged.changes, key=lambda c: c.since)}
-    taken = {change.identity for change in found}
-    found += [change for identity, change in last.items() if identity not in taken]
-    return [change for change in found if not change.irreproducible]
+    """Changes that a name or a pattern accepts: states that hold, and what else changed tonight."""
+    states = [state.change for state in standing(judged)]
+    taken = {change.identity for change in states}
+    rest = [change for change in judged.tonight if change.identity not in taken]
+    return [change for change in (*states, *rest) if not change.irreproducible]
 
 
 def irreproducible(judged: JudgedNight, names: Sequence[str]) -> int:

@@ -9,21 +9,15 @@ import contextlib
 import shutil
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from barchain.nightly.changes import Direction
-from barchain.nightly.figures import STEPPED
 from barchain.nightly.history import latest_first
-from barchain.nightly.judging import judge, still_holding
+from barchain.nightly.judging import judge
 from barchain.nightly.rank_test import FEWEST_NEW, FEWEST_OLD
-from barchain.nightly.renamed import Lineages
 from barchain.nightly.told import told_by
-from barchain.nightly.vanished import OCCASIONS, Presence
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from barchain.nightly.changes import Change, JudgedNight
     from barchain.nightly.history import NightStore
 
 
@@ -52,41 +46,19 @@ def prune_runs(store: NightStore, out: Path) -> None:
 
 
 def needed_nights(store: NightStore) -> frozenset[str]:
-    """Names of the nights that tell the changes for the worse which the last night of each machine class holds.
+    """Names of the nights that what is worse on the last night of each machine class is judged from.
 
-    Accepted ones are among them, as an acceptance names the night of its change. So are the nights between which a
-    figure got another name, with those beside them: a night may lack the figure.
+    The last night keeps the levels of all figures; the nights of steps have the suspects. Accepted ones are among them,
+    as an acceptance names the night of its step.
     """
-    table = store.table()
-    presence = Presence(table.nights, table.identities, table.cells >= 0)
     last = {night.environment.machine_class: night.name for night in store.nights() if night.void is None}
-    needed: set[str] = set()
+    needed = set(last.values())
     for judged in (judge(store, night) for night in last.values()):
+        needed |= {night for row in judged.above.values() for step in row.steps for night in (step.last, step.night)}
         names = list(judged.by_name)
-        borders = Lineages((*judged.compared_with, judged.night), presence).borders
-        for k in np.unique(np.nonzero(borders)[1]).tolist():
-            needed |= {each.name for each in table.nights[max(0, k - 1) : k + 2]}
-        for change in judged.changes:
-            if change.identity.kind in STEPPED:
-                since = names.index(change.since)
-                needed |= {*names[since : since + FEWEST_NEW]}
-        worse = [change for change in judged.tonight if change.direction is Direction.WORSE]
-        for change in (*worse, *still_holding(judged)):
-            needed |= needed_by(judged, change)
+        for change in judged.stepped:
+            since = names.index(change.since)
+            alike = [name for name in names[:since] if judged.by_name[name].plan == judged.night.plan]
+            before = alike[-2 * FEWEST_OLD :] if change.direction is Direction.WORSE else []
+            needed |= {change.last, *before, *names[since : since + FEWEST_NEW]}
     return frozenset(needed)
-
-
-def needed_by(judged: JudgedNight, change: Change) -> set[str]:
-    """Nights that a change is judged from.
-
-    These are the night on which the earlier level began, the last nights of the same plan before the change, as many as
-    a step of noisy figures and a figure that is gone need, as many complete ones, and the first ones after it.
-    """
-    nights, stepped = judged.by_name, change.identity.kind in STEPPED
-    names = list(nights)
-    last, since = names.index(change.last), names.index(change.since)
-    alike = [name for name in names[: last + 1] if nights[name].plan == nights[change.last].plan]
-    count = 2 * FEWEST_OLD if stepped else OCCASIONS
-    complete = [name for name in alike if nights[name].complete]
-    after = names[since : since + (FEWEST_NEW if stepped else 1)]
-    return {*alike[-count:], *complete[-count:], *after, change.level} - {""}

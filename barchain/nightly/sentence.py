@@ -11,7 +11,7 @@ from scenarios.plural import plural
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from barchain.nightly.changes import JudgedNight
+    from barchain.nightly.judged import JudgedNight
     from reports.tables.nights.facts import ChangeEntry
 
 

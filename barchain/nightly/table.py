@@ -51,9 +51,6 @@ WORDS = ("word", "trajectory", "reason", "depends")
 COLUMNS = (*IDENTITY, *NUMBERS, *WORDS, "versions")
 """Columns of a night's file; ``versions`` has those of the distributions behind a figure's engines, for readers"""
 TYPES = dict.fromkeys(NUMBERS, np.float64) | dict.fromkeys(WORDS, np.int32)
-DENSE_NIGHTS = 16
-"""Last nights of which every figure is looked at: two turns of parts that divide their scenes among a week, and two
-more"""
 MOST_READ = 16
 """Nights beside the cache: with more it is written anew"""
 AT_ONCE = 50
@@ -155,54 +152,11 @@ class FigureTable:
             raise HistoryError(f"{pattern[:80]}: no such figure{there}")
         return self.series_at((self.cells >= 0) & fitting[:, None])
 
-    def levels(
-        self, known: Sequence[NightSummary], kinds: Collection[FigureKind], borders: Mask, dense: int = DENSE_NIGHTS
-    ) -> tuple[FigureSeries, ...]:
-        """Series over some nights, before the `dense` last ones without figures that equal both neighbours.
-
-        Nights of `borders` (series, nights) count too: there another name of the figure begins or ends.
-
-        A figure that stays the same for a thousand nights tells no more than its first and its last one. The rules of
-        levels need the last night of each level and the first of the next; missing figures count by their nights, and
-        of a trajectory whose bits ever differed all nights count.
-        """
-        there = self.where(known, kinds)
-        before, after = shifted(self.cells, there), shifted(self.cells[:, ::-1], there[:, ::-1])[:, ::-1]
-        differs = there & (before != self.cells)
-        bits = np.array([identity.kind is FigureKind.BITS for identity in self.identities], bool)
-        moved = bits & (differs.sum(axis=1) > 1)
-        ends = there & (after != self.cells)  # the last night of a level
-        missing = there & self.missing[self.cells]
-        missing |= there & np.where(after >= 0, self.missing[after], False)  # and the night before
-        always = borders | self.among(known[-dense:]) | moved[:, None]
-        return self.series_at(differs | ends | missing | (there & always))
-
-    @property
-    def missing(self) -> Mask:
-        """Whether a result is none."""
-        empty = np.array([not text for text in self.texts], bool)
-        found: Mask = np.isnan(self.results["value"]) & empty[self.results["word"]]
-        return found
-
-    def gone(
-        self, known: Collection[NightSummary], recent: Collection[NightSummary], kinds: Collection[FigureKind]
-    ) -> tuple[FigureSeries, ...]:
-        """Last figures of the series that the `recent` ones of some nights lack."""
-        there = self.where(known, kinds)
-        gone = there.any(axis=1) & ~(there & self.among(recent)).any(axis=1)
-        last = there.shape[1] - 1 - np.argmax(there[:, ::-1], axis=1)
-        chosen = np.zeros_like(there)
-        chosen[gone, last[gone]] = True
-        return self.series_at(chosen)
-
-
-def shifted(cells: Codes, there: Mask) -> Codes:
-    """Result of the night before that has the figure, (series, nights); -1 before the first."""
-    place = np.where(there, np.arange(cells.shape[1], dtype=np.int32), np.int32(-1))
-    last = np.maximum.accumulate(place, axis=1)
-    before = np.concatenate([np.full((len(cells), 1), -1, np.int32), last[:, :-1]], axis=1)
-    found: Codes = np.where(before >= 0, np.take_along_axis(cells, before, axis=1), np.int32(-1))
-    return found
+    def of_night(self, name: str) -> list[Figure]:
+        """Figures of a night."""
+        codes = self.cells[:, next(k for k, night in enumerate(self.nights) if night.name == name)]
+        there = np.flatnonzero(codes >= 0)
+        return [self.figure(k, code) for k, code in zip(there.tolist(), codes[there].tolist(), strict=True)]
 
 
 def read_table(

@@ -15,11 +15,11 @@ from barchain.nightly.history import now
 
 if TYPE_CHECKING:
     import datetime
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Mapping
 
-    from barchain.nightly.changes import Change, JudgedNight
-    from barchain.nightly.figures import NightSummary
+    from barchain.nightly.changes import Change
     from barchain.nightly.history import NightStore
+    from barchain.nightly.judged import JudgedNight
 
 
 FILE = "told.json"
@@ -50,12 +50,13 @@ def keep_judgement(store: NightStore, judged: JudgedNight) -> None:
     if night.name in told:
         return
     known, tonight = steps_before(told, night.name), {change.id for change in judged.tonight}
-    kept = [
+    missed = [
         c
-        for c in judged.changes
-        if c.id in tonight
-        or (c.is_step and not any((c.since, c.direction is Direction.WORSE) in known.get(n, ()) for n in c.names))
+        for c in judged.stepped
+        if c.id not in tonight
+        and not any((c.since, c.direction is Direction.WORSE) in known.get(n, ()) for n in c.names)
     ]
+    kept = [*judged.tonight, *missed]
     later = any(name > night.name and facts["changes"] for name, facts in told.items())
     content = {
         "worse": sum(change.direction is Direction.WORSE for change in judged.tonight), "judged": judged.judged,
@@ -86,30 +87,6 @@ def told_by(store: NightStore) -> dict[str, dict[str, Any]]:
         except ValueError:
             raise HistoryError(f"{name} is damaged; remove it, and the night is judged anew") from None
     return told
-
-
-def comparable_nights(
-    nights: Sequence[NightSummary], chosen: NightSummary, told: Mapping[str, Mapping[str, Any]]
-) -> list[NightSummary]:
-    """Nights that a night is judged from, itself the last one: those that the history had when it told its changes.
-
-    A night that is added late, after a later night has told, is judged itself and counts for no other: it makes no
-    regression of today's, and what was told stays true.
-    """
-    at = told.get(chosen.name, {}).get("told", "")
-    found: list[NightSummary] = []
-    first_told = ""  # the earliest instant at which a later night of the machine class told its changes
-    for night in reversed(nights):
-        if night.environment.machine_class != chosen.environment.machine_class:
-            late = False
-        else:
-            late = bool(first_told) and night.added > first_told
-            instant = told.get(night.name, {}).get("told", "")
-            first_told = min(filter(None, (first_told, instant)), default="")
-        if night is chosen or (not late and not (at and night.added > at)):
-            found.append(night)
-    found.reverse()
-    return found[: found.index(chosen) + 1]
 
 
 def steps_before(told: Mapping[str, Mapping[str, Any]], before: str) -> dict[str, list[tuple[str, bool]]]:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections import Counter, defaultdict
-from typing import TYPE_CHECKING
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from barchain.nightly.figures import FigureKind
-from barchain.nightly.renamed import Lineages
-from barchain.nightly.vanished import Presence
 from reports.tables.nights.trends import CalendarNight, TrendChart, TrendCurve
 
 if TYPE_CHECKING:
@@ -18,11 +17,12 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from barchain.nightly.changes import Change
     from barchain.nightly.figures import FigureIdentity, NightSummary
+    from barchain.nightly.levels import EarlierNames
     from barchain.nightly.table import FigureTable
 
     Key = tuple[str, str, str]
+    Told = Mapping[str, Mapping[str, Any]]
 
 
 MOST_POINTS = 60
@@ -32,8 +32,9 @@ SHOWN = (FigureKind.ERROR, FigureKind.RATIO, FigureKind.MEMORY, FigureKind.COUNT
 
 
 def trend_charts(
-    table: FigureTable, nights: Sequence[NightSummary], changes: Sequence[Change]
-) -> tuple[TrendChart, ...]:
+    table: FigureTable, nights: Sequence[NightSummary], told: Told = MappingProxyType({}),
+    names: Mapping[FigureIdentity, EarlierNames] = MappingProxyType({}),
+) -> tuple[TrendChart, ...]:  # fmt: skip
     """Charts of all engines and scenes.
 
     Parameters
@@ -41,13 +42,14 @@ def trend_charts(
     table : FigureTable
     nights : sequence of NightSummary
         Those that are drawn, in their order.
-    changes : sequence of Change
-        Their first nights with the new value are marked.
+    told : mapping
+        What each night told, by its name: first nights with a new value are marked.
+    names : mapping
+        Earlier names of figures, each with its last night.
     """
-    place = {night.name: k for k, night in enumerate(nights)}
     curves: dict[Key, list[TrendCurve]] = defaultdict(list)
     still: Counter[Key] = Counter()
-    for identity, at, value in drawn(table, nights):
+    for identity, at, value in drawn(table, nights, names):
         curves[key_of(identity)] += []
         if (value == value[0]).all():
             still[key_of(identity)] += 1
@@ -55,30 +57,47 @@ def trend_charts(
             quantity = f"{identity.quantity}{f' ({identity.setting})' if identity.setting else ''}"
             points = thinned(at.astype(float), value / np.median(value))
             curves[key_of(identity)].append(TrendCurve(quantity, str(identity.kind), *map(tuple, points)))
-    marked: dict[Key, set[int]] = defaultdict(set)
-    for change in changes:
-        if change.since in place:
-            marked[key_of(change.identity)].add(place[change.since])
+    marked = marked_nights(nights, told)
     return tuple(
         TrendChart(*key, tuple(own), still[key], tuple(sorted(marked[key]))) for key, own in sorted(curves.items())
     )
 
 
+def marked_nights(nights: Sequence[NightSummary], told: Told) -> dict[Key, set[int]]:
+    """Numbers of the nights on which a figure changed, by chart."""
+    number = {night.name: k for k, night in enumerate(nights)}
+    found: dict[Key, set[int]] = defaultdict(set)
+    for name in number.keys() & told.keys():
+        for change in told[name]["changes"]:
+            scene, engine = change["figure"].split(":")[:2]
+            if change["since"] in number:
+                found[scene, engine, change["kind"]].add(number[change["since"]])
+    return found
+
+
 def drawn(
-    table: FigureTable, nights: Sequence[NightSummary]
+    table: FigureTable, nights: Sequence[NightSummary], names: Mapping[FigureIdentity, EarlierNames]
 ) -> Iterator[tuple[FigureIdentity, NDArray[np.intp], NDArray[np.float64]]]:
     """Figures of engines, the places of their nights, and their values, from those above zero; a renamed one is one."""
     columns, there = np.flatnonzero(table.among(nights)), table.where(nights, SHOWN)
-    lineages = Lineages(nights, Presence(table.nights, table.identities, there))
+    rows = {identity: k for k, identity in enumerate(table.identities)}
+    starts = np.array([night.name for night in nights])
+    ended = {name: until for earlier in names.values() for name, until in earlier}
     for k in np.flatnonzero(there.any(axis=1)).tolist():
         identity = table.identities[k]
-        if k in lineages.after or not identity.engine:
+        goes_on = identity in ended and not (there[k, columns] & (starts > ended[identity])).any()
+        if not identity.engine or goes_on:
             continue
-        own = [(n, np.flatnonzero(there[n, columns[p.start : p.stop]]) + p.start) for n, p in lineages.places(k)]
-        at = np.concatenate([places for _, places in own])
-        value = np.concatenate([table.results["value"][table.cells[n, columns[places]]] for n, places in own])
-        if (above_zero := value > 0.0).any():
-            yield identity, at[above_zero], value[above_zero]
+        at, value, since = [], [], ""
+        for name, until in (*names.get(identity, ()), (identity, "~")):  # after all nights
+            if name in rows:
+                own = there[rows[name], columns] & (starts > since) & (starts <= until)
+                at.append(np.flatnonzero(own))
+                value.append(table.results["value"][table.cells[rows[name], columns[own]]])
+            since = until
+        nights_of, values = np.concatenate(at), np.concatenate(value)
+        if (above_zero := values > 0.0).any():
+            yield identity, nights_of[above_zero], values[above_zero]
 
 
 def key_of(identity: FigureIdentity) -> Key:

@@ -17,7 +17,11 @@ from barchain.cli.common.terminal import say, show_rows
 from barchain.cli.nightly.options import history_option, opened
 
 if TYPE_CHECKING:
-    from barchain.nightly.changes import JudgedNight
+    from collections.abc import Collection, Sequence
+
+    from barchain.nightly.changes import Change
+    from barchain.nightly.history import NightStore
+    from barchain.nightly.judged import JudgedNight
 
 HEADINGS = ("change", "figure", "was", "is", "direction", "since", "suspects", "accepted")
 UNKNOWN_USER = "unknown"
@@ -25,7 +29,7 @@ UNKNOWN_USER = "unknown"
 
 @click.command("changes")
 @click.argument("night", metavar="[NIGHT]", default="latest", type=WORDS)
-@click.option("--all", "every", is_flag=True, help="List also the changes that earlier nights told.")
+@click.option("--all", "every", is_flag=True, help="List also what is worse since earlier nights.")
 @history_option
 @json_option
 def changes(night: str, every: bool, url: str | None, as_json: bool) -> None:
@@ -34,13 +38,14 @@ def changes(night: str, every: bool, url: str | None, as_json: bool) -> None:
 
     need_extra()
     from barchain.nightly.acceptances import accepted  # noqa: PLC0415
-    from barchain.nightly.facts import change_entries  # noqa: PLC0415
-    from barchain.nightly.judging import judge, still_holding  # noqa: PLC0415
+    from barchain.nightly.facts import holding_entries, tonight_entries  # noqa: PLC0415
+    from barchain.nightly.judging import judge  # noqa: PLC0415
 
     with opened(url) as store:
         judged, known = judge(store, night), accepted(store)
-        entries = change_entries(judged, judged.changes if every else judged.tonight, known)
-        holding = any(entry.accepted is None for entry in change_entries(judged, still_holding(judged), known))
+        earlier = holding_entries(judged, known)
+        entries = [*tonight_entries(judged, known), *(earlier if every else ())]
+        holding = any(entry.accepted is None for entry in earlier)
     if as_json:
         say(json.dumps([entry.model_dump(mode="json") for entry in entries], indent=2))
         return
@@ -65,11 +70,12 @@ def accept_change(
 ) -> None:
     """Accept each CHANGE on purpose: an id of `barchain history changes`, or the name of a figure.
 
-    In a name * stands for any text: '*:exudyn:*' accepts all changes of an engine, with one entry for each night since
-    which they are. Entries stand in the file accepted.toml of the history.
+    An id accepts the step of its night alone; a name accepts what the figure is, with all steps since it was as it may
+    be. In a name * stands for any text: '*:exudyn:*' accepts all figures of an engine, with one entry for each night
+    since which they are worse. Entries stand in the file accepted.toml of the history.
     """
     from barchain.nightly.acceptances import accept, acceptances_of, accepted, accepting  # noqa: PLC0415
-    from barchain.nightly.facts import change_entries  # noqa: PLC0415
+    from barchain.nightly.facts import suspicion  # noqa: PLC0415
     from barchain.nightly.judging import changes_named, irreproducible, judge  # noqa: PLC0415
     from barchain.nightly.told import keep_judgement  # noqa: PLC0415
     from scenarios.plural import plural  # noqa: PLC0415
@@ -82,17 +88,46 @@ def accept_change(
         every = {name: changes_named(judged, name) for name in names}  # a wrong name accepts nothing
         acceptances_of([change for own in every.values() for change in own], user(), now, reason, end)  # all, or none
         for name, chosen in every.items():
-            causes = {entry.id: entry.suspect_words for entry in change_entries(judged, chosen, known)}
+            causes = {change.id: ", ".join(s.words for s in suspicion(change, judged.by_name).suspects)
+                      for change in chosen}  # fmt: skip
             entries = accept(store, chosen, user(), reason, end, name if "*" in name else "", causes)
             for made in entries:
                 say(f"accepted: {made.words}")
+            say(f"{plural(len(chosen), 'figure')} accepted; {covered(chosen)}")
             replaced = {(made.pattern, made.since) for made in entries}
             earlier = filter(None, (accepting(change, known, now) for change in chosen))
             for one in {each.words: each for each in earlier}.values():
                 same = (one.pattern, one.since) in replaced
                 say(f"{'replaces' if same else 'stands beside'}: {one.words}", err=True)
+        left_open(store, judged, {change.identity.name for own in every.values() for change in own})
     if left := irreproducible(judged, names):
         say(f"left out: {plural(left, 'run')} that {'is' if left == 1 else 'are'} not reproducible", err=True)
+
+
+def covered(chosen: Sequence[Change]) -> str:
+    """What an acceptance covers: the largest factor, its steps and the first night."""
+    from barchain.nightly.changes import results_words  # noqa: PLC0415
+    from barchain.nightly.sentence import amount  # noqa: PLC0415
+    from reports.tables.nights.facts import ratio_words  # noqa: PLC0415
+
+    largest = max(chosen, key=lambda change: change.factor or 0.0)
+    what = ratio_words(largest.factor) if largest.factor else " → ".join(results_words(largest))
+    up_to = "up to " if len(chosen) > 1 and largest.factor else ""
+    return f"covers {up_to}{what} in {amount(largest.steps, 'step')} since {largest.since}"
+
+
+def left_open(store: NightStore, judged: JudgedNight, names: Collection[str]) -> None:
+    """Say which of the accepted figures are still worse than accepted, and how they are accepted whole."""
+    from barchain.nightly.acceptances import accepted  # noqa: PLC0415
+    from barchain.nightly.standing import standing  # noqa: PLC0415
+    from reports.tables.nights.facts import ratio_words  # noqa: PLC0415
+
+    for state in standing(judged, accepted(store)):
+        change = state.change
+        if state.acceptance is None and change.identity.name in names and not change.is_step:
+            factor = f" {ratio_words(change.factor)}" if change.factor else ""
+            say(f"still worse than accepted:{factor} since {change.since}, which this change is a step of; "
+                f"`barchain history accept {change.identity.name}` accepts all of it", err=True)  # fmt: skip
 
 
 @click.command("accepted")
@@ -144,4 +179,4 @@ def sentence(judged: JudgedNight) -> str:
     if not judged.compared_with:
         return f"{night.name}: {night.figures} figures; there is no earlier night"
     told = f"{plural(len(judged.tonight), 'change')} among {judged.judged} figures with an earlier night"
-    return f"{night.name}: {told}; {len(judged.same)} differ within rounding or their intervals"
+    return f"{night.name}: {told}; {judged.same} differ within rounding or their intervals"

@@ -14,9 +14,9 @@ from barchain.cli.common.terminal import say
 from barchain.cli.nightly.options import history_option, opened
 
 if TYPE_CHECKING:
-    from barchain.nightly.changes import JudgedNight
     from barchain.nightly.figures import Night
     from barchain.nightly.history import NightStore
+    from barchain.nightly.judged import JudgedNight
     from reports.tables.nights.facts import NightlyFile
 
 WORSE, CHANGED, NOT_PASS, NEVER = "worse", "changed", "not-pass", "never"
@@ -155,7 +155,7 @@ def write_documents(
         against += f" (a night of another plan, {before.plan})" if before.plan != night.plan else ""
     facts = facts_of(store, judged, night, against)
     nights = [each for each in store.nights() if each.started <= summary.started]
-    charts = trend_charts(store.table(), nights, judged.changes)
+    charts = trend_charts(store.table(), nights, told_by(store), judged.earlier)
     out.mkdir(parents=True, exist_ok=True)
     write_atomically(out / FILE, facts.model_dump_json(indent=1) + "\n")
     write_summary(out, facts)
@@ -170,9 +170,10 @@ def facts_of(store: NightStore, judged: JudgedNight, night: Night, baseline: str
     """Facts of a judged night, with the acceptances and attributions of its history."""
     from barchain.nightly.acceptances import accepted  # noqa: PLC0415
     from barchain.nightly.facts import night_facts  # noqa: PLC0415
+    from barchain.nightly.standing import every_change  # noqa: PLC0415
     from barchain.nightly.told import attributed_words  # noqa: PLC0415
 
-    confirmed = attributed_words(store, judged.changes)
+    confirmed = attributed_words(store, every_change(judged))
     return night_facts(judged, accepted(store), night.figures, judged.night.run, baseline=baseline, confirmed=confirmed)
 
 

@@ -5,13 +5,19 @@ from __future__ import annotations
 from collections import defaultdict
 from typing import TYPE_CHECKING, Any
 
-from barchain.nightly.figures import FigureSeries, NightSummary
+from barchain.nightly.advance import advance
+from barchain.nightly.figures import STEPPED, FigureSeries, NightSummary
+from barchain.nightly.judging import judged_night
+from barchain.nightly.levels import FoldedNight, LevelTable
+from barchain.nightly.steps import time_changes
 from tests.nightly.history.synthetic import ENVIRONMENT, PARTS, night
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from barchain.nightly.changes import Change
     from barchain.nightly.figures import Environment, Figure, Night, NightPart
+    from barchain.nightly.judged import JudgedNight
 
 FIGURES: dict[str, Sequence[Figure]] = {}
 """Figures of the nights made here, by name"""
@@ -52,3 +58,28 @@ def as_series(nights: Sequence[NightSummary]) -> tuple[FigureSeries, ...]:
     return tuple(
         FigureSeries(identity, tuple(n for n, _ in own), tuple(f for _, f in own)) for identity, own in found.items()
     )
+
+
+def folded(nights: Sequence[NightSummary]) -> list[FoldedNight]:
+    """Nights of one machine class, or of several that follow each other, folded one after the other."""
+    found, table = [], LevelTable()
+    for each in nights:
+        if each.void is None:
+            found.append(advance(table, each, FIGURES[each.name]))
+            table = found[-1].table
+    return found
+
+
+def news_of(nights: Sequence[NightSummary]) -> list[Change]:
+    """All that these nights tell."""
+    return [change for one in folded(nights) for change in one.news]
+
+
+def judged_last(nights: Sequence[NightSummary]) -> JudgedNight:
+    """Judgement of the last of some nights."""
+    if nights[-1].void is not None:
+        return judged_night(FoldedNight(LevelTable()), nights[-1], ())
+    last = folded(nights)[-1]
+    series = [one for one in as_series(nights) if one.identity.kind in STEPPED]
+    stepped, fresh = time_changes(series)
+    return judged_night(last, nights[-1], nights[:-1], stepped, fresh)

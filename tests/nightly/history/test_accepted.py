@@ -15,9 +15,10 @@ from barchain.nightly.changes import Direction
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import FigureError
 from barchain.nightly.history import NightStore, open_store
-from barchain.nightly.judging import change_named, changes_named, judge, judge_night
+from barchain.nightly.judging import change_named, changes_named, judge
 from barchain.nightly.place import VARIABLE
-from tests.nightly.history.histories import as_series, history_of
+from barchain.nightly.standing import every_change
+from tests.nightly.history.histories import history_of, news_of
 from tests.nightly.history.synthetic import bits, count, error, night, verdict
 
 if TYPE_CHECKING:
@@ -25,14 +26,15 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from barchain.nightly.acceptances import Acceptance
-    from barchain.nightly.changes import Change, JudgedNight
+    from barchain.nightly.changes import Change
+    from barchain.nightly.judged import JudgedNight
 
 AT = datetime.datetime(2026, 6, 1, tzinfo=datetime.UTC)
 
 
 def last_change(*values: float) -> Change:
     nights = history_of(*[[error(v)] for v in values])
-    return judge_night(as_series(nights), nights).changes[-1]
+    return news_of(nights)[-1]
 
 
 def worse_and_not_accepted(judged: JudgedNight, known: Sequence[Acceptance], at: datetime.datetime) -> list[Change]:
@@ -65,7 +67,7 @@ def test_an_acceptance_ends_on_its_date() -> None:
 )
 def test_verdicts_and_counts_are_accepted_exactly(was, now, later) -> None:
     nights = history_of([was], [now], [later])
-    first, second = judge_night(as_series(nights), nights).changes
+    first, second = news_of(nights)
     (made,) = acceptances_of([first], "someone", AT, "known")
     assert accepting(first, [made], AT) is made
     assert accepting(second, [made], AT) is None
@@ -142,7 +144,7 @@ def test_a_fault_is_one_line(filled: Path, words: list[str], said: str, capsys: 
 
 def test_the_same_value_after_a_recovery_is_another_change() -> None:
     nights = history_of([error(1e-5)], [error(3e-5)], [error(1e-5)], [error(3e-5)])
-    first, _, second = judge_night(as_series(nights), nights).changes
+    first, _, second = news_of(nights)
     for one, other in ((first, second), (second, first)):
         (made,) = acceptances_of([one], "someone", AT, "a looser tolerance")
         assert accepting(one, [made], AT) is made
@@ -206,6 +208,6 @@ def test_a_pattern_accepts_nothing_that_is_seen_first_on_a_later_night(store: Ni
         store.add(night(often, *([seldom] if k != 2 else []), number=k, complete=k != 2))
         if k == 2:
             accept(store, changes_named(judge(store), "*:mujoco:*"), "Ada", "meant", pattern="*:mujoco:*")
-    changed = {c.identity.quantity: accepting(c, accepted(store), AT) for c in judge(store).changes}
+    changed = {c.identity.quantity: accepting(c, accepted(store), AT) for c in every_change(judge(store))}
     assert changed["attitude.max"] is not None
     assert changed["rate.max"] is None

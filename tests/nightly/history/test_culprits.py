@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from barchain.nightly.changes import Direction
-from barchain.nightly.facts import change_entries, suspicion
+from barchain.nightly.facts import suspicion, tonight_entries
 from barchain.nightly.figures import Figure, FigureKind, NightPart
-from barchain.nightly.judging import judge_night
-from tests.nightly.history.histories import as_series, history_of
+from barchain.nightly.standing import every_change
+from tests.nightly.history.histories import history_of, judged_last
 from tests.nightly.history.noise import noise
 from tests.nightly.history.synthetic import ENVIRONMENT, identity
 from tests.support.slow import one_in
@@ -22,7 +22,7 @@ from tests.support.slow import one_in
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from barchain.nightly.changes import JudgedNight
+    from barchain.nightly.judged import JudgedNight
 
 ENGINES = ("mujoco", "exudyn", "rebound")
 SCENES = ("paper/fig05", "paper/fig13")
@@ -107,7 +107,7 @@ def judged_with(change: Planted, nights: int = 6, at: int = 5) -> JudgedNight:
             environment[k] = dataclasses.replace(ENVIRONMENT, cpu="Other CPU")
     figures = [measured(change if k >= at else None) for k in range(nights)]
     history = history_of(*figures, parts=dict.fromkeys(range(nights), PARTS) | parts, environment=environment)
-    return judge_night(as_series(history), history)
+    return judged_last(history)
 
 
 @pytest.mark.parametrize("name", one_in(3, PLANTED))
@@ -136,14 +136,14 @@ def test_there_are_at_least_thirty_planted_changes() -> None:
 def test_a_change_is_told_on_its_own_night_only_and_keeps_its_night() -> None:
     judged = judged_with(PLANTED["tolerance x 3 in mujoco"], nights=9, at=5)
     assert judged.tonight == ()
-    assert {c.since for c in judged.changes} == {judged.compared_with[5].name}
+    assert {c.since for c in every_change(judged)} == {judged.compared_with[5].name}
 
 
 def test_two_parts_that_change_at_once_are_both_suspects() -> None:
     changed = {"engine:mujoco", "adapter:mujoco"}
     new = tuple(dataclasses.replace(p, digest="ee") if p.name in changed else p for p in PARTS)
     history = history_of(measured(None), measured(PLANTED["tolerance x 3 in mujoco"]), parts={0: PARTS, 1: new})
-    judged = judge_night(as_series(history), history)
+    judged = judged_last(history)
     nights = {night.name: night for night in history}
     assert {s.name for s in suspicion(judged.tonight[0], nights).suspects} == changed
 
@@ -152,7 +152,7 @@ def test_a_part_without_digest_is_named_as_unknown() -> None:
     unknown = tuple(dataclasses.replace(p, digest="") for p in PARTS)
     figures = (measured(None), measured(PLANTED["tolerance x 3 in mujoco"]))
     history = history_of(*figures, parts={0: unknown, 1: unknown})
-    judged = judge_night(as_series(history), history)
+    judged = judged_last(history)
     found = suspicion(judged.tonight[-1], {night.name: night for night in history})
     assert found.suspects == ()
     assert "adapter:mujoco" in found.unknown
@@ -160,9 +160,9 @@ def test_a_part_without_digest_is_named_as_unknown() -> None:
 
 def test_what_nothing_explains_says_so() -> None:
     history = history_of(measured(None), measured(PLANTED["tolerance x 3 in mujoco"]), parts={0: PARTS, 1: PARTS})
-    judged = judge_night(as_series(history), history)
+    judged = judged_last(history)
     assert judged.tonight[0].irreproducible
-    entry = change_entries(judged, judged.tonight, ())[0]
+    entry = tonight_entries(judged, ())[0]
     assert entry.suspect_words == "none: all parts that the figure depends on are the same"
 
 
@@ -187,15 +187,15 @@ def timed(seed: int, before: int, after: int, kind: FigureKind, factor: float) -
         changed |= {"engine:exudyn"} if t >= before + 1 else set()  # another engine is new a night later
         parts[t] = tuple(dataclasses.replace(p, digest="ee") if p.name in changed else p for p in PARTS)
     history = history_of(*nights, parts=parts)
-    return judge_night(as_series(history), history), before
+    return judged_last(history), before
 
 
 @pytest.mark.parametrize("kind", [FigureKind.RATIO, FigureKind.MEMORY])
 def test_slow_downs_and_memory_are_told_with_their_culprit_and_their_night(kind: FigureKind) -> None:
     judged, before = timed(0, 60, 6, kind, 1.2)
     nights = [*judged.compared_with, judged.night]
-    assert {c.identity.quantity for c in judged.changes} == {"quantity.0", "quantity.1"}
-    for change in judged.changes:
+    assert {c.identity.quantity for c in every_change(judged)} == {"quantity.0", "quantity.1"}
+    for change in every_change(judged):
         assert change.direction is Direction.WORSE
         assert change.factor == pytest.approx(1.2, rel=0.05)
         assert change.factor_low <= change.factor <= change.factor_high
@@ -219,6 +219,8 @@ def test_culprits_of_steps_in_times_are_right_in_nineteen_of_twenty() -> None:
         for factor in (1.1, 1.2):
             judged, _ = timed(seed, 60, 10, FigureKind.RATIO, factor)
             nights = {n.name: n for n in (*judged.compared_with, judged.night)}
-            right += [[s.name for s in suspicion(c, nights).suspects] == ["engine:mujoco"] for c in judged.changes]
+            right += [
+                [s.name for s in suspicion(c, nights).suspects] == ["engine:mujoco"] for c in every_change(judged)
+            ]
     assert len(right) >= 70
     assert np.mean(right) >= 0.95

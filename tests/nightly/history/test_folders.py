@@ -10,11 +10,11 @@ import pytest
 from barchain.cli.main import run
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import FigureKind
-from barchain.nightly.judging import judge_night
 from barchain.nightly.parts import installation_here
 from barchain.nightly.results import night_here, read_night
+from barchain.nightly.standing import every_change
 from reports.tables.reading import DamagedResultsError
-from tests.nightly.history.histories import as_series, summaries
+from tests.nightly.history.histories import judged_last, summaries
 from tests.nightly.history.synthetic import FIRST
 from tests.storage.small_plans import SMALL
 from tests.support.results import change_record, change_rows, read_record, series_folder
@@ -96,9 +96,9 @@ def test_a_night_of_this_installation_knows_the_digests_of_its_parts(compared: P
     assert {f.identity for f in made.figures} == {f.identity for f in read_night(compared).figures}
     assert all(part.digest for part in made.parts)
     assert made.complete
-    judged = judge_night(as_series(summaries(made, made)), summaries(made, made))
+    judged = judged_last(summaries(made, made))
     assert judged.judged == len(made.figures)
-    assert judged.changes == ()
+    assert every_change(judged) == []
 
 
 def test_the_digest_of_a_trajectory_does_not_depend_on_its_file(compared: Path) -> None:

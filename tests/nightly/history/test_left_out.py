@@ -9,15 +9,14 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from barchain.cli.main import run
-from barchain.nightly.changes import PATIENCE, Direction, level_changes
+from barchain.nightly.changes import PATIENCE, Direction
 from barchain.nightly.facts import suspicion
 from barchain.nightly.figures import Figure, FigureKind, NightPart
-from barchain.nightly.judging import judge_night
 from barchain.nightly.results import figures_of
 from reports.tables.cost import BUSY, FILES, FOLLOWED
 from reports.tables.reading import TABLES
 from reports.tables.rows import NOT_RUN
-from tests.nightly.history.histories import as_series, history_of
+from tests.nightly.history.histories import history_of, judged_last, news_of
 from tests.nightly.history.synthetic import NAMES, PARTS, count, identity, verdict
 from tests.support.results import write_results
 
@@ -36,12 +35,12 @@ def left_out() -> Figure:
 
 def test_a_run_without_time_is_no_change_and_neither_is_its_return() -> None:
     nights = history_of(*[[verdict()], [left_out()], [verdict()], [left_out()], [left_out()], [verdict()]])
-    assert level_changes(*as_series(nights)) == ()
+    assert news_of(nights) == []
 
 
 def test_a_verdict_that_flipped_while_its_run_had_no_time_is_told() -> None:
     nights = history_of(*[[verdict()], [left_out()], [verdict("inaccurate")]])
-    (change,) = level_changes(*as_series(nights))
+    (change,) = news_of(nights)
     assert (change.was.word, change.now.word, change.since) == ("pass", "inaccurate", nights[2].name)
 
 
@@ -50,7 +49,7 @@ def test_an_engine_that_was_exchanged_while_its_run_had_no_time_is_the_suspect(g
     nights = history_of([verdict()], [verdict()], *[[left_out()]] * gap, [verdict("inconsistent")])
     newer = (NightPart("engine:mujoco", "4.0.0", "zz"), *PARTS[1:])
     nights = [night if k < 2 else replace(night, parts=newer) for k, night in enumerate(nights)]
-    judged = judge_night(as_series(nights), nights)
+    judged = judged_last(nights)
     (change,) = judged.tonight
     assert change.last == nights[1].name
     assert [s.words for s in suspicion(change, judged.by_name).suspects] == ["engine:mujoco 3.3.0 → 4.0.0"]
@@ -58,23 +57,23 @@ def test_an_engine_that_was_exchanged_while_its_run_had_no_time_is_the_suspect(g
 
 def test_a_run_that_stays_without_time_is_told_once() -> None:
     nights = history_of([verdict()], *[[left_out()] for _ in range(PATIENCE + 3)])
-    (change,) = level_changes(*as_series(nights))
+    (change,) = news_of(nights)
     assert (change.direction, change.since) == (Direction.WORSE, nights[PATIENCE].name)
     assert NO_TIME in change.reason
 
 
 def test_a_run_that_never_had_time_is_no_change() -> None:
     nights = history_of(*[[left_out()] for _ in range(2 * PATIENCE)])
-    assert level_changes(*as_series(nights)) == ()
+    assert news_of(nights) == []
 
 
 def test_counts_of_a_run_without_time_have_not_vanished() -> None:
     outcome, steps = identity("cost.outcome", FigureKind.VERDICT), count(quantity="cost.steps")
     there, away = Figure(outcome, word="pass", depends=NAMES), Figure(outcome, reason=NO_TIME, depends=NAMES)
     nights = history_of([there, steps], [there, steps], [away])
-    assert judge_night(as_series(nights), nights).tonight == ()
+    assert judged_last(nights).tonight == ()
     gone = history_of([there, steps], [there, steps], [there])
-    assert len(judge_night(as_series(gone), gone).tonight) == 1
+    assert len(judged_last(gone).tonight) == 1
 
 
 @pytest.fixture(scope="module")

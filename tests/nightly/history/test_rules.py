@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import given
@@ -11,18 +12,19 @@ from hypothesis import strategies as st
 
 from barchain.nightly.changes import (
     Direction,
-    bit_changes,
     compared,
     judge_number,
     judge_verdict,
-    level_changes,
-    same_changes,
 )
 from barchain.nightly.figures import Figure, FigureKind, FigureUnit, NightPart
-from barchain.nightly.judging import judge_night
+from barchain.nightly.judging import judge
+from barchain.nightly.standing import still_holding
 from reports.tables.outcome import Outcome
-from tests.nightly.history.histories import as_series, history_of
-from tests.nightly.history.synthetic import ENVIRONMENT, NAMES, PARTS, bits, count, error, identity, verdict
+from tests.nightly.history.histories import folded, history_of, judged_last, news_of
+from tests.nightly.history.synthetic import ENVIRONMENT, NAMES, PARTS, bits, count, error, identity, night, verdict
+
+if TYPE_CHECKING:
+    from barchain.nightly.history import NightStore
 
 
 def value(number: float, low: float | None = None, high: float | None = None, tolerance: float | None = None) -> Figure:
@@ -70,27 +72,20 @@ def test_the_rule_of_errors_is_the_same_both_ways(a: float, b: float, ta: float,
 
 def test_small_steps_within_rounding_do_not_add_up_unseen() -> None:
     nights = history_of(*[[error(1e-5 + k * 0.7e-9, tolerance=1e-9)] for k in range(8)])
-    (series,) = as_series(nights)
-    found = level_changes(series)
+    found = news_of(nights)
     assert [c.since for c in found] == [nights[3].name, nights[6].name]
-    assert all(c.direction is Direction.WORSE for c in found)
-    assert len(same_changes(series)) == 1
+    assert [c.direction for c in found] == [Direction.WORSE, Direction.WORSE]
+    assert folded(nights)[-1].same == 1
 
 
-def test_another_kernel_of_blas_makes_no_error_of_rounding_worse_neither_when_it_comes_nor_when_it_goes() -> None:
-    blas = (*PARTS, NightPart("blas", "openblas SkylakeX", "01")), (*PARTS, NightPart("blas", "openblas Haswell", "02"))
-    depends = (*NAMES, "blas")
-    small, large = (error(x, tolerance=1e-12, depends=depends) for x in (3e-12, 2e-11))
-    there = history_of([small], [large], [large], [small], parts=dict(enumerate((blas[0], blas[1], blas[1], blas[0]))))
-    assert [change.direction for change in level_changes(*as_series(there))] == [Direction.CHANGED]
-    within = error(4e-12, tolerance=1e-12, depends=depends)
-    assert level_changes(*as_series(history_of([small], [within], parts=dict(enumerate(blas))))) == ()
-    adapter = {0: (*other("adapter:mujoco"), blas[0][-1]), 1: blas[1]}
-    (change,) = level_changes(*as_series(history_of([small], [large], parts=adapter)))
-    assert change.direction is Direction.WORSE  # the adapter changed, too
-    far = error(2e-10, tolerance=1e-12, depends=depends)
-    (change,) = level_changes(*as_series(history_of([small], [far], parts=dict(enumerate(blas)))))
-    assert change.direction is Direction.WORSE  # far beyond rounding
+def test_an_error_of_rounding_is_told_when_it_moves_and_is_never_worse() -> None:
+    """Below 30 shares of rounding another order of additions decides how large an error is."""
+    small, large, far = (error(x, tolerance=1e-12) for x in (3e-12, 2e-11, 2e-10))
+    nights = history_of([small], [large], [large], [small])
+    assert [change.direction for change in news_of(nights)] == [Direction.CHANGED, Direction.BETTER]
+    assert still_holding(judged_last(history_of([small], [large], [large]))) == []
+    (change,) = news_of(history_of([small], [far]))
+    assert change.direction is Direction.WORSE
 
 
 def test_every_flip_of_a_verdict_is_told_with_its_direction() -> None:
@@ -141,7 +136,7 @@ def test_a_figure_that_is_missing_is_no_agreement() -> None:
 
 def test_equal_parts_with_other_bits_are_not_reproducible_and_told_first() -> None:
     nights = history_of([bits("aa"), error(1e-5)], [bits("bb"), error(2e-5)])
-    judged = judge_night(as_series(nights), nights)
+    judged = judged_last(nights)
     assert judged.tonight[0].irreproducible
     assert "not reproducible" in judged.tonight[0].reason
     assert judged.worse
@@ -149,7 +144,7 @@ def test_equal_parts_with_other_bits_are_not_reproducible_and_told_first() -> No
 
 def test_other_parts_may_give_other_bits() -> None:
     nights = history_of([bits("aa")], [bits("bb")], parts={1: other("engine:mujoco")})
-    (change,) = judge_night(as_series(nights), nights).tonight
+    (change,) = judged_last(nights).tonight
     assert change.direction is Direction.CHANGED
     assert not change.irreproducible
 
@@ -157,9 +152,9 @@ def test_other_parts_may_give_other_bits() -> None:
 def test_parts_that_come_back_must_bring_their_bits_back() -> None:
     parts = {1: other("engine:mujoco")}
     back = history_of([bits("aa")], [bits("bb")], [bits("aa")], parts=parts)
-    assert not any(c.irreproducible for c in bit_changes(as_series(back)[0]))
+    assert not any(c.irreproducible for c in news_of(back))
     elsewhere = history_of([bits("aa")], [bits("bb")], [bits("cc")], parts=parts)
-    last = bit_changes(as_series(elsewhere)[0])[-1]
+    last = news_of(elsewhere)[-1]
     assert last.irreproducible
     assert last.last == elsewhere[0].name
 
@@ -167,7 +162,7 @@ def test_parts_that_come_back_must_bring_their_bits_back() -> None:
 def test_without_digests_nothing_is_called_irreproducible() -> None:
     unknown = tuple(dataclasses.replace(p, digest="") for p in PARTS)
     nights = history_of([bits("aa")], [bits("bb")], parts={0: unknown, 1: unknown})
-    (change,) = judge_night(as_series(nights), nights).tonight
+    (change,) = judged_last(nights).tonight
     assert not change.irreproducible
     assert "not known" in change.reason
 
@@ -175,28 +170,29 @@ def test_without_digests_nothing_is_called_irreproducible() -> None:
 def test_a_vanished_figure_is_told_and_one_that_is_measured_now_and_then_is_not() -> None:
     full, less = [error(), verdict()], [verdict()]
     gone = history_of(full, full, less)
-    (change,) = judge_night(as_series(gone), gone).tonight
+    (change,) = judged_last(gone).tonight
     assert change.now.missing
     assert change.direction is Direction.WORSE
     rotating = history_of(full, less, full, less)
-    assert judge_night(as_series(rotating), rotating).tonight == ()
+    assert judged_last(rotating).tonight == ()
     interrupted = history_of(full, full, less, complete={2: False})
-    assert judge_night(as_series(interrupted), interrupted).tonight == ()
+    assert judged_last(interrupted).tonight == ()
 
 
 def test_a_void_night_is_neither_judged_nor_judged_against() -> None:
     void = history_of([error(1e-5)], [error(9e-5)], void={1: "a fault was missed"})
-    assert judge_night(as_series(void), void).tonight == ()
+    assert judged_last(void).tonight == ()
     after = history_of([error(1e-5)], [error(9e-5)], [error(1e-5)], void={1: "a fault was missed"})
-    judged = judge_night(as_series(after), after)
+    judged = judged_last(after)
     assert judged.tonight == ()
     assert judged.judged == 1
 
 
-def test_nights_of_another_machine_class_are_left_out_unless_there_are_no_others() -> None:
+def test_nights_of_another_machine_class_are_left_out_unless_there_are_no_others(store: NightStore) -> None:
     elsewhere = dataclasses.replace(ENVIRONMENT, cpu="Other CPU")
-    first = history_of([count(10)], [count(11)], environment={1: elsewhere})
-    (change,) = judge_night(as_series(first), first).tonight
-    assert change.last == first[0].name
-    between = history_of([count(10)], [count(11)], [count(10)], environment={1: elsewhere})
-    assert judge_night(as_series(between), between).tonight == ()
+    for k, (value, environment) in enumerate(((10, ENVIRONMENT), (11, elsewhere), (10, ENVIRONMENT))):
+        store.add(night(count(value), number=k, environment=environment))
+    names = [one.name for one in store.nights()]
+    (change,) = judge(store, names[1]).tonight
+    assert change.last == names[0]
+    assert judge(store, names[2]).tonight == ()

@@ -17,12 +17,13 @@ from barchain.nightly.figures import FigureKind, Night
 from barchain.nightly.history import RECORD, NightStore, export_parquet, open_store
 from barchain.nightly.judging import judge
 from barchain.nightly.pruning import prune_runs
+from barchain.nightly.standing import every_change
 from barchain.nightly.table import CACHE, FIGURES
 from barchain.nightly.told import attributed_words, keep_judgement
 from tests.nightly.history.synthetic import FIRST, bits, count, error, large_night, night, nights, ratio, verdict
 
 if TYPE_CHECKING:
-    from barchain.nightly.changes import JudgedNight
+    from barchain.nightly.judged import JudgedNight
 
 
 def folder(store: NightStore, name: str = "") -> Path:
@@ -329,9 +330,9 @@ def test_a_night_that_is_added_late_is_judged_itself_and_makes_no_later_one_red(
     late = night(error(1e-5), number=2)
     store.add(late)
     assert [c.direction for c in judged_and_told(store, late.name).tonight] == ["better"]
-    assert judge(store).changes == ()
+    assert every_change(judge(store)) == []
     store.add(night(error(3e-5), number=4))
-    assert judged_and_told(store).changes == ()
+    assert every_change(judged_and_told(store)) == []
 
 
 def test_changes_after_the_fact_are_those_that_were_told(store: NightStore) -> None:

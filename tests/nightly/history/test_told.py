@@ -10,11 +10,11 @@ import pytest
 
 from barchain.nightly.acceptances import accept, accepted, accepting
 from barchain.nightly.changes import Direction
-from barchain.nightly.facts import still_holding
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import FigureKind, FigureUnit
 from barchain.nightly.judging import change_named, changes_named, judge
 from barchain.nightly.pruning import needed_nights
+from barchain.nightly.standing import every_change, still_holding
 from barchain.nightly.steps import LEAST_EFFECT, WINDOW, ToldStep, find_steps
 from barchain.nightly.told import keep_judgement, kept_judgements, steps_before, told_by
 from tests.nightly.history.noise import Array, noise, told
@@ -22,8 +22,8 @@ from tests.nightly.history.synthetic import Figure, bits, error, identity, night
 from tests.support.slow import exhaustive_but
 
 if TYPE_CHECKING:
-    from barchain.nightly.changes import JudgedNight
     from barchain.nightly.history import NightStore
+    from barchain.nightly.judged import JudgedNight
 
 QUANTITY = "time_ratio"
 LATER = datetime.datetime(2100, 1, 1, tzinfo=datetime.UTC)
@@ -72,7 +72,7 @@ def test_a_step_is_told_on_one_night_and_keeps_its_name(store: NightStore) -> No
         run_night(store, k, *np.exp(x[:, k]))
         judged = judge(store)
         count += len(judged.tonight)
-        names |= {change.id for change in judged.changes}
+        names |= {change.id for change in every_change(judged)}
     assert count == len(names) == 1
 
 
@@ -106,7 +106,7 @@ def test_a_doubling_after_an_accepted_slow_down_is_told(store: NightStore) -> No
             accept(store, still_holding(judge(store)), "Ada", "more checks")
     red = [c for c in still_holding(judge(store)) if accepting(c, accepted(store), LATER) is None]
     assert [c.factor for c in red] == pytest.approx([2.0], rel=0.05)
-    assert [c.factor for c in judge(store).changes] == pytest.approx([1.1, 2.0], rel=0.05)
+    assert [c.factor for c in every_change(judge(store))] == pytest.approx([1.1, 2.0], rel=0.05)
 
 
 def test_a_regression_stays_when_a_later_one_is_undone(store: NightStore) -> None:
@@ -161,9 +161,9 @@ def test_a_step_keeps_its_name_when_its_first_night_is_resumed(store: NightStore
     for k in range(50):
         store.add(night(*ratios(*np.exp(x[:, k])), number=k, complete=k != 30, label="cut"))
         keep_judgement(store, judge(store))
-    (before,) = judge(store).changes
+    (before,) = every_change(judge(store))
     store.add(night(*ratios(*np.exp(x[:, 30])), error(), number=30, label="cut"))
-    (after,) = judge(store).changes
+    (after,) = every_change(judge(store))
     assert judge(store).tonight == ()
     assert after.id == before.id
     assert steps_before(told_by(store), judge(store).night.name)[after.identity.name] == [(after.since, True)]
@@ -228,7 +228,7 @@ def test_a_pattern_accepts_all_steps_that_hold_and_new_ones(store: NightStore) -
             break
     chosen = changes_named(judge(store), "*")
     assert len(chosen) == 2
-    assert {c.id for c in chosen} == {c.id for c in judge(store).changes}
+    assert {c.id for c in chosen} == {c.id for c in every_change(judge(store))}
 
 
 @pytest.mark.exhaustive
@@ -275,10 +275,10 @@ def test_a_report_of_an_earlier_night_changes_no_name(store: NightStore) -> None
     nights = [each.name for each in store.nights()]
     keep_judgement(store, judge(store, nights[45]))
     keep_judgement(store, judge(store))
-    before = [c.id for c in judge(store).changes]
+    before = [c.id for c in every_change(judge(store))]
     for k in (40, 38, 36, 35, 34):
         keep_judgement(store, judge(store, nights[k]))
-    assert [c.id for c in judge(store).changes] == before != []
+    assert [c.id for c in every_change(judge(store))] == before != []
 
 
 def test_figures_of_one_name_and_two_units_are_accepted_both(store: NightStore) -> None:

@@ -1,0 +1,106 @@
+"""Levels of figures: the model. What each figure may be, what was told of it last, and the steps that it is above.
+
+Of each figure two questions are kept apart. *What is new?* compares a night with the value that was told last: not with
+that of the night before, so that small moves inside an interval can't add up unseen. *What is worse than it was?*
+compares with the figure's level. Each piece of news while a figure is above its level is a step; back at its level it
+has none.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from barchain.nightly.changes import Change
+    from barchain.nightly.figures import Figure, FigureIdentity
+
+    EarlierNames = tuple[tuple[FigureIdentity, str], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """News of a figure that is above its level."""
+
+    last: str
+    """Name of the last night with the earlier value"""
+    night: str
+    """Name of the first night with the value"""
+    now: Figure
+    settings: tuple[str, ...] = ()
+    """Settings of the run before and since, where they differ"""
+
+
+@dataclass(frozen=True, slots=True)
+class Level:
+    """State of a figure after a night."""
+
+    level: Figure
+    """What the figure may be"""
+    since: str
+    """Name of the night on which the level was measured"""
+    right: bool
+    """Whether the verdict on its run was not that it is wrong"""
+    told: Figure
+    """Value that was told last"""
+    last: Figure
+    """Latest result that was there"""
+    last_night: str
+    """Night of the latest result"""
+    present: str
+    """Latest night with the figure, with or without a result"""
+    steps: tuple[Step, ...] = ()
+    """News since the figure is above its level"""
+    better: tuple[Figure, ...] = ()
+    """Results of the last nights in a row that were better than the level"""
+    seen: tuple[tuple[str, str, str], ...] = ()
+    """Of a trajectory: states of its parts, each with its digest and the latest night, the latest one last"""
+    content: str = ""
+    """Digest of the scene"""
+    plan: str = ""
+    """Plan of the latest night with the figure"""
+    occasions: int = 0
+    """Occasions of that plan in a row that had the figure, at most those that count"""
+    complete: int = 0
+    """Complete nights of that plan in a row that had the figure, at most those that count"""
+    left_out: int = 0
+    """Nights in a row that had no time for the run"""
+    earlier: EarlierNames = ()
+    """Earlier names of the figure, each with its last night"""
+
+    def names_since(self, night: str) -> tuple[FigureIdentity, ...]:
+        """Names that the figure had on a night and has had since, in their order."""
+        return (*(name for name, last in self.earlier if last >= night), self.told.identity)
+
+
+@dataclass(frozen=True)
+class LevelTable:
+    """Levels of all figures after a night."""
+
+    night: str = ""
+    """Name of the last night; empty before the first"""
+    plan: str = ""
+    folded: tuple[tuple[str, str, bool], ...] = ()
+    """Names of all nights that count, each with the digest of its figures, and whether it came late"""
+    rows: Mapping[FigureIdentity, Level] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class FoldedNight:
+    """Levels after a night, and what the night tells."""
+
+    table: LevelTable
+    news: tuple[Change, ...] = ()
+    """Changes against what was told last, other than steps of times and memory"""
+    judged: int = 0
+    """Figures that have an earlier one, those among them that are gone since tonight"""
+    same: int = 0
+    """Figures that differ from the night before within rounding or their intervals"""
+    new: int = 0
+    """Figures without an earlier one, other than of studies that do other scenes each night"""
+    left_out: int = 0
+    """Figures of the night before that this night lacks, if that night had another plan"""
+    renamed: tuple[str, ...] = ()
+    """Settings and scenes that have other names since this night"""

@@ -1,0 +1,230 @@
+"""Levels: what is worse than it was, since when and by what; news against what was told last."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from barchain.nightly.acceptances import accept, accepted
+from barchain.nightly.changes import ROUNDING_LEVEL, Direction
+from barchain.nightly.fold import folded_night
+from barchain.nightly.judging import changes_named, judge
+from barchain.nightly.level_files import FILE, content_of, folded_of, read_levels
+from barchain.nightly.pruning import needed_nights
+from barchain.nightly.standing import standing
+from barchain.nightly.told import keep_judgement
+from tests.nightly.history.synthetic import ENVIRONMENT, bits, count, error, night, ratio, verdict
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from barchain.nightly.history import NightStore
+    from barchain.nightly.judged import JudgedNight
+
+GOOD = 1e-5
+NAME = error().identity.name
+OTHER_CLASS = dataclasses.replace(ENVIRONMENT, cpu="Other CPU")
+
+
+def add(store: NightStore, *factors: float | None, first: int | None = None) -> JudgedNight:
+    """Add nights with these errors, relative to a good one; without the figure where there is none."""
+    begin = len(store.nights()) if first is None else first
+    for k, factor in enumerate(factors, start=begin):
+        own = [error(factor * GOOD)] if factor is not None else []
+        store.add(night(count(), *own, number=k))
+        judged = judge(store)
+        keep_judgement(store, judged)
+    return judged
+
+
+def red(store: NightStore) -> list[tuple[float | None, int]]:
+    """Factor and number of steps of all that is worse than accepted on the last night."""
+    states = standing(judge(store), accepted(store))
+    return [(state.change.factor, state.change.steps) for state in states if state.acceptance is None]
+
+
+def held(store: NightStore) -> list[float | None]:
+    """Factors of all that is worse than it was, and accepted."""
+    return [state.change.factor for state in standing(judge(store), accepted(store)) if state.acceptance is not None]
+
+
+def test_a_small_step_after_a_large_one_is_told_with_its_own_factor_and_stands_with_the_whole_one(
+    store: NightStore,
+) -> None:
+    judged = add(store, 1, 5, 6)
+    assert [change.factor for change in judged.tonight] == pytest.approx([1.2])
+    ((factor, steps),) = red(store)
+    assert (factor, steps) == (pytest.approx(6.0), 2)
+
+
+def test_accepting_a_small_step_does_not_accept_the_large_one_before_it(store: NightStore) -> None:
+    judged = add(store, 1, 5, 6)
+    accept(store, [judged.tonight[0]], "Ada", "a cheaper step")
+    assert [steps for _, steps in red(store)] == [2]
+    accept(store, changes_named(judged, NAME), "Ada", "all of it")
+    assert (red(store), held(store)) == ([], pytest.approx([6.0]))
+
+
+def test_steps_that_were_accepted_one_after_the_other_are_accepted_together(store: NightStore) -> None:
+    for factor in (1, 5, 6):
+        judged = add(store, factor)
+        if judged.tonight:
+            accept(store, judged.tonight, "Ada", "meant")
+            assert red(store) == []
+
+
+def test_what_comes_on_top_of_an_accepted_step_is_relative_to_it(store: NightStore) -> None:
+    accept(store, add(store, 1, 5).tonight, "Ada", "meant")
+    add(store, 5, 6)
+    assert red(store) == [(pytest.approx(1.2), 1)]
+
+
+def test_a_drift_is_told_on_each_night_and_stands_with_its_whole_factor_since_its_first_step(store: NightStore) -> None:
+    judged = add(store, *(1.3**k for k in range(6)))
+    assert [change.factor for change in judged.tonight] == pytest.approx([1.3])
+    (state,) = standing(judged)
+    assert (state.change.factor, state.change.since) == (pytest.approx(1.3**5), store.nights()[1].name)
+
+
+def test_an_accepted_figure_that_became_better_may_be_no_worse_again(store: NightStore) -> None:
+    accept(store, add(store, 1, 5).tonight, "Ada", "meant")
+    add(store, 3)
+    assert (red(store), held(store)) == ([], pytest.approx([3.0]))
+    add(store, 5)
+    assert red(store) == [(pytest.approx(5.0 / 3.0), 1)]
+
+
+def test_an_acceptance_ends_where_the_figure_is_back_at_its_level(store: NightStore) -> None:
+    accept(store, add(store, 1, 5).tonight, "Ada", "meant")
+    add(store, 1, 5)
+    assert red(store) == [(pytest.approx(5.0), 1)]
+
+
+def test_a_figure_that_comes_back_worse_is_not_accepted_with_its_absence(store: NightStore) -> None:
+    accept(store, add(store, 1, 1, None).tonight, "Ada", "not measured this week")
+    assert red(store) == []
+    add(store, 10)
+    assert [factor for factor, _ in red(store)] == pytest.approx([10.0])
+
+
+@pytest.mark.parametrize(("nights", "is_red"), [(1, False), (2, False), (3, True)])
+def test_an_improvement_is_the_level_after_three_nights(store: NightStore, nights: int, is_red: bool) -> None:
+    judged = add(store, 1, *[0.2] * nights)
+    assert [change.direction for change in judged.tonight] == ([Direction.BETTER] if nights == 1 else [])
+    judged = add(store, 1)
+    assert bool(red(store)) is is_red
+    assert [change.direction for change in judged.tonight] == [Direction.WORSE if is_red else Direction.CHANGED]
+
+
+def test_the_level_after_an_improvement_is_the_worst_of_its_three_nights(store: NightStore) -> None:
+    add(store, 1, 0.2, 0.5, 0.3, 0.5)
+    assert red(store) == []
+    add(store, 0.6)
+    assert red(store) == [(pytest.approx(1.2), 1)]
+
+
+def test_noise_of_rounding_is_never_red(store: NightStore) -> None:
+    random = np.random.default_rng(1)
+    rounding = 1e-12
+    for k in range(20):
+        value = rounding * float(random.uniform(0.0, ROUNDING_LEVEL)) if k != 10 else 0.0
+        store.add(night(error(value, tolerance=rounding), number=k))
+        assert red(store) == []
+
+
+def test_the_errors_of_a_wrong_result_bind_no_right_one(store: NightStore) -> None:
+    def judged_as(word: str, factor: float, number: int) -> None:
+        own = verdict(word)
+        own = dataclasses.replace(own, identity=dataclasses.replace(own.identity, setting=""))
+        store.add(night(error(factor * GOOD), own, number=number))
+
+    judged_as("inconsistent", 1.0, 0)
+    judged_as("inconsistent", 0.1, 1)
+    judged_as("pass", 3.0, 2)
+    assert red(store) == []
+    judged_as("pass", 6.0, 3)
+    assert red(store) == [(pytest.approx(2.0), 1)]
+
+
+def test_a_run_that_is_not_reproducible_is_red_on_its_night_only(store: NightStore) -> None:
+    for k, word in enumerate(("aa", "bb", "bb")):
+        store.add(night(bits(word), number=k))
+    nights = [one.name for one in store.nights()]
+    assert [judge(store, name).worse for name in nights] == [False, True, False]
+    assert standing(judge(store)) == []
+
+
+def test_a_late_night_of_another_machine_leaves_a_quiet_night_quiet(store: NightStore) -> None:
+    add(store, 5, 5, first=10)
+    store.add(night(count(), error(GOOD), number=0, environment=OTHER_CLASS))
+    assert red(store) == []
+    add(store, 5, first=12)
+    assert red(store) == []
+
+
+def test_a_late_night_begins_levels_that_were_not_there_and_changes_nothing_else(store: NightStore) -> None:
+    add(store, 5, 5, first=10)
+    store.add(night(count(), error(GOOD), error(GOOD, "new.max"), number=1))
+    add(store, 5, first=12)
+    assert red(store) == []
+    store.add(night(count(), error(5 * GOOD), error(2 * GOOD, "new.max"), number=13))
+    assert [state.change.identity.quantity for state in standing(judge(store))] == ["new.max"]
+
+
+def test_a_night_that_is_voided_later_counts_no_longer(store: NightStore) -> None:
+    add(store, 1, 5, 5)
+    assert red(store) != []
+    first, *_ = store.nights()
+    record = store.place.read(f"{first.name}/record.json") or b""
+    store.place.write(f"{first.name}/record.json", record.replace(b'"void": null', b'"void": "a fault was missed"'))
+    assert red(store) == []
+
+
+@pytest.mark.parametrize("damage", ["deleted", "flipped", "cut"])
+def test_levels_that_a_night_lost_are_folded_again(store: NightStore, damage: str) -> None:
+    for k in range(12):
+        own = [error(1e-9 * (1 + k // 5), "moving.max"), verdict("pass" if k % 7 else "inconsistent")]
+        gone = [error(GOOD, "gone.max")] if k < 6 else []
+        store.add(night(*own, *gone, bits(str(k // 4)), ratio(), number=k))
+        before = folded_night(store, store.summary("latest"))
+    assert len(before.table.rows) == 5
+    for one in store.nights():
+        content = store.place.read(f"{one.name}/{FILE}") or b""
+        store.place.remove(f"{one.name}/{FILE}")
+        if damage != "deleted":
+            broken = content[:-20] if damage == "cut" else content[:200] + bytes([content[200] ^ 1]) + content[201:]
+            store.place.write(f"{one.name}/{FILE}", broken)
+    assert judge(store).tonight == before.news
+    assert folded_night(store, store.summary("latest")) == before
+
+
+def test_levels_come_back_from_their_file_as_they_were(store: NightStore) -> None:
+    add(store, 1, 5, None, 6)
+    latest = store.summary("latest")
+    kept = read_levels(store.place, latest)
+    assert kept is not None
+    assert folded_of(content_of(kept)) == kept == folded_night(store, latest)
+
+
+def test_what_is_worse_stays_so_when_nights_are_pruned(store: NightStore) -> None:
+    add(store, 1, 1, 1, 5, 5, 6, *[6] * 10)
+    before = red(store)
+    assert len(store.prune(keep=1, spared=needed_nights(store))) > 8
+    assert red(store) == before
+    add(store, 6, first=16)
+    assert red(store) == before
+
+
+def test_each_machine_has_levels_of_its_own(store: NightStore) -> None:
+    def of(number: int, factor: float, *, other: bool) -> Sequence[float | None]:
+        environment = OTHER_CLASS if other else ENVIRONMENT
+        store.add(night(error(factor * GOOD), number=number, environment=environment))
+        return [factor for factor, _ in red(store)]
+
+    assert of(0, 1, other=False) == []
+    assert of(1, 2, other=True) == pytest.approx([2.0])
+    assert of(2, 1, other=False) == []
+    assert of(3, 2, other=True) == pytest.approx([2.0])
