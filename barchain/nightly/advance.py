@@ -174,8 +174,8 @@ def counted(row: Level, now: Figure, tonight: Tonight) -> Level:
     occasions, complete = (row.occasions, row.complete) if row.plan == night.plan else (0, 0)
     whole = tonight.presence.of_subject(subject_of(now.identity))
     return replace(
-        row, last_night=row.last_night if now.missing else night.name, present=night.name, plan=night.plan, left_out=row.left_out + 1 if now.not_run else 0,
-        content=tonight.contents.get(now.identity.scene, row.content),
+        row, last_night=row.last_night if now.missing else night.name, present=night.name, plan=night.plan,
+        left_out=row.left_out + 1 if now.not_run else 0, content=tonight.contents.get(now.identity.scene, row.content),
         occasions=min(occasions + whole, OCCASIONS), complete=min(complete + night.complete, OCCASIONS),
     )  # fmt: skip
 

@@ -74,21 +74,22 @@ def night_facts(
     holding = events(holding_entries(judged, accepted, confirmed))
     worse, held = (tuple(e for e in holding if (e.accepted is None) is told) for told in (True, False))
     names = [night.name for night in judged.compared_with]
+    rejected = tuple(
+        RejectedEntry(
+            scene=cell.identity.scene, engine=cell.identity.engine, setting=cell.identity.setting,
+            verdict=cell.word or MISSING, reason=cell.reason,
+        )
+        for cell in (*cells, *without_verdict(every, cells))
+        if not cell.not_run and cell.word not in FINE
+    )  # fmt: skip
     return NightlyFile(
-        sentence=opening(judged, tonight, len(worse), baseline, len(held)),
+        sentence=opening(judged, tonight, worse, sum(1 + entry.also for entry in held), baseline, rejected, run),
         night=night_entry(judged),
         against=AgainstEntry(nights=len(names), first=names[0] if names else "", last=names[-1] if names else "",
                              baseline=baseline),
         counts=counts(judged, tonight),
         verdicts=dict(Counter(cell.word or MISSING for cell in cells).most_common()),
-        rejected=tuple(
-            RejectedEntry(
-                scene=cell.identity.scene, engine=cell.identity.engine, setting=cell.identity.setting,
-                verdict=cell.word or MISSING, reason=cell.reason,
-            )
-            for cell in (*cells, *without_verdict(every, cells))
-            if not cell.not_run and cell.word not in FINE
-        ),
+        rejected=rejected,
         changes=tonight,
         standing=worse,
         held=held,
@@ -189,6 +190,7 @@ def change_entry(
         factor_low=change.factor_low, factor_high=change.factor_high, direction=change.direction.value,
         last=change.last, since=change.since, reason=change.reason, irreproducible=change.irreproducible,
         suspects=tuple(suspect.entry for suspect in found.suspects), unknown=found.unknown, confirmed=confirmed,
+        steps=change.steps,
         accepted=covering and AcceptanceEntry(
             who=covering.who, when=covering.date, reason=covering.reason, until=covering.until
         ),

@@ -99,10 +99,9 @@ def plan_suite(facts: NightlyFile, fault: type[Error | Skipped] = Error, *, need
         night.result = [fault("the night is incomplete", "incomplete")]
     if facts.against.baseline and not facts.counts.judged:
         night.result = [fault(plain_text(f"{facts.against.baseline} has no figure of this night"), "not compared")]
-    if not facts.compared:
-        night.system_out = plain_text(facts.sentence)
-        if need_history and not night.result:
-            night.result = [fault(plain_text(facts.sentence), "not compared")]
+    night.system_out = plain_text(facts.sentence)
+    if not facts.compared and need_history and not night.result:
+        night.result = [fault(plain_text(facts.sentence), "not compared")]
     suite.add_testcase(night)
     for part in parts:
         case = TestCase(part.name, PLAN, round(part.duration_s, 3))
@@ -139,7 +138,7 @@ def failure(changes: Sequence[ChangeEntry]) -> Failure:
 
 def failure_words(change: ChangeEntry) -> str:
     """Change in one line."""
-    factor = f" (×{change.factor:.4g})" if change.factor is not None else ""
+    factor = f" (×{change.factor:.4g}{change.steps_words})" if change.factor else ""
     suspects = ", ".join(f"{s.name} {s.before} → {s.after}" for s in change.suspects) or "none known"
     return f"{change.figure}: was {change.was}, is {change.became}{factor} since {change.since}; suspects: {suspects}"
 

@@ -1,18 +1,20 @@
-"""The sentence that opens the page of a night."""
+"""The sentences that open the page of a night."""
 
 from __future__ import annotations
 
+import datetime
 from collections import Counter
 from typing import TYPE_CHECKING
 
 from barchain.nightly.told import AttributionVerdict
+from reports.tables.nights.facts import ratio_words
 from scenarios.plural import plural
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from barchain.nightly.judged import JudgedNight
-    from reports.tables.nights.facts import ChangeEntry
+    from reports.tables.nights.facts import ChangeEntry, NightRun, RejectedEntry
 
 
 SMALL = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
@@ -21,65 +23,147 @@ MOST_SUSPECTS = 3
 DIRECTIONS = {"worse": "for the worse", "better": "for the better", "changed": "neither better nor worse"}
 NOT_REPRODUCIBLE = "not reproducible: the same sources, versions and machine class gave other bits"
 NOT_JUDGED = "Nothing was judged: no figure of this night has an earlier one."
+MOST_REASON = 120
+"""Characters of a reason in the sentence; the page has all"""
 
 
 def opening(
-    judged: JudgedNight, changes: Sequence[ChangeEntry], standing: int = 0, baseline: str = "", held: int = 0
-) -> str:  # fmt: skip
-    """Sentence on a night.
+    judged: JudgedNight,
+    changes: Sequence[ChangeEntry],
+    standing: Sequence[ChangeEntry] = (),
+    held: int = 0,
+    baseline: str = "",
+    rejected: Sequence[RejectedEntry] = (),
+    run: NightRun | None = None,
+) -> str:
+    """Sentences on a night: what is worse than accepted, what is new, and what was not measured and why.
 
     Parameters
     ----------
     judged : JudgedNight
     changes : sequence of ChangeEntry
         Of this night, accepted ones among them.
-    standing : int
-        Changes of earlier nights for the worse that still hold.
+    standing : sequence of ChangeEntry
+        What is worse than accepted since an earlier night.
+    held : int
+        Figures that are worse than they were since an earlier night, and accepted.
     baseline : str
         Name of the one night that it was judged against.
-    held : int
-        Changes of earlier nights for the worse that still hold and are accepted.
+    rejected : sequence of RejectedEntry
+        Verdicts of the night that are no pass.
+    run : NightRun, optional
+        What the night did of its plan.
     """
     night = judged.night
     if night.void:
         return f"This night is void: {night.void}."
-    ending = "" if night.complete else " The night is incomplete."
+    unmeasured = not_measured(run, complete=night.complete)
     if baseline and not judged.judged:
-        return f"Nothing was compared: {baseline} has no figure of this night.{ending}"
+        return joined(unmeasured, f"Nothing was compared: {baseline} has no figure of this night.")
     if not judged.compared_with:
-        return f"This is the first night: there is no earlier one to compare it with.{ending}"
+        return joined(
+            unmeasured, no_pass(rejected), "This is the first night: there is no earlier one to compare it with."
+        )
     since = f" since {baseline}" if baseline else " tonight"
     told = [change for change in changes if change.accepted is None]
     wild = sum(change.irreproducible for change in told)
-    accepted = figures(changes) - figures(told)
-    if told:
-        rest = counted(accepted, "more change", "accepted")
-    elif accepted:
-        every = "the change is accepted" if accepted == 1 else "all changes are accepted"
-        many = f"{amount(accepted, 'figure').capitalize()} of {judged.judged} changed"
-        rest = f"{many}{since}; {every}. Nothing else changed."
-    else:
-        rest = f"Nothing changed{since} among {judged.judged} figures." if judged.judged else NOT_JUDGED
-    holding = (still(standing, "earlier change"), still(held, "accepted change"))
-    coming = ""
-    if judged.replanned and not baseline:
-        gone = judged.left_out if night.complete else 0
-        states = (counted(judged.new, "figure", "new"), counted(gone, "figure", "not measured tonight"))
-        found = ", ".join(f"{state[0].lower()}{state[1:-1]}" for state in states if state)
-        coming = f"The plan is another one than on the night before{': ' if found else ''}{found}."
-    elif not baseline:
-        coming = counted(judged.new, "figure", "new")
-    said = (
+    news = joined(
         counted(wild, "run", NOT_REPRODUCIBLE),
         plain([change for change in told if not change.irreproducible], since, judged.judged),
-        rest, *holding, renamed_words(judged.renamed), coming,
+        accepted_words(figures(changes) - figures(told), since, judged.judged, alone=not told),
+    )
+    quiet = "Nothing is new tonight." if standing else f"Nothing changed{since} among {judged.judged} figures."
+    if not judged.judged:
+        quiet = NOT_JUDGED
+    broken = "" if news or standing else no_pass(rejected)
+    return joined(
+        standing_words(standing, night.started), news, unmeasured, broken, "" if news else quiet,
+        f"{amount(held, 'figure').capitalize()} {is_or_are(held)} worse than before, and accepted." if held else "",
+        renamed_words(judged.renamed), plan_words(judged, baseline),
     )  # fmt: skip
-    return " ".join(part for part in said if part) + ending
 
 
-def still(count: int, noun: str) -> str:
-    """``Three earlier changes for the worse still hold.``; empty without any."""
-    return f"{amount(count, noun).capitalize()} for the worse still hold{'s' * (count == 1)}." if count else ""
+def joined(*sentences: str) -> str:
+    """Sentences one after the other."""
+    return " ".join(filter(None, sentences))
+
+
+def standing_words(standing: Sequence[ChangeEntry], tonight: datetime.datetime) -> str:
+    """What is worse than accepted, by how much, since when and by what; empty if nothing is."""
+    if not standing:
+        return ""
+    groups: Counter[tuple[str, str]] = Counter()
+    for change in standing:
+        names = ", ".join(suspect.name for suspect in change.suspects[:MOST_SUSPECTS])
+        groups[change.since[:10], names] += 1 + change.also
+    count = figures(standing)
+    largest = max((change.factor or 0.0 for change in standing), default=0.0)
+    by = f" by {'up to ' if count > 1 else ''}{ratio_words(largest)}" if largest > 1.0 else ""
+    what = f"{amount(count, 'figure').capitalize()} {is_or_are(count)} worse than accepted{by}"
+    if len(groups) == 1:
+        return f"{what} {group_words(*next(iter(groups)), tonight)}."
+    shown = groups.most_common(MOST_CAUSES)
+    words = [f"{amount(number)} {group_words(*group, tonight)}" for group, number in shown]
+    more = count - sum(number for _, number in shown)
+    return f"{what}: {listed([*words, f'{amount(more)} since other nights'] if more else words)}."
+
+
+def group_words(day: str, names: str, tonight: datetime.datetime) -> str:
+    """``since 3 November (program:mine)``."""
+    date = datetime.date.fromisoformat(day)
+    year = f" {date.year}" if date.year != tonight.year else ""
+    return f"since {date.day} {date:%B}{year}{f' ({names})' if names else ''}"
+
+
+def not_measured(run: NightRun | None, *, complete: bool) -> str:
+    """What a night did not measure, and why; empty of a complete one."""
+    parts = [part for part in run.parts if not part.whole] if run else []
+    said = [f"{part.name}, {shortened(part.reasons or str(part.state), MOST_REASON)}" for part in parts[:MOST_CAUSES]]
+    more = f"; and {amount(len(parts) - MOST_CAUSES, 'more part')}" if len(parts) > MOST_CAUSES else ""
+    if said:
+        return f"The night is incomplete: {'; '.join(said)}{more}."
+    return "" if complete else "The night is incomplete."
+
+
+def no_pass(rejected: Sequence[RejectedEntry]) -> str:
+    """Verdicts of a night that are no pass, the first one with its reason; empty without any."""
+    if not rejected:
+        return ""
+    first = shortened(rejected[0].words, MOST_REASON)
+    count = len(rejected)
+    eg = "" if count == 1 else "the first "
+    return f"{amount(count, 'verdict').capitalize()} {is_or_are(count)} no pass: {eg}{first}."
+
+
+def shortened(text: str, most: int) -> str:
+    """Text of at most so many characters, without its full stop."""
+    text = text.rstrip(". ").replace(". ", "; ")  # a full stop ends the headline
+    return text if len(text) <= most else f"{text[: most - 1].rstrip()}…"
+
+
+def is_or_are(count: int) -> str:
+    """Verb of some things."""
+    return "is" if count == 1 else "are"
+
+
+def accepted_words(count: int, since: str, judged: int, *, alone: bool) -> str:
+    """Sentence on changes of a night that are accepted; empty without any."""
+    if not alone or not count:
+        return counted(count, "more change", "accepted")
+    every = "the change is accepted" if count == 1 else "all changes are accepted"
+    return f"{amount(count, 'figure').capitalize()} of {judged} changed{since}; {every}. Nothing else changed."
+
+
+def plan_words(judged: JudgedNight, baseline: str) -> str:
+    """Sentence on another plan than on the night before, and on new figures."""
+    if baseline:
+        return ""
+    if not judged.replanned:
+        return counted(judged.new, "figure", "new")
+    gone = judged.left_out if judged.night.complete else 0
+    states = (counted(judged.new, "figure", "new"), counted(gone, "figure", "not measured tonight"))
+    found = ", ".join(f"{state[0].lower()}{state[1:-1]}" for state in states if state)
+    return f"The plan is another one than on the night before{': ' if found else ''}{found}."
 
 
 def figures(changes: Sequence[ChangeEntry]) -> int:
@@ -89,7 +173,7 @@ def figures(changes: Sequence[ChangeEntry]) -> int:
 
 def counted(count: int, noun: str, state: str) -> str:
     """``Three figures are new.``; empty without any."""
-    return f"{amount(count, noun).capitalize()} {'is' if count == 1 else 'are'} {state}." if count else ""
+    return f"{amount(count, noun).capitalize()} {is_or_are(count)} {state}." if count else ""
 
 
 def renamed_words(renamed: Sequence[str]) -> str:

@@ -12,11 +12,13 @@ from barchain.nightly.changes import Direction
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import STEPPED
 from barchain.nightly.history import now
+from barchain.nightly.standing import standing
 
 if TYPE_CHECKING:
     import datetime
     from collections.abc import Iterable, Mapping
 
+    from barchain.nightly.acceptances import Acceptance
     from barchain.nightly.changes import Change
     from barchain.nightly.history import NightStore
     from barchain.nightly.judged import JudgedNight
@@ -68,6 +70,10 @@ def keep_judgement(store: NightStore, judged: JudgedNight) -> None:
             }
             for c in kept if not (later and c.is_step)
         ],
+        "standing": [
+            {"figure": state.change.identity.name, "since": state.change.since, "latest": state.latest}
+            for state in standing(judged) if state.change.id not in tonight
+        ],
     }  # fmt: skip
     store.place.write(f"{night.name}/{FILE}", json.dumps(content, indent=1, ensure_ascii=False).encode())
 
@@ -103,17 +109,26 @@ def steps_before(told: Mapping[str, Mapping[str, Any]], before: str) -> dict[str
 
 
 def kept_judgements(store: NightStore, at: datetime.datetime) -> dict[str, tuple[int, int]]:
-    """Numbers of changes for the worse and of all changes, by the name of the night that told them.
+    """Numbers of figures that were worse than accepted and of all changes, by the name of the night that told them.
 
-    Changes for the worse that somebody accepted are left out, unless the acceptance ended before `at`.
+    What somebody accepted is left out, unless the acceptance ended before `at`.
     """
     known = [one for one in accepted(store) if one.until is None or one.until > at]
     found = {}
     for name, facts in told_by(store).items():
+        open_states = [one for one in facts.get("standing", ()) if not is_covered(one, known)]
         worse = [one for one in facts["changes"] if one["tonight"] and one["direction"] == Direction.WORSE]
         forgiven = sum(any(a.since == one["since"] and fits(one["figure"], a.pattern) for a in known) for one in worse)
-        found[name] = facts["worse"] - forgiven, facts["changed"]
+        found[name] = facts["worse"] - forgiven + len(open_states), facts["changed"]
     return found
+
+
+def is_covered(state: Mapping[str, str], known: Iterable[Acceptance]) -> bool:
+    """Whether an acceptance covers what a night told of a figure that was worse since an earlier night."""
+    return any(
+        a.since == state["latest"] and (a.first or a.since) <= state["since"] and fits(state["figure"], a.pattern)
+        for a in known
+    )
 
 
 def attributed_words(store: NightStore, changes: Iterable[Change]) -> dict[str, str]:

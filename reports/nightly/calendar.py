@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 CELL, LEFT, TOP = 15.0, 30.0, 16.0
 STATES = {
-    "worse": ("▲", "a figure is worse"),
+    "worse": ("▲", "a figure is worse than accepted"),
     "void": ("×", "void"),
     "incomplete": ("◐", "incomplete"),
     "changed": ("△", "changed; nothing is worse, or all that is worse is accepted"),

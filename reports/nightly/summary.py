@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from itertools import zip_longest
 from typing import TYPE_CHECKING
 
@@ -18,6 +19,8 @@ FILE = "summary.md"
 MOST_ROWS = 30
 MOST_NAMED = 3
 """Figures of a message"""
+MOST_CHARACTERS = 200
+"""Characters of a line of a message, other than the link"""
 
 
 def write_summary(folder: Path, facts: NightlyFile) -> None:
@@ -28,11 +31,11 @@ def write_summary(folder: Path, facts: NightlyFile) -> None:
 
 
 def message(facts: NightlyFile, link: str = "") -> str:
-    """Night in three lines for mail or a chat: the sentence, the worst figures with suspects and a reason, a link.
+    """Night in a few lines for mail or a chat: the sentences, the worst figures with suspects and a reason, a link.
 
     Figures that follow each other and have the same suspects are followed by these once.
     """
-    every, said = (*facts.changes, *facts.standing), []
+    every, said = (*facts.standing, *facts.changes), []
     for change, after in zip_longest(every[:MOST_NAMED], every[1:MOST_NAMED]):
         suspects = ", ".join(suspect.name for suspect in change.suspects) or "no part that differs"
         again = after is not None and after.suspects == change.suspects
@@ -44,4 +47,12 @@ def message(facts: NightlyFile, link: str = "") -> str:
     said += [rejected.words for rejected in facts.rejected if (rejected.scene, rejected.engine) in changed][:1]
     if not said:
         said = [rejected.words for rejected in facts.rejected[:MOST_NAMED]]
-    return "\n".join(line for line in (facts.sentence, "; ".join(said), link or facts.night.name) if line)
+    sentences = textwrap.wrap(facts.sentence, MOST_CHARACTERS)
+    return "\n".join([*sentences, *map(cut, said), link or facts.night.name])
+
+
+def cut(line: str) -> str:
+    """Line of at most the characters that a chat shows, cut between words."""
+    if len(line) <= MOST_CHARACTERS:
+        return line
+    return f"{line[: MOST_CHARACTERS - 2].rpartition(' ')[0].rstrip(';,')} …"

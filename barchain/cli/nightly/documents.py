@@ -14,6 +14,8 @@ from barchain.cli.common.terminal import say
 from barchain.cli.nightly.options import history_option, opened
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from barchain.nightly.figures import Night
     from barchain.nightly.history import NightStore
     from barchain.nightly.judged import JudgedNight
@@ -23,8 +25,8 @@ WORSE, CHANGED, NOT_PASS, NEVER = "worse", "changed", "not-pass", "never"
 PAGE, JUNIT = "nightly.html", "junit.xml"
 DOCUMENTS = (PAGE, "nightly.json", "summary.md", JUNIT)
 NIGHTS = Path("nights")
-MOST_REJECTED = 5
-"""Verdicts that are printed; the page has all"""
+MOST_SHOWN = 5
+"""Changes, or verdicts, that are printed; the page has all"""
 
 junit_option = click.option(
     "--junit", metavar="FILE", type=NamedPath(path_type=Path, dir_okay=False),
@@ -88,7 +90,7 @@ def report_night(
 @click.option("--link", metavar="URL", default=None, type=WORDS, help="End with this address, e.g. of the page.")
 @history_option
 def tell_night(night: str, link: str | None, url: str | None) -> None:
-    """Print NIGHT in three lines, for mail or a chat: the sentence, the worst figures with their suspects, a link."""
+    """Print NIGHT in a few short lines for mail or a chat: the sentences, the worst figures with suspects, a link."""
     from barchain.nightly.judging import judge  # noqa: PLC0415
     from reports.nightly.summary import message  # noqa: PLC0415
 
@@ -98,19 +100,23 @@ def tell_night(night: str, link: str | None, url: str | None) -> None:
 
 
 def show_night(facts: NightlyFile, page: Path) -> None:
-    """Print the night's sentence, the first verdicts that are no pass, and the place of the page."""
+    """Print the night's sentences, what is worse, what is new, the verdicts that are no pass, and the page's place."""
     say(facts.sentence)
     for part in facts.run.parts if facts.run else ():
         if part.missing:
             say(f"  {part.name}: {part.missing}")
-    for change in (*facts.changes, *facts.standing)[:MOST_REJECTED]:
-        say(f"  {change.words}")
-    for rejected in facts.rejected[:MOST_REJECTED]:
-        say(f"  {rejected.words}")
-    more = len(facts.rejected) - MOST_REJECTED
-    if more > 0:
-        say(f"  {more} more verdicts are no pass")
+    show_some([f"worse than accepted since {c.since[:10]}: {c.words}" for c in facts.standing], "worse since earlier")
+    show_some([f"tonight, {c.words}" for c in facts.changes], "changed tonight")
+    show_some([rejected.words for rejected in facts.rejected], "verdicts that are no pass")
     say(f"page: {page}")
+
+
+def show_some(lines: Sequence[str], what: str) -> None:
+    """Print the first of some lines, and how many more there are."""
+    for line in lines[:MOST_SHOWN]:
+        say(f"  {line}")
+    if len(lines) > MOST_SHOWN:
+        say(f"  {len(lines) - MOST_SHOWN} more: {what}")
 
 
 def publish(folder: Path, out: Path) -> None:

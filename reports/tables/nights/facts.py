@@ -99,11 +99,17 @@ class ChangeEntry(Entry):
     @property
     def words(self) -> str:
         """Change in one line."""
-        factor = f" ({ratio_words(self.factor)})" if self.factor is not None else ""
+        factor = f" ({ratio_words(self.factor)}{self.steps_words})" if self.factor else ""
         more = f", and {self.also} more of this run" if self.also else ""
         return f"{self.direction}: {self.figure}: {' → '.join(self.results)}{factor}{more}"
 
+    steps: int = Field(1, description="number of steps that lead from the old value to the new one")
     also: int = Field(0, description="further figures of the same run that are missing since then: one event")
+
+    @property
+    def steps_words(self) -> str:
+        """Number of steps, where there are several."""
+        return f" in {self.steps} steps" if self.steps > 1 else ""
 
     @property
     def results(self) -> tuple[str, str]:
@@ -114,10 +120,11 @@ class ChangeEntry(Entry):
     @property
     def factor_words(self) -> str:
         """``×1.21 (1.18 to 1.25)``; empty without a factor."""
-        if self.factor is None:
+        if not self.factor:  # nor is zero told relative to another number
             return ""
         known = self.factor_low is not None and self.factor_high is not None
-        return ratio_words(self.factor) + (f" ({self.factor_low:.3g} to {self.factor_high:.3g})" if known else "")
+        interval = f" ({self.factor_low:.3g} to {self.factor_high:.3g})" if known else ""
+        return f"{ratio_words(self.factor)}{interval}{self.steps_words}"
 
     @property
     def suspect_words(self) -> str:
@@ -172,6 +179,13 @@ class PartResult:
     def whole(self) -> bool:
         """Whether the part was done with all engines that it names."""
         return self.state is PartState.DONE and not self.missing
+
+    @property
+    def shown_state(self) -> str:
+        """State for readers: a part of which something could not run is not done."""
+        if self.state is not PartState.DONE or self.whole:
+            return str(self.state)
+        return "in part" if self.done else "not run"
 
     @property
     def reasons(self) -> str:
@@ -318,16 +332,32 @@ class NightlyFile(Entry):
         (), description="pairs whose verdict tonight is neither a pass nor an engine's stated limit, changed or not"
     )
     changes: tuple[ChangeEntry, ...] = Field(description="changes that this night tells first")
-    standing: tuple[ChangeEntry, ...] = Field(description="earlier changes for the worse that still hold")
+    standing: tuple[ChangeEntry, ...] = Field(
+        description="what is worse than accepted since an earlier night, from what it may be to what it is"
+    )
     held: tuple[ChangeEntry, ...] = Field(
-        (), description="earlier changes for the worse that still hold and that somebody accepted"
+        (), description="what is worse than it was since an earlier night, and accepted"
     )
     renamed: tuple[str, ...] = Field((), description="settings and scenes that have other names since this night")
     run: NightRun | None = Field(None, description="None of a night that a result folder was added as")
 
     @property
+    def state(self) -> str:
+        """State of the night in a word: what needs a look first."""
+        if self.night.state == "void":
+            return "void"
+        if self.worse:
+            return "worse"
+        return "incomplete" if self.night.state == "incomplete" else "changed" if self.differs else "quiet"
+
+    @property
+    def plan_name(self) -> str:
+        """Name of the plan, without its digest."""
+        return self.night.plan.rpartition(" ")[0] or self.night.plan
+
+    @property
     def worse(self) -> bool:
-        """Whether a figure is worse, since tonight or an earlier night, and nobody accepted the change."""
+        """Whether a figure is worse than accepted, since tonight or an earlier night."""
         return self.counts.worse > 0 or bool(self.standing)
 
     @property

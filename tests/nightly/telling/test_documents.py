@@ -191,7 +191,7 @@ def test_an_earlier_change_for_the_worse_stands_until_it_is_mended(history: str,
     add(history, usual(number=0), usual(2.0, number=1), usual(2.0, number=2))
     code, facts = report(history, tmp_path / "out")
     assert code == 1
-    assert facts.sentence.endswith("One earlier change for the worse still holds.")
+    assert facts.sentence == ("One figure is worse than accepted by ×2 since 2 January. Nothing is new tonight.")
     assert [c.quantity for c in facts.standing] == ["attitude.max"]
     assert "attitude.max" in (tmp_path / "out" / "summary.md").read_text("utf-8")
     assert sum(suite.failures for suite in JUnitXml.fromfile(str(tmp_path / "out" / "junit.xml"))) == 1
@@ -210,7 +210,7 @@ def test_an_earlier_change_for_the_worse_no_longer_fails_once_it_is_accepted(his
     assert facts.standing == ()
     assert [c.quantity for c in facts.held] == ["attitude.max"]
     assert "fewer steps on purpose" in (tmp_path / "out" / "nightly.html").read_text("utf-8")
-    assert "One accepted change for the worse still holds" in (tmp_path / "out" / "summary.md").read_text("utf-8")
+    assert "One figure is worse than before, and accepted" in (tmp_path / "out" / "summary.md").read_text("utf-8")
 
 
 def test_junit_agrees_with_the_schema_of_jenkins(history: str, tmp_path: Path) -> None:
@@ -481,17 +481,51 @@ def test_the_solution_of_a_renamed_scene_is_no_suspect(history: str, tmp_path: P
     assert [suspect.name for suspect in found.suspects] == ["engine:mujoco"]
 
 
-def test_a_night_is_told_in_three_lines_for_a_chat(history: str, tmp_path: Path) -> None:
+def test_a_night_is_told_in_a_few_lines_for_a_chat(history: str, tmp_path: Path) -> None:
     add(history, usual(number=0), usual(number=1), usual(2.0, number=2, parts=NEWER))
     words = ["history", "tell", "--link", "https://example.org/nightly.html", "--history", history]
     lines = CliRunner().invoke(cli, words).output.splitlines()
-    assert len(lines) == 3
     assert "one for the worse" in lines[0]
     assert lines[1].startswith(
         "worse: paper/fig05:mujoco:steps_per_orbit=1000:attitude.max: 1e-05 rad → 2e-05 rad (×2)"
     )
     assert "(engine:mujoco)" in lines[1]
-    assert lines[2] == "https://example.org/nightly.html"
+    assert lines[2].startswith("changed: ")
+    assert lines[3:] == ["https://example.org/nightly.html"]
+
+
+def test_no_line_for_a_chat_is_longer_than_a_chat_shows(history: str) -> None:
+    long = [error(1e-5, f"{'quantity' * 8}.{k}") for k in range(8)]
+    add(history, night(*long, number=0))
+    for number in (1, 2):
+        worse = [error(3e-5 * number, f"{'quantity' * 8}.{k}") for k in range(8)]
+        add(history, night(*worse, verdict("failed", reason="why " * 100), number=number, parts=NEWER))
+    lines = CliRunner().invoke(cli, ["history", "tell", "--history", history]).output.splitlines()
+    assert max(map(len, lines)) <= 200
+    assert lines[0].startswith("Eight figures are worse than accepted by up to ×6 since 2 January (engine:mujoco).")
+
+
+def test_a_fortnight_in_red_is_red_in_the_calendar_until_it_is_accepted(history: str, tmp_path: Path) -> None:
+    for number in range(15):
+        add(history, night(error(2e-5 if number else 1e-5), number=number))
+        report(history, tmp_path / "out")
+    with open_store(history) as store:
+        assert [worse for worse, _ in kept_judgements(store, NOW).values()] == [0, *[1] * 14]
+        accept(store, [change_named(judge(store), error().identity.name)], "Ada", "fewer steps on purpose")
+        assert [worse for worse, _ in kept_judgements(store, NOW).values()] == [0] * 15
+
+
+def test_the_console_dates_what_is_worse_and_says_how_much_more_there_is(history: str, tmp_path: Path) -> None:
+    names = [f"place.{k}" for k in range(7)]
+    for number, factor in enumerate((1.0, 2.0, 2.0)):
+        more = [error(3e-5 if number == 2 else 1e-5, "late.max")]
+        add(history, night(*(error(factor * 1e-5, name) for name in names), *more, number=number, parts=NEWER))
+    words = ["history", "report", "--history", history, "--out", str(tmp_path)]
+    shown = CliRunner().invoke(cli, words).output
+    assert shown.startswith("Seven figures are worse than accepted by ")
+    assert shown.count("  worse than accepted since 2026-01-02: worse: ") == 5
+    assert "  2 more: worse since earlier" in shown
+    assert shown.count("  tonight, worse: ") == 1
 
 
 def test_the_message_for_a_chat_gives_a_reason_of_what_changed(history: str) -> None:

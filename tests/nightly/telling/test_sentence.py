@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,7 +11,15 @@ import pytest
 from barchain.nightly.changes import Change, Direction, results_words
 from barchain.nightly.figures import Figure
 from barchain.nightly.sentence import opening
-from reports.tables.nights.facts import AcceptanceEntry, ChangeEntry, SuspectEntry
+from reports.tables.nights.facts import (
+    AcceptanceEntry,
+    ChangeEntry,
+    NightRun,
+    PartResult,
+    PartState,
+    RejectedEntry,
+    SuspectEntry,
+)
 from tests.nightly.history.synthetic import error
 
 MUJOCO = SuspectEntry(name="engine:mujoco", before="3.2.7", after="4.0.0")
@@ -30,12 +39,27 @@ def change(direction: str = "worse", suspects: tuple[SuspectEntry, ...] = (MUJOC
 
 def said(*changes: ChangeEntry, **more: Any) -> str:
     judged: Any = SimpleNamespace(
-        night=SimpleNamespace(void=more.get("void"), complete=more.get("complete", True)),
+        night=SimpleNamespace(
+            void=more.get("void"), complete=more.get("complete", True),
+            started=datetime.datetime(2026, 11, 29, tzinfo=datetime.UTC),
+        ),
         judged=more.get("judged", 900), compared_with=(None,) * more.get("earlier", 5), renamed=(),
         replanned="replanned" in more,
     )  # fmt: skip
     judged.new, judged.left_out = more.get("replanned", (0, 0))
-    return opening(judged, changes, baseline=more.get("baseline", ""), held=more.get("held", 0))
+    return opening(
+        judged, changes, more.get("standing", ()), more.get("held", 0), more.get("baseline", ""),
+        more.get("rejected", ()), more.get("run"),
+    )  # fmt: skip
+
+
+def since(day: str, count: int = 1, factor: float = 5.0, suspect: SuspectEntry = MUJOCO) -> list[ChangeEntry]:
+    """Figures that are worse than accepted since a day."""
+    return [change(since=f"{day}T02-00-00-abcdef01", factor=factor, suspects=(suspect,))] * count
+
+
+def run(*parts: PartResult) -> NightRun:
+    return NightRun("mine 0123", 15.0, parts)
 
 
 @pytest.mark.parametrize(
@@ -93,18 +117,55 @@ def test_the_first_night_has_nothing_to_be_compared_with() -> None:
     assert said(earlier=0) == "This is the first night: there is no earlier one to compare it with."
 
 
-def test_a_night_without_a_figure_to_judge_does_not_say_that_nothing_changed() -> None:
-    assert said(judged=0, complete=False) == (
-        "Nothing was judged: no figure of this night has an earlier one. The night is incomplete."
+def test_what_is_worse_than_accepted_comes_first_with_its_size_its_night_and_its_cause() -> None:
+    assert said(standing=since("2026-11-03", 12, 6.0)) == (
+        "Twelve figures are worse than accepted by up to ×6 since 3 November (engine:mujoco). Nothing is new tonight."
+    )
+    assert said(standing=since("2025-11-03")).startswith(
+        "One figure is worse than accepted by ×5 since 3 November 2025 (engine:mujoco)."
+    )
+    both = [*since("2026-11-03", 2), *since("2026-11-09", suspect=NUMPY)]
+    assert said(change(), standing=both) == (
+        "Three figures are worse than accepted by up to ×5: two since 3 November (engine:mujoco) and one since "
+        "9 November (library:numpy). One figure of 900 changed tonight, for the worse; since engine:mujoco 4.0.0."
     )
 
 
-def test_an_incomplete_night_says_so_too() -> None:
-    assert said(complete=False).endswith("The night is incomplete.")
+def test_a_night_without_a_figure_to_judge_does_not_say_that_nothing_changed() -> None:
+    assert said(judged=0, complete=False) == (
+        "The night is incomplete. Nothing was judged: no figure of this night has an earlier one."
+    )
 
 
-def test_accepted_changes_that_still_hold_are_told() -> None:
-    assert said(held=23) == ("Nothing changed tonight among 900 figures. 23 accepted changes for the worse still hold.")
+def test_what_was_not_measured_is_told_with_its_reason_before_nothing_changed() -> None:
+    parts = (
+        PartResult("core", PartState.DONE, 10.0, missing="my.toml: gravity_m_s2: no such key", bad_input=True),
+        PartResult("cost", PartState.LEFT, 10.0, reason="interrupted at its limit of 100 s"),
+        PartResult("alarm", PartState.DONE, 10.0),
+    )
+    text = said(complete=False, run=run(*parts))
+    assert text.startswith(
+        "The night is incomplete: core, my.toml: gravity_m_s2: no such key; cost, interrupted at its limit of 100 s. "
+    )
+    assert text.endswith("Nothing changed tonight among 900 figures.")
+
+
+def test_a_part_of_which_nothing_ran_is_not_done() -> None:
+    part = PartResult("core", PartState.DONE, 10.0, missing="my.toml: can't be read")
+    assert part.shown_state == "not run"
+    assert PartResult("core", PartState.DONE, 10.0, done=3, missing="no engine exudyn").shown_state == "in part"
+    assert PartResult("core", PartState.DONE, 10.0, done=3).shown_state == "done"
+
+
+@pytest.mark.parametrize("earlier", [0, 5])
+def test_an_engine_that_never_worked_is_told_before_nothing_changed(earlier: int) -> None:
+    failed = RejectedEntry(scene="a", engine="mine", setting="", verdict="failed", reason="no such file: ./mine.")
+    text = said(rejected=(failed, failed), earlier=earlier)
+    assert text.startswith("Two verdicts are no pass: the first mine on a: failed: no such file: ./mine. ")
+
+
+def test_figures_that_are_worse_and_accepted_are_told() -> None:
+    assert said(held=23) == "Nothing changed tonight among 900 figures. 23 figures are worse than before, and accepted."
 
 
 def test_a_change_is_shown_with_the_digits_that_tell_its_results_apart() -> None:
