@@ -51,6 +51,7 @@ def night_facts(
     *,
     baseline: str = "",
     confirmed: Mapping[str, str] | None = None,
+    left_out: Mapping[str, str] | None = None,
 ) -> NightlyFile:
     """Facts of a judged night.
 
@@ -67,6 +68,8 @@ def night_facts(
         Name of the one night that it was judged against.
     confirmed : mapping, optional
         Results of attributions in words, by the id of the change.
+    left_out : mapping, optional
+        Nights that count as not there, each with the reason.
     """
     every = list(figures)
     cells = [f for f in every if f.identity.kind is FigureKind.VERDICT and f.identity.quantity == VERDICT]
@@ -94,6 +97,7 @@ def night_facts(
         standing=worse,
         held=held,
         renamed=judged.renamed,
+        left_out=dict(left_out or {}),
         run=run,
     )  # fmt: skip
 

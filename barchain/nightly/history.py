@@ -16,6 +16,7 @@ Nights are copied, merged and removed as folders; several machines may write int
 
 from __future__ import annotations
 
+import contextlib
 import datetime
 import hashlib
 import io
@@ -27,7 +28,7 @@ from typing import TYPE_CHECKING, Self
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import Night, NightSummary
 from barchain.nightly.place import Place
-from barchain.nightly.table import COLUMNS, FIGURES, NUMBERS, FigureTable, figures_content, read_table
+from barchain.nightly.table import AT_ONCE, COLUMNS, FIGURES, NUMBERS, FigureTable, figures_content, read_table
 from scenarios.nearest import nearest
 
 if TYPE_CHECKING:
@@ -44,6 +45,7 @@ RECORD = "record.json"
 FORMAT = 1
 NIGHT_NAME = re.compile(r"\d{4}-\d\d-\d\dT\d\d-\d\d-\d\d-\w+")
 TORN = "it is being written, or was copied in part"
+DAMAGED = "it is damaged, as its figures are not those of its record; copy the night again, or remove its folder"
 LATEST = "latest"
 """Name that stands for the last night"""
 
@@ -55,6 +57,8 @@ class NightStore:
         """Take a folder that is there; :func:`open_store` makes it."""
         self.place = place
         self.known: dict[str, tuple[bytes, NightSummary]] = {}
+        self.broken: set[str] = set()
+        """Names of nights whose figures were read and are damaged"""
         self.loaded: tuple[list[tuple[str, str]], FigureTable] | None = None
 
     def __enter__(self) -> Self:
@@ -90,6 +94,7 @@ class NightStore:
             added = earlier.added
             self.place.remove(f"{name}/told.json")  # the whole night tells its changes anew
         self.place.write(f"{name}/{FIGURES}", content)
+        self.broken.discard(name)
         stored = night.summary(run=run, digest=digest_of(content), size_B=len(content), added=added)
         self.place.write(f"{name}/{RECORD}", record_of(stored))
         return True
@@ -112,7 +117,7 @@ class NightStore:
                 if summary is None:
                     continue
                 self.known[name] = content, summary
-            if self.known[name][1].size_B == sizes[f"{name}/{FIGURES}"]:
+            if name not in self.broken and self.known[name][1].size_B == sizes[f"{name}/{FIGURES}"]:
                 found[name] = self.known[name][1]
         return found
 
@@ -121,9 +126,20 @@ class NightStore:
         parts = {*self.place.sizes(f"*/{FIGURES}"), *self.place.sizes(f"*/{RECORD}")}
         whole = self.summaries()
         names = {name.partition("/")[0] for name in parts} - whole.keys()
-        torn = {name: TORN for name in names if NIGHT_NAME.fullmatch(name)}
+        torn = {name: DAMAGED if name in self.broken else TORN for name in names if NIGHT_NAME.fullmatch(name)}
         more = {name: f"it is a copy of {kept}" for name, kept in copies(whole.values()).items()}
         return dict(sorted((torn | more).items()))
+
+    def check(self) -> dict[str, str]:
+        """Read the figures of all nights, and give those that count as not there, with the reasons.
+
+        A damaged night is left out from then on, and costs itself alone.
+        """
+        nights = self.nights()
+        for first in range(0, len(nights), AT_ONCE):
+            with contextlib.suppress(HistoryError):
+                self.figures_of(nights[first : first + AT_ONCE])
+        return self.left_out()
 
     def summary(self, name: str) -> NightSummary:
         """Night by its name, the beginning of it, or ``latest``.
@@ -170,18 +186,24 @@ class NightStore:
             If they are not those that the record describes.
         """
         found = self.place.read_all([f"{night.name}/{FIGURES}" for night in nights])
-        for night in nights:
-            if digest_of(found.get(f"{night.name}/{FIGURES}", b"")) != night.digest:
-                said = f"{night.name}/{FIGURES} is damaged; copy the night again, or remove its folder"
-                raise HistoryError(f"{self}: {said}")
+        wrong = [n.name for n in nights if digest_of(found.get(f"{n.name}/{FIGURES}", b"")) != n.digest]
+        self.broken |= set(wrong)
+        if wrong:
+            said = f"{wrong[0]}/{FIGURES} is damaged; copy the night again, or remove its folder"
+            raise HistoryError(f"{self}: {said}")
         return [found[f"{night.name}/{FIGURES}"] for night in nights]
 
     def table(self) -> FigureTable:
-        """Figures of all nights."""
-        nights = self.nights()
+        """Figures of all nights; a night that turns out to be damaged is left out."""
+        nights, broken = self.nights(), len(self.broken)
         key = [(night.name, night.digest) for night in nights]
         if self.loaded is None or self.loaded[0] != key:
-            self.loaded = key, read_table(nights, self.place, self.figures_of)
+            try:
+                self.loaded = key, read_table(nights, self.place, self.figures_of)
+            except HistoryError:
+                if len(self.broken) == broken:
+                    raise
+                return self.table()
         return self.loaded[1]
 
     def prune(

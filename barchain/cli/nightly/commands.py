@@ -61,9 +61,9 @@ def add(folders: tuple[Path, ...], url: str | None) -> None:
 def list_nights(url: str | None, as_json: bool) -> None:
     """List all nights in the order of their starts."""
     with opened(url) as store:
-        nights = store.nights()
-        for folder, reason in store.left_out().items():
+        for folder, reason in store.check().items():
             say(f"{folder}: left out: {reason}", err=True)
+        nights = store.nights()
     if as_json:
         print_json([night_values(night) for night in nights])
         return
@@ -115,6 +115,8 @@ def export(path: Path, url: str | None) -> None:
 
     with opened(url) as store:
         need_writable(path, "--parquet")
+        for folder, reason in store.check().items():
+            say(f"{folder}: left out: {reason}", err=True)
         say(f"{path}: {export_parquet(store, path)} figures")
 
 

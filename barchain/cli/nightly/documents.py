@@ -75,6 +75,7 @@ def report_night(
     if junit is not None:
         need_writable(junit, "--junit")
     with opened(url) as store:
+        store.check()
         name = store.summary(night).name
         folder = out or (store.place.local or NIGHTS) / name
         facts = write_documents(store, name, folder, junit, baseline, fail_on, need_history=need_history)
@@ -105,6 +106,7 @@ def show_night(facts: NightlyFile, page: Path) -> None:
     for part in facts.run.parts if facts.run else ():
         if part.missing:
             say(f"  {part.name}: {part.missing}")
+    show_some([f"left out: {name}: {reason}" for name, reason in facts.left_out.items()], "nights left out")
     show_some([f"worse than accepted since {c.since[:10]}: {c.words}" for c in facts.standing], "worse since earlier")
     show_some([f"tonight, {c.words}" for c in facts.changes], "changed tonight")
     show_some([rejected.words for rejected in facts.rejected], "verdicts that are no pass")
@@ -180,7 +182,15 @@ def facts_of(store: NightStore, judged: JudgedNight, night: Night, baseline: str
     from barchain.nightly.told import attributed_words  # noqa: PLC0415
 
     confirmed = attributed_words(store, every_change(judged))
-    return night_facts(judged, accepted(store), night.figures, judged.night.run, baseline=baseline, confirmed=confirmed)
+    return night_facts(
+        judged,
+        accepted(store),
+        night.figures,
+        judged.night.run,
+        baseline=baseline,
+        confirmed=confirmed,
+        left_out=store.left_out(),
+    )
 
 
 def baseline_night(store: NightStore, given: str) -> Night:

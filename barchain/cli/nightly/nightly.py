@@ -108,7 +108,7 @@ def run_and_tell(
         store.place.need_writable()
         if not store.nights():
             say(f"history: begins in {store}", err=True)
-        for folder, reason in store.left_out().items():
+        for folder, reason in store.check().items():
             say(f"{folder}: left out: {reason}", err=True)
         with shown_progress() as progress:
             ended = run_night(plan, minutes, store, out, progress, process_age_s())

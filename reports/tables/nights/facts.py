@@ -339,6 +339,9 @@ class NightlyFile(Entry):
         (), description="what is worse than it was since an earlier night, and accepted"
     )
     renamed: tuple[str, ...] = Field((), description="settings and scenes that have other names since this night")
+    left_out: dict[str, str] = Field(
+        {}, description="nights of the history that count as not there, e.g. damaged ones, each with the reason"
+    )
     run: NightRun | None = Field(None, description="None of a night that a result folder was added as")
 
     @property

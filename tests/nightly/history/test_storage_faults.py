@@ -15,7 +15,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
+from barchain.cli.main import run
 from barchain.nightly.history import NightStore, open_store
+from barchain.nightly.judging import judge
+from reports.tables.nights.facts import read_nightly
 from reports.tables.writing import DigestedFile
 from tests.nightly.history.synthetic import error, large_night, night
 from tests.support.slow import one_in
@@ -92,6 +95,35 @@ def test_a_kill_at_any_instant_leaves_whole_nights_and_every_night_that_was_conf
     assert len(store.nights()) == 8
     whole(store, range(8))
     assert store.left_out() == {}
+
+
+@pytest.mark.parametrize("damage", ["flipped", "cut", "gone"])
+def test_a_damaged_night_is_named_and_costs_itself_alone(
+    url: str, tmp_path: Path, damage: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Also where it was sound when later nights were judged."""
+    store = open_store(url, create=True)
+    for k, value in enumerate((1e-5, 9e-5, 2e-5, 2e-5)):
+        store.add(night(error(value), number=k))
+        judge(store)
+    names = [one.name for one in store.nights()]
+    path = tmp_path / "history" / names[1] / "figures.parquet"
+    content = path.read_bytes()
+    path.write_bytes(content[:40] + bytes([content[40] ^ 1]) + content[41:] if damage == "flipped" else content[:-9])
+    if damage == "gone":
+        path.unlink()
+    out = tmp_path / "out"
+    assert run(["history", "report", "--history", url, "--out", str(out)]) == 1
+    facts = read_nightly(out / "nightly.json")
+    assert list(facts.left_out) == [names[1]]
+    assert [(c.since, c.factor) for c in facts.standing] == [(names[2], pytest.approx(2.0))]
+    assert f"left out: {names[1]}: it " in capsys.readouterr().out
+    assert names[1] in (out / "nightly.html").read_text("utf-8")
+    assert names[1] in (out / "summary.md").read_text("utf-8")
+    assert run(["history", "list", "--history", url]) == 0
+    shown = capsys.readouterr()
+    assert names[1] in shown.err
+    assert names[1] not in shown.out
 
 
 FILLER = """

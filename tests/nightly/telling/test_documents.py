@@ -489,8 +489,8 @@ def test_a_night_is_told_in_a_few_lines_for_a_chat(history: str, tmp_path: Path)
     assert lines[1].startswith(
         "worse: paper/fig05:mujoco:steps_per_orbit=1000:attitude.max: 1e-05 rad → 2e-05 rad (×2)"
     )
-    assert "(engine:mujoco)" in lines[1]
     assert lines[2].startswith("changed: ")
+    assert lines[2].endswith("(engine:mujoco)")
     assert lines[3:] == ["https://example.org/nightly.html"]
 
 
