@@ -9,6 +9,7 @@ import os
 import re
 import shlex
 import shutil
+import subprocess
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -34,6 +35,10 @@ FILE = "engines.toml"
 REQUEST, SAMPLES, RESULT = "{request}", "{samples}", "{result}"
 NOISE = ("attitude", "rate", "reaction", "torque", "com", "com_velocity", "gap", "impulse")
 DIGITS = 16
+MOST_VERSION = 80
+"""Characters of a version"""
+VERSION_S = 10.0
+"""Longest run of a command that prints a version, s"""
 MOST_FILES = 64
 """Files of entries that are remembered"""
 OWN_CLOCK = "own_clock_s"
@@ -83,6 +88,12 @@ class Entry(BaseModel):
         default_factory=list,
         description="files that the results depend on, from the file of entries on: the program, its data",
     )
+    version: str = Field(
+        "", description="version of the program: a word, or a command line whose first line of output it is"
+    )
+    commit: str = Field(
+        "", description="commit of the program's sources: a word, or a command line whose first line of output it is"
+    )
     licence: str = Field("", description="licence of the program")
     homepage: str = Field("", description="address of the program")
 
@@ -102,6 +113,18 @@ class Entry(BaseModel):
         if SAMPLES not in command and RESULT not in command:
             raise ValueError(f"allowed: a command line with {SAMPLES} or {RESULT} in it, or both")
         return command
+
+    @field_validator("version", "commit")
+    @classmethod
+    def one_line(cls, text: str) -> str:
+        """Check that a version is a word, or a command line."""
+        try:
+            shlex.split(text)
+        except ValueError:
+            raise ValueError("allowed: a word, or a command line whose quotation marks are closed") from None
+        if not text.isprintable():
+            raise ValueError("allowed: one line of printable characters")
+        return text
 
     @field_validator("effects")
     @classmethod
@@ -244,6 +267,30 @@ def why_not_there(folder: Path, entry: Entry) -> str:
     return f"{lacking}, one of its files, is not there; its entry is in {folder}" if lacking else ""
 
 
+def version_words(folder: Path, entry: Entry) -> str:
+    """Version and commit of a program in words; a command that prints one is run."""
+    version, commit = (stated(folder, entry, text) for text in (entry.version, entry.commit))
+    return f"{version} ({commit})" if version and commit else version or commit
+
+
+def stated(folder: Path, entry: Entry, text: str) -> str:
+    """Version or commit that an entry states: the word itself, or the first line that a command prints.
+
+    Several words are a command line, and so is the name of a file beside the entry. One that can't be run, or prints
+    nothing, gives no version: a night is measured all the same.
+    """
+    if len(shlex.split(text)) < 2 and not (text and (folder / text).is_file()):
+        return text[:MOST_VERSION]
+    line = arguments(folder, entry.model_copy(update={"command": text}), {})
+    try:
+        done = subprocess.run(
+            line, cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=VERSION_S, check=True
+        )
+    except (OSError, ValueError, subprocess.SubprocessError):
+        return ""
+    return next((shown for shown in map(str.strip, done.stdout.splitlines()) if shown), "")[:MOST_VERSION]
+
+
 def deciding_files(folder: Path, entry: Entry) -> list[str]:
     """Files that decide results: those that an entry declares, and those that its command names beside it."""
     words = (word for word in shlex.split(entry.command) if not Path(word).is_absolute())
@@ -251,8 +298,12 @@ def deciding_files(folder: Path, entry: Entry) -> list[str]:
 
 
 def content_digest(folder: Path, entry: Entry) -> str:
-    """Digest of an entry and of its deciding files; a file that is missing counts as that."""
-    found = hashlib.sha256(packed(Path(), entry).encode())
+    """Digest of an entry and of its deciding files; a file that is missing counts as that.
+
+    A version and a commit are names of a state, and part of none.
+    """
+    declared = entry.model_dump(mode="json", exclude={"version", "commit"})
+    found = hashlib.sha256(json.dumps({"folder": ".", "entry": declared}, sort_keys=True).encode())
     for name in deciding_files(folder, entry):
         path = folder / name
         found.update(name.encode() + b"\0" + (hashlib.sha256(path.read_bytes()).digest() if path.is_file() else b"-"))

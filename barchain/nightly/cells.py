@@ -251,7 +251,8 @@ def same_sources(night: NightSummary, depends: Iterable[str]) -> bool:
     """Whether barchain's sources behind some parts have the same known digests on a night and in this installation."""
     shipped, there = set(scene_names()), night.part_named
     scenes = [name for name in shipped if SCENE + name in there]
-    here = {part.name: part.digest for part in installed_parts(engines(), scenes, night.environment)}
+    packages = [name for name, registration in engines().items() if not registration.entry]
+    here = {part.name: part.digest for part in installed_parts(packages, scenes, night.environment)}
     for name in depends:
         kind, _, rest = name.partition(":")
         own = name in SOURCES or kind == "adapter" or (kind in {"scene", "solution"} and rest in shipped)

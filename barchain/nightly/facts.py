@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from reports.tables.nights.facts import NightRun
 
 
-VERSIONED = ("engine:", "library:", "python")
+VERSIONED = ("engine:", "library:", "program:", "python")
 MISSING = "missing"
 FINE = frozenset(str(outcome) for outcome in Outcome if outcome.ok)
 """Verdicts that are a pass, or a limit that the engine states; a word of another version is none"""

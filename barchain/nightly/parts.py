@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from adapters.command.entries import deciding_files, unpacked
+from adapters.command.entries import deciding_files, unpacked, version_words
 from adapters.registry import PACKAGES, engines, find_engine
 from barchain.nightly.figures import (
     MACHINE,
@@ -114,7 +114,8 @@ def installed_parts(names: Iterable[str], scenes: Iterable[str], environment: En
         found |= {part.name: part for part in map(requirements_part, requiring(registration))}
         if registration.entry:
             program = program_name(registration)
-            found[program] = NightPart(program, "", registration.version)
+            state = version_words(*unpacked(registration.entry))
+            found[program] = NightPart(program, state, registration.version)
     for scene in scenes:
         found |= {part.name: part for part in scene_parts(scene)}
     return tuple(found.values())

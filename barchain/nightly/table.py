@@ -55,7 +55,7 @@ MOST_READ = 16
 """Nights beside the cache: with more it is written anew"""
 AT_ONCE = 50
 """Nights whose files are held together"""
-ENGINE = "engine:"
+ENGINE, PROGRAM = "engine:", "program:"
 BETWEEN, MEMBERS = "\t", "\n"
 """Between the parts of a series' key, and the names of parts; no text of a figure holds them"""
 
@@ -77,9 +77,10 @@ def figures_content(night: Night) -> bytes:
 
 
 def versions_of(figure: Figure, night: Night) -> str:
-    """Versions of the distributions behind a figure's engines, e.g. ``mujoco 3.3.0``."""
-    parts = (night.part_named[name] for name in figure.depends if name.startswith(ENGINE))
-    return ", ".join(f"{part.name.removeprefix(ENGINE)} {part.version}" for part in parts)
+    """Versions of the distributions and programs behind a figure's engines, e.g. ``mujoco 3.3.0``."""
+    parts = (night.part_named[name] for name in figure.depends if name.startswith((ENGINE, PROGRAM)))
+    known = (part for part in parts if part.version or part.name.startswith(ENGINE))
+    return ", ".join(f"{part.name.partition(':')[2].partition(' (')[0]} {part.version}" for part in known)
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,13 @@ import pytest
 from adapters.command.entries import FILES
 from barchain.cli.main import run
 from barchain.engine.new_program import LANGUAGES, write_program
+from barchain.nightly.parts import capture, installed_parts
 from reports.tables.nights.facts import read_nightly
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    from barchain.nightly.figures import NightPart
 
 PLAN = """
 name = "mine"
@@ -30,6 +33,55 @@ RIGHT, MISTAKEN = "half[j] = 0.5 * length[j]", "half[j] = 0.501 * length[j]"
 
 def built(folder: Path) -> None:
     subprocess.run(C.build, shell=True, cwd=folder, check=True)
+
+
+ENTRY = """
+[[engine]]
+name = "mine"
+command = "engine {{request}} {{samples}}"
+effects = ["gravity.point"]
+order = 4
+steps_per_orbit = [500]
+version = {version}
+commit = {commit}
+"""
+
+
+def state_of(folder: Path, version: str, commit: str = '""') -> NightPart:
+    """Part of a program whose entry states a version and a commit."""
+    (folder / "engines.toml").write_text(ENTRY.format(version=version, commit=commit), "utf-8")
+    parts = installed_parts(["mine"], [], capture())
+    return next(part for part in parts if part.name.startswith("program:mine"))
+
+
+@pytest.mark.parametrize(
+    ("version", "commit", "words"),
+    [
+        ('"1.4"', '""', "1.4"),
+        ("\"sh -c 'echo 1.5; echo more'\"", '"0123abc"', "1.5 (0123abc)"),
+        ('"version.sh"', '""', "2.0 from a file"),
+        ('"no-such-program --version"', '""', ""),
+        ("\"sh -c 'exit 1'\"", '""', ""),
+    ],
+)
+def test_a_program_has_the_version_that_its_entry_states(
+    version: str, commit: str, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(FILES, str(tmp_path / "engines.toml"))
+    for name, text in (("engine", "#!/bin/sh\n"), ("version.sh", "#!/bin/sh\necho 2.0 from a file\n")):
+        (tmp_path / name).write_text(text, "utf-8")
+        (tmp_path / name).chmod(0o755)
+    assert state_of(tmp_path, version, commit).version == words
+
+
+def test_a_version_names_a_state_and_decides_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(FILES, str(tmp_path / "engines.toml"))
+    (tmp_path / "engine").write_text("one", "utf-8")
+    (tmp_path / "engine").chmod(0o755)
+    first = state_of(tmp_path, '"1.0"')
+    assert not first.differs(state_of(tmp_path, '"1.1.0"'))
+    (tmp_path / "engine").write_text("two", "utf-8")
+    assert first.differs(state_of(tmp_path, '"1.1"'))
 
 
 @pytest.mark.exhaustive

@@ -28,6 +28,8 @@ MOST_NAME = 80
 """Characters of a name in a sentence"""
 DIGITS = 8
 NOT_TRIED = "not tried"
+PROGRAM = "program:"
+"""Beginning of the names of programs: their earlier states are not kept, and can't be tried"""
 
 
 class Entry(BaseModel):
@@ -138,7 +140,8 @@ class ChangeEntry(Entry):
     @property
     def confirmed_words(self) -> str:
         """Whether real runs confirm the suspects."""
-        return self.confirmed or (NOT_TRIED if self.suspects else "")
+        can_be_tried = any(not suspect.name.startswith(PROGRAM) for suspect in self.suspects)
+        return self.confirmed or (NOT_TRIED if can_be_tried else "")
 
 
 class PartState(StrEnum):
@@ -276,7 +279,9 @@ class NightEntry(Entry):
     figures: int
     machine_class: str
     environment: dict[str, str | int]
-    versions: dict[str, str] = Field(description="version of each engine's distribution and each library")
+    versions: dict[str, str] = Field(
+        description="version of each engine's distribution, of each program that states one, and of each library"
+    )
     exchanged: tuple[SuspectEntry, ...] = Field(
         (), description="parts that differ from the last night before, also where no figure changed"
     )
