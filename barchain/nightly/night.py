@@ -55,6 +55,8 @@ BAD_INPUT = 2
 TIMED = frozenset({COST, "scaling"})
 """Studies that plan with a budget of time"""
 LABEL_DIGITS = 8
+MORE = "-more"
+"""Ending of the name of a job that does what another one of the night did not take on"""
 
 
 @dataclass(frozen=True)
@@ -199,27 +201,42 @@ def finish(night: Running, state: NightState) -> NightEnd:
 def run_jobs(night: Running, state: NightState) -> NightState:
     """Run all jobs that are not done, one after the other, and write the state before and after each.
 
-    A job that began already goes on with the scenes of its begin.
+    A job that began already goes on with the scenes of its begin. Scenes beyond those that it takes on come once more
+    after all other jobs, at tonight's pace: the last night may have been slower.
     """
-    jobs = state.jobs
-    waiting = [job for job in jobs if job.name not in state.results or state.results[job.name].state is PartState.LEFT]
+    done = {name for name, result in state.results.items() if result.state is not PartState.LEFT}
+    waiting = [job for job in state.jobs if job.name not in done]
     for k, job in enumerate(waiting):
         left_s = max(night.end - time.monotonic(), 0.0)
         time_s = limit_s(job, waiting[k + 1 :], left_s)
-        night.progress.begin(job.name, len(jobs) - len(waiting) + k + 1, len(jobs), time_s)
+        total = len(state.jobs)
+        night.progress.begin(job.name, total - len(waiting) + k + 1, total, time_s)
         if time_s < LEAST_S:
             result = PartResult(job.part, PartState.LEFT, time_s, 0.0, job.scenes or (job.part,), "no time was left")
         else:
             begun = state.begun.get(job.name)
             if begun is None:
-                begun = fitting(job, running_s(time_s), last_of(job.part, night.last)).scenes
+                tonight = state.results.get(job.name.removesuffix(MORE)) if job.name.endswith(MORE) else None
+                pace = tonight if tonight and tonight.done else last_of(job.part, night.last)
+                begun = fitting(job, running_s(time_s), pace).scenes
             state = replace(state, begun=state.begun | {job.name: begun})
+            if begun != job.scenes and not job.name.endswith(MORE):
+                job, later = divided(job, begun)  # noqa: PLW2901  # what is run of it now
+                state = replace(state, jobs=(*(job if one.name == job.name else one for one in state.jobs), later))
+                waiting.append(later)
             write_state(night.folder, state)
             result = run_job(night, job, replace(job, scenes=begun), time_s)
         state = state.with_result(job.name, result)
         write_state(night.folder, state)
         night.progress.end(state.results[job.name])
     return state
+
+
+def divided(job: NightJob, scenes: tuple[str, ...]) -> tuple[NightJob, NightJob]:
+    """Job with some of its scenes, and a later one with the others."""
+    others = tuple(scene for scene in job.scenes if scene not in scenes)
+    later = replace(job, name=f"{job.name}{MORE}", scenes=others, waits=False, favoured=False)
+    return replace(job, scenes=scenes), later
 
 
 def run_job(night: Running, job: NightJob, taken: NightJob, time_s: float) -> PartResult:

@@ -120,9 +120,11 @@ def not_measured(run: NightRun | None, *, complete: bool) -> str:
     parts = [part for part in run.parts if not part.whole] if run else []
     said = [f"{part.name}, {shortened(part.reasons or str(part.state), MOST_REASON)}" for part in parts[:MOST_CAUSES]]
     more = f"; and {amount(len(parts) - MOST_CAUSES, 'more part')}" if len(parts) > MOST_CAUSES else ""
+    noted = [f"{part.name}: {shortened(part.reason, MOST_REASON)}." for part in (run.parts if run else ())
+             if part.whole and part.reason]  # fmt: skip
     if said:
-        return f"The night is incomplete: {'; '.join(said)}{more}."
-    return "" if complete else "The night is incomplete."
+        return joined(f"The night is incomplete: {'; '.join(said)}{more}.", *noted)
+    return joined("" if complete else "The night is incomplete.", *noted)
 
 
 def no_pass(rejected: Sequence[RejectedEntry]) -> str:

@@ -23,12 +23,13 @@ from barchain.nightly.night import run_night
 from barchain.nightly.plan import load_plan
 from barchain.nightly.state import read_state, write_state
 from barchain.runs.processes import Finished, run_barchain
-from reports.tables.nights.facts import PartResult, PartState, read_nightly
+from reports.tables.nights.facts import NightRun, PartResult, PartState, read_nightly
 from tests.support.results import read_record, record_file
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from barchain.nightly.jobs import NightJob
     from barchain.nightly.night import NightEnd
     from barchain.nightly.plan import NightPlan
 
@@ -53,6 +54,24 @@ def plan(tmp_path: Path) -> NightPlan:
 def one_night(plan: NightPlan, folder: Path, url: str | None = None) -> NightEnd:
     with open_store(url or str(folder / "history"), create=True) as store:
         return run_night(plan, 2.0, store, folder / "nights")
+
+
+def test_scenes_that_a_slow_night_before_left_no_room_for_are_tried_in_the_time_that_is_left(
+    plan: NightPlan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    slow = NightRun(plan.identity, 2.0, (PartResult("core", PartState.DONE, 110.0, 100.0, done=1),))
+    taken: list[tuple[str, tuple[str, ...]]] = []
+
+    def quick(night: object, job: NightJob, own: NightJob, time_s: float) -> PartResult:
+        taken.append((job.name, own.scenes))
+        return PartResult(job.part, PartState.DONE, time_s, 1.0, done=len(own.scenes))
+
+    monkeypatch.setattr(running, "last_run", lambda *_: slow)
+    monkeypatch.setattr(running, "run_job", quick)
+    ended = one_night(plan, tmp_path)
+    assert taken == [("core", SCENES[:1]), ("core-more", SCENES[1:])]
+    (part,) = ended.run.parts
+    assert (part.state, part.done, part.left) == (PartState.DONE, 2, ())
 
 
 @pytest.mark.slow

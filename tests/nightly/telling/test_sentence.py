@@ -150,6 +150,11 @@ def test_what_was_not_measured_is_told_with_its_reason_before_nothing_changed() 
     assert text.endswith("Nothing changed tonight among 900 figures.")
 
 
+def test_a_part_that_gave_no_times_says_so() -> None:
+    part = PartResult("cost", PartState.DONE, 10.0, reason="no times are compared: other processes used 1.2 processors")
+    assert said(run=run(part)).startswith("cost: no times are compared: other processes used 1.2 processors. Nothing")
+
+
 def test_a_part_of_which_nothing_ran_is_not_done() -> None:
     part = PartResult("core", PartState.DONE, 10.0, missing="my.toml: can't be read")
     assert part.shown_state == "not run"
