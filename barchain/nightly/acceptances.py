@@ -9,8 +9,9 @@ from __future__ import annotations
 import datetime
 import fnmatch
 import json
-import tomllib
+from collections.abc import Mapping  # noqa: TC003  # pydantic reads the annotations of an entry
 from dataclasses import dataclass, field
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from barchain.nightly.changes import results_words
@@ -18,9 +19,12 @@ from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import MOST_TEXT, FigureError
 from barchain.nightly.steps import LEAST_EFFECT
 from scenarios.nearest import nearest
+from scenarios.toml.reading import tables_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Sequence
+
+    from pydantic import TypeAdapter
 
     from barchain.nightly.changes import Change
     from barchain.nightly.history import NightStore
@@ -150,9 +154,11 @@ def accepted(store: NightStore) -> tuple[Acceptance, ...]:
     """
     content = store.place.read(FILE)
     try:
-        entries = tomllib.loads((content or b"").decode()).get("accepted", [])
+        entries = tables_of((content or b"").decode()).get("accepted", [])
     except ValueError as error:
         raise HistoryError(f"{store}/{FILE}: {error}") from None
+    if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
+        raise HistoryError(f"{store}/{FILE}: accepted: allowed: any number of tables, write [[accepted]]")
     return tuple(
         sorted((entry_of(entry, f"{store}/{FILE}", k) for k, entry in enumerate(entries)), key=lambda a: a.date)
     )
@@ -166,11 +172,22 @@ def entry_of(entry: dict[str, Any], file: str, number: int) -> Acceptance:
         if isinstance(value, datetime.date):
             moment = value if isinstance(value, datetime.datetime) else datetime.datetime(*value.timetuple()[:3])
             entry = entry | {key: moment if moment.tzinfo else moment.replace(tzinfo=datetime.UTC)}
+    from pydantic import ValidationError  # noqa: PLC0415
+
     try:
-        return Acceptance(**entry)
-    except (TypeError, FigureError) as error:
-        said = str(error).replace("Acceptance.__init__() ", "")
+        return acceptances().validate_python(entry)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_input=False, include_context=False)[0]
+        said = ": ".join([*map(str, first["loc"]), first["msg"].removeprefix("Value error, ")])
         raise HistoryError(f"{file}: entry {number + 1}: {said}") from None
+
+
+@cache
+def acceptances() -> TypeAdapter[Acceptance]:
+    """Form of an entry."""
+    from pydantic import TypeAdapter  # noqa: PLC0415
+
+    return TypeAdapter(Acceptance)
 
 
 def write_accepted(store: NightStore, known: Iterable[Acceptance]) -> None:

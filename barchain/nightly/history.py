@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 RECORD = "record.json"
 FORMAT = 1
 NIGHT_NAME = re.compile(r"\d{4}-\d\d-\d\dT\d\d-\d\d-\d\d-\w+")
-TORN = "it is being written, or was copied in part"
+TORN = f"its {RECORD} or {FIGURES} is being written, was copied in part, or is damaged"
 DAMAGED = "it is damaged, as its figures are not those of its record; copy the night again, or remove its folder"
 LATEST = "latest"
 """Name that stands for the last night"""
@@ -293,11 +293,12 @@ def summary_of(name: str, content: bytes) -> NightSummary | None:
         found = json.loads(content)
         if found["format"] > FORMAT:
             raise HistoryError(f"{name}: a later barchain wrote this night; update barchain")
-        return records().validate_python(found | {"name": name})
+        summary = records().validate_python(found | {"name": name})
     except HistoryError:
         raise
-    except (ValueError, TypeError, KeyError):
+    except (ValueError, TypeError, KeyError, RecursionError):
         return None
+    return summary if summary.started.tzinfo else None
 
 
 @cache

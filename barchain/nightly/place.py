@@ -116,8 +116,15 @@ class Place:
         self.remove(TRIED)
 
     def remove(self, name: str) -> None:
-        """Remove a file or a folder that is there."""
+        """Remove a file or a folder that is there; a link goes itself, and nothing that it leads to."""
         with self.told(), contextlib.suppress(FileNotFoundError):
+            if self.local is not None:
+                inside = self.local
+                for part in name.split("/"):
+                    inside /= part
+                    if inside.is_symlink():
+                        inside.unlink()
+                        return
             self.fs.rm(f"{self.root}/{name}", recursive=True)
 
     @contextlib.contextmanager

@@ -38,11 +38,12 @@ def prune_runs(store: NightStore, out: Path) -> None:
     """
     told = told_by(store)
     for night in latest_first(store.nights())[RUNS_KEPT:]:
-        if night.void is None and told.get(night.name, {}).get("changed") == 0:
+        if night.void is None and night.name in told and told[night.name].changed == 0:
             for name in RUNS:
                 for runs in (out / night.name).glob(f"*/{name}"):
                     with contextlib.suppress(OSError):  # they go with the next night
-                        shutil.rmtree(runs)
+                        if runs.resolve() == out.resolve() / runs.relative_to(out):  # no link leads elsewhere
+                            shutil.rmtree(runs)
 
 
 def needed_nights(store: NightStore) -> frozenset[str]:

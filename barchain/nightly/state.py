@@ -13,7 +13,7 @@ from barchain.nightly.jobs import NightJob  # noqa: TC001  # pydantic reads the 
 from barchain.nightly.parts import Installation  # noqa: TC001  # pydantic reads the annotations of the state
 from barchain.nightly.results import night_here, read_figures_of
 from reports.tables.nights.facts import INTERRUPTED, AlarmTest, NightRun, PartResult, PartState
-from reports.tables.reading import DamagedResultsError, brief
+from reports.tables.reading import DamagedResultsError, formed
 from reports.tables.schema import SchemaVersionError
 from reports.tables.writing import write_atomically
 
@@ -93,17 +93,14 @@ def read_state(folder: Path) -> NightState | None:
     DamagedStateError
         If it can't be read.
     """
-    from pydantic import ValidationError  # noqa: PLC0415
-
     try:
-        return states().validate_json((folder / FILE).read_bytes())
+        return formed(states(), (folder / FILE).read_bytes())
     except FileNotFoundError:
         return None
     except OSError as error:
         raise DamagedStateError(error.strerror or "can't be read") from None
-    except ValidationError as error:
-        first = error.errors()[0]
-        raise DamagedStateError(brief(f"{'.'.join(map(str, first['loc']))} {first['msg']}".strip())) from None
+    except ValueError as error:
+        raise DamagedStateError(str(error)) from None
 
 
 def unfinished(out: Path, note: Callable[[str], None]) -> Iterator[tuple[Path, NightState]]:

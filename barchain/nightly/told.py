@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 from collections import defaultdict
+from dataclasses import asdict, dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any
+from functools import cache
+from typing import TYPE_CHECKING
 
 from barchain.nightly.acceptances import accepted, fits
 from barchain.nightly.changes import Direction
@@ -13,10 +15,13 @@ from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import STEPPED
 from barchain.nightly.history import now
 from barchain.nightly.standing import standing
+from reports.tables.reading import formed
 
 if TYPE_CHECKING:
     import datetime
     from collections.abc import Iterable, Mapping
+
+    from pydantic import TypeAdapter
 
     from barchain.nightly.acceptances import Acceptance
     from barchain.nightly.changes import Change
@@ -27,6 +32,52 @@ if TYPE_CHECKING:
 FILE = "told.json"
 ATTRIBUTED = "attributed"
 """Folder of the results of attributions"""
+
+
+@dataclass(frozen=True)
+class ToldChange:
+    """Change that a night told, or a step that is recorded with it."""
+
+    id: str
+    figure: str
+    kind: str
+    since: str
+    direction: str
+    tonight: bool
+    """Whether the night told it"""
+
+
+@dataclass(frozen=True)
+class ToldStanding:
+    """Figure that was worse than its level since an earlier night."""
+
+    figure: str
+    since: str
+    """Night of the first step"""
+    latest: str
+    """Night of the latest step"""
+
+
+@dataclass(frozen=True)
+class ToldNight:
+    """What a night told."""
+
+    worse: int
+    judged: int
+    """Number of figures that were compared"""
+    changed: int
+    told: str
+    """Instant, UTC, ISO 8601"""
+    changes: tuple[ToldChange, ...]
+    standing: tuple[ToldStanding, ...] = ()
+    """Figures that were worse than their level since an earlier night"""
+
+
+@dataclass(frozen=True)
+class AttributedChange:
+    """What is read of a kept attribution."""
+
+    words: str
 
 
 class AttributionVerdict(StrEnum):
@@ -59,26 +110,31 @@ def keep_judgement(store: NightStore, judged: JudgedNight) -> None:
         and not any((c.since, c.direction is Direction.WORSE) in known.get(n, ()) for n in c.names)
     ]
     kept = [*judged.tonight, *missed]
-    later = any(name > night.name and facts["changes"] for name, facts in told.items())
-    content = {
-        "worse": sum(change.direction is Direction.WORSE for change in judged.tonight), "judged": judged.judged,
-        "changed": len(judged.tonight), "told": now(),
-        "changes": [
-            {
-                "id": c.id, "figure": c.identity.name, "kind": str(c.identity.kind), "since": c.since,
-                "direction": str(c.direction), "tonight": c.id in tonight,
-            }
-            for c in kept if not (later and c.is_step)
-        ],
-        "standing": [
-            {"figure": state.change.identity.name, "since": state.change.since, "latest": state.latest}
-            for state in standing(judged) if state.change.id not in tonight
-        ],
-    }  # fmt: skip
+    later = any(name > night.name and facts.changes for name, facts in told.items())
+    changes = tuple(
+        ToldChange(c.id, c.identity.name, str(c.identity.kind), c.since, str(c.direction), c.id in tonight)
+        for c in kept
+        if not (later and c.is_step)
+    )
+    open_states = tuple(
+        ToldStanding(state.change.identity.name, state.change.since, state.latest)
+        for state in standing(judged)
+        if state.change.id not in tonight
+    )
+    worse = sum(change.direction is Direction.WORSE for change in judged.tonight)
+    content = asdict(ToldNight(worse, judged.judged, len(judged.tonight), now(), changes, open_states))
     store.place.write(f"{night.name}/{FILE}", json.dumps(content, indent=1, ensure_ascii=False).encode())
 
 
-def told_by(store: NightStore) -> dict[str, dict[str, Any]]:
+@cache
+def told_nights() -> TypeAdapter[ToldNight]:
+    """Form of the file."""
+    from pydantic import TypeAdapter  # noqa: PLC0415
+
+    return TypeAdapter(ToldNight)
+
+
+def told_by(store: NightStore) -> dict[str, ToldNight]:
     """What each night told, by the name of the night.
 
     Raises
@@ -89,22 +145,23 @@ def told_by(store: NightStore) -> dict[str, dict[str, Any]]:
     told = {}
     for name, content in sorted(store.place.read_all(list(store.place.sizes(f"*/{FILE}"))).items()):
         try:
-            told[name.removesuffix(f"/{FILE}")] = json.loads(content)
-        except ValueError:
-            raise HistoryError(f"{name} is damaged; remove it, and the night is judged anew") from None
+            told[name.removesuffix(f"/{FILE}")] = formed(told_nights(), content)
+        except ValueError as error:
+            said = f"{store}/{name} is damaged ({error}); remove it, and the night is judged anew"
+            raise HistoryError(said) from None
     return told
 
 
-def steps_before(told: Mapping[str, Mapping[str, Any]], before: str) -> dict[str, list[tuple[str, bool]]]:
+def steps_before(told: Mapping[str, ToldNight], before: str) -> dict[str, list[tuple[str, bool]]]:
     """Steps of times and memory that were told on the nights before one, by name of the figure, in order of nights.
 
     Each has the first night of its new level, and whether that is slower.
     """
     found: dict[str, list[tuple[str, bool]]] = defaultdict(list)
     for name, facts in told.items():
-        for one in facts["changes"] if name < before else ():
-            if one["kind"] in STEPPED:
-                found[one["figure"]].append((one["since"], one["direction"] == Direction.WORSE))
+        for one in facts.changes if name < before else ():
+            if one.kind in STEPPED:
+                found[one.figure].append((one.since, one.direction == Direction.WORSE))
     return found
 
 
@@ -116,26 +173,38 @@ def kept_judgements(store: NightStore, at: datetime.datetime) -> dict[str, tuple
     known = [one for one in accepted(store) if one.until is None or one.until > at]
     found = {}
     for name, facts in told_by(store).items():
-        open_states = [one for one in facts.get("standing", ()) if not is_covered(one, known)]
-        worse = [one for one in facts["changes"] if one["tonight"] and one["direction"] == Direction.WORSE]
-        forgiven = sum(any(a.since == one["since"] and fits(one["figure"], a.pattern) for a in known) for one in worse)
-        found[name] = facts["worse"] - forgiven + len(open_states), facts["changed"]
+        open_states = [one for one in facts.standing if not is_covered(one, known)]
+        worse = [one for one in facts.changes if one.tonight and one.direction == Direction.WORSE]
+        forgiven = sum(any(a.since == one.since and fits(one.figure, a.pattern) for a in known) for one in worse)
+        found[name] = facts.worse - forgiven + len(open_states), facts.changed
     return found
 
 
-def is_covered(state: Mapping[str, str], known: Iterable[Acceptance]) -> bool:
+def is_covered(state: ToldStanding, known: Iterable[Acceptance]) -> bool:
     """Whether an acceptance covers what a night told of a figure that was worse since an earlier night."""
     return any(
-        a.since == state["latest"] and (a.first or a.since) <= state["since"] and fits(state["figure"], a.pattern)
+        a.since == state.latest and (a.first or a.since) <= state.since and fits(state.figure, a.pattern)
         for a in known
     )
 
 
 def attributed_words(store: NightStore, changes: Iterable[Change]) -> dict[str, str]:
-    """Results of attributions in words, by the id of the change; one made under an earlier name counts too."""
-    own = {name: change.id for change in changes for name in change.ids}
-    found = store.place.read_all([f"{ATTRIBUTED}/{name}.json" for name in own])
-    return {
-        own[name.partition("/")[2].removesuffix(".json")]: json.loads(content)["words"]
-        for name, content in found.items()
-    }
+    """Results of attributions in words, by the id of the change; one made under an earlier name counts too.
+
+    Raises
+    ------
+    HistoryError
+        If a file is damaged.
+    """
+    from pydantic import TypeAdapter  # noqa: PLC0415
+
+    own, form = {name: change.id for change in changes for name in change.ids}, TypeAdapter(AttributedChange)
+    words = {}
+    for name, content in store.place.read_all([f"{ATTRIBUTED}/{name}.json" for name in own]).items():
+        try:
+            words[own[name.partition("/")[2].removesuffix(".json")]] = formed(form, content).words
+        except ValueError as error:
+            raise HistoryError(
+                f"{store}/{name} is damaged ({error}); remove it, and attribute the change anew"
+            ) from None
+    return words

@@ -6,13 +6,16 @@ import hashlib
 import io
 import json
 import os
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
     from pathlib import Path
 
     import pandas as pd
+    from pydantic import TypeAdapter
+
+Form = TypeVar("Form")
 
 REMEDY = "restore the file, or run again with --overwrite or into another folder"
 TABLES = "tables"
@@ -62,6 +65,23 @@ def read_json(path: Path) -> Any:
         return json.loads(path.read_bytes().decode("utf-8"))
     except (ValueError, RecursionError) as error:
         raise damaged(path, f"is no JSON: {error}") from None
+
+
+def formed(form: TypeAdapter[Form], content: bytes) -> Form:
+    """Value of JSON that has a declared form.
+
+    Raises
+    ------
+    ValueError
+        If it is no JSON, or has another form; the message is one line on the first entry that differs.
+    """
+    from pydantic import ValidationError
+
+    try:
+        return form.validate_json(content)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_input=False, include_context=False)[0]
+        raise ValueError(brief(f"{'.'.join(map(str, first['loc']))} {first['msg']}".strip())) from None
 
 
 def read_parquet(path: Path, needed: Collection[str]) -> pd.DataFrame:

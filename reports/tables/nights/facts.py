@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Literal
 
-from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, TypeAdapter
 
-from reports.tables.reading import damaged
+from reports.tables.reading import damaged, formed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -395,7 +395,6 @@ def read_nightly(path: Path) -> NightlyFile:
         If the file is something else.
     """
     try:
-        return NightlyFile.model_validate_json(path.read_bytes())
-    except ValidationError as error:
-        first = error.errors()[0]
-        raise damaged(path, f"{'.'.join(map(str, first['loc']))}: {first['msg']}") from None
+        return formed(TypeAdapter(NightlyFile), path.read_bytes())
+    except ValueError as error:
+        raise damaged(path, error) from None
