@@ -124,7 +124,8 @@ def judge_files(
     if second and not any(d.any() for d in differences(main.trajectory, second[0].trajectory).values()):
         raise TableError(f"{finer} has the numbers of {file}; give a result of half the step or a tenth of the error")
     name = file_name(file)
-    found = judge_file(name, main, second[0] if second else None, declared)
+    with np.errstate(all="ignore"):  # numbers of a file may be as large, or as small, as doubles are
+        found = judge_file(name, main, second[0] if second else None, declared)
     if digits is not None:
         found.notes.append(f"{plural(digits, 'digit')} of each number count")
     page = None

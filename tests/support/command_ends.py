@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import traceback
 from typing import TYPE_CHECKING
 
 from barchain.cli.common.exit_codes import ExitCode
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
 
 KNOWN = frozenset(ExitCode) - {ExitCode.INTERNAL_ERROR}
 LONGEST = MOST_LINE + len("barchain: ")
-"""Characters of a line on standard error"""
+"""Characters of a line"""
 
 
 def fault_of(arguments: list[str], capsys: pytest.CaptureFixture[str], limit_s: float) -> str:
@@ -23,13 +24,14 @@ def fault_of(arguments: list[str], capsys: pytest.CaptureFixture[str], limit_s: 
     try:
         code = run(arguments)
     except BaseException as error:
-        return f"{type(error).__name__}: {error}"[:500]
-    error, seconds = capsys.readouterr().err, time.monotonic() - begun
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        return f"{type(error).__name__}: {error}"[:500] + f" ({place.filename}:{place.lineno})"
+    seconds, (out, error) = time.monotonic() - begun, capsys.readouterr()
     if code not in KNOWN or "Traceback" in error:
         return f"code {code}: {error[:500]}"
     if code == ExitCode.BAD_INPUT and not error:
         return "code 2 without a word"
-    long = next((line for line in error.split("\n") if len(line) > LONGEST), "")
+    long = next((line for line in (out + error).split("\n") if len(line) > LONGEST), "")
     if long:
         return f"a line of {len(long)} characters: {long[:200]}"
     return f"took {seconds:.0f} s" if seconds > limit_s else ""
