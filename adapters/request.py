@@ -10,9 +10,10 @@ from __future__ import annotations
 import inspect
 import re
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, field_validator
 
 from adapters.common.accuracy_scales import accuracy_scales
 from adapters.common.equal_steps import step_s
@@ -28,6 +29,10 @@ if TYPE_CHECKING:
 VERSION: Literal[1] = 1
 """Version of both forms; a change that a program would have to follow raises it"""
 Pair = Annotated[list[FiniteFloat], Field(min_length=2, max_length=2)]
+
+
+Count = Annotated[int, Field(ge=0, le=2**53)]
+"""Whole number that a double holds exactly"""
 
 
 class Form(BaseModel):
@@ -129,13 +134,21 @@ class Result(Form):
     """Instant at which a bar reached the surface, s; null where none did"""
     seconds: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
     """Wall time of the integration alone by the program's own clock, s"""
-    steps: Annotated[int, Field(ge=0)] | None = None
+    steps: Count | None = None
     """Number of steps"""
-    evaluations: Annotated[int, Field(ge=0)] | None = None
+    evaluations: Count | None = None
     """Number of evaluations of the right-hand side"""
     samples: str = ""
     """Name of the table beside this file: .csv with a header, or .jsonl with an object for each sample; empty where it
     is the one that the command line named"""
+
+    @field_validator("samples")
+    @classmethod
+    def is_beside(cls, samples: str) -> str:
+        """Check that the table is in the folder of the run."""
+        if samples and (samples != Path(samples).name or samples == ".." or not samples.isprintable()):
+            raise ValueError("allowed: the name of a file beside this one, without a folder")
+        return samples
 
 
 def run_request(scene: Scene, setting: Setting) -> dict[str, Any]:

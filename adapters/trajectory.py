@@ -250,7 +250,7 @@ def from_frame(frame: pd.DataFrame, *, ended: str = "") -> Trajectory:
         return frame[[x, y]].to_numpy(float)
 
     def numbered(name: str) -> Array | None:
-        patterns = [re.compile(pattern.format(r"(\d+)")) for pattern in NUMBERED[name]]
+        patterns = [re.compile(pattern.format(r"([0-9]+)")) for pattern in NUMBERED[name]]
         found = [{int(m[1]): c for c in frame.columns if (m := pattern.fullmatch(c))} for pattern in patterns]
         if not all(found):
             return None
@@ -261,7 +261,7 @@ def from_frame(frame: pd.DataFrame, *, ended: str = "") -> Trajectory:
         single_bar = "angle_1_rad" in frame and "angle_2_rad" not in frame
         return np.empty((len(frame), 0, *shape)) if values is None and single_bar else values
 
-    torques = {c: m for c in frame.columns if (m := re.fullmatch(r"torque_(bar_|law_|)(\d+)_N_m", c))}
+    torques = {c: m for c in frame.columns if (m := re.fullmatch(r"torque_(bar_|law_|)([0-9]+)_N_m", c))}
     return Trajectory(
         t_s=frame["t_s"].to_numpy(float),
         com_m=pair("com_x_m", "com_y_m"),

@@ -47,7 +47,7 @@ def fitting(place: Path, shown: Callable[[], T]) -> T:
     """
     try:
         return shown()
-    except (DamagedResultsError, SchemaVersionError, OSError):
+    except (DamagedResultsError, SchemaVersionError, OSError, MemoryError):
         raise
     except Exception as error:
         said = f"its tables and record don't fit together ({type(error).__name__}: {brief(error)})"

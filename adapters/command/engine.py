@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import os
 import subprocess
 import tempfile
 import time
@@ -19,6 +20,7 @@ from adapters.common.step_alignment import misalignment
 from adapters.engine import AccuracySweep, Engine, EngineError, UnsupportedMotionError
 from adapters.request import VERSION, Result, run_request
 from adapters.trajectory import ENDED, Observable
+from scenarios.named_file import UnreadableError, read_named
 from scenarios.toml.faults import fault_lines
 
 if TYPE_CHECKING:
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
 
 FILES = {REQUEST: "request.json", SAMPLES: "samples.csv", RESULT: "result.json"}
 OUTPUT = "output.log"
+MOST_RESULT_B = 1 << 20
 LAST_B, LAST_WORDS = 4096, 300  # of what a program printed, that a failure tells
 
 
@@ -74,7 +77,9 @@ class CommandEngine(Engine):
         except OSError as error:
             raise EngineError(f"{self.line[0]} does not start: {error.strerror}") from None
         self.process_s = time.perf_counter() - begun
-        said = " ".join(output.read_bytes()[-LAST_B:].decode(errors="replace").split())[-LAST_WORDS:]
+        with output.open("rb") as printed:
+            printed.seek(max(0, output.stat().st_size - LAST_B))
+            said = " ".join(printed.read(LAST_B).decode(errors="replace").split())[-LAST_WORDS:]
         self.said = f": {said}" if said else ""
         if ended.returncode:
             how = f"with code {ended.returncode}" if ended.returncode > 0 else f"by signal {-ended.returncode}"
@@ -110,10 +115,12 @@ class CommandEngine(Engine):
         """Result as the program wrote it; of a program that writes samples alone, that it passed."""
         if RESULT not in self.entry.command:
             return Result(version=VERSION)
+        if not os.path.lexists(self.paths[RESULT]):
+            raise EngineError(f"the program ended without a result{self.said}")
         try:
-            return Result.model_validate_json(self.paths[RESULT].read_text())
-        except FileNotFoundError:
-            raise EngineError(f"the program ended without a result{self.said}") from None
+            return Result.model_validate_json(read_named(self.paths[RESULT], MOST_RESULT_B))
+        except UnreadableError as error:
+            raise EngineError(f"the program's result is damaged: {error}") from None
         except ValidationError as error:
             raise EngineError(f"the program's result is damaged: {fault_lines(error, Result)[0]}") from None
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import os
 import re
 from typing import TYPE_CHECKING
 
@@ -9,7 +11,9 @@ import pandas as pd
 
 from adapters.engine import EngineError
 from adapters.trajectory import from_frame
+from scenarios.limits import MOST_NAME
 from scenarios.nearest import nearest
+from scenarios.text import cut
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -24,6 +28,10 @@ NUMBERED = (
 )  # fmt: skip
 """Columns with the number of a bar or joint, from 1"""
 SINGLE = ("com_residual_m",)
+MOST_BYTES = 1 << 30
+"""Of a table: the values of the largest scene, 2e7, with 25 characters each, twice"""
+MOST_LINE = 200
+"""Characters of names in a reason"""
 
 
 def read_trajectory(path: Path, *, ended: str = "", torque_bars: Sequence[int] = ()) -> Trajectory:
@@ -45,18 +53,22 @@ def read_trajectory(path: Path, *, ended: str = "", torque_bars: Sequence[int] =
     frame = read_table(path)
     missing = [name for name in NEEDED if name not in frame]
     if missing:
-        raise EngineError(f"{path.name} lacks the column {missing[0]}; it has {', '.join(map(str, frame.columns))}")
+        there = cut(", ".join(map(str, frame.columns)), MOST_LINE)
+        raise EngineError(f"{path.name} lacks the column {missing[0]}; it has {there}")
     for name in map(str, frame.columns):
         first, _, again = name.rpartition(".")
         if again.isdigit() and first in frame:  # pandas numbers the columns of one name
             raise EngineError(f"{path.name} has two columns {first}")
         if not is_column(name):
-            raise EngineError(f"{path.name} has a column {name}{nearest(name, examples())}; {allowed()}")
+            raise EngineError(
+                f"{path.name} has a column {cut(name, MOST_NAME)}{nearest(name, examples())}; {allowed()}"
+            )
     check_numbers(path.name, map(str, frame.columns))
     torques = [f"torque_bar_{bar}_N_m" for bar in torque_bars]
     given = [str(name) for name in frame.columns if str(name).startswith("torque_")]
     if given and sorted(given) != sorted(torques):
-        raise EngineError(f"{path.name} has {', '.join(given)}; allowed: {', '.join(torques) or 'no torque'}")
+        there = cut(", ".join(given), MOST_LINE)
+        raise EngineError(f"{path.name} has {there}; allowed: {', '.join(torques) or 'no torque'}")
     return from_frame(
         frame[[*(name for name in frame.columns if name not in given), *(torques if given else [])]], ended=ended
     )
@@ -64,18 +76,41 @@ def read_trajectory(path: Path, *, ended: str = "", torque_bars: Sequence[int] =
 
 def read_table(path: Path) -> pd.DataFrame:
     """Numbers of a table, in double precision, every digit read."""
+    if not os.path.lexists(path):
+        raise EngineError(f"the program wrote no {path.name}")
+    if not path.is_file():
+        raise EngineError(f"{path.name} is no regular file")
+    if (size := path.stat().st_size) > MOST_BYTES:
+        raise EngineError(f"{path.name} has {size} bytes, allowed: at most {MOST_BYTES}")
     try:
         if path.suffix == ".jsonl":
-            return pd.read_json(path, lines=True, precise_float=True, dtype=False).astype(float)
+            return read_lines(path)
         check_rows(path)
         found = pd.read_csv(path, float_precision="round_trip", skipinitialspace=True, dtype=float)
         if not isinstance(found.index, pd.RangeIndex):
             raise EngineError(f"{path.name} has more values in a row than columns in its header")
         return found
-    except FileNotFoundError:
-        raise EngineError(f"the program wrote no {path.name}") from None
-    except (ValueError, OSError) as error:
+    except (ValueError, OverflowError, OSError) as error:
         raise EngineError(f"{path.name} is no table of numbers: {' '.join(str(error).split())[:200]}") from None
+
+
+def read_lines(path: Path) -> pd.DataFrame:
+    """Numbers of a table of JSON lines, an object each.
+
+    Raises
+    ------
+    EngineError
+        With the first line that is something else.
+    """
+    rows = list[dict[str, float]]()
+    with path.open(encoding="utf-8", errors="replace") as lines:
+        for k, line in enumerate(lines, 1):
+            try:
+                if line.strip():
+                    rows.append({name: float(value) for name, value in json.loads(line).items()})
+            except (ValueError, TypeError, AttributeError, OverflowError, RecursionError):
+                raise EngineError(f"{path.name}, line {k} is no JSON object of numbers") from None
+    return pd.DataFrame(rows)
 
 
 def check_rows(path: Path) -> None:
@@ -96,7 +131,7 @@ def check_rows(path: Path) -> None:
 
 def is_column(name: str) -> bool:
     """Whether a trajectory's table may have a column of that name."""
-    return name in (*NEEDED, *SINGLE) or re.sub(r"_\d+_", "_{}_", name, count=1) in NUMBERED
+    return name in (*NEEDED, *SINGLE) or re.sub(r"_[0-9]{1,9}_", "_{}_", name, count=1) in NUMBERED
 
 
 def check_numbers(file: str, columns: Iterable[str]) -> None:
@@ -109,12 +144,12 @@ def check_numbers(file: str, columns: Iterable[str]) -> None:
     """
     numbers: dict[str, list[int]] = {}
     for name in columns:
-        if (found := re.search(r"_(\d+)_", name)) and not name.startswith("torque_"):
+        if (found := re.search(r"_([0-9]+)_", name)) and not name.startswith("torque_"):
             numbers.setdefault(name.replace(found[0], "_{}_", 1), []).append(int(found[1]))
     for pattern, own in numbers.items():
         wrong = sorted(set(own) - set(range(1, len(own) + 1)))
         if wrong:
-            allowed_here = ", ".join(pattern.format(j) for j in range(1, len(own) + 1))
+            allowed_here = cut(", ".join(pattern.format(j) for j in range(1, len(own) + 1)), MOST_LINE)
             raise EngineError(f"{file} has a column {pattern.format(wrong[0])}; allowed: {allowed_here}")
 
 

@@ -19,6 +19,7 @@ from barchain.metrics.quantities import TRACK
 from barchain.record.claim import claim
 from reports.tables.crossval import QUANTITY_UNITS
 from reports.tables.writing import make_folder, write_atomically
+from reports.text.words import escape_text
 from scenarios import scene_names
 from scenarios.laws import MOTION, NOTATION, laws_of
 from scenarios.toml.writing import scene_toml
@@ -132,6 +133,7 @@ def problem(
     chain = scene.chain
     effects = {name: json.dumps(table) for name, table in request["scene"]["effects"].items() if name != "gravity"}
     made = Environment(loader=PackageLoader("barchain.given", "template"), undefined=StrictUndefined, autoescape=False)
+    made.filters["md"] = escape_text
     return made.get_template("problem.md.j2").render(
         scene=scene,
         judged=scene.name if scene.name in scene_names() else OWN_SCENE,

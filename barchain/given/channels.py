@@ -243,7 +243,8 @@ def mapped(table: Table, mapping: Mapping[str, str]) -> dict[int, str]:
             raise TableError(f"{table.file} has no column {shorten(given)}{near}; it has {listed(names)}")
         if column in found:
             raise TableError(
-                f"column {shorten(given)} given for {found[column]} and for {channel}, allowed: one channel"
+                f"column {shorten(given)} given for {shorten(found[column])} and for {shorten(channel)}, "
+                "allowed: one channel"
             )
         found[column] = channel
     return found

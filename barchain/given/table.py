@@ -34,6 +34,8 @@ SEPARATORS = ("\t", ";", ",", "|")
 BLANKS = " \t,;\x1a"
 """Characters of lines that hold nothing; Ctrl-Z ends files of old programs"""
 COMMENTS = ("#", "%", "!", "//")
+LINE_END, UNICODE_END = re.compile(r"\r\n|\n|\r"), re.compile("[\u2028\u2029]")
+"""Ends of lines, and those of files without these"""
 SEPARATOR_LINE = re.compile(r'"?sep=(.)"?', re.IGNORECASE)
 """First line by which Excel is told the separator"""
 HEADER_END = "endheader"
@@ -102,7 +104,7 @@ def read_table(path: Path) -> Table:
     if content.startswith(ARCHIVE) or "\0" in text:
         kind = "a spreadsheet or an archive" if content.startswith(ARCHIVE) else "no text"
         raise TableError(f"{file} is {kind}; write the table as CSV")
-    whole = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    whole = (LINE_END if LINE_END.search(text) else UNICODE_END).split(text)
     if len(whole) > MOST_LINES:
         raise TableError(f"{file} has {len(whole)} lines, allowed: {MOST_LINES}")
     lines = [(k, line) for k, line in enumerate(whole, 1) if line.strip(BLANKS)]

@@ -7,13 +7,13 @@ import traceback
 from typing import TYPE_CHECKING
 
 from barchain.cli.common.exit_codes import ExitCode
-from barchain.cli.main import MOST_LINE, run
+from barchain.cli.main import run
 
 if TYPE_CHECKING:
     import pytest
 
 KNOWN = frozenset(ExitCode) - {ExitCode.INTERNAL_ERROR}
-LONGEST = MOST_LINE + len("barchain: ")
+LONGEST = 2500
 """Characters of a line"""
 
 

@@ -70,7 +70,8 @@ def failure(error: Exception) -> tuple[str, ExitCode] | None:
 
     bad_tables = TableError, DamagedTableError, DamagedResultsError, SchemaVersionError
     bad_folder = FolderInUseError, ResultsInPlaceError
-    bad_input = SceneError, UnknownEngineError, EntryError, SettingError, HistoryError, *bad_tables, *bad_folder
+    bad_usage = UnknownEngineError, EntryError, SettingError
+    bad_input = SceneError, *bad_usage, HistoryError, *bad_tables, *bad_folder, MemoryError
     if isinstance(error, bad_input) or (isinstance(error, ClusterError) and not isinstance(error, ClusterLostError)):
-        return str(error), ExitCode.BAD_INPUT
+        return str(error) or "there is not enough memory", ExitCode.BAD_INPUT
     return (str(error), ExitCode.FINDINGS) if isinstance(error, (ClusterLostError, EngineError)) else None
