@@ -18,6 +18,7 @@ from barchain.nightly.judging import judge
 from barchain.nightly.told import ATTRIBUTED, keep_judgement
 from tests.damage.mutations import damaged_bytes, damaged_json
 from tests.nightly.history.synthetic import large_night
+from tests.storage.small_plans import SMALL
 from tests.support.command_ends import fault_of
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 
 LIMIT_S = 60.0
 NIGHTS = 4
+RESUMED = 10
 READING = (
     ["list"], ["list", "--json"], ["show", "latest"], ["show", "latest", "--json"], ["changes", "--all"], ["accepted"],
     ["series", "*"], ["tell"], ["report", "--out", "{out}"], ["export", "--parquet", "{out}.parquet"],
@@ -102,4 +104,33 @@ def test_a_damaged_history_ends_no_command_in_a_traceback(
     numbers: range, nights: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     found = [fault for k in numbers for fault in faults_of_a_history(nights, tmp_path / "d", k, capsys)]
+    assert not found, "\n".join(found)
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Result folder of a small comparison."""
+    folder = tmp_path_factory.mktemp("compared") / "results"
+    assert run([*SMALL["comparison"].command.split(), "--out", str(folder)]) == ExitCode.OK
+    return folder
+
+
+def faults_of_results(sound: Path, folder: Path, number: int, capsys: pytest.CaptureFixture[str]) -> list[str]:
+    """Faults of all commands on a result folder with a damaged file; of each tenth it is resumed, too."""
+    draw = random.Random(number)
+    shutil.rmtree(folder, ignore_errors=True)
+    shutil.copytree(sound, folder)
+    path = draw.choice(sorted(p for p in folder.rglob("*") if p.is_file()))
+    damage(path, draw)
+    lines = [["show", str(folder)], ["show", str(folder), str(sound)], ["report", str(folder)]]
+    lines += [] if number % RESUMED else [[*SMALL["comparison"].command.split(), "--out", str(folder), "--resume"]]
+    faults = ((line, fault_of(line, capsys, LIMIT_S)) for line in lines)
+    return [f"{number}: {path.relative_to(folder)}: {line[0]}: {fault}" for line, fault in faults if fault]
+
+
+@pytest.mark.parametrize("numbers", [range(1, 6), pytest.param(range(6, 156), marks=pytest.mark.exhaustive)])
+def test_a_damaged_result_folder_ends_no_command_in_a_traceback(
+    numbers: range, results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = [fault for k in numbers for fault in faults_of_results(results, tmp_path / "d", k, capsys)]
     assert not found, "\n".join(found)
