@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import contextlib
+import csv
 import json
 import os
 import re
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pandas as pd
 
 from adapters.engine import EngineError
 from adapters.trajectory import from_frame
 from scenarios.limits import MOST_NAME
 from scenarios.nearest import nearest
-from scenarios.text import cut
+from scenarios.text import cut, shorten
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -90,8 +93,31 @@ def read_table(path: Path) -> pd.DataFrame:
         if not isinstance(found.index, pd.RangeIndex):
             raise EngineError(f"{path.name} has more values in a row than columns in its header")
         return found
+    except UnicodeDecodeError as error:
+        raise EngineError(f"{path.name} is no text in UTF-8: {error.reason} at byte {error.start}") from None
     except (ValueError, OverflowError, OSError) as error:
-        raise EngineError(f"{path.name} is no table of numbers: {' '.join(str(error).split())[:200]}") from None
+        said = first_fault(path) or " ".join(str(error).split())[:MOST_LINE]
+        raise EngineError(f"{path.name} is no table of numbers: {said}") from None
+
+
+def first_fault(path: Path) -> str:
+    """Words on the first cell of a CSV that is no number; empty without one."""
+    with contextlib.suppress(csv.Error, OSError), path.open(encoding="utf-8", newline="") as lines:
+        rows = csv.reader(lines, skipinitialspace=True)
+        names = next(rows, [])
+        for k, row in enumerate(rows, 2):
+            for name, cell in zip(names, row, strict=False):
+                if cell.strip() and not is_number(cell):
+                    return f"line {k}, column {cut(name, MOST_NAME)}: {shorten(cell)} is no number"
+    return ""
+
+
+def is_number(cell: str) -> bool:
+    """Whether a cell holds a number in digits that all programs read."""
+    try:
+        return cell.isascii() and bool(np.isfinite(float(cell)))
+    except ValueError:
+        return False
 
 
 def read_lines(path: Path) -> pd.DataFrame:

@@ -64,8 +64,8 @@ def explain(error: ErrorDetails, root: type[BaseModel]) -> str:
         usual = usual_name(loc) if root is SceneFile else None
         meant = f"; {usual}" if usual else meant
         return f"{key}: unknown key{meant}; allowed here: {', '.join(allowed)}"
-    if kind == "missing":
-        return f"{key}: missing"
+    if kind in ("missing", "json_invalid"):
+        return f"{key}: missing" if kind == "missing" else f"no JSON: {error['ctx']['error']}"
     if kind == "too_long":
         return f"{key}: {len(given)} tables or values given, allowed: at most {error['ctx']['max_length']}"
     message = error["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
@@ -77,12 +77,12 @@ def explain(error: ErrorDetails, root: type[BaseModel]) -> str:
         message = f"{words} {bound if isinstance(bound, int) else f'{bound:g}'}"
     if kind in NUMBERS:
         message = NUMBERS[kind] + (" without quotes" if isinstance(given, str) else "")
-    if kind in ("model_type", "list_type"):
+    if loc and kind in ("model_type", "list_type"):
         message = header(loc, root) or message
     if kind == "literal_error":
         options = [option.strip("' ") for option in message.replace(" or ", ",").split(",")]
         message += nearest(str(given), options)
-    return f"{key}: {kind_of(given)} given, allowed: {message}"
+    return f"{f'{key}: ' if loc else ''}{kind_of(given)} given, allowed: {message}"
 
 
 def explain_value(loc: Sequence[int | str], given: object, message: str) -> str:
