@@ -9,6 +9,7 @@ from its start.
 
 A watchman, a process without any of barchain, removes a temporary folder when the process that needs it ends. If it was
 killed, the watchman also kills the processes that it has started: they carry the folder's name in their environment.
+Where both were killed, the folder stays, and a later start removes it: its owner's lock is gone.
 """
 
 from __future__ import annotations
@@ -16,9 +17,11 @@ from __future__ import annotations
 import contextlib
 import os
 import shutil
+import stat
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -43,6 +46,12 @@ OWN_PYTHON = (sys.executable, "-P")
 
 FOLDER = "BARCHAIN_TEMPORARY"
 """Variable that holds the temporary folder of a comparing process, and marks the processes that belong to it"""
+
+
+PREFIX = "barchain-tmp-"
+"""Begin of the name of a temporary folder"""
+LEFT_S = 3600.0
+"""Age from which on a folder without a lock is left: its owner takes the lock when it has made it"""
 
 
 STANDARD = range(3)
@@ -164,7 +173,11 @@ class Watchman:
 
     def __init__(self) -> None:
         """Make the folder and start the process."""
-        self.folder = tempfile.mkdtemp(prefix="barchain-")
+        sweep()
+        self.folder = tempfile.mkdtemp(prefix=PREFIX)
+        self.lock = None
+        with contextlib.suppress(OSError):  # without locks nobody can take the folder for one that is left
+            self.lock = locked(self.folder)
         self.process = start([sys.executable, "-I", "-S", "-c", PROGRAM, self.folder], given=subprocess.PIPE)
 
     def dismiss(self) -> None:
@@ -175,6 +188,42 @@ class Watchman:
             self.process.stdin.close()
         self.process.wait()
         shutil.rmtree(self.folder, ignore_errors=True)
+        if self.lock is not None:
+            os.close(self.lock)
+
+
+def locked(folder: str | Path) -> int | None:
+    """Descriptor that locks a folder until its process ends; None where there are no such locks.
+
+    Raises
+    ------
+    OSError
+        If another process has the lock, or there can be none.
+    """
+    try:
+        import fcntl  # noqa: PLC0415  # not on Windows
+    except ImportError:
+        return None
+    handle = os.open(folder, os.O_RDONLY | os.O_NOFOLLOW)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(handle)
+        raise
+    return handle
+
+
+def sweep() -> None:
+    """Remove own temporary folders whose owner was killed together with its watchman."""
+    for folder in Path(tempfile.gettempdir()).glob(f"{PREFIX}*") if hasattr(os, "getuid") else ():
+        with contextlib.suppress(OSError):  # in use, of somebody else, or gone meanwhile
+            about = folder.lstat()
+            private = stat.S_ISDIR(about.st_mode) and stat.S_IMODE(about.st_mode) == stat.S_IRWXU
+            if private and about.st_uid == os.getuid() and time.time() - about.st_mtime > LEFT_S:
+                lock = locked(folder)
+                if lock is not None:
+                    shutil.rmtree(folder, ignore_errors=True)
+                    os.close(lock)
 
 
 def temporary_root() -> str | None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -11,6 +13,7 @@ import psutil
 import pytest
 
 from barchain.runs import processes as child
+from barchain.runs.environment import FOLDER, LEFT_S, PREFIX, locked, scratch_folder
 from barchain.runs.processes import GitError, git, reason_of, run, run_barchain
 
 ROOT = Path(child.__file__).parents[2]
@@ -141,3 +144,23 @@ def test_one_package_starts_processes_beside_the_kernels_build_and_programs_as_e
     lines = {path.relative_to(ROOT).as_posix(): set(path.read_text("utf-8").splitlines()) for path in files}
     elsewhere = {name for name, own in lines.items() if own & modules and not name.startswith("barchain/runs/")}
     assert elsewhere == {"adapters/command/engine.py", "reference_impl/kernel/build.py"}
+
+
+def test_a_start_removes_folders_whose_owner_and_watchman_were_killed_and_no_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.delenv(FOLDER, raising=False)
+    left, new, used, shared = (tmp_path / f"{PREFIX}{name}" for name in ("left", "new", "used", "shared"))
+    for folder in (left, new, used, shared):
+        folder.mkdir(mode=0o755 if folder is shared else 0o700)
+        (folder / "file").touch()
+        if folder is not new:
+            os.utime(folder, (0.0, time.time() - 2.0 * LEFT_S))
+    (tmp_path / f"{PREFIX}link").symlink_to(used)
+    lock = locked(used)
+    with scratch_folder() as own:
+        there = {path.name for path in tmp_path.iterdir()}
+    os.close(lock or 0)
+    assert there == {own.name, new.name, used.name, shared.name, f"{PREFIX}link"}
+    assert not own.exists()
