@@ -91,7 +91,7 @@ def levels_of_other_class(store: NightStore, nights: Sequence[NightSummary], fir
 
 def told_at(store: NightStore) -> dict[str, str]:
     """Instants at which nights told their changes, by name."""
-    return {name: facts["told"] for name, facts in told_by(store).items() if facts.get("told")}
+    return {name: facts.told for name, facts in told_by(store).items() if facts.told}
 
 
 def late_nights(some: Sequence[NightSummary], own: Sequence[NightSummary], told: Mapping[str, str]) -> set[str]:

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 RECORD = "record.json"
 FORMAT = 1
 NIGHT_NAME = re.compile(r"\d{4}-\d\d-\d\dT\d\d-\d\d-\d\d-\w+")
-TORN = f"its {RECORD} or {FIGURES} is being written, was copied in part, or is damaged"
+TORN = f"it is being written, was copied in part, or its {RECORD} or {FIGURES} is damaged"
 DAMAGED = "it is damaged, as its figures are not those of its record; copy the night again, or remove its folder"
 LATEST = "latest"
 """Name that stands for the last night"""

@@ -183,8 +183,7 @@ def kept_judgements(store: NightStore, at: datetime.datetime) -> dict[str, tuple
 def is_covered(state: ToldStanding, known: Iterable[Acceptance]) -> bool:
     """Whether an acceptance covers what a night told of a figure that was worse since an earlier night."""
     return any(
-        a.since == state.latest and (a.first or a.since) <= state.since and fits(state.figure, a.pattern)
-        for a in known
+        a.since == state.latest and (a.first or a.since) <= state.since and fits(state.figure, a.pattern) for a in known
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter, defaultdict
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,9 +20,10 @@ if TYPE_CHECKING:
     from barchain.nightly.figures import FigureIdentity, NightSummary
     from barchain.nightly.levels import EarlierNames
     from barchain.nightly.table import FigureTable
+    from barchain.nightly.told import ToldNight
 
     Key = tuple[str, str, str]
-    Told = Mapping[str, Mapping[str, Any]]
+    Told = Mapping[str, ToldNight]
 
 
 MOST_POINTS = 60
@@ -68,10 +69,10 @@ def marked_nights(nights: Sequence[NightSummary], told: Told) -> dict[Key, set[i
     number = {night.name: k for k, night in enumerate(nights)}
     found: dict[Key, set[int]] = defaultdict(set)
     for name in number.keys() & told.keys():
-        for change in told[name]["changes"]:
-            scene, engine = change["figure"].split(":")[:2]
-            if change["since"] in number:
-                found[scene, engine, change["kind"]].add(number[change["since"]])
+        for change in told[name].changes:
+            scene, engine = change.figure.split(":")[:2]
+            if change.since in number:
+                found[scene, engine, change.kind].add(number[change.since])
     return found
 
 

@@ -45,7 +45,7 @@ def nights(tmp_path_factory: pytest.TempPathFactory) -> Path:
         store.add(replace(large_night(k, 14, shift=float(k == NIGHTS - 1)), complete=True))
         judged = judge(store)
         keep_judgement(store, judged)
-    change = next(change for change in judged.changes if not change.irreproducible)
+    change = next(change for change in judged.tonight if not change.irreproducible)
     accept(store, [change], "me", "on purpose")
     store.place.write(f"{ATTRIBUTED}/{change.id}.json", b'{"words": "confirmed"}')
     return folder
