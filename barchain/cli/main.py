@@ -115,7 +115,10 @@ def run(arguments: list[str]) -> int:
             return ExitCode.UNREAD
         raise RuntimeError(f"something inside asked the process to end with {ended.code!r}") from ended
     except Exception as error:
-        known = failure(error)
+        try:
+            known = failure(error)
+        except (MemoryError, ImportError) as scarce:  # while the kinds of errors were imported
+            known = failure(scarce)
         if known is None:
             raise
         if verbose():

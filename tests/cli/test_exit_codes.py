@@ -109,3 +109,18 @@ def test_every_exit_code_has_a_meaning():
 def test_python_m_barchain_is_the_command_line():
     made = subprocess.run([sys.executable, "-m", "barchain", "nonsense"], capture_output=True, text=True, check=False)
     assert (made.returncode, made.stderr) == (2, "barchain: No such command 'nonsense'.\n")
+
+
+@pytest.mark.parametrize(
+    "error",
+    [MemoryError(), RuntimeError("can't start new thread"), ImportError("x.so: failed to map segment from ...")],
+)
+def test_too_little_memory_is_one_line_and_exit_code_2(error, monkeypatch, capsys):
+    def scarce(*_, **__):
+        raise error
+
+    monkeypatch.setattr("scenarios.load_scene", scarce)
+    assert run(["validate", QUICK]) == ExitCode.BAD_INPUT
+    said = capsys.readouterr().err
+    assert "not enough memory" in said
+    assert said.count("\n") == 1

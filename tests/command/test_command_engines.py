@@ -92,6 +92,12 @@ def test_a_run_has_the_samples_that_the_program_wrote(program):
         (RIGHT.replace('"steps": 7', '"outcome": "unsupported", "reason": "no hinges"'), Outcome.UNSUPPORTED, "hinges"),
         (RIGHT.replace(".to_csv(", ".iloc[:3].to_csv("), Outcome.INCOMPLETE, "3 of 5 samples"),
         (RIGHT.replace('"steps": 7', '"outcome": "failed", "reason": "singular"'), Outcome.FAILED, "singular"),
+        ("import sys; open(sys.argv[3], 'w').write('[]')", Outcome.FAILED, "[] given, allowed: an object"),
+        (RIGHT.replace('"steps": 7', '"steps": 10**400'), Outcome.FAILED, "steps: 1000"),
+        (RIGHT.replace('"steps": 7', '"samples": "../x"'), Outcome.FAILED, "the name of a file beside this one"),
+        ("import os, sys; os.mkdir(sys.argv[3])", Outcome.FAILED, "Is a directory"),
+        (RIGHT.replace(".to_csv(", ".map('٣{}'.format).to_csv("), Outcome.FAILED,
+         "line 2, column t_s: '٣0.0' is no number"),
     ])),
 )  # fmt: skip
 def test_a_program_that_goes_wrong_costs_its_run_and_says_why(program, text, outcome, words):

@@ -1,6 +1,7 @@
 """Exported folders: a stranger solves the problem from the folder alone, and `judge` passes the answer."""
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -14,7 +15,8 @@ from adapters.mujoco.chain import model_of
 from barchain.cli.main import cli
 from barchain.given.judging import judge_files
 from barchain.judge.written import Declared
-from scenarios import load_scene
+from reports.text.words import escape_text
+from scenarios import load, load_scene
 from tests.support.slow import slow_but
 
 STRANGER = Path(__file__).with_name("stranger.py")
@@ -80,3 +82,17 @@ def test_a_case_is_not_overwritten_unasked(cases):
     words = ["export", SCENES[0], "--out", str(cases)]
     assert "holds a case" in str(CliRunner().invoke(cli, words).exception)
     assert CliRunner().invoke(cli, [*words, "--overwrite"]).exit_code == 0
+
+
+def test_a_title_with_markup_is_text_in_a_case(tmp_path):
+    scene = (Path(load.__file__).parent / "basics" / "two_bars_free.toml").read_text()
+    title = "*Two* <b>bars</b> [here](https://example.org)"
+    path = tmp_path / "own.toml"
+    path.write_text(re.sub(r"^title = .*$", f'title = "{title}"', scene, count=1, flags=re.MULTILINE))
+    found = CliRunner().invoke(cli, ["export", str(path), "--out", str(tmp_path / "cases")])
+    assert found.exit_code == 0, found.output
+    (page,) = (tmp_path / "cases").rglob("README.md")
+    first = page.read_text().splitlines()[0]
+    assert first == f"# {escape_text(title)}"
+    assert "<b>" not in first
+    assert "[here](" not in first

@@ -78,6 +78,7 @@ DIALECTS = {
     "exponents without a letter": table([*HEADER, "gap_1_m"], [[*row, "3.2148753691024587-104"] for row in ROWS], " "),
     "U+2212": table().replace("-", "−"),
     "blanks that break no line": table(rows=[["\u00a0" + cell + "\u2009" for cell in row] for row in ROWS]),
+    "line separators of Unicode as ends of lines": table(end="\u2028"),
     "a line separator of Unicode in a cell": table(rows=[[cell + "\u2028" for cell in row] for row in ROWS]),
     "comments of MATLAB": "% made by hand\n% t_s angle_1_rad angle_2_rad\n" + table(None, sep=" "),
     "comments of Fortran": "! t_s angle_1_rad angle_2_rad\n" + table(None, sep=" "),

@@ -24,14 +24,18 @@ class ExitCode(IntEnum):
 MEANINGS = {
     ExitCode.OK: "The command did its work, and every check passed.",
     ExitCode.FINDINGS: "A run, a comparison or a check failed.",
-    ExitCode.BAD_INPUT: "An option, a scene, a file, a folder or a disk is not usable; runs are made only before a "
-    "disk fails.",
+    ExitCode.BAD_INPUT: "An option, a scene, a file, a folder or a disk is not usable, or there is not enough memory; "
+    "runs are made only before a disk or the memory fails.",
     ExitCode.MISSING_ENGINE: "An engine that was named, or that the command needs, is not installed; nothing was "
     "run. Of `nightly` and `history report`: the night is void or incomplete, and nothing is known to be worse.",
     ExitCode.INTERNAL_ERROR: "barchain itself failed; a traceback was printed.",
     ExitCode.INTERRUPTED: "The command was interrupted, e.g. by Ctrl-C; results that were written are kept.",
     ExitCode.UNREAD: "The reader of the command's output ended first, e.g. `head`; results so far are kept.",
 }
+
+
+REFUSED = ("can't start new thread", "failed to map segment")
+"""Words of Python's errors on a thread, or a library, for which there is no memory"""
 
 
 class MissingEngineError(click.ClickException):
@@ -47,10 +51,11 @@ def findings() -> click.exceptions.Exit:
 
 def failure(error: Exception) -> tuple[str, ExitCode] | None:
     """Message and exit code of an error that a user can act on; None of a fault of barchain's own."""
-    if isinstance(error, MissingEngineError):
-        return error.format_message(), ExitCode.MISSING_ENGINE
     if isinstance(error, click.ClickException):
-        return error.format_message(), ExitCode.BAD_INPUT
+        missing = isinstance(error, MissingEngineError)
+        return error.format_message(), ExitCode.MISSING_ENGINE if missing else ExitCode.BAD_INPUT
+    if isinstance(error, MemoryError) or any(words in str(error) for words in REFUSED):
+        return f"there is not enough memory{f': {error}' if str(error) else ''}", ExitCode.BAD_INPUT
     if isinstance(error, json.JSONDecodeError):
         return f"a file of these results is damaged: {error}", ExitCode.BAD_INPUT
     if isinstance(error, OSError):  # a file or folder that is not there, not a folder, or not writable
@@ -70,8 +75,7 @@ def failure(error: Exception) -> tuple[str, ExitCode] | None:
 
     bad_tables = TableError, DamagedTableError, DamagedResultsError, SchemaVersionError
     bad_folder = FolderInUseError, ResultsInPlaceError
-    bad_usage = UnknownEngineError, EntryError, SettingError
-    bad_input = SceneError, *bad_usage, HistoryError, *bad_tables, *bad_folder, MemoryError
+    bad_input = SceneError, UnknownEngineError, EntryError, SettingError, HistoryError, *bad_tables, *bad_folder
     if isinstance(error, bad_input) or (isinstance(error, ClusterError) and not isinstance(error, ClusterLostError)):
-        return str(error) or "there is not enough memory", ExitCode.BAD_INPUT
+        return str(error), ExitCode.BAD_INPUT
     return (str(error), ExitCode.FINDINGS) if isinstance(error, (ClusterLostError, EngineError)) else None
