@@ -169,6 +169,11 @@ def test_a_file_of_another_start_does_not_pass_however_small_the_difference_is(r
     assert "start" in said or "initial" in said or "off" in said
 
 
+def test_a_wrong_file_without_a_part_of_its_track_gets_a_verdict(right, judged):
+    wrong = right.assign(reaction_1_x_N=-right.reaction_1_y_N, reaction_1_y_N=0.0).iloc[::25]
+    assert judged(wrong.drop(columns="com_x_m"), Declared(rtol=1e-9)).outcome is Outcome.INCONSISTENT
+
+
 def test_bars_that_start_at_rest_have_no_factor_of_their_rates(judged):
     scene = load_scene("paper/fig13")
     frame = simulate(scene, "reference", rtol=1e-9).to_frame()
