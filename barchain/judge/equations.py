@@ -311,10 +311,10 @@ def is_same(a: ChainEffect, b: ChainEffect) -> bool:
 
 def states_of(t: Trajectory) -> States | None:
     """States of a trajectory; None without angles, rates, and the track, of which a file may lack a part."""
-    track = t.com_m, t.com_velocity_m_s
-    if t.angle_rad is None or t.rate_rad_s is None or any(part is None for part in track):
+    no_track = any(part is None for part in (t.com_m, t.com_velocity_m_s))
+    if t.angle_rad is None or t.rate_rad_s is None or no_track:
         return None
-    return States(t.t_s, *map(as_complex, track), t.angle_rad, t.rate_rad_s)
+    return States(t.t_s, as_complex(t.com_m), as_complex(t.com_velocity_m_s), t.angle_rad, t.rate_rad_s)
 
 
 def mode_changes(equations: Equations) -> Iterator[tuple[ChainEffect, NDArray[np.bool_]]]:

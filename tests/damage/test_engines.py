@@ -107,5 +107,6 @@ def test_a_python_engine_that_misbehaves_ends_its_run(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("barchain.runs.asking.QUESTION_S", 4.0)
     monkeypatch.setattr("barchain.runs.pool.START_S", 12.0)
-    line = f"simulate {SCENE} --engine tests.boundary.misbehaving:{name} --time-limit 3 --out run.csv"
+    line = f"compare {SCENE} --engine tests.boundary.misbehaving:{name} --time-limit 3 --workers 1 --out out"
     assert not fault_of(line.split(), capsys, LIMIT_S)
+    assert (tmp_path / "out" / "index.html").is_file()
