@@ -3,8 +3,11 @@
 # Set the paths; add `--plan FILE` for a plan of your own. The page is /srv/nights/nights/nightly.html.
 # `flock` keeps a second night from beginning beside the first one. `timeout` ends a night that hangs, as by Ctrl-C: keep its
 # limit well above the plan's minutes.
+# To tell a chat, send it what `barchain history tell --link https://example.org/nightly.html` prints: lines of at most 200
+# characters. For a phone, copy nights/nightly.html to where your web server has it: the page loads nothing.
 cd /srv/nights || exit 2
-said=$(flock -n -E 75 lock timeout -s INT -k 60 60m /srv/barchain/bin/barchain -q nightly --out nights 2>&1)
+options="" # once there is a history: "--require-history", and perhaps "--fail-on changed"
+said=$(flock -n -E 75 lock timeout -s INT -k 60 60m /srv/barchain/bin/barchain -q nightly --out nights $options 2>&1)
 code=$?
 case $code in
   0) exit 0 ;;

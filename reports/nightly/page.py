@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from markupsafe import Markup
@@ -16,7 +17,7 @@ from reports.tables.nights.facts import NOT_TRIED
 from reports.tables.writing import write_atomically
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    from collections.abc import Collection, Mapping, Sequence
     from pathlib import Path
 
     from reports.tables.nights.facts import NightlyFile
@@ -28,7 +29,7 @@ TEMPLATE = "nightly/page.html.j2"
 
 def write_page(
     folder: Path, facts: NightlyFile, trends: Sequence[TrendChart], nights: Sequence[CalendarNight],
-    pages: Collection[str] = (),
+    pages: Collection[str] = (), reports: Mapping[str, str] = MappingProxyType({}),
 ) -> None:  # fmt: skip
     """Render the page of a night into a folder.
 
@@ -41,6 +42,8 @@ def write_page(
     nights : sequence of CalendarNight
     pages : collection of str
         Names of the nights whose pages lie in folders beside this one.
+    reports : mapping
+        Addresses of the pages of the parts of the plan, by name.
     """
     touched = {(c.scene, c.engine, c.kind) for c in facts.changes}
     engines: dict[str, list[TrendChart]] = defaultdict(list)
@@ -57,6 +60,7 @@ def write_page(
         ],
         years=year_blocks(nights, pages),
         pages=pages,
+        reports=reports,
         states=STATES,
         nights=len(nights),
         seconds=seconds_words,

@@ -168,10 +168,19 @@ def write_documents(
     write_atomically(out / FILE, facts.model_dump_json(indent=1) + "\n")
     write_summary(out, facts)
     told = calendar(nights, kept_judgements(store, datetime.datetime.now(datetime.UTC)))
-    pages = set(told_by(store)) if store.place.local == out.absolute().parent else set()
-    write_page(out, facts, charts, told, pages)
+    pages = {each.name for each in nights if (out.absolute().parent / each.name / PAGE).is_file()}
+    write_page(out, facts, charts, told, pages, part_pages(out.absolute()))
     write_junit(junit or out / JUNIT, facts, night.figures, fail_on, need_history=need_history)
     return facts
+
+
+def part_pages(out: Path) -> dict[str, str]:
+    """Pages of the parts of a night, by the name of the part, relative to a page in the night's folder."""
+    from barchain.nightly.results import STUDIES  # noqa: PLC0415
+
+    names = {page for files in STUDIES for page in files.pages if page.endswith(".html")}
+    found = sorted(page for name in names for page in out.glob(f"*/{name}"))
+    return {page.parent.name: f"../{out.name}/{page.parent.name}/{page.name}" for page in found}
 
 
 def facts_of(store: NightStore, judged: JudgedNight, night: Night, baseline: str = "") -> NightlyFile:

@@ -534,3 +534,18 @@ def test_the_message_for_a_chat_gives_a_reason_of_what_changed(history: str) -> 
         add(history, night(error(1e-5 * factor), rejected, number=number))
     said = CliRunner().invoke(cli, ["history", "tell", "--history", history]).output
     assert "mujoco on paper/fig05: inconsistent: the torque is doubled" in said
+
+
+def test_the_page_of_a_night_links_the_pages_of_its_parts_and_of_other_nights(history: str, tmp_path: Path) -> None:
+    """Also where the history lies beside the folder of the results."""
+    add(history, usual(number=0), usual(number=1), run=RUN)
+    with open_store(history) as store:
+        first, last = (each.name for each in store.nights())
+    results = tmp_path / "nights" / last
+    (results / "core").mkdir(parents=True)
+    (results / "core" / "index.html").touch()
+    report(history, tmp_path / "nights" / first, first)
+    report(history, results)
+    page = (results / "nightly.html").read_text("utf-8")
+    assert f'href="../{last}/core/index.html"' in page
+    assert f'href="../{first}/nightly.html"' in page
