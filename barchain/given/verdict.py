@@ -275,9 +275,19 @@ def reached(name: str, main: Samples, declared: Declared, found: Verdict) -> lis
 
 
 def passes(name: str, main: Samples, declared: Declared, rtol: float) -> bool:
-    """Whether a file agrees up to the predictability limit at another requested error."""
-    found, *_ = one_verdict(name, main, None, dataclasses.replace(declared, rtol=rtol), {}, restarts=False)
-    return found.outcome is Outcome.PASS
+    """Whether a file agrees at another requested error, as far as it can be judged."""
+    at = dataclasses.replace(declared, rtol=rtol)
+    found, *_ = one_verdict(name, main, None, at, {}, restarts=False)
+    return found.outcome is Outcome.PASS and agrees_beyond(name, main, at)
+
+
+def agrees_beyond(name: str, main: Samples, declared: Declared) -> bool:
+    """Whether nothing contradicts a file beyond the predictability limit, where a diverged end may be.
+
+    That a restart tells nothing there contradicts nothing.
+    """
+    found, *_ = one_verdict(name, main, None, declared, {})
+    return found.outcome in (Outcome.PASS, Outcome.TOO_COARSE)
 
 
 def on_the_ladder(
@@ -299,12 +309,12 @@ def on_the_ladder(
     for rtol in LADDER:
         at = dataclasses.replace(declared, rtol=rtol)
         verdict, *_ = one_verdict(name, main, None, at, {}, restarts=False)
-        if verdict.outcome is Outcome.PASS:
+        if verdict.outcome is Outcome.PASS and agrees_beyond(name, main, at):
             break
         sought = mistakes is None and rtol in DIAGNOSED and main.enough and needs_diagnosis(verdict)
         if sought:
             seen = diagnosis(verdict, main)
-            mistakes, unexplained = (seen, None) if seen.explanations else (None, unexplained or seen)
+            mistakes, unexplained = (seen, None) if seen.explanations else (None, seen if seen.wrong else unexplained)
     else:
         return found, setting, mistakes or unexplained, f"it does not agree at rtol={LADDER[-1]:g} either"
     if mistakes is not None:

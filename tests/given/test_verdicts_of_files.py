@@ -111,6 +111,20 @@ def test_a_diverged_quantity_has_no_error_bar_of_its_own_size(right, judged, kin
     assert not judged(one[["t_s", column]], Declared(rtol=1e-9)).passed
 
 
+@pytest.mark.parametrize("declared", [NOTHING, Declared(rtol=1e-9)])
+def test_a_file_that_diverges_at_its_end_agrees_at_no_request_and_is_told_from_when(judged, declared):
+    scene = "conform/three_bars_gradient"
+    frame = simulate(scene, "reference-absolute", rtol=1e-10).to_frame()
+    frame = frame[[name for name in frame if not name.startswith(("gap", "com_residual", "position"))]]
+    moving = [name for name in frame if name.startswith(("angle", "rate", "reaction"))]
+    wrong = frame.astype(float)
+    wrong.loc[len(frame) - 5 :, moving] *= 1e8
+    found = judged(wrong, declared, scene=scene)
+    assert not found.passed
+    assert not any("agrees at" in sentence for sentence in found.advice)
+    assert f"departs at t = {frame.t_s.iloc[-5]:.4g} s" in found.mistakes
+
+
 @pytest.mark.parametrize("kind", ["angle", "rate", "reaction", "com_x"])
 def test_two_diverged_files_are_no_estimate_of_each_others_error(right, judged, kind):
     for order in None, 2.0:
@@ -150,6 +164,17 @@ def test_the_error_bar_at_other_times_contains_a_run_with_samples_there(tmp_path
     found = solution_at(judging_solution(scene, 60.0), other.t_s)
     for name, apart in differences(found.trajectory, other).items():
         assert np.all(apart <= found.error[name]), name
+
+
+@pytest.mark.parametrize("first_row", [True, False])
+def test_instants_that_are_late_are_named_with_and_without_the_row_of_the_start(judged, first_row):
+    scene = load_scene("conform/three_bars_gradient")
+    motion = solution_at(shipped_solution(scene), np.arange(0.0, 1185.1, 15.0) + 2.5 * (np.arange(80) > first_row - 1))
+    frame = motion.trajectory.to_frame().assign(t_s=np.arange(80) * 15.0)
+    found = judged(frame.filter(regex="t_s|com_|angle|rate"), scene="conform/three_bars_gradient")
+    assert not found.passed
+    assert "2.5 s early" in found.mistakes
+    assert ("after the first row" in found.mistakes) is first_row
 
 
 def test_a_right_file_that_declares_nothing_passes_at_the_accuracy_that_it_has(right, judged):

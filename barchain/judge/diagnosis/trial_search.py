@@ -13,7 +13,7 @@ from barchain.judge.diagnosis.chance import foretells
 from barchain.judge.diagnosis.mistake import Explanation, Mistake
 from barchain.judge.diagnosis.motion.search import GAIN, least_squares
 from barchain.judge.diagnosis.starts import ANGLES, RATES
-from barchain.judge.diagnosis.trials import clock_trial, further_trials, right_motion, start_trials, strength_trials
+from barchain.judge.diagnosis.trials import clock_trials, further_trials, right_motion, start_trials, strength_trials
 from barchain.metrics.quantities import FIELDS, arrays
 
 if TYPE_CHECKING:
@@ -112,8 +112,8 @@ class TrialSearch:
         track, state = ({"com", "com_velocity"} <= compared, {"attitude", "rate"} <= compared)
         starts = (t for t in start_trials(scene, track=track, state=state and not self.result.absent)
                   if {"attitude", "rate"} & compared or t.section not in (ANGLES, RATES))  # fmt: skip
-        clock = clock_trial(scene, float(self.result.right.t_s[self.rows[0]]), self.likely_late_s)
-        return self.amounts_of(itertools.chain([clock], starts, strength_trials(scene)))
+        clocks = clock_trials(scene, float(self.result.right.t_s[self.rows[0]]), self.likely_late_s)
+        return self.amounts_of(itertools.chain(clocks, starts, strength_trials(scene)))
 
     @cached_property
     def further(self) -> list[tuple[Trial, Array]]:

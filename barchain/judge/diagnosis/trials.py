@@ -113,12 +113,12 @@ def of_scene(
         return None
 
 
-def shifted(scene: Scene, amounts: Array, t_s: Array) -> Trajectory | None:
-    """The right motion at instants (n,) plus an amount, s; NaN before its start."""
-    instants = t_s + float(amounts[0])
+def shifted(scene: Scene, started: bool, amounts: Array, t_s: Array) -> Trajectory | None:
+    """The right motion at instants (n,) plus an amount, s; NaN before its start. If `started`, t = 0 is no other."""
+    instants = np.where(started & (t_s == 0.0), 0.0, t_s + float(amounts[0]))
     instants[np.abs(instants) <= SAME_INSTANT * float(np.diff(t_s).min(initial=math.inf))] = 0.0
     inside = instants >= 0.0
-    if not inside.any():
+    if not inside.any() or (np.diff(instants[inside]) <= 0.0).any():
         return None
     seen = motion_from(scene, initial_state(scene), instants[inside])
     if seen is None:
@@ -132,11 +132,14 @@ def shifted(scene: Scene, amounts: Array, t_s: Array) -> Trajectory | None:
     return Trajectory(t_s, **found)
 
 
-def clock_words(first_s: float, amounts: Array) -> str:
+def clock_words(first_s: float, started: bool, amounts: Array) -> str:
     """Sentence on a clock whose instants are late by an amount."""
     late_s = float(amounts[0])
     shown = first_s + late_s
-    said = f"the instants are {abs(late_s):.4g} s {'early' if late_s > 0.0 else 'late'}"
+    of = "the instants after the first row" if started else "the instants"
+    said = f"{of} are {abs(late_s):.4g} s {'early' if late_s > 0.0 else 'late'}"
+    if started:
+        return f"{said}: the first row shows the scene's start, as it should"
     if abs(shown) <= 1e-6 * abs(late_s):
         return f"{said}: the first row, at t = {first_s:.6g} s, shows the scene's start"
     return f"{said}: the first row, at t = {first_s:.6g} s, shows the motion at t = {shown:.6g} s"
@@ -219,11 +222,13 @@ def number_trial(
     return Trial(name, number.section, words, inside, (probe,), (0.0,), lambda a: number.nice(float(a[0])))
 
 
-def clock_trial(scene: Scene, first_s: float, late_s: float) -> Trial:
-    """A clock that is late or early; `late_s` is where the fit begins."""
+def clock_trials(scene: Scene, first_s: float, late_s: float) -> Iterator[Trial]:
+    """A clock that is late or early, and one that is so from the start on; `late_s` is where the fit begins."""
     interval_s = scene.run.duration_s / max(scene.run.samples - 1, 1)
-    return Trial("clock", "samples", partial(clock_words, first_s), partial(shifted, scene), (1e-4 * interval_s,),
-                 (late_s,))  # fmt: skip
+    for started in (False, True) if first_s == 0.0 else (False,):
+        words, run = partial(clock_words, first_s, started), partial(shifted, scene, started)
+        name = "clock-from-the-start" if started else "clock"
+        yield Trial(name, "samples", words, run, (1e-4 * interval_s,), (late_s,))
 
 
 def strength_trials(scene: Scene) -> Iterator[Trial]:

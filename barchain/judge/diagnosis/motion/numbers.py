@@ -7,6 +7,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from barchain.judge.diagnosis.motion.words import BODIES, LOADS, NICE, factor_words, near_one, nice_factor
 from scenarios.toml.scene_tables import EARTH_MU_M3_S2, EARTH_RADIUS_M
 
@@ -152,9 +154,10 @@ class Number:
         value = self.value(amount)
         if value is None:
             return ""
-        near = KNOWN.get(str(self.paths[0][-1]), ())
-        apart, known, words = min(((abs(value / k - 1.0), k, said) for said, k in near), default=(1.0, value, ""))
-        from_right = abs(known / read(self.scene, self.paths[0]) - 1.0)
+        right = read(self.scene, self.paths[0])
+        near = (*KNOWN.get(str(self.paths[0][-1]), ()), ("single precision", float(np.float32(right))))
+        apart, known, words = min(((abs(value / k - 1.0), k, said) for said, k in near))
+        from_right = abs(known / right - 1.0)
         return words if apart < min(KNOWN_DIGITS, KNOWN_SHARE * from_right) else ""
 
     def as_in(self, other: Number, amount: float) -> float:

@@ -127,7 +127,8 @@ class Residual:
             )
             if apart > LEAST_APART
         ]
-        said = f" Between samples {' and '.join(found)}: the integration or its clock is wrong." if found else ""
+        also = ", or a load acts at other instants" if self.scene.effects.breaks_s else ""
+        said = f" Between samples {' and '.join(found)}: the integration or its clock is wrong{also}." if found else ""
         return said if self.clock_wrong or (not self.wrong and bool(self.known.all())) else ""
 
     @cached_property
