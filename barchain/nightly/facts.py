@@ -98,6 +98,7 @@ def night_facts(
         held=held,
         renamed=judged.renamed,
         left_out=dict(left_out or {}),
+        so_far=judged.so_far,
         run=run,
     )  # fmt: skip
 

@@ -40,6 +40,8 @@ class JudgedNight:
     """Settings and scenes that have other names since this night"""
     earlier: Mapping[FigureIdentity, EarlierNames] = field(default_factory=dict)
     """Earlier names of the figures that had others, each with its last night"""
+    so_far: str = ""
+    """What moved most among times and memory that have too few nights for a step"""
 
     @property
     def by_name(self) -> dict[str, NightSummary]:

@@ -15,7 +15,7 @@ from barchain.nightly.judged import JudgedNight
 from barchain.nightly.levels import LevelTable
 from barchain.nightly.presence import SAMPLED
 from barchain.nightly.standing import every_change, standing
-from barchain.nightly.steps import FALSE_ALARMS, WINDOW, time_changes
+from barchain.nightly.steps import FALSE_ALARMS, WINDOW, so_far, time_changes
 from barchain.nightly.told import steps_before, told_by
 from scenarios.nearest import nearest
 
@@ -54,7 +54,7 @@ def judge(store: NightStore, name: str = "latest", *, false_alarms: float = FALS
     alike = [n for n in nights if n.environment.machine_class == chosen.environment.machine_class][-WINDOW:]
     series = noisy_series(store.table(), alike, folded.table.rows)
     stepped, fresh = time_changes(series, false_alarms, steps_before(told_by(store), chosen.name))
-    return judged_night(folded, chosen, nights[:-1], stepped, fresh)
+    return replace(judged_night(folded, chosen, nights[:-1], stepped, fresh), so_far=so_far(series))
 
 
 def judged_night(

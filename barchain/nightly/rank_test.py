@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 
 FEWEST_OLD = 10
 """Nights before a step"""
+LEVEL_NIGHTS = 5
+"""First nights of a series that are its level: one more place of the search, known before the values are. So a step
+that comes after few nights, or a drift, is told against them once there are enough nights since"""
 FEWEST_NEW = 2
 """Nights after a step"""
 RECENT = 12
@@ -103,9 +106,9 @@ def split_levels(x: Array, correlation: float = 0.0) -> Array:
     """
     n = len(x)
     found = np.ones(n)
-    places = np.arange(FEWEST_OLD, n - FEWEST_NEW + 1)
-    if not len(places):
+    if n < LEVEL_NIGHTS + FEWEST_NEW:
         return found
+    places = np.array([LEVEL_NIGHTS, *range(FEWEST_OLD, n - FEWEST_NEW + 1)])
     rank = ranks(innovations(x, correlation))
     new = n - places
     excess = np.cumsum(rank[::-1])[::-1][places] - new * (new + 1) / 2.0  # pairs in which the new value is larger

@@ -94,7 +94,7 @@ def standing_words(standing: Sequence[ChangeEntry], tonight: datetime.datetime) 
         return ""
     groups: Counter[tuple[str, str]] = Counter()
     for change in standing:
-        names = ", ".join(suspect.name for suspect in change.suspects[:MOST_SUSPECTS])
+        names = ", ".join(suspect.short for suspect in change.suspects[:MOST_SUSPECTS])
         groups[change.since[:10], names] += 1 + change.also
     count = figures(standing)
     largest = max((change.factor or 0.0 for change in standing), default=0.0)
@@ -228,12 +228,12 @@ def cause(change: ChangeEntry) -> str:
     """Cause of a change in words."""
     if len(change.suspects) == 1:
         (only,) = change.suspects
-        since = f"since {only.name} {only.after or '(gone)'}".rstrip()
+        since = f"since {only.short} {only.after or '(gone)'}".rstrip()
         return since if verdict(change) in ("", AttributionVerdict.CONFIRMED) else f"{since}, {verdict(change)}"
     if change.confirmed:
         return f"by real runs {change.confirmed}"
     if change.suspects:
-        names = [suspect.name for suspect in change.suspects]
+        names = [suspect.short for suspect in change.suspects]
         more = len(names) - MOST_SUSPECTS
         return f"with the suspects {listed([*names[:MOST_SUSPECTS], f'{amount(more)} more'] if more > 0 else names)}"
     return "with unknown cause" if change.unknown else "without a change of any part"

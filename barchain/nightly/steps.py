@@ -12,7 +12,7 @@ import numpy as np
 from scipy.stats import false_discovery_control
 
 from barchain.nightly.changes import Change, Direction
-from barchain.nightly.rank_test import FEWEST_NEW, FEWEST_OLD, autocorrelations, split_levels
+from barchain.nightly.rank_test import FEWEST_NEW, FEWEST_OLD, LEVEL_NIGHTS, autocorrelations, split_levels
 from barchain.nightly.suspects import differing
 
 if TYPE_CHECKING:
@@ -155,7 +155,7 @@ def divided(
     x: Array, first: int, threshold: float, correlation: float, likely: Collection[int]
 ) -> list[tuple[int, float]]:
     """Places of steps and their probabilities: the clearest one, then those before and after."""
-    if len(x) < FEWEST_OLD + FEWEST_NEW:
+    if len(x) < LEVEL_NIGHTS + FEWEST_NEW:
         return []
     probability = split_levels(x, correlation)
     best = int(np.argmin(probability))
@@ -247,6 +247,25 @@ def time_changes(
     return tuple(changes), tuple(fresh)
 
 
+SO_FAR = 0.2
+"""Least relative change that is worth a word before there are enough nights for a step"""
+
+
+def so_far(series: Sequence[FigureSeries]) -> str:
+    """What moved most among times and memory that have too few nights for a step; empty if nothing did."""
+    found: list[tuple[float, str, int]] = []
+    for one in map(measured, series):
+        x = np.log(np.array([figure.value for figure in one.figures], float))
+        if FEWEST_NEW < len(x) < FEWEST_OLD + FEWEST_NEW:
+            moved = float(np.median(x[-FEWEST_NEW:]) - np.median(x[:-FEWEST_NEW]))
+            found.append((moved, one.identity.name, len(x)))
+    moved, name, nights = max(found, key=lambda each: abs(each[0]), default=(0.0, "", 0))
+    if abs(moved) < math.log1p(SO_FAR):
+        return ""
+    needed = f"{nights} of the {FEWEST_OLD + FEWEST_NEW} nights that a step needs"
+    return f"{name}: ×{math.exp(moved):.3g} so far, {needed}"
+
+
 def measured(series: FigureSeries) -> FigureSeries:
     """Nights of a series with a number, at most the last :data:`WINDOW`."""
     return series.at([k for k, figure in enumerate(series.figures) if not figure.missing][-WINDOW:])
@@ -286,7 +305,7 @@ def common_threshold(values: Sequence[Array], correlations: Sequence[float], fal
     tested = [
         float(split_levels(x, correlation).min())
         for x, correlation in zip(values, correlations, strict=True)
-        if len(x) >= FEWEST_OLD + FEWEST_NEW
+        if len(x) >= LEVEL_NIGHTS + FEWEST_NEW
     ]
     if not tested:
         return 0.0

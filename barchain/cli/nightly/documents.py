@@ -110,6 +110,8 @@ def show_night(facts: NightlyFile, page: Path) -> None:
     show_some([f"worse than accepted since {c.since[:10]}: {c.words}" for c in facts.standing], "worse since earlier")
     show_some([f"tonight, {c.words}" for c in facts.changes], "changed tonight")
     show_some([rejected.words for rejected in facts.rejected], "verdicts that are no pass")
+    if facts.so_far:
+        say(f"  {facts.so_far}")
     say(f"page: {page}")
 
 

@@ -45,6 +45,11 @@ class SuspectEntry(Entry):
     before: str = Field(description="version or digest on the earlier night; empty if the part was not there")
     after: str = Field(description="version or digest on the later night; empty if the part is gone")
 
+    @property
+    def short(self) -> str:
+        """Name in a sentence: of a program without the files that count."""
+        return self.name.partition(" (")[0]
+
 
 class AcceptanceEntry(Entry):
     """Acceptance of a change."""
@@ -344,6 +349,9 @@ class NightlyFile(Entry):
         (), description="what is worse than it was since an earlier night, and accepted"
     )
     renamed: tuple[str, ...] = Field((), description="settings and scenes that have other names since this night")
+    so_far: str = Field(
+        "", description="what moved most among times and memory that have too few nights for a step; empty if nothing"
+    )
     left_out: dict[str, str] = Field(
         {}, description="nights of the history that count as not there, e.g. damaged ones, each with the reason"
     )

@@ -218,6 +218,14 @@ def test_what_is_worse_stays_so_when_nights_are_pruned(store: NightStore) -> Non
     assert red(store) == before
 
 
+def test_a_time_that_moved_before_there_are_enough_nights_is_told_as_such(store: NightStore) -> None:
+    for k in range(8):
+        store.add(night(ratio(1.5 if k > 5 else 1.0 + 0.001 * k), ratio(1.0, "still"), number=k))
+    judged = judge(store)
+    assert judged.tonight == ()
+    assert judged.so_far.endswith("time_ratio/reference-fast: ×1.5 so far, 8 of the 12 nights that a step needs")
+
+
 def test_each_machine_has_levels_of_its_own(store: NightStore) -> None:
     def of(number: int, factor: float, *, other: bool) -> Sequence[float | None]:
         environment = OTHER_CLASS if other else ENVIRONMENT

@@ -11,7 +11,7 @@ from scipy.stats import mannwhitneyu
 
 from barchain.nightly.rank_test import (
     FEWEST_NEW,
-    FEWEST_OLD,
+    LEVEL_NIGHTS,
     autocorrelations,
     split_levels,
     two_sided,
@@ -46,9 +46,17 @@ def test_two_larger_groups_have_a_normal_tail_that_is_no_narrower() -> None:
 
 
 def test_too_few_nights_give_no_step() -> None:
-    x = np.array([0.0, 0.001, 0.002] * 4)[: FEWEST_OLD + FEWEST_NEW - 1]
+    x = np.array([0.0, 0.001, 0.002] * 4)[: LEVEL_NIGHTS + FEWEST_NEW - 1]
     assert split_levels(x).min() == 1.0
     assert find_steps(x, 1.0) == ()
+
+
+def test_a_step_after_five_nights_is_told_against_them() -> None:
+    x = noise(9, 60, 30, 0.02, 0.3)
+    x[:9, 5:] += math.log(1.5)
+    found = [sum(bool(steps) for steps in told(x[:, :night])[:9]) for night in range(7, 31)]
+    assert found[-1] >= 8
+    assert all(steps == () for steps in told(x)[9:])
 
 
 def test_probabilities_are_those_of_chance_alone() -> None:
