@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
-from barchain.nightly.figures import STEPPED, FigureKind, content_digest
+from barchain.nightly.figures import STEPPED, Figure, FigureIdentity, FigureKind, content_digest
 from reports.tables.faults.campaign import CellClass
 from reports.tables.faults.selftest import FaultOutcome
 from reports.tables.outcome import SEVERITY, Outcome
@@ -16,7 +16,7 @@ from reports.tables.stability import Stability
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from barchain.nightly.figures import Figure, FigureIdentity, NightSummary
+    from barchain.nightly.figures import NightSummary
 
 
 ID_DIGITS = 10

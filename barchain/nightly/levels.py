@@ -8,16 +8,13 @@ has none.
 
 from __future__ import annotations
 
+from collections.abc import Mapping  # noqa: TC003  # pydantic reads the annotations of files
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
+from barchain.nightly.changes import Change  # noqa: TC001  # the same
+from barchain.nightly.figures import Figure, FigureIdentity
 
-    from barchain.nightly.changes import Change
-    from barchain.nightly.figures import Figure, FigureIdentity
-
-    EarlierNames = tuple[tuple[FigureIdentity, str], ...]
+EarlierNames = tuple[tuple[FigureIdentity, str], ...]
 
 
 @dataclass(frozen=True, slots=True)
