@@ -96,9 +96,11 @@ def run_and_tell(
     """Run the night, write its documents, and end with the exit code of what it found."""
     from barchain.cli.common.result_folder import need_writable  # noqa: PLC0415
     from barchain.nightly.budget import process_age_s  # noqa: PLC0415
+    from barchain.nightly.fold import folded_night  # noqa: PLC0415
     from barchain.nightly.night import run_night  # noqa: PLC0415
     from barchain.nightly.pruning import prune_runs  # noqa: PLC0415
 
+    begun = time.monotonic() - process_age_s()
     if junit is not None:
         need_writable(junit, "--junit")
     planned(plan, url)  # a wrong name in the plan is told before a history begins
@@ -110,8 +112,11 @@ def run_and_tell(
             say(f"history: begins in {store}", err=True)
         for folder, reason in store.check().items():
             say(f"{folder}: left out: {reason}", err=True)
+        believed = [night for night in store.nights() if night.void is None]
+        if believed:
+            folded_night(store, believed[-1])  # a long history without levels takes a while: before the runs
         with shown_progress() as progress:
-            ended = run_night(plan, minutes, store, out, progress, process_age_s())
+            ended = run_night(plan, minutes, store, out, progress, time.monotonic() - begun)
         with kept_without_documents(ended.name):
             facts = write_documents(
                 store, ended.name, ended.folder, junit, baseline, fail_on, need_history=need_history
