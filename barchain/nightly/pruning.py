@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from barchain.nightly.changes import Direction
 from barchain.nightly.history import latest_first
 from barchain.nightly.judging import judge
+from barchain.nightly.level_files import FILE
 from barchain.nightly.rank_test import FEWEST_NEW, FEWEST_OLD
 from barchain.nightly.told import told_by
 
@@ -22,13 +23,16 @@ if TYPE_CHECKING:
 
 
 RUNS_KEPT = 14
-"""Last nights whose runs stay"""
+"""Last nights whose runs and levels stay"""
 RUNS = ("answers", "trajectories", "differences")
 """Folders of a result folder that hold runs; its rows, tables and records stay"""
 
 
 def prune_runs(store: NightStore, out: Path) -> None:
-    """Remove the runs of the nights before the last ones, unless a night is void or told a change.
+    """Remove runs and levels of the nights before the last ones.
+
+    Runs stay where a night is void or told a change, levels on the last night of each machine class: those of other
+    nights are folded again where somebody asks for them.
 
     Parameters
     ----------
@@ -36,8 +40,12 @@ def prune_runs(store: NightStore, out: Path) -> None:
     out : Path
         Folder of all nights, with the results of their parts.
     """
-    told = told_by(store)
-    for night in latest_first(store.nights())[RUNS_KEPT:]:
+    told, nights = told_by(store), store.nights()
+    newest = {night.environment.machine_class: night.name for night in nights if night.void is None}
+    levels = store.place.sizes(f"*/{FILE}")
+    for night in latest_first(nights)[RUNS_KEPT:]:
+        if night.name not in newest.values() and f"{night.name}/{FILE}" in levels:
+            store.place.remove(f"{night.name}/{FILE}")
         if night.void is None and night.name in told and told[night.name].changed == 0:
             for name in RUNS:
                 for runs in (out / night.name).glob(f"*/{name}"):

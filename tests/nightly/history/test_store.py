@@ -344,7 +344,7 @@ def test_changes_after_the_fact_are_those_that_were_told(store: NightStore) -> N
     assert [c.id for c in judge(store, name).tonight] == before != []
 
 
-def test_runs_of_quiet_nights_go_after_a_fortnight_and_rows_stay(store: NightStore) -> None:
+def test_runs_and_levels_of_quiet_nights_go_after_a_fortnight_and_rows_stay(store: NightStore) -> None:
     for k in range(20):
         made = night(error(3e-5 if k == 2 else 1e-5), number=k)
         store.add(made)
@@ -355,3 +355,6 @@ def test_runs_of_quiet_nights_go_after_a_fortnight_and_rows_stay(store: NightSto
     kept = [(folder(store, each.name) / "core" / "trajectories").is_dir() for each in store.nights()]
     assert kept == [k in (2, 3) or k >= 6 for k in range(20)]
     assert all((folder(store, each.name) / "core" / "rows").is_dir() for each in store.nights())
+    nights = store.nights()
+    assert [(folder(store, each.name) / "levels.z").is_file() for each in nights] == [k >= 6 for k in range(20)]
+    assert [c.direction for c in judge(store, nights[2].name).tonight] == ["worse"]
