@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 FILE = "levels.z"
 FORMAT = 1
+MOST_B = 256 * 2**20
+"""Largest content: 6600 figures take 8 MB"""
 DIGEST_B = 64
 """Bytes of the digest of all that follows it: compressed JSON"""
 
@@ -57,8 +59,8 @@ def folded_of(content: bytes) -> FoldedNight | None:
     if hashlib.sha256(packed).hexdigest().encode() != digest:
         return None
     try:
-        found = files().validate_json(zlib.decompress(packed))
-    except ValueError:  # of another version
+        found = files().validate_json(zlib.decompressobj().decompress(packed, MOST_B))
+    except (ValueError, zlib.error):  # of another version, or larger than any night
         return None
     rows = {row.told.identity: row for row in found.rows}
     return replace(found.folded, table=replace(found.folded.table, rows=rows)) if found.format == FORMAT else None
