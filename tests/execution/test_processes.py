@@ -143,7 +143,9 @@ def test_one_package_starts_processes_beside_the_kernels_build_and_programs_as_e
     modules = {"import subprocess", "import multiprocessing"}
     lines = {path.relative_to(ROOT).as_posix(): set(path.read_text("utf-8").splitlines()) for path in files}
     elsewhere = {name for name, own in lines.items() if own & modules and not name.startswith("barchain/runs/")}
-    assert elsewhere == {"adapters/command/engine.py", "reference_impl/kernel/build.py"}
+    assert elsewhere == {f"adapters/command/{name}.py" for name in ("engine", "entries")} | {
+        "reference_impl/kernel/build.py"
+    }
 
 
 def test_a_start_removes_folders_whose_owner_and_watchman_were_killed_and_no_other(
