@@ -59,6 +59,9 @@ LADDER = tuple(10.0**-k for k in range(12, 3, -1))
 """Requested errors that are tried for a file that declares none, or a coarser one: from rounding on, by decades"""
 DIAGNOSED = LADDER[::2]
 """Those at which mistakes are sought, until one is found: beside it a file has errors of its own"""
+UNCONTRADICTED = (Outcome.PASS, Outcome.TOO_COARSE)
+"""Outcomes of a file that agrees up to the predictability limit and that no restart beyond contradicts, where a
+diverged end may be; a restart that tells nothing contradicts nothing"""
 COARSEST = LADDER[6]
 """Coarsest requested error, 1e-6, at which a file that declares none passes"""
 
@@ -278,16 +281,7 @@ def passes(name: str, main: Samples, declared: Declared, rtol: float) -> bool:
     """Whether a file agrees at another requested error, as far as it can be judged."""
     at = dataclasses.replace(declared, rtol=rtol)
     found, *_ = one_verdict(name, main, None, at, {}, restarts=False)
-    return found.outcome is Outcome.PASS and agrees_beyond(name, main, at)
-
-
-def agrees_beyond(name: str, main: Samples, declared: Declared) -> bool:
-    """Whether nothing contradicts a file beyond the predictability limit, where a diverged end may be.
-
-    That a restart tells nothing there contradicts nothing.
-    """
-    found, *_ = one_verdict(name, main, None, declared, {})
-    return found.outcome in (Outcome.PASS, Outcome.TOO_COARSE)
+    return found.outcome is Outcome.PASS and one_verdict(name, main, None, at, {})[0].outcome in UNCONTRADICTED
 
 
 def on_the_ladder(
@@ -309,8 +303,10 @@ def on_the_ladder(
     for rtol in LADDER:
         at = dataclasses.replace(declared, rtol=rtol)
         verdict, *_ = one_verdict(name, main, None, at, {}, restarts=False)
-        if verdict.outcome is Outcome.PASS and agrees_beyond(name, main, at):
-            break
+        if verdict.outcome is Outcome.PASS:
+            whole, *_ = one_verdict(name, main, None, at, {})
+            if whole.outcome in UNCONTRADICTED:
+                break
         sought = mistakes is None and rtol in DIAGNOSED and main.enough and needs_diagnosis(verdict)
         if sought:
             seen = diagnosis(verdict, main)
@@ -327,11 +323,10 @@ def on_the_ladder(
     if rtol > COARSEST:
         said = f"it agrees at rtol={rtol:g}; a file that declares nothing has to at {COARSEST:g}: declare it (--rtol)"
         return found, setting, None, said
-    verdict, *_ = one_verdict(name, main, None, at, {})
-    limits = [row["limit_s"] for row in verdict.rows if row["metric"] == "max"]
+    limits = [row["limit_s"] for row in whole.rows if row["metric"] == "max"]
     end_s = min(limits, default=float(main.trajectory.t_s[-1]))
     said = f"agrees at rtol={rtol:g} up to t = {end_s:.6g} s; declare it (--rtol {rtol:g}) to demand it"
-    return verdict, at.setting, None, said
+    return whole, at.setting, None, said
 
 
 def other_start(main: Samples) -> str:
