@@ -44,6 +44,8 @@ APART_SHARE = 0.1
 """Share of the relative residual of the centre of mass from which on its positions and velocities are apart"""
 ANGLES_APART_SHARE = 0.5
 """The same of the bars' angles and rates: methods of low order have them apart by some of their error"""
+SAME_RATIO = 0.01
+"""Least ratio over noise of the bars' residual, relative to that of the reactions, that a wrong clock leaves in both"""
 LEAST_APART = 1e-6
 """Departure of places from integrals that is told: interpolants of a low order leave up to 1e-6"""
 
@@ -107,7 +109,8 @@ class Residual:
         most = max(self.ratios, key=lambda name: self.ratios[name])
         if most == CENTRE and CENTRE in self.wrong:
             return self.track_apart > APART_SHARE * self.share(CENTRE, shape.whole * np.diff(s.velocity))
-        if most in {BARS, JOINTS} and BARS in self.wrong:  # reactions show the same, by the accelerations
+        # reactions show the same, by the accelerations, unless they are wrong by much more than the bars' motion
+        if most in {BARS, JOINTS} and BARS in self.wrong and self.ratios[BARS] > SAME_RATIO * self.ratios[most]:
             return self.angles_apart > ANGLES_APART_SHARE * self.share(BARS, np.diff(shape.momenta(s), axis=0))
         return False
 
