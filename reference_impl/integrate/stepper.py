@@ -48,6 +48,7 @@ def integrate(
     surface: BodySurface | None = None,
     events: EventHandler | None = None,
     method: Method = DOP853,
+    longest_step_s: float = np.inf,
     state_roundoff_floor: Callable[[Array], Array] | None = None,
 ) -> Integration:
     """Integrate ``y' = rhs(t, y)`` from ``t_s[0]`` and sample the solution.
@@ -70,6 +71,7 @@ def integrate(
         Handler of the discrete modes, which keep `rhs` smooth between events.
     method : type
         SciPy's solver class.
+    longest_step_s : float, optional
     state_roundoff_floor : callable, optional
         Maps a state to the round-off error of its trailing components (rates), using quantities cached by the latest
         `rhs`; the tolerance of those components is raised to it. Explicit methods only.
@@ -96,7 +98,8 @@ def integrate(
         if events:
             y = events.begin_segment(start, end, y)
         while t < end and run.stopped_s is None:
-            solver = method(rhs, t, y, end, rtol=RTOL_FLOOR, atol=atol)  # type: ignore[arg-type]  # stubs accept scalars only
+            limits = {"rtol": RTOL_FLOOR, "atol": atol, "max_step": longest_step_s}
+            solver = method(rhs, t, y, end, **limits)  # type: ignore[arg-type]  # stubs accept scalars only
             t, y = integrate_segment(solver, run, project, surface, events)
             run.evaluations += solver.nfev
         if run.stopped_s is not None:
