@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 COMPARED = ("paper/", "basics/", "effects/")
 NAMED_IN_STABILITY = ("drake", "dart")
 """Engines that the stability study takes only if they are named"""
+COST_MINUTES = "15"
+"""Time in which the cost study comes to the finer settings of all engines in all its scenes"""
 REPORT = "report"
 """Result folder whose pages the README shows"""
 
@@ -83,7 +85,7 @@ def run_stability(options: Options) -> None:
 
 def run_cost(options: Options) -> None:
     """Measure cost and accuracy; a quiet machine is needed."""
-    run_barchain(options.work, "cost", "--out", REPORT)
+    run_barchain(options.work, "cost", "--minutes", COST_MINUTES, "--out", REPORT)
     tables, record = cost_rows(options.work / REPORT)
     for name, rows in tables.items():
         write_table(name, rows)
