@@ -39,6 +39,13 @@ class Frame(StrEnum):
     INERTIAL = "inertial"
     LOCAL_HORIZONTAL = "local_horizontal"
     """The horizontal through the bar's own centre of mass (the paper's phi)."""
+    PREVIOUS_BAR = "previous_bar"
+    """The bar before it: the angle of the joint, made by the joint's motor."""
+
+    @property
+    def of_bar(self) -> bool:
+        """Whether the angle is that of a bar, and not of a joint."""
+        return self is not Frame.PREVIOUS_BAR
 
 
 class Actuator(StrEnum):

@@ -36,9 +36,10 @@ LAWS: dict[str, str] = {
     "prescribed_rotation": (
         "Bar `bar` (from 1) turns by a law: with x = pi (t - start_s)/duration_s, clipped to 0..pi, its angle is the "
         "one at t = 0 plus (amplitude_rad/16) (cos 3x - 9 cos x + 8). frame = inertial: the angle is theta. "
-        "frame = local_horizontal: it is theta - omega, omega the longitude of the bar's own centre. The torque that "
-        "makes the bar follow is unknown like the reactions. actuator = external: it acts on the bar alone; joint: a "
-        "motor in the joint to the bar before (bar 1: to bar 2), which that neighbour feels with the opposite sign."
+        "frame = local_horizontal: it is theta - omega, omega the longitude of the bar's own centre. "
+        "frame = previous_bar: it is theta less theta of the bar before. The torque that makes the bar follow is "
+        "unknown like the reactions. actuator = external: it acts on the bar alone; joint: a motor in the joint to the "
+        "bar before (bar 1: to bar 2), which that neighbour feels with the opposite sign."
     ),
     "oblateness": (
         "With B = mu j2 radius_m^2/2 each bar has the further acceleration -3 B Z/r^5. With gravity gradient, "

@@ -110,26 +110,30 @@ def longitude_differences(com_m: Array, position_m: Array) -> Array:
 def initial_rates(scene: Scene, model: ChainModel, com_m: Array, com_velocity_m_s: Array, angle_rad: Array) -> Array:
     """theta_j'(0), (N,): alpha v0/r0, and the law's rate for prescribed bars.
 
-    Relative to the local horizontal the law requires theta' = omega'. A bar's own longitude rate depends on all bars'
-    rates, which gives a linear system with one row per prescribed bar.
+    Relative to the local horizontal the law requires theta' = omega', relative to the bar before that bar's rate. A
+    bar's own longitude rate depends on all bars' rates, which gives a linear system with one row per prescribed bar.
     """
     rate = np.array(scene.chain.rate_factor) * scene.orbital_rate_rad_s
     laws = scene.effects.prescribed_rotation
     for law in laws:
         rate[law.bar - 1] = 0.0
-    local = [p.bar - 1 for p in laws if p.frame is Frame.LOCAL_HORIZONTAL]
-    if not local:
+    relative = [p for p in laws if p.frame is not Frame.INERTIAL]
+    if not relative:
         return rate
+    bars = [p.bar - 1 for p in relative]
+    of_joint = np.array([p.frame is Frame.PREVIOUS_BAR for p in relative])
     position = com_m + relative_positions(model, angle_rad)
     r2 = np.sum(position**2, axis=-1)
-    base = cross(position, com_velocity_m_s + relative_velocities(model, angle_rad, rate)) / r2
+    longitude_rate = cross(position, com_velocity_m_s + relative_velocities(model, angle_rad, rate)) / r2
+    base = np.where(of_joint, np.roll(rate, 1)[bars], longitude_rate[bars])
     _, across = directions(angle_rad)
-    system = np.eye(len(local))
-    for column, bar in enumerate(local):
+    system = np.eye(len(bars))
+    for column, bar in enumerate(bars):
         unit = np.zeros((model.bars, 2))
         unit[bar] = model.half_m[bar] * across[bar]
-        system[:, column] -= (cross(position, bar_centre_vectors(model, unit)) / r2)[local]
-    rate[local] = np.linalg.solve(system, base[local])
+        moved = cross(position, bar_centre_vectors(model, unit)) / r2
+        system[:, column] -= np.where(of_joint, np.array(bars) - 1 == bar, moved[bars])
+    rate[bars] = np.linalg.solve(system, base)
     return rate
 
 
@@ -164,6 +168,6 @@ def prescription(p: PrescribedRotation) -> Prescription:
         amplitude_rad=p.amplitude_rad,
         duration_s=p.duration_s,
         start_s=p.start_s,
-        local_horizontal=p.frame is Frame.LOCAL_HORIZONTAL,
+        frame=p.frame.value,
         reacts_on=neighbour if p.actuator is Actuator.JOINT else None,
     )

@@ -56,6 +56,7 @@ UNSUPPORTED = {
     "impulse": "impulse is not supported: Exudyn has no jump of velocities under closed joints",
 }
 JOINT_MOTOR = "prescribed_rotation.joint"
+JOINT_ANGLE = "prescribed_rotation.previous_bar"
 AT_ITS_TOLERANCE = (
     "a prescribed rotation by a joint's motor is not supported: Newton's method ends at its tolerance, the round-off "
     "of absolute positions, which over a step squared is a force"
@@ -168,8 +169,10 @@ class ExudynEngine(Engine):
 class ExudynRedundant(ExudynEngine):
     """Rigid bodies and joints in redundant coordinates."""
 
-    effects = SUPPORTED | set(PRESCRIBED_ROTATIONS)
-    unsupported_reasons = UNSUPPORTED
+    effects = SUPPORTED | set(PRESCRIBED_ROTATIONS) - {JOINT_ANGLE}
+    unsupported_reasons: ClassVar[dict[str, str]] = UNSUPPORTED | {
+        JOINT_ANGLE: "the law of a joint's angle is not supported: the adapter's constraints hold a bar's angle"
+    }
     observables = OBSERVED | {Observable.GAP, Observable.TORQUE}
     order = 2.0
     model: RedundantModel

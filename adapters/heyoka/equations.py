@@ -23,7 +23,8 @@ functions then give w' and the next bar's a, one after the other. Reactions are 
 far end, R_j = -sum_{k>j} m_k (c_k - t_k).
 
 A motor in joint 1 that prescribes bar 1 acts on bar 2, which the backward pass reaches before bar 1. Its torque is
-one more unknown of the affine functions, and is solved together with a of the first left end.
+one more unknown of the affine functions, and is solved together with a of the first left end. The law of a joint's
+angle gives w' as that of the bar before plus a number: until the pass reaches that bar, its w' is such an unknown too.
 
 Accelerations are relative to a frame that falls with g(Z0), so that only tides enter. With y = |Z0|/|Z0 + d|
 = 1/sqrt(1 + q), q = (2 Z0 + d)·d/|Z0|²,
@@ -45,18 +46,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scenarios import Frame
+
 if TYPE_CHECKING:
     from adapters.heyoka.bars import Pair, Symbol, SymbolicBar
     from adapters.heyoka.structure import Structure
 
-A_X, A_Y, TURN, MOTOR, ONE = range(5)  # coefficients of affine functions: of a, w', the torque of joint 1's motor, 1
+A_X, A_Y, TURN, PREVIOUS, MOTOR, ONE = range(6)
+"""Coefficients of affine functions: of a, w', w' of the bar before, the torque of joint 1's motor, 1"""
 
 
 def affine(**parts: Symbol) -> Any:
-    """Affine function as a row of five coefficients."""
-    row = np.zeros(5, dtype=object)
+    """Affine function as a row of six coefficients."""
+    row = np.zeros(6, dtype=object)
     for name, value in parts.items():
-        row[{"x": A_X, "y": A_Y, "turn": TURN, "motor": MOTOR, "one": ONE}[name]] = value
+        row[{"x": A_X, "y": A_Y, "turn": TURN, "previous": PREVIOUS, "motor": MOTOR, "one": ONE}[name]] = value
     return row
 
 
@@ -89,8 +93,9 @@ class ArticulatedBar:
 
 
 def after(function: Any, point: tuple[Any, Any]) -> Any:
-    """Affine function of another point's acceleration, in terms of that of this bar's left end."""
-    return point[0] * function[A_X] + point[1] * function[A_Y] + affine(motor=function[MOTOR], one=function[ONE])
+    """Affine function of the next bar's left end, in terms of this bar's: `point` is that end's acceleration."""
+    rest = affine(turn=function[PREVIOUS], motor=function[MOTOR], one=function[ONE])
+    return point[0] * function[A_X] + point[1] * function[A_Y] + rest
 
 
 def substituted(function: Any, turn: Any) -> Any:
@@ -173,9 +178,11 @@ def symmetric_part(beyond: ArticulatedBar | None) -> tuple[tuple[Symbol, Symbol,
     return (x[A_X], x[A_Y], y[A_Y]), (x[ONE], y[ONE])
 
 
-def prescribed_acceleration(bar: SymbolicBar, law: Symbol, *, local_horizontal: bool) -> Any:
-    """Angular acceleration of a law, affine in a: `law` itself, or the sum with the longitude's."""
-    if not local_horizontal:
+def prescribed_acceleration(bar: SymbolicBar, law: Symbol, frame: str) -> Any:
+    """Angular acceleration of a law, affine in a: `law` itself, or the sum with the longitude's or the bar before's."""
+    if frame == Frame.PREVIOUS_BAR:
+        return affine(previous=1.0, one=law)
+    if frame == Frame.INERTIAL:
         return affine(one=law)
     (zx, zy), (vx, vy) = bar.position, bar.velocity
     r2 = zx * zx + zy * zy
@@ -190,9 +197,10 @@ def prescribed_acceleration(bar: SymbolicBar, law: Symbol, *, local_horizontal: 
     return turn
 
 
-def evaluated(function: Any, a: Pair, motor: Symbol) -> Symbol:
-    """Value of an affine function."""
-    return function[A_X] * a[0] + function[A_Y] * a[1] + function[MOTOR] * motor + function[ONE]
+def evaluated(function: Any, a: Pair, motor: Symbol, previous: Symbol = 0.0) -> Symbol:
+    """Value of an affine function; `previous` is w' of the bar before."""
+    given = function[A_X] * a[0] + function[A_Y] * a[1] + function[MOTOR] * motor + function[ONE]
+    return given + function[PREVIOUS] * previous
 
 
 def start(first: ArticulatedBar, *, motor: bool) -> tuple[Pair, Symbol]:
@@ -250,7 +258,7 @@ def chain_motion(bars: list[SymbolicBar], structure: Structure, laws: list[Symbo
         if law is None and not pushed and (beyond is None or beyond.symmetric):
             articulated.insert(0, backward_step_free(bars[j], beyond))
             continue
-        prescribed = prescribed_acceleration(bars[j], second, local_horizontal=law.local_horizontal) if law else None
+        prescribed = prescribed_acceleration(bars[j], second, law.frame) if law else None
         motor = law is not None and law.joint and j > 0
         articulated.insert(0, backward_step(bars[j], beyond, prescribed, motor=motor, pushed=pushed))
     return forward_pass(bars, structure, articulated, *start(articulated[0], motor=first_motor))
@@ -268,10 +276,11 @@ def forward_pass(
     pulls: list[Pair] = []
     torques: dict[int, Symbol] = {}
     for j, (bar, seen) in enumerate(zip(bars, articulated, strict=True)):
-        turn = evaluated(seen.turn, a, motor)
+        previous = turns[-1] if turns else 0.0
+        turn = evaluated(seen.turn, a, motor, previous)
         turns.append(turn)
         if seen.torque is not None:
-            torques[j] = evaluated(seen.torque, a, motor)
+            torques[j] = evaluated(seen.torque, a, motor, previous)
         pull, end = specific_force(bar), acceleration(bar, 2.0)
         pulls.append(tuple(bar.mass * (evaluated(p, a, 0.0) + p[TURN] * turn) for p in pull))
         a = (evaluated(end[0], a, 0.0) + end[0][TURN] * turn, evaluated(end[1], a, 0.0) + end[1][TURN] * turn)

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adapters.common.initial_state import initial_state
-from scenarios import Actuator, Axes, Frame, Gravity
+from scenarios import Actuator, Axes, Gravity
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -67,7 +67,7 @@ class LawShape:
 
     bar: int
     """Counted from 0"""
-    local_horizontal: bool
+    frame: str
     joint: bool
     """Whether a motor in a joint exerts the torque"""
 
@@ -152,8 +152,7 @@ def structure_of(scene: Scene) -> Structure:
         scene.bars,
         str(effects.gravity),
         laws=tuple(
-            LawShape(p.bar - 1, p.frame is Frame.LOCAL_HORIZONTAL, p.actuator is Actuator.JOINT)
-            for p in effects.prescribed_rotation
+            LawShape(p.bar - 1, str(p.frame), p.actuator is Actuator.JOINT) for p in effects.prescribed_rotation
         ),
         lands=may_land(scene),
         oblate=effects.oblateness is not None,

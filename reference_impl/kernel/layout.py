@@ -14,7 +14,7 @@ import numpy as np
 
 from reference_impl.kernel.effects import CompiledEffect, compiled_effect
 from reference_impl.kernel.structs import DOUBLE, Matrix, Number, Struct, Vector
-from reference_impl.model.chain import ill_conditioned
+from reference_impl.model.chain import LAW_FRAMES, ill_conditioned
 
 if TYPE_CHECKING:
     from reference_impl.model.arrays import Array
@@ -30,8 +30,9 @@ CONSTANT_ROWS, SCRATCH_ROWS = 10, 25
 # rows of Workspace.bars that Python reads: c/chain/layout.h
 GX, GY, RX, RY = 4, 5, 14, 15
 # columns of CompiledChain.laws: c/chain/laws.h
-BAR, REACTS_ON, LOCAL, AMPLITUDE, DURATION, START, UNIT = range(7)
+BAR, REACTS_ON, FRAME, AMPLITUDE, DURATION, START, UNIT = range(7)
 LAW_COLUMNS = 7
+INERTIAL, LOCAL_HORIZONTAL, PREVIOUS_BAR = map(LAW_FRAMES.index, ("inertial", "local_horizontal", "previous_bar"))
 # items of Stepper.clock, and return codes of the stepper: c/steps/stepper.h
 NOW, STEP, TAKEN, STEPS, SAMPLED, EVALUATIONS, EXACT = range(7)
 ARRIVED, CHECK_SURFACE, COLLAPSED, NOT_FINITE, LOST_JOINT, MODE_ENDED = range(6)
@@ -53,7 +54,7 @@ class CompiledChain(Struct):
     refined, else 0
     """
     laws: Matrix
-    """(P, 7) columns BAR, REACTS_ON (-1: none), LOCAL, AMPLITUDE rad, DURATION s, START s, UNIT sqrt(J)"""
+    """(P, 7) columns BAR, REACTS_ON (-1: none), FRAME, AMPLITUDE rad, DURATION s, START s, UNIT sqrt(J)"""
     effects: tuple[CompiledEffect, ...]
     """Effects of the chain"""
 
@@ -202,7 +203,7 @@ class CvodeData(Struct):
 def compiled_chain(model: ChainModel, number: Number = DOUBLE) -> CompiledChain:
     """Arrays of `model`, of one type of numbers."""
     laws = [
-        (p.bar, -1 if p.reacts_on is None else p.reacts_on, p.local_horizontal,
+        (p.bar, -1 if p.reacts_on is None else p.reacts_on, LAW_FRAMES.index(p.frame),
          p.amplitude_rad, p.duration_s, p.start_s, model.inertia_kg_m2[p.bar] ** 0.5)
         for p in model.prescriptions
     ]  # fmt: skip

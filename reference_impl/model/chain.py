@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 
@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from reference_impl.model.effect import ChainEffect
 
 LARGEST_ENTRY_RATIO = 31.0  # of the joint system, 1/m + l²/4J over 1/m, in a well-conditioned chain
+LawFrame = Literal["inertial", "local_horizontal", "previous_bar"]
+LAW_FRAMES: tuple[LawFrame, ...] = get_args(LawFrame)
 GravityModel = Literal["none", "point", "gradient"]
 
 
@@ -36,8 +38,8 @@ class Prescription:
     amplitude_rad: float
     duration_s: float
     start_s: float
-    local_horizontal: bool
-    """Angle measured from the local horizontal through the bar's own centre of mass; otherwise from inertial axes"""
+    frame: LawFrame
+    """From what the angle is measured; the local horizontal is that through the bar's own centre of mass"""
     reacts_on: int | None
     """Bar under the opposite torque (a motor in the joint between both bars); None: external torque"""
 

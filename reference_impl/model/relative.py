@@ -219,12 +219,14 @@ def torques_for_accelerations(
 
 
 def actual_angle_acceleration(state: State, p: Prescription, angular: Array, pull: ComplexArray) -> float:
-    """Acceleration of the angle prescribed by `p`: the bar's, minus the longitude's for the local horizontal.
+    """Acceleration of the angle prescribed by `p`: the bar's, minus the longitude's or that of the bar before.
 
     Gravity is central. Only reactions and noncentral effects accelerate the bar's longitude, so that no large numbers
     are subtracted.
     """
-    if not p.local_horizontal:
+    if p.frame == "previous_bar":
+        return float(angular[p.bar] - angular[p.bar - 1])
+    if p.frame == "inertial":
         return float(angular[p.bar])
     place = state.com_m + state.position_m[p.bar]
     return float(angular[p.bar] - (as_complex(place).conj() * pull[p.bar]).imag / (place @ place))
@@ -236,7 +238,7 @@ def prescribed_angle_acceleration(t_s: float, state: State, p: Prescription) -> 
     The value is the law's acceleration minus the velocity-dependent part of the longitude's, 2 (Z·Z')(Z×Z')/r⁴.
     """
     law = p.acceleration_rad_s2(t_s)
-    if not p.local_horizontal:
+    if p.frame != "local_horizontal":
         return law
     place, motion = state.com_m + state.position_m[p.bar], state.com_velocity_m_s + state.velocity_m_s[p.bar]
     return float(law - 2.0 * (place @ motion) * cross(place, motion) / (place @ place) ** 2)

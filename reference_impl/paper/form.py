@@ -125,17 +125,18 @@ def solve_dense(matrix: Array, right: Array) -> Array:
 
 
 def prescribed_rows(model: ChainModel, t_s: float, units: PaperUnits, longitudes: Longitudes) -> tuple[Array, Array]:
-    """H (P, NX) and G (P,) of eq. (25): phi_p'' itself, or phi_p'' + omega_p'' for an inertial angle."""
+    """H (P, NX) and G (P,) of eq. (25): phi_p'' itself, phi_p'' + omega_p'' for an inertial angle, or two of these."""
     laws = model.prescriptions
     H, G = np.zeros((len(laws), ROWS * model.bars + 2)), np.zeros(len(laws))
     for row, p in enumerate(laws):
-        first = ROWS * p.bar
-        H[row, first + 2] = 1.0
         G[row] = p.acceleration_rad_s2(t_s) * units.time_s**2
-        if not p.local_horizontal:
-            H[row, first : first + 2] = longitudes.alpha[p.bar]
-            H[row, -2:] = longitudes.beta[p.bar]
-            G[row] -= longitudes.gamma[p.bar]
+        for bar, sign in ((p.bar, 1.0), (p.bar - 1, -1.0))[: 2 if p.frame == "previous_bar" else 1]:
+            first = ROWS * bar
+            H[row, first + 2] = sign
+            if p.frame != "local_horizontal":
+                H[row, first : first + 2] = sign * longitudes.alpha[bar]
+                H[row, -2:] += sign * longitudes.beta[bar]
+                G[row] -= sign * longitudes.gamma[bar]
     return H, G
 
 

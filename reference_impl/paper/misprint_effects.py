@@ -87,7 +87,7 @@ def generic_solution(model: ChainModel, as_printed: frozenset[Misprint]) -> Pape
 
 def rejection(misprint: Misprint) -> str:
     """Error message of the paper's formulation for a prescribed rotation with this misprint."""
-    slewed = Prescription(4, np.pi / 4, 60.0, 0.0, local_horizontal=True, reacts_on=None)
+    slewed = Prescription(4, np.pi / 4, 60.0, 0.0, frame="local_horizontal", reacts_on=None)
     try:
         generic_solution(replace(generic_model(), prescriptions=(slewed,)), frozenset({misprint}))
     except NotSquareError as error:

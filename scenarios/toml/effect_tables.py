@@ -58,20 +58,41 @@ class Table(BaseModel):
 
 
 class PrescribedRotationTable(Table):
-    """One bar's rotation, given as the law of the paper's eq. (28)."""
+    """Rotation of one bar, or of a joint, given as the law of the paper's eq. (28)."""
 
     bar: int = Field(ge=1, description="which bar, counted from 1")
     amplitude_deg: Finite = Field(description="angle turned through, degrees")
     duration_s: Positive = Field(description="time of the manoeuvre, s")
     start_s: NotNegative = Field(0.0, description="when it starts, s; the bar is held before and after")
-    frame: Literal["inertial", "local_horizontal"] = Field(
-        "local_horizontal", description="against what the angle is measured"
+    frame: Literal["inertial", "local_horizontal", "previous_bar"] = Field(
+        "local_horizontal",
+        description="against what the angle is measured; previous_bar: the angle of the joint to the bar before it, "
+        "which amplitude_deg = 0 locks",
     )
     actuator: Literal["external", "joint"] = Field(
         "external",
         description="torque from outside on the bar alone, or from a motor in the joint to the bar before it "
-        "(bar 1: to bar 2)",
+        "(bar 1: to bar 2), as always with previous_bar",
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def joints_have_motors(cls, given: Any) -> Any:
+        """Table of a joint's angle with the motor that makes it."""
+        if isinstance(given, dict) and given.get("frame") == "previous_bar":
+            return {"actuator": "joint"} | given
+        return given
+
+    @model_validator(mode="after")
+    def made_by_motor(self) -> PrescribedRotationTable:
+        """Check that a joint's angle has a joint, and is made by its motor."""
+        if self.frame == "previous_bar" and self.bar == 1:
+            raise ValueError('frame = "previous_bar" needs a bar before it: bar = 1 given, allowed: 2 and more')
+        if self.frame == "previous_bar" and self.actuator != "joint":
+            raise ValueError(
+                f'frame = "previous_bar" is the angle of a joint: actuator = "{self.actuator}" given, allowed: "joint"'
+            )
+        return self
 
 
 class OblatenessTable(Table):

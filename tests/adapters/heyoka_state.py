@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 def shape_of(model: ChainModel) -> Structure:
     """Structure of a chain of the reference's."""
-    laws = tuple(LawShape(p.bar, p.local_horizontal, p.reacts_on is not None) for p in model.prescriptions)
+    laws = tuple(LawShape(p.bar, p.frame, p.reacts_on is not None) for p in model.prescriptions)
     return Structure(model.bars, model.gravity, laws)
 
 

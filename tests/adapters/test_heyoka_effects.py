@@ -338,7 +338,8 @@ def test_a_prescribed_bar_keeps_the_rate_of_its_law_through_impulses(frame, actu
     model, begun = chain_model(scene), initial_state(scene)
     jump = (track + relative_velocities(model, begun.angle_rad, spin))[1]
     place = begun.com_m + relative_positions(model, begun.angle_rad)[1]
-    wanted = (place[0] * jump[1] - place[1] * jump[0]) / (place @ place) if frame is Frame.LOCAL_HORIZONTAL else 0.0
+    horizontal = (place[0] * jump[1] - place[1] * jump[0]) / (place @ place)
+    wanted = {Frame.INERTIAL: 0.0, Frame.LOCAL_HORIZONTAL: horizontal, Frame.PREVIOUS_BAR: spin[0]}[frame]
     assert spin[1] == pytest.approx(wanted, abs=64 * U * float(np.abs(jump).max() / scene.radius0_m + 1e-30))
     assert spin[0] != 0.0
     own = impulses[0][1]

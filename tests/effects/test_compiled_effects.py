@@ -138,7 +138,7 @@ def test_a_law_against_the_local_horizontal_holds_whatever_acts(names: tuple[str
             law = p.acceleration_rad_s2(NOW_S)
             turn = 2.0 * (z @ v) * (z[0] * v[1] - z[1] * v[0]) / r2**2
             omega = (z[0] * pull[1] - z[1] * pull[0]) / r2 - turn
-            left = found.angle_rad_s2[p.bar] - (omega if p.local_horizontal else 0.0)
+            left = found.angle_rad_s2[p.bar] - (omega if p.frame == "local_horizontal" else 0.0)
             terms = plain.angular + size.spin + (plain.pull + size.acceleration) / np.sqrt(r2)
             scale = terms.max() + (np.linalg.norm(pull) + size.common) / np.sqrt(r2) + 2.0 * (v @ v) / r2
             assert abs(left - law) <= 4.0 * C * U * scale

@@ -188,10 +188,10 @@ def test_impulses_at_one_instant_are_struck_together_and_each_instant_adds_its_r
 
 # at the edge of a mode
 
-HELD = Prescription(0, 0.0, 60.0, 0.0, local_horizontal=True, reacts_on=None)
+HELD = Prescription(0, 0.0, 60.0, 0.0, frame="local_horizontal", reacts_on=None)
 
 
-@pytest.mark.parametrize("law", [(HELD,), (replace(HELD, local_horizontal=False),), ()])
+@pytest.mark.parametrize("law", [(HELD,), (replace(HELD, frame="inertial"),), ()])
 def test_a_bar_that_lies_edge_on_to_the_wind_gets_through(law: tuple[Prescription, ...]) -> None:
     """Along a circular orbit the face's sign is a matter of rounding: events, but not for ever."""
     r = RADIUS + 250e3
@@ -199,7 +199,7 @@ def test_a_bar_that_lies_edge_on_to_the_wind_gets_through(law: tuple[Prescriptio
     one = np.ones(1)
     air = DragEffect(6e-11, r, 45e3, 0.0, 0.1 * one, 2.2, 1.8)
     model = ChainModel(MU, 100.0 * one, 100.0 * one, 1e6 / 12.0 * one, "gradient", prescriptions=law, effects=(air,))
-    rate = 0.0 if law and not law[0].local_horizontal else v / r
+    rate = 0.0 if law and law[0].frame == "inertial" else v / r
     h = ran(model, placed(model, r, v, np.array([np.pi / 2.0]), np.array([rate])), np.linspace(0.0, 1000.0, 3))
     assert h.t_s[-1] == 1000.0
     assert h.steps < 1000

@@ -141,7 +141,7 @@ def working(name: str) -> tuple[ChainModel, State, float]:
     r = RADIUS + 3e5
     n = math.sqrt(MU / r**3)
     state = placed(model, r, n * r, np.array([1.2, 1.6, 1.9]), n * np.array([1.0, 0.5, 1.5]))
-    law = Prescription(1, 0.5, 200.0, 100.0, local_horizontal=True, reacts_on=None)
+    law = Prescription(1, 0.5, 200.0, 100.0, frame="local_horizontal", reacts_on=None)
     added: dict[str, tuple[ChainEffect, ...]] = {
         "drag": (effect_cases.drag(random, model),),
         "solar pressure": (replace(effect_cases.sunlight(random, model), pressure_Pa=1e-2),),
@@ -223,7 +223,7 @@ def test_the_energy_gained_inside_a_free_chain_is_the_work_done(name: str) -> No
     """The same of what is too little beside an orbit's energy: at rest in free space, in units of the chain's own."""
     model, state, _ = working(name)
     springs = tuple(e for e in model.effects if isinstance(e, JointSpringDamperEffect))
-    laws = tuple(replace(p, local_horizontal=False) for p in model.prescriptions)
+    laws = tuple(replace(p, frame="inertial") for p in model.prescriptions)
     model = replace(model, gravity="none", effects=springs, prescriptions=laws)
     rate = state.rate_rad_s * [1.0, 0.0 if laws else 1.0, 1.0]
     state = placed(model, RADIUS + 3e5, 0.0, state.angle_rad, rate)

@@ -104,7 +104,7 @@ def by_point_gravity(model: ChainModel, start: State, a: Accelerations) -> dict[
 
 def by_a_law(given, model: ChainModel, start: State, member: int) -> dict[str, np.ndarray]:
     """Torque and reactions where a bar is prescribed, less those of the exact chain under the same torque."""
-    law = Prescription(1, 1.0, 60.0, 0.0, local_horizontal=False, reacts_on=None)
+    law = Prescription(1, 1.0, 60.0, 0.0, frame="inertial", reacts_on=None)
     t_s = 17.0
     moved = replace(model, prescriptions=(law,))
     a = accelerations(moved, t_s, start)

@@ -3,13 +3,18 @@
 from reference_impl.model.chain import Prescription
 
 LAWS = {
-    "external, inertial": (Prescription(0, 0.8, 60.0, 10.0, local_horizontal=False, reacts_on=None),),
-    "external, local": (Prescription(1, -0.8, 60.0, 10.0, local_horizontal=True, reacts_on=None),),
-    "joint, inertial": (Prescription(1, 0.8, 60.0, 10.0, local_horizontal=False, reacts_on=0),),
-    "joint, local": (Prescription(0, 0.8, 60.0, 10.0, local_horizontal=True, reacts_on=1),),
+    "external, inertial": (Prescription(0, 0.8, 60.0, 10.0, frame="inertial", reacts_on=None),),
+    "external, local": (Prescription(1, -0.8, 60.0, 10.0, frame="local_horizontal", reacts_on=None),),
+    "joint, inertial": (Prescription(1, 0.8, 60.0, 10.0, frame="inertial", reacts_on=0),),
+    "joint, local": (Prescription(0, 0.8, 60.0, 10.0, frame="local_horizontal", reacts_on=1),),
     "two at once": (
-        Prescription(0, 0.3, 60.0, 10.0, local_horizontal=False, reacts_on=None),
-        Prescription(1, 0.8, 60.0, 0.0, local_horizontal=True, reacts_on=0),
+        Prescription(0, 0.3, 60.0, 10.0, frame="inertial", reacts_on=None),
+        Prescription(1, 0.8, 60.0, 0.0, frame="local_horizontal", reacts_on=0),
+    ),
+    "joint angle": (Prescription(1, 0.8, 60.0, 10.0, frame="previous_bar", reacts_on=0),),
+    "joint angle beside a bar's": (
+        Prescription(0, 0.3, 60.0, 10.0, frame="inertial", reacts_on=None),
+        Prescription(1, 0.8, 60.0, 0.0, frame="previous_bar", reacts_on=0),
     ),
     "all bars": "all",
 }

@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 
 LAWS = {
     "free": (),
-    "held in inertial axes": (Prescription(1, 0.4, 60.0, 0.0, local_horizontal=False, reacts_on=None),),
-    "held against the horizontal": (Prescription(1, 0.4, 60.0, 0.0, local_horizontal=True, reacts_on=None),),
+    "held in inertial axes": (Prescription(1, 0.4, 60.0, 0.0, frame="inertial", reacts_on=None),),
+    "held against the horizontal": (Prescription(1, 0.4, 60.0, 0.0, frame="local_horizontal", reacts_on=None),),
     "motors": (
-        Prescription(2, 0.4, 60.0, 0.0, local_horizontal=True, reacts_on=1),
-        Prescription(0, 0.4, 60.0, 0.0, local_horizontal=False, reacts_on=None),
+        Prescription(2, 0.4, 60.0, 0.0, frame="local_horizontal", reacts_on=1),
+        Prescription(0, 0.4, 60.0, 0.0, frame="inertial", reacts_on=None),
     ),
 }
 BLOWS = [BarImpulse(2, 1.0, False, 1.1, 5.0, 0.0), BarImpulse(0, -1.0, True, -2.0, 3.0, 0.0)]
@@ -68,7 +68,9 @@ def dense(model: ChainModel, state: State) -> tuple[Array, Array, Array]:
             left[row, 3 * p.bar + 2], left[3 * p.bar + 2, row] = 1, -1
             if p.reacts_on is not None:
                 left[3 * p.reacts_on + 2, row] = 1
-            if p.local_horizontal:
+            if p.frame == "previous_bar":
+                left[row, 3 * p.bar - 1] = -1
+            if p.frame == "local_horizontal":
                 z = place[p.bar]
                 left[row, 3 * p.bar], left[row, 3 * p.bar + 1] = z.imag / abs(z) ** 2, -z.real / abs(z) ** 2
         found = np.array([float(x) for x in mp.lu_solve(left, right)])

@@ -334,7 +334,7 @@ def test_a_nan_in_a_chains_state_raises(field: str) -> None:
 
 
 def test_the_law_is_continuous_to_its_second_derivative() -> None:
-    law = Prescription(0, 0.8, 60.0, 10.0, local_horizontal=False, reacts_on=None)
+    law = Prescription(0, 0.8, 60.0, 10.0, frame="inertial", reacts_on=None)
     assert [law.angle_rad(t) for t in (0.0, 10.0, 70.0, 99.0)] == pytest.approx([0.0, 0.0, 0.8, 0.8], abs=1e-15)
     for t in (10.0, 70.0):
         assert law.rate_rad_s(t) == pytest.approx(0.0, abs=1e-16)

@@ -197,7 +197,14 @@ def driven(name: str, seed: int, bars: int, gravity: str, decades: float) -> Cas
     laws = LAWS[name]
     if laws == "all":
         laws = tuple(
-            Prescription(j, 0.1 * (j + 1), 60.0, 5.0, local_horizontal=j % 3 == 0, reacts_on=j - 1 if j % 2 else None)
+            Prescription(
+                j,
+                0.1 * (j + 1),
+                60.0,
+                5.0,
+                frame="local_horizontal" if j % 3 == 0 else "inertial",
+                reacts_on=j - 1 if j % 2 else None,
+            )
             for j in range(min(bars, 8))
         )
     return case(seed, bars, gravity, decades, laws)
@@ -239,7 +246,10 @@ def test_prescribed_bars_follow_their_laws(name: str, data: st.DataObject) -> No
     response = torque_terms(c, a)
     for p in c.model.prescriptions:
         followed, law, terms = a.angle_rad_s2[p.bar], p.acceleration_rad_s2(25.0), response[p.bar]
-        if p.local_horizontal:
+        if p.frame == "previous_bar":
+            followed -= a.angle_rad_s2[p.bar - 1]
+            terms += response[p.bar - 1]
+        if p.frame == "local_horizontal":
             place, motion = s.com_m + s.position_m[p.bar], s.com_velocity_m_s + s.velocity_m_s[p.bar]
             z, v, w = (complex(*x) for x in (place, motion, a.com_m_s2 + a.position_m_s2[p.bar]))
             followed -= (w / z - (v / z) ** 2).imag
@@ -304,7 +314,7 @@ def test_a_motor_that_loses_its_grip_stops_the_run_with_a_reason() -> None:
 
 
 def test_a_single_bar_has_no_reactions_and_a_driven_one_is_turned_by_its_torque_alone() -> None:
-    law = (Prescription(0, 0.8, 60.0, 0.0, local_horizontal=False, reacts_on=None),)
+    law = (Prescription(0, 0.8, 60.0, 0.0, frame="inertial", reacts_on=None),)
     c = case(5, 1, "none", 0.0, law)
     a = accelerations(c)
     assert a.reaction_N.shape == (0, 2)

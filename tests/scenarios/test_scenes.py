@@ -133,6 +133,9 @@ def test_a_wrong_scene_is_rejected_with_the_key_what_was_given_and_what_is_allow
         (["bar = 1", "bar = 1"], ["bar 1 already has a prescribed rotation"]),
         (['bar = 1\nactuator = "joint"', 'bar = 2\nactuator = "joint"'], ["joint 1 would carry two motors"]),
         (['bar = 1\nframe = "local"'], ["frame", "'local' given", "local_horizontal"]),
+        (['bar = 1\nframe = "previous_bar"'], ["needs a bar before it"]),
+        (['bar = 2\nframe = "previous_bar"\nactuator = "external"'], ["angle of a joint", "external"]),
+        (['bar = 2\nframe = "previous_bar"', 'bar = 1\nactuator = "joint"'], ["joint 1 would carry two motors"]),
     ],
 )
 def test_prescriptions_that_conflict_are_rejected(rotations, words):

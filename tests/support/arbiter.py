@@ -158,7 +158,9 @@ def judge(model: ChainModel, t_s: float, state: State) -> ArbiterVerdict:
         if p.reacts_on is not None:
             left[3 * p.reacts_on + 2][row] = Decimal(1)
         right[row] = law_acceleration(p, t_s)
-        if p.local_horizontal:
+        if p.frame == "previous_bar":
+            left[row][3 * p.bar - 1] = Decimal(-1)
+        if p.frame == "local_horizontal":
             turn, rest = longitude_terms(place[p.bar], motion[p.bar])
             left[row][3 * p.bar], left[row][3 * p.bar + 1] = -turn[0], -turn[1]
             right[row] += rest

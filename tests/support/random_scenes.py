@@ -141,7 +141,7 @@ def draw_law(random: Generator, bar: int, duration_s: float, *, most_rad: float)
         float(amplitude),
         float(duration_s * share),
         float(duration_s * random.uniform(0.0, 0.9)),
-        Frame(random.choice([str(f) for f in Frame])),
+        Frame(random.choice([str(f) for f in Frame if f.of_bar])),
         Actuator.EXTERNAL,
     )
 

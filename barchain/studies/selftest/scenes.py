@@ -147,7 +147,7 @@ def draw_rotation(random: Generator, scene: Scene, bar: int) -> PrescribedRotati
         amplitude,
         share * scene.run.duration_s,
         moment(random, scene, start),
-        choose(random, list(Frame)),
+        choose(random, [frame for frame in Frame if frame.of_bar]),
         Actuator.EXTERNAL,
     )
 

@@ -245,5 +245,7 @@ class Balance:
             own = s.angle[:, bar]
             if law.frame is Frame.LOCAL_HORIZONTAL:
                 own = own - np.unwrap(np.angle(place[:, bar]))
+            if law.frame is Frame.PREVIOUS_BAR:
+                own = own - s.angle[:, bar - 1]
             found.append(own - np.array([law.law(t)[0] for t in s.t_s.tolist()]))
         return np.stack(found, axis=1)

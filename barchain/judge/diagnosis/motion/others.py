@@ -411,7 +411,7 @@ def of_rotations(scene: Scene) -> Made:
     """Prescribed rotations in another frame, by another actuator, from another instant."""
     for some in sets(scene, "prescribed_rotation"):
         name, who, s, law = some.name, some.who, some.s, some.every[some.places[0]]
-        frame = "inertial axes" if law.frame is Frame.LOCAL_HORIZONTAL else "the local horizontal"
+        frame = "the local horizontal" if law.frame is Frame.INERTIAL else "inertial axes"
         yield (f"{name}-from-{other(law.frame)}", f"{who} count{s} the angle from {frame}, the other direction",
                some.each(lambda p: {"frame": other(p.frame)}))  # fmt: skip
         yield f"{name}-from-the-start", f"{who} begin{s} at t = 0", some.each(lambda _: {"start_s": 0.0})

@@ -37,7 +37,7 @@ def of_motors(found: Candidates) -> None:
         for part, which in HORIZONTAL:
             words = f"the {which} of the local horizontal is missing in the prescribed rotations"
             found.fixed(f"laws-without-{part}", words, LOADS, partial(without_acceleration, b, part))
-    if laws and b.scene.effects.impulse:
+    if laws and b.scene.effects.impulse and all(law.frame.of_bar for law in laws):
         words = "the bars of the prescribed rotations are free in an impulse, in which their motors have to hold them"
         found.fixed("laws-free-in-impulses", words, LOADS, partial(of_unheld, b))
 

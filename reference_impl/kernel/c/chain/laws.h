@@ -9,13 +9,15 @@
 enum law_columns {
     BAR,
     REACTS_ON, /* bar under the opposite torque; -1: none */
-    LOCAL,     /* 1 for an angle from the local horizontal, 0 from inertial axes */
+    FRAME,     /* what the angle is counted from: law_frames */
     AMPLITUDE, /* rad */
     DURATION,  /* s */
     START,     /* s */
     UNIT,      /* root(J), which makes the small system nondimensional */
     LAW_COLUMNS
 };
+
+enum law_frames { INERTIAL, LOCAL_HORIZONTAL, PREVIOUS_BAR };
 
 static inline const real *law_of(const chain *chain, int64_t k) { return chain->laws.value + k * LAW_COLUMNS; }
 
@@ -80,7 +82,8 @@ static real rotation_from_reactions(int64_t n, int64_t bar, const real *x, const
     return bars[LEVER * n + bar] * (rows[UX * n + bar] * sum.y - rows[UY * n + bar] * sum.x);
 }
 
-/* Acceleration of the angle prescribed by `law`: the bar's, minus the longitude's for the local horizontal.
+/* Acceleration of the angle prescribed by `law`: `angular`, of the bar or of the joint, minus the longitude's for the local
+ * horizontal.
  *
  * Gravity is central. Only reactions and noncentral effects accelerate the bar's longitude; for effects see
  * noncentral_longitude_acceleration.
@@ -88,7 +91,7 @@ static real rotation_from_reactions(int64_t n, int64_t bar, const real *x, const
 static real actual_angle_acceleration(int64_t n, const real *law, real angular, const real *x, const real *y,
                                         pair place, const real *bars)
 {
-    if (law[LOCAL] == 0.0)
+    if (law[FRAME] != LOCAL_HORIZONTAL)
         return angular;
     int64_t bar = (int64_t)law[BAR];
     pair pull = reactions_on(n, bar, -1.0, x, y);
@@ -145,7 +148,7 @@ static void bar_position_and_velocity(int64_t n, int64_t bar, const real *y, con
 static real prescribed_angle_acceleration(const real *law, real t_s, pair z, pair v)
 {
     real law_s2 = law_acceleration(law, t_s);
-    if (law[LOCAL] == 0.0)
+    if (law[FRAME] != LOCAL_HORIZONTAL)
         return law_s2;
     real r2 = z.x * z.x + z.y * z.y;
     return law_s2 - 2.0 * (z.x * v.x + z.y * v.y) * (z.x * v.y - z.y * v.x) / (r2 * r2);
@@ -192,17 +195,22 @@ static void apply_prescribed_torques(int64_t n, real t_s, const real *y, const c
         pair z, v;
         bar_position_and_velocity(n, bar, y, bars, rows, &z, &v);
         real angular = rows[ANGULAR * n + bar] + rotation_from_reactions(n, bar, free_x, free_y, bars, rows);
+        if (law[FRAME] == PREVIOUS_BAR)
+            angular -= rows[ANGULAR * n + bar - 1] + rotation_from_reactions(n, bar - 1, free_x, free_y, bars, rows);
         real lacking = prescribed_angle_acceleration(law, t_s, z, v)
                          - actual_angle_acceleration(n, law, angular, free_x, free_y, z, bars);
         real *row = system + k * (count + 1);
         row[count] = law[UNIT] * lacking;
-        if (chain->effect_count > 0 && law[LOCAL] != 0.0)
+        if (chain->effect_count > 0 && law[FRAME] == LOCAL_HORIZONTAL)
             row[count] += law[UNIT] * noncentral_longitude_acceleration(n, law, z, work);
         for (int64_t other = 0; other < count; other++) {
             const real *second = law_of(chain, other);
             const real *rx = responses + 2 * other * n, *ry = rx + n;
             real turned = rotation_from_reactions(n, bar, rx, ry, bars, rows)
                             + rotation_per_unit_torque(second, bar, n, bars);
+            if (law[FRAME] == PREVIOUS_BAR)
+                turned -= rotation_from_reactions(n, bar - 1, rx, ry, bars, rows)
+                          + rotation_per_unit_torque(second, bar - 1, n, bars);
             /* nondimensional, as pivots chosen across bars of very different size lose the laws of light bars */
             real unit = law[UNIT] * second[UNIT];
             row[other] = unit * actual_angle_acceleration(n, law, turned, rx, ry, z, bars);

@@ -1,0 +1,98 @@
+"""Laws of joints' angles: motors inside the chain."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from adapters.common.initial_state import chain_model
+from adapters.engine import AccuracyParameter, Setting
+from adapters.registry import ENGINES
+from adapters.trajectory import Trajectory
+from reference_impl.model import invariants
+from scenarios import Gravity, Scene, load_scene
+
+SETTING = Setting(AccuracyParameter.RTOL, 1e-13)
+FORMS = [
+    pytest.param(name, marks=pytest.mark.skipif(bool(ENGINES[name].missing), reason=ENGINES[name].missing or ""))
+    for name in ("reference", "reference-fast", "heyoka")
+]
+
+
+def arm(bars: int, *, gravity: Gravity = Gravity.NONE, rate: float = 0.0) -> Scene:
+    """The shipped arm with its first bars, and its laws of these."""
+    scene = load_scene("effects/joint_slew")
+    c = scene.chain
+    chain = dataclasses.replace(
+        c,
+        mass_kg=c.mass_kg[:bars],
+        length_m=c.length_m[:bars],
+        inertia_kg_m2=c.inertia_kg_m2[:bars],
+        angle_rad=c.angle_rad[:bars],
+        rate_factor=(rate,) * bars,
+    )
+    laws = tuple(law for law in scene.effects.prescribed_rotation if law.bar <= bars)
+    effects = dataclasses.replace(scene.effects, gravity=gravity, prescribed_rotation=laws)
+    return dataclasses.replace(scene, name="mine", chain=chain, effects=effects)
+
+
+def moved(scene: Scene, engine: str) -> Trajectory:
+    """Run of an engine."""
+    run = ENGINES[engine].load()()
+    run.build(scene, SETTING)
+    run.simulate()
+    return run.read()
+
+
+@pytest.mark.parametrize("engine", FORMS)
+def test_the_base_of_an_arm_turns_back_by_the_arms_momentum(engine: str) -> None:
+    """Two bars at rest without forces: the base turns by an integral over the joint's angle, whatever the law in time.
+
+    No angular momentum about the centre of mass: theta_1' D = -delta' (J_2 + m (h_2^2 + h_1 h_2 cos delta)) with
+    D = J_1 + J_2 + m (h_1^2 + h_2^2 + 2 h_1 h_2 cos delta), m the reduced mass and h half lengths. A hundred steps
+    of 1e-13 each, and quad's 1e-12.
+    """
+    scene = arm(2)
+    seen, c = moved(scene, engine), scene.chain
+    (m1, m2), (h1, h2), (j1, j2) = c.mass_kg, np.array(c.length_m) / 2.0, c.inertia_kg_m2
+    m, bent = m1 * m2 / (m1 + m2), c.angle_rad[1] - c.angle_rad[0]
+
+    def turned(angle: float) -> float:
+        far = j2 + m * (h2**2 + h1 * h2 * math.cos(angle))
+        return -far / (far + j1 + m * (h1**2 + h1 * h2 * math.cos(angle)))
+
+    expected = quad(turned, bent, bent + math.pi / 2.0, epsabs=1e-13, epsrel=1e-13)[0]
+    assert seen.angle_rad[-1, 0] - seen.angle_rad[0, 0] == pytest.approx(expected, abs=1e-10)
+
+
+@pytest.mark.parametrize("engine", FORMS)
+def test_joints_follow_their_laws_and_a_locked_one_keeps_its_angle(engine: str) -> None:
+    scene = arm(4, gravity=Gravity.GRADIENT, rate=1.0)
+    seen = moved(scene, engine)
+    for law in scene.effects.prescribed_rotation:
+        bent = seen.angle_rad[:, law.bar - 1] - seen.angle_rad[:, law.bar - 2]
+        wanted = bent[0] + np.array([law.law(t)[0] for t in seen.t_s.tolist()])
+        np.testing.assert_allclose(bent, wanted, atol=1e-9)
+
+
+@pytest.mark.parametrize("engine", FORMS)
+def test_motors_give_the_chain_the_energy_of_their_power(engine: str) -> None:
+    """No forces: kinetic energy about the centre of mass is the integral of torque times the joint's rate.
+
+    Simpson's rule on samples of 2 s over a law of 120 s: its error is below (2 pi 3/120 2)^4/180 of the work.
+    """
+    scene = arm(4)
+    seen, model = moved(scene, engine), chain_model(scene)
+    energy = invariants.relative_kinetic_energy(model, seen.angle_rad, seen.rate_rad_s)
+    power = sum(
+        seen.torque_N_m[:, k] * (seen.rate_rad_s[:, law.bar - 1] - seen.rate_rad_s[:, law.bar - 2])
+        for k, law in enumerate(scene.effects.prescribed_rotation)
+    )
+    middle = len(seen.t_s) // 2 // 2 * 2  # inside the law, where the arm moves
+    step = seen.t_s[1]
+    work = step / 3.0 * (power[0] + 4.0 * power[1:middle:2].sum() + 2.0 * power[2:middle:2].sum() + power[middle])
+    assert energy[middle] > 1e-3
+    assert energy[middle] - energy[0] == pytest.approx(work, abs=1e-4 * energy.max())
+    assert np.abs(invariants.relative_angular_momentum(model, seen.angle_rad, seen.rate_rad_s)).max() < 1e-9
