@@ -11,25 +11,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from scenarios.channels import IN_COLUMN_ORDER, STORED, TIME, Of
 from scenarios.plural import plural
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import pandas as pd
     from matplotlib.figure import Figure
 
+    from scenarios.channels import Channel
     from scenarios.scene import Scene
 
 Array = NDArray[np.float64]
 """Array of double precision"""
-NUMBERED = {
-    "angle_rad": ("angle_{}_rad",),
-    "rate_rad_s": ("rate_{}_rad_s",),
-    "position_m": ("position_{}_x_m", "position_{}_y_m"),
-    "reaction_N": ("reaction_{}_x_N", "reaction_{}_y_N"),
-    "impulse_N_s": ("impulse_{}_x_N_s", "impulse_{}_y_N_s"),
-    "gap_m": ("gap_{}_m",),
-}
-"""Columns of each array that has one for each bar or joint, by their number"""
+OF_LAW = ("torque_law_{}",)
+"""Columns of torques whose bars are not known, by the number of the prescribed rotation"""
 ENDED = "ended_s"
 """Key in `info` of the instant at which the run ended, s; set by engines that locate the instant, and then judged"""
 
@@ -100,6 +97,9 @@ class Trajectory:
     torque_bars : tuple of int, length P
         Bar of each column of `torque_N_m`, from 1, as :func:`barchain.simulate` sets them; empty in a trajectory from
         elsewhere.
+    run_scene : Scene or None
+        Scene of the run, of which derived channels are computed; None in a trajectory from elsewhere, until
+        :meth:`of_run` sets it.
     """
 
     t_s: Array
@@ -120,6 +120,7 @@ class Trajectory:
     engine: str = field(default="", kw_only=True)
     setting: str = field(default="", kw_only=True)
     torque_bars: tuple[int, ...] = field(default=(), kw_only=True)
+    run_scene: Scene | None = field(default=None, kw_only=True)
 
     def __repr__(self) -> str:
         """Run, size and span in one line; arrays would fill screens."""
@@ -139,20 +140,36 @@ class Trajectory:
     @property
     def observables(self) -> frozenset[Observable]:
         """Quantities that this trajectory holds."""
-        optional = {
-            Observable.ATTITUDE: self.angle_rad,
-            Observable.RATE: self.rate_rad_s,
-            Observable.REACTION: self.reaction_N,
-            Observable.GAP: self.gap_m,
-            Observable.COM_RESIDUAL: self.com_residual_m,
-            Observable.TORQUE: self.torque_N_m,
-            Observable.IMPULSE: self.impulse_N_s,
-        }
-        return frozenset({Observable.COM} | {name for name, value in optional.items() if value is not None})
+        optional = {c.observable: getattr(self, c.array) for c in STORED if c.observable}
+        given = {Observable(name) for name, value in optional.items() if value is not None}
+        return frozenset({Observable.COM} | given)
 
-    def to_frame(self) -> pd.DataFrame:
-        """Table with one row per sample and one named column per quantity (`angle_1_rad`, ...)."""
-        return to_frame(self)
+    def to_frame(self, derived: Sequence[str] = ()) -> pd.DataFrame:
+        """Table with one row per sample and one named column per quantity (`angle_1_rad`, ...).
+
+        Parameters
+        ----------
+        derived : sequence of str
+            Channels that are computed of the stored ones, e.g. ``["joint_angle", "tension"]``
+            (docs/reference/channels.md); their columns follow the stored ones.
+
+        Raises
+        ------
+        ValueError
+            If there is no such channel, with the nearest name, or if the trajectory lacks what it is computed of.
+        RuntimeError
+            If `derived` is given before any public name of barchain is used.
+        """
+        frame = to_frame(self)
+        if not derived:
+            return frame
+        from scenarios.display import renderer
+
+        compute = renderer("derived")
+        if compute is None:
+            raise RuntimeError("derived channels are not registered: use a public name of barchain first")
+        joined: pd.DataFrame = compute(self, derived, frame)
+        return joined
 
     def plot(self) -> tuple[Figure, NDArray[np.object_]]:
         """Draw attitude, magnitude of reactions, change of the CM's radius, and residual over time, in Matplotlib.
@@ -188,9 +205,11 @@ class Trajectory:
         return dataclasses.replace(self, **changes)  # type: ignore[arg-type]
 
     def of_run(self, scene: Scene, engine: str = "", setting: str = "") -> Trajectory:
-        """Copy with the names of its run, and the bars whose torques it holds."""
+        """Copy with its scene, the names of its run, and the bars whose torques it holds."""
         bars = tuple(p.bar for p in scene.effects.prescribed_rotation)
-        return dataclasses.replace(self, scene=scene.name, engine=engine, setting=setting, torque_bars=bars)
+        return dataclasses.replace(
+            self, scene=scene.name, engine=engine, setting=setting, torque_bars=bars, run_scene=scene
+        )
 
     def samples(self, rows: slice | NDArray[np.intp]) -> Trajectory:
         """Some of the samples, in every array, as a trajectory."""
@@ -207,34 +226,22 @@ class Trajectory:
 def to_frame(trajectory: Trajectory) -> pd.DataFrame:
     """Table with one row per sample; a quantity that the engine lacks has no column.
 
-    Columns: ``t_s, com_x_m, com_y_m, com_vx_m_s, com_vy_m_s``, ``angle_j_rad``, ``rate_j_rad_s`` (j = 1..N),
-    ``position_j_x_m, position_j_y_m`` (j = 1..N), ``reaction_j_x_N, reaction_j_y_N, impulse_j_x_N_s, impulse_j_y_N_s,
-    gap_j_m`` (j = 1..N-1), ``torque_bar_b_N_m`` for each prescribed bar b, ``com_residual_m``, ``condition``. Where
-    `torque_bars` is not known, a torque is ``torque_law_p_N_m``, p the number of the prescribed rotation.
+    Columns: ``t_s``, then those of :data:`scenarios.channels.IN_COLUMN_ORDER`. Where `torque_bars` is not known, a
+    torque is ``torque_law_p_N_m``, p the number of the prescribed rotation.
     """
     import pandas as pd  # a worker makes no tables
 
-    columns: dict[str, Array] = {
-        "t_s": trajectory.t_s,
-        "com_x_m": trajectory.com_m[:, 0],
-        "com_y_m": trajectory.com_m[:, 1],
-        "com_vx_m_s": trajectory.com_velocity_m_s[:, 0],
-        "com_vy_m_s": trajectory.com_velocity_m_s[:, 1],
-    }
-    for name, patterns in NUMBERED.items():
-        values = getattr(trajectory, name)
-        if values is not None:
-            for j in range(values.shape[1]):
-                parts = values[:, j].T if len(patterns) > 1 else [values[:, j]]
-                columns |= {pattern.format(j + 1): part for pattern, part in zip(patterns, parts, strict=True)}
-    if trajectory.torque_N_m is not None:
-        count = trajectory.torque_N_m.shape[1]
-        known = len(trajectory.torque_bars) == count
-        names = [f"bar_{b}" for b in trajectory.torque_bars] if known else [f"law_{p + 1}" for p in range(count)]
-        columns |= {f"torque_{name}_N_m": trajectory.torque_N_m[:, p] for p, name in enumerate(names)}
-    for name, single in (("com_residual_m", trajectory.com_residual_m), ("condition", trajectory.condition)):
-        if single is not None:
-            columns[name] = single
+    columns: dict[str, Array] = {TIME: trajectory.t_s}
+    for channel in IN_COLUMN_ORDER:
+        values = getattr(trajectory, channel.array)
+        if values is None:
+            continue
+        if channel.of is not Of.LAWS:
+            columns |= channel.split(values)
+        elif len(trajectory.torque_bars) == values.shape[1]:
+            columns |= channel.split(values, trajectory.torque_bars)
+        else:
+            columns |= dataclasses.replace(channel, stems=OF_LAW).split(values)
     return pd.DataFrame(columns)
 
 
@@ -245,36 +252,30 @@ def from_frame(frame: pd.DataFrame, *, ended: str = "") -> Trajectory:
     the table holds an attitude, as in the trajectory that was stored. Torques are in the order of their columns; before
     0.7 they were named by the number of the prescribed rotation alone, ``torque_p_N_m``.
     """
-
-    def pair(x: str, y: str) -> Array:
-        return frame[[x, y]].to_numpy(float)
-
-    def numbered(name: str) -> Array | None:
-        patterns = [re.compile(pattern.format(r"([0-9]+)")) for pattern in NUMBERED[name]]
-        found = [{int(m[1]): c for c in frame.columns if (m := pattern.fullmatch(c))} for pattern in patterns]
-        if not all(found):
-            return None
-        arrays = [frame[[columns[j] for j in sorted(columns)]].to_numpy(float) for columns in found]
-        return np.stack(arrays, axis=-1) if len(arrays) > 1 else arrays[0]
-
-    def or_empty(values: Array | None, *shape: int) -> Array | None:
-        single_bar = "angle_1_rad" in frame and "angle_2_rad" not in frame
-        return np.empty((len(frame), 0, *shape)) if values is None and single_bar else values
-
     torques = {c: m for c in frame.columns if (m := re.fullmatch(r"torque_(bar_|law_|)([0-9]+)_N_m", c))}
+    arrays = {c.array: array_of(c, frame) for c in STORED if c.of is not Of.LAWS}
+    if "angle_1_rad" in frame and "angle_2_rad" not in frame:
+        joints = [c for c in STORED if c.of is Of.JOINTS and not c.effect and arrays[c.array] is None]
+        arrays |= {c.array: np.empty((len(frame), 0, 2) if len(c.stems) > 1 else (len(frame), 0)) for c in joints}
     return Trajectory(
-        t_s=frame["t_s"].to_numpy(float),
-        com_m=pair("com_x_m", "com_y_m"),
-        com_velocity_m_s=pair("com_vx_m_s", "com_vy_m_s"),
-        angle_rad=numbered("angle_rad"),
-        rate_rad_s=numbered("rate_rad_s"),
-        reaction_N=or_empty(numbered("reaction_N"), 2),
-        gap_m=or_empty(numbered("gap_m")),
+        t_s=frame[TIME].to_numpy(float),
+        **arrays,  # type: ignore[arg-type]  # the track is always there
         torque_N_m=frame[list(torques)].to_numpy(float) if torques else None,
         torque_bars=tuple(int(m[2]) for m in torques.values() if m[1] == "bar_"),
-        impulse_N_s=numbered("impulse_N_s"),
-        com_residual_m=frame["com_residual_m"].to_numpy(float) if "com_residual_m" in frame else None,
-        position_m=numbered("position_m"),
-        condition=frame["condition"].to_numpy(float) if "condition" in frame else None,
         ended=ended,
     )
+
+
+def array_of(channel: Channel, frame: pd.DataFrame) -> Array | None:
+    """Array of a channel whose bars or joints count from 1, from its columns; None where a component has none."""
+    if not channel.of.numbered:
+        if channel.of is Of.CHAIN and not set(channel.columns) <= set(frame.columns):
+            return None
+        values: Array = frame[list(channel.columns)].to_numpy(float)
+        return values if len(channel.columns) > 1 else values[:, 0]
+    patterns = [re.compile(pattern.format("([0-9]+)")) for pattern in channel.columns]
+    found = [{int(m[1]): c for c in frame.columns if (m := pattern.fullmatch(c))} for pattern in patterns]
+    if not all(found):
+        return None
+    arrays = [frame[[columns[j] for j in sorted(columns)]].to_numpy(float) for columns in found]
+    return np.stack(arrays, axis=-1) if len(arrays) > 1 else arrays[0]

@@ -18,6 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationErro
 
 from adapters.engine import AccuracyParameter, Coordinates
 from adapters.trajectory import Observable
+from scenarios.channels import NOISE  # noqa: TC001  # pydantic reads the annotation
 from scenarios.effect_types import all_effect_names
 from scenarios.limits import LimitError
 from scenarios.named_file import UnreadableError
@@ -33,7 +34,6 @@ FILES = "BARCHAIN_ENGINES"
 FILE = "engines.toml"
 """Name of the file that is read in the working folder, and in the user's folder of settings"""
 REQUEST, SAMPLES, RESULT = "{request}", "{samples}", "{result}"
-NOISE = ("attitude", "rate", "reaction", "torque", "com", "com_velocity", "gap", "impulse")
 DIGITS = 16
 MOST_VERSION = 80
 """Characters of a version"""

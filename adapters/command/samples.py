@@ -6,7 +6,6 @@ import contextlib
 import csv
 import json
 import os
-import re
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +13,7 @@ import pandas as pd
 
 from adapters.engine import EngineError
 from adapters.trajectory import from_frame
+from scenarios.channels import STORED, TIME, Of, columns_without_number, numbered_columns, numbered_part
 from scenarios.limits import MOST_NAME
 from scenarios.nearest import nearest
 from scenarios.text import cut, shorten
@@ -24,13 +24,10 @@ if TYPE_CHECKING:
 
     from adapters.trajectory import Trajectory
 
-NEEDED = ("t_s", "com_x_m", "com_y_m", "com_vx_m_s", "com_vy_m_s")
-NUMBERED = (
-    "angle_{}_rad", "rate_{}_rad_s", "reaction_{}_x_N", "reaction_{}_y_N", "gap_{}_m", "torque_bar_{}_N_m",
-    "impulse_{}_x_N_s", "impulse_{}_y_N_s", "position_{}_x_m", "position_{}_y_m",
-)  # fmt: skip
+NEEDED = (TIME, *columns_without_number(c for c in STORED if c.of is Of.TRACK))
+SINGLE = tuple(columns_without_number(c for c in STORED if c.of is Of.CHAIN))
+NUMBERED = tuple(numbered_columns())
 """Columns with the number of a bar or joint, from 1"""
-SINGLE = ("com_residual_m",)
 MOST_BYTES = 1 << 30
 """Of a table: the values of the largest scene, 2e7, with 25 characters each, twice"""
 MOST_LINE = 200
@@ -157,7 +154,8 @@ def check_rows(path: Path) -> None:
 
 def is_column(name: str) -> bool:
     """Whether a trajectory's table may have a column of that name."""
-    return name in (*NEEDED, *SINGLE) or re.sub(r"_[0-9]{1,9}_", "_{}_", name, count=1) in NUMBERED
+    part = numbered_part(name)
+    return name in (*NEEDED, *SINGLE) or (part is not None and part[0] in NUMBERED)
 
 
 def check_numbers(file: str, columns: Iterable[str]) -> None:
@@ -170,8 +168,8 @@ def check_numbers(file: str, columns: Iterable[str]) -> None:
     """
     numbers: dict[str, list[int]] = {}
     for name in columns:
-        if (found := re.search(r"_([0-9]+)_", name)) and not name.startswith("torque_"):
-            numbers.setdefault(name.replace(found[0], "_{}_", 1), []).append(int(found[1]))
+        if (part := numbered_part(name)) and not name.startswith("torque_"):
+            numbers.setdefault(part[0], []).append(part[1])
     for pattern, own in numbers.items():
         wrong = sorted(set(own) - set(range(1, len(own) + 1)))
         if wrong:
@@ -186,4 +184,5 @@ def examples() -> list[str]:
 
 def allowed() -> str:
     """Words on the columns that a table may have."""
-    return f"allowed: {', '.join([*NEEDED, *SINGLE])}, and from 1 for each bar or joint {', '.join(examples()[6:])}"
+    first = ", ".join(pattern.format(1) for pattern in NUMBERED)
+    return f"allowed: {', '.join([*NEEDED, *SINGLE])}, and from 1 for each bar or joint {first}"

@@ -10,8 +10,9 @@ from barchain.conform.noise import COMMON_SHARE
 from barchain.conform.physics import SHARED, unsupported_check
 from barchain.conform.runs import TIME_LIMITS
 from barchain.conform.scenes import PARTICLE, REPEATED
-from barchain.judge.diagnosis.mistake import QUANTITY_WORDS, SINGLE_PRECISION, looks_single
+from barchain.judge.diagnosis.mistake import SINGLE_PRECISION, looks_single
 from reports.tables.outcome import Outcome
+from scenarios.channels import WORDS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -95,14 +96,14 @@ def falling_check(found: list[ErrorAtSetting], order: float | None, name: str) -
         return Check(FALL, FAILED, f"{stays(wrong)}: {shown}{single_hint(wrong)}", scene=name)
     if stay:
         pair = stay[0]
-        said = f"{QUANTITY_WORDS[pair.quantity]} stay within declared noise of {pair.noise:.1e} alone, {pair}: {shown}"
+        said = f"{WORDS[pair.quantity]} stay within declared noise of {pair.noise:.1e} alone, {pair}: {shown}"
         return Check(FALL, WARNING, said, scene=name)
     return Check(FALL, PASSED, shown, scene=name)
 
 
 def stays(pair: Compared) -> str:
     """Words on an error that does not fall between two settings."""
-    said = f"the error of the {QUANTITY_WORDS[pair.quantity]} does not follow the setting, {pair}"
+    said = f"the error of the {WORDS[pair.quantity]} does not follow the setting, {pair}"
     if not pair.noisy:
         return said
     noise = f"declared noise of {pair.noise:.1e} is no reason"

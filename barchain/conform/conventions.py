@@ -18,9 +18,9 @@ from barchain.judge.error_model import ErrorModel
 from barchain.metrics.quantities import differences
 from barchain.runs import examination
 from barchain.runs.asking import ask
-from reports.tables.crossval import QUANTITY_UNITS
 from reports.tables.outcome import Outcome
 from scenarios import nearest
+from scenarios.channels import COMPARED
 from scenarios.effect_types import all_effect_names
 
 if TYPE_CHECKING:
@@ -36,14 +36,6 @@ SLOW_IMPORT_S = 1.0
 CLASS = ("import", "class")
 """Steps before the declarations"""
 PAGE = "docs/explanation/engine_conventions.md"
-FIELDS = {
-    "com": ("com_m", "centre of mass", "centre-of-mass"),
-    "com_velocity": ("com_velocity_m_s", "velocity of the centre of mass", "centre-of-mass"),
-    "attitude": ("angle_rad", "angles", "angles"),
-    "rate": ("rate_rad_s", "rates", "rates"),
-    "reaction": ("reaction_N", "reactions", "reactions"),
-}
-"""Array, name and section of the page of each quantity at the start"""
 FIRST_RUN = "a first run"
 START_SLACK = 1e-9
 """Largest difference at t = 0 relative to a quantity's scale: nothing was integrated yet, and absolute coordinates
@@ -176,16 +168,17 @@ def start_checks(engine: Examined, name: str, run: Trajectory) -> Iterator[Check
         yield Check("declared noise", FAILED, str(error), f"{PAGE}#declarations")
         return
     apart = differences(run, solution.trajectory)
-    for quantity, (field, words, section) in FIELDS.items():
+    for channel in COMPARED:
+        quantity, words = channel.name, channel.words
         if quantity not in apart:
             continue
         allowed = float(bound[quantity][0]) + START_SLACK * scale[quantity]
-        page = f"{PAGE}#{section}"
+        page = f"{PAGE}#{channel.section}"
         if float(apart[quantity][0]) <= allowed:
             yield Check(f"{words} at t = 0", PASSED, page=page)
         else:
-            said = given_and_expected(getattr(run, field)[0], getattr(solution.trajectory, field)[0])
-            yield Check(f"{words} at t = 0", FAILED, f"{said} {QUANTITY_UNITS[quantity]}", page, scene=name)
+            said = given_and_expected(*(getattr(motion, channel.array)[0] for motion in (run, solution.trajectory)))
+            yield Check(f"{words} at t = 0", FAILED, f"{said} {channel.unit}", page, scene=name)
 
 
 def given_and_expected(given: Array, expected: Array) -> str:

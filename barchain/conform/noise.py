@@ -13,14 +13,13 @@ from typing import TYPE_CHECKING, Any
 from adapters.engine import Coordinates, Engine, EngineError
 from barchain.conform.checks import FAILED, WARNING, CheckState
 from barchain.judge.compare import judge
-from barchain.judge.diagnosis.mistake import QUANTITY_WORDS
 from barchain.judge.residuals import worst
 from barchain.judge.scales import declared_noise, max_noise, scales
 from barchain.judge.verdict import JUDGED_METRICS
 from barchain.metrics.quantities import FIELDS, TRACK, differences
 from barchain.runs.asking import OutsideEngine
-from reports.tables.crossval import QUANTITY_UNITS
 from reports.tables.outcome import Outcome
+from scenarios.channels import UNITS, WORDS
 
 if TYPE_CHECKING:
     from adapters.engine import Setting
@@ -77,7 +76,7 @@ def noise_fault(engine: type[Engine], setting: Setting, solution: ReferenceSolut
     size = scales(solution)
     for quantity, values in said.items():
         if float(values[-1]) > size.get(quantity, math.inf):
-            unit, words = QUANTITY_UNITS[quantity], QUANTITY_WORDS[quantity]
+            unit, words = UNITS[quantity], WORDS[quantity]
             return (
                 f"declared noise of {values[-1]:.3g} {unit} is larger than the {words} of the scene, "
                 f"{size[quantity]:.3g} {unit}: nothing can be judged"
@@ -131,9 +130,9 @@ def needed_noise(
         return None
     quantity, t_s = row["quantity"], solution.trajectory.t_s
     sizes = {q: float(v.max()) for q, v in declared_noise(engine, setting, solution, t_s).items() if v.max() > 0.0}
-    declared = ", ".join(f"{v:.2g} {QUANTITY_UNITS[q]} of the {QUANTITY_WORDS.get(q, q)}" for q, v in sizes.items())
+    declared = ", ".join(f"{v:.2g} {UNITS[q]} of the {WORDS.get(q, q)}" for q, v in sizes.items())
     error, apart = error_and_scatter(bare, quantity, main, finer, solution)
-    unit, words = QUANTITY_UNITS[quantity], QUANTITY_WORDS[quantity]
+    unit, words = UNITS[quantity], WORDS[quantity]
     if row["metric"] not in DIFFERENCES:  # smaller than the method's own error
         return WARNING, f"passes by its declared noise alone, {declared}: without it, of the {words}, {row['reason']}"
     if quantity not in TRACK and apart < COMMON_SHARE * error:
@@ -150,7 +149,7 @@ def first_rejected(verdict: Verdict) -> Row | None:
     """First judged row of a verdict that is no pass, those of whole differences before others; None without one."""
     good = (Outcome.PASS, Outcome.REPORTED)
     rows = [r for r in verdict.rows if r["metric"] in JUDGED_METRICS and Outcome(r["outcome"]) not in good]
-    rows = [r for r in rows if r["quantity"] in QUANTITY_WORDS]
+    rows = [r for r in rows if r["quantity"] in FIELDS]
     return min(rows, key=lambda r: r["metric"] not in DIFFERENCES, default=None)
 
 

@@ -17,7 +17,7 @@ from barchain.conform.runs import TIME_LIMITS, collapse, no_time_left, results
 from barchain.conform.scenes import STAGES, TOGETHER, candidates, lasts, left_out, rejection, setting_of, solved
 from barchain.judge.compare import judge
 from barchain.judge.diagnosis.agreement import agreed, in_common
-from barchain.judge.diagnosis.mistake import QUANTITY_WORDS, looks_single, relative_difference, single_words
+from barchain.judge.diagnosis.mistake import looks_single, relative_difference, single_words
 from barchain.judge.diagnosis.own_motion import OwnMotion
 from barchain.judge.diagnosis.verdicts import diagnosis_of_verdict
 from barchain.judge.evidence import Evidence, follow_up_jobs, gathered
@@ -25,8 +25,8 @@ from barchain.judge.round_off import ROUND_OFF, round_off
 from barchain.metrics.quantities import differences, sizes
 from barchain.runs.asking import OutsideEngine
 from barchain.runs.job import Role
-from reports.tables.crossval import QUANTITY_UNITS
 from reports.tables.outcome import Outcome
+from scenarios.channels import UNITS, WORDS
 from scenarios.plural import plural
 
 if TYPE_CHECKING:
@@ -281,7 +281,7 @@ def round_off_words(verdict: Verdict, coordinates: Coordinates, evidence: Eviden
     """Words on errors that are round-off, with the noise to declare; empty if they are not."""
     main, finer = evidence.main.trajectory, evidence.finer.trajectory
     noise = {} if main is None or finer is None else round_off(verdict, coordinates, main, finer, solution)
-    said = ", ".join(f"{q} = {size:.1e} ({QUANTITY_UNITS[q]} of the {QUANTITY_WORDS[q]})" for q, size in noise.items())
+    said = ", ".join(f"{q} = {size:.1e} ({UNITS[q]} of the {WORDS[q]})" for q, size in noise.items())
     return f"{ROUND_OFF}; declare `noise` of {said}" if noise else ""
 
 
@@ -291,7 +291,7 @@ def diagnosed(engine: Examined, name: str, found: Diagnosis, common: str = "") -
     random = found.own is None or found.own.scatters
     single = looks_single(relative) and not found.explanations and not systematic(found) and random
     hint = f" {single_words(relative)}" if single else ""
-    sizes = "; ".join(f"{QUANTITY_WORDS[w.quantity]} {w.words}" for w in found.wrong)
+    sizes = "; ".join(f"{WORDS[w.quantity]} {w.words}" for w in found.wrong)
     page = found.explanations[0].mistakes[0].anchor if found.explanations else PAGE
     loaded = judged_class(engine)
     where = f"{left_out(loaded, name)}{at_setting(loaded, setting_of(loaded, engine.scene(name)))}"
@@ -350,7 +350,7 @@ def compared_share(verdict: Verdict, scene: Scene) -> float:
 def agreement(verdict: Verdict) -> str:
     """Largest differences from the certified solution, in the order of the quantities."""
     found = {row["quantity"]: row["value"] for row in verdict.rows if row["metric"] == "max"}
-    said = [f"{QUANTITY_WORDS[q]} {found[q]:.1e} {QUANTITY_UNITS[q]}" for q in QUANTITY_WORDS if q in found]
+    said = [f"{WORDS[q]} {found[q]:.1e} {UNITS[q]}" for q in WORDS if q in found]
     return f"differs by {', '.join(said)}"
 
 

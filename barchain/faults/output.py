@@ -9,6 +9,7 @@ import numpy as np
 
 from barchain.faults import reasons
 from barchain.faults.fault import Fault, FaultGroup, Size
+from scenarios.channels import STORED, Judged, Of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -18,19 +19,13 @@ if TYPE_CHECKING:
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 
-CHANNELS = {
-    "com": "com_m",
-    "com-velocity": "com_velocity_m_s",
-    "attitude": "angle_rad",
-    "rate": "rate_rad_s",
-    "reaction": "reaction_N",
-    "gap": "gap_m",
-    "com_residual": "com_residual_m",
-    "torque": "torque_N_m",
-    "impulse": "impulse_N_s",
-}
-ALWAYS = ("com", "com-velocity")
-MEASURED = ("gap", "com_residual")
+IN_NAMES = {"com_velocity": "com-velocity"}
+"""Channels that names of faults, which records hold, write in another way"""
+JUDGED = sorted((c for c in STORED if c.judged), key=lambda channel: bool(channel.effect))
+"""Channels of every scene, then those of an effect: the order of the catalogue, from which seeds choose"""
+CHANNELS = {IN_NAMES.get(c.name, c.name): c.array for c in JUDGED}
+ALWAYS = tuple(IN_NAMES.get(c.name, c.name) for c in JUDGED if c.of is Of.TRACK)
+MEASURED = tuple(c.name for c in JUDGED if c.judged is Judged.DRIFT)
 OUTPUT, ACCURACY, START = FaultGroup.OUTPUT, FaultGroup.ACCURACY, FaultGroup.START
 
 

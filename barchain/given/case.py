@@ -17,10 +17,10 @@ from barchain.judge.error_model import ErrorModel
 from barchain.judge.written import Declared
 from barchain.metrics.quantities import TRACK
 from barchain.record.claim import claim
-from reports.tables.crossval import QUANTITY_UNITS
 from reports.tables.writing import make_folder, write_atomically
 from reports.text.words import escape_text
 from scenarios import scene_names
+from scenarios.channels import CHANNELS, UNITS
 from scenarios.laws import MOTION, NOTATION, laws_of
 from scenarios.toml.writing import scene_toml
 
@@ -96,8 +96,7 @@ def samples(solution: ReferenceSolution) -> pd.DataFrame:
     n = len(solution.amplification)
     frame = to_frame(solution.trajectory.samples(slice(n)).of_run(solution.scene))
     frame = frame[[name for name in frame if not str(name).startswith(("gap", "com_residual", "position"))]]
-    units = {name: unit.replace(" ", "_").replace("/", "_") for name, unit in QUANTITY_UNITS.items()}
-    bars = {f"error_{name}_{units[name]}": values[:n] for name, values in solution.error.items()}
+    bars = {f"error_{CHANNELS[name].column_of()}": values[:n] for name, values in solution.error.items()}
     return frame.assign(**bars)
 
 
@@ -121,7 +120,7 @@ def settings(solution: ReferenceSolution) -> dict[str, Any]:
         "solution": SAID.get(str(solution.source), "barchain's reference"),
         "solution_limit_s": solution.limit_s,
         "amplification": float(solution.amplification[-1]),
-        "units": {name: QUANTITY_UNITS[name] for name in solution.error},
+        "units": {name: UNITS[name] for name in solution.error},
         "accuracies": found,
     }
 

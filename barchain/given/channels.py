@@ -13,6 +13,8 @@ from barchain.given.instants import TIME, check, one_row_an_instant
 from barchain.given.numbers import FULL, CellError, Numbers, decimal_comma, half_of, numbers_of, seconds_of_dates
 from barchain.given.table import MOST_NAME, MOST_NAMES, TableError, listed, read_table
 from barchain.given.units import UnitError, factor
+from scenarios.channels import COMPARED, STORED, unit_ending
+from scenarios.derived_channels import DERIVED
 from scenarios.limits import LimitError
 from scenarios.named_file import UnreadableError
 from scenarios.nearest import likeness, nearest, nearest_name
@@ -20,37 +22,39 @@ from scenarios.text import cut, shorten
 from scenarios.toml.reading import read_text, tables_of
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Mapping
+    from collections.abc import Collection, Mapping
     from pathlib import Path
 
     from adapters.trajectory import Array
     from barchain.given.table import Table
     from scenarios import Scene
 
-PLAIN = {"t": "s", "com_x": "m", "com_y": "m", "com_vx": "m/s", "com_vy": "m/s"}
-NUMBERED = {
-    "angle_{}": "rad", "rate_{}": "rad/s", "reaction_{}_x": "N", "reaction_{}_y": "N", "torque_bar_{}": "N m",
-    "impulse_{}_x": "N s", "impulse_{}_y": "N s",
-}  # fmt: skip
-"""Channels of bars and joints, from 1, and their SI units"""
-LEFT_ALONE = re.compile(r"gap_\d+|com_residual|condition|position_\d+_[xy]")
+SI_UNITS = {TIME: "s"} | {stem: channel.unit for channel in COMPARED for stem in channel.stems}
+"""Channels that a file may have, ``{}`` for the number of a bar or joint, and their SI units"""
+LEFT_ALONE = re.compile(
+    "|".join(
+        stem.format(r"\d+").replace("effect", r"\w+") + f"(?:{c.ending.lower()})?"
+        for c in (*STORED, *DERIVED)
+        if c not in COMPARED
+        for stem in c.stems
+    )
+)
 """Columns of `simulate --out` that are not judged: what is not integrated, or has no meaning for others"""
 ENDINGS = {
-    "_rad_s": "rad/s", "_m_s": "m/s", "_n_m": "N m", "_n_s": "N s", "_rad": "rad", "_m": "m", "_s": "s", "_n": "N",
-}  # fmt: skip
-"""Units at the end of the names of `simulate --out`, in lower case"""
-NUMBER = re.compile(r"(?:angle|rate|reaction|torque_bar|impulse)_([0-9]{1,9})(?:_[xy])?$")
+    unit_ending(unit).lower(): unit for unit in sorted(set(SI_UNITS.values()), key=lambda unit: (-len(unit), unit))
+}
+"""Units at the end of the names of `simulate --out`, in lower case, the longest first"""
+HEADS = "|".join(dict.fromkeys(stem.partition("_{}")[0] for stem in SI_UNITS if "{}" in stem))
+NUMBER = re.compile(rf"(?:{HEADS})_([0-9]{{1,9}})(?:_[xy])?$")
 """Channel of a numbered bar or joint"""
 CHANNEL = re.compile(
-    r"(time|t|com_v?[xy]|(?:angle|rate|torque_bar)_[0-9]+|(?:reaction|impulse)_[0-9]+_[xy])"
-    r"(?:\s*[,/:_]\s*|\s+in\s+|\s+)(\S.*)",
-    re.IGNORECASE,
+    rf"(time|{'|'.join(stem.format('[0-9]+') for stem in SI_UNITS)})(?:\s*[,/:_]\s*|\s+in\s+|\s+)(\S.*)", re.IGNORECASE
 )
 """Name of a channel, and a unit that follows without brackets"""
-NUMBERED_NAME = re.compile(r"^(angle|rate|reaction|impulse)[\s_]*(?=[0-9])", re.IGNORECASE)
+NUMBERED_NAME = re.compile(rf"^({HEADS})[\s_]*(?=[0-9])", re.IGNORECASE)
 """Begin of the name of a bar's or joint's channel, as in ``angle1`` and ``Angle 1``"""
 BRACKETS = re.compile(r"(.*?)\s*[\[({]\s*([^\[\](){}]*?)\s*[\])}]")
-IN_DEGREES = {"angle": "deg", "rate": "deg/s"}
+IN_DEGREES = {"rad": "deg", "rad/s": "deg/s"}
 """Units of rotations without one of their own, in a file that says that these are in degrees"""
 LIKE = 0.75
 """Likeness from which on a column is a channel that the file lacks, misspelt"""
@@ -58,12 +62,6 @@ MOST_HEADER = 200
 """Characters of a column's name that may be a channel"""
 MOST_COMPARED = 50
 """Columns, and missing channels, among which misspelt names are sought: each pair is compared"""
-FIELDS = {
-    "com_m": ("com_x", "com_y"), "com_velocity_m_s": ("com_vx", "com_vy"), "angle_rad": ("angle_{}",),
-    "rate_rad_s": ("rate_{}",), "reaction_N": ("reaction_{}_x", "reaction_{}_y"), "torque_N_m": ("torque_bar_{}",),
-    "impulse_N_s": ("impulse_{}_x", "impulse_{}_y"),
-}  # fmt: skip
-"""Arrays of a trajectory, and the channels of each of their parts"""
 
 
 @dataclass(frozen=True)
@@ -92,24 +90,15 @@ class Channels:
         """Number of bars of a file with every channel of such a chain; 0 of another one."""
         many = max((int(name.rpartition("_")[2]) for name in self.values if name.startswith("angle_")), default=0)
         joints = {f"reaction_{j}_{axis}" for j in range(1, many) for axis in "xy"}
-        needed = {*PLAIN.keys() - {TIME}, *(f"{what}_{j}" for j in range(1, many + 1) for what in ("angle", "rate"))}
+        plain = {stem for channel in COMPARED if not channel.of.numbered for stem in channel.stems}
+        needed = plain | {f"{what}_{j}" for j in range(1, many + 1) for what in ("angle", "rate")}
         reactions = {name for name in self.values if name.startswith("reaction_")}
         return many if needed <= self.values.keys() and reactions == joints else 0
 
 
 def channel_units(scene: Scene) -> dict[str, str]:
     """Names of all channels that a scene has, and their SI units."""
-    bars = range(1, scene.bars + 1)
-    turned = [law.bar for law in scene.effects.prescribed_rotation]
-    found = dict(PLAIN)
-    for pattern, unit in NUMBERED.items():
-        numbers: Iterable[int] = bars if pattern in ("angle_{}", "rate_{}") else bars[:-1]
-        if pattern.startswith("torque"):
-            numbers = turned
-        if pattern.startswith("impulse") and not scene.effects.impulse:
-            numbers = ()
-        found |= {pattern.format(j): unit for j in numbers}
-    return found
+    return {TIME: SI_UNITS[TIME]} | {name: channel.unit for channel in COMPARED for name in channel.names(scene)}
 
 
 def read_mapping(path: Path) -> dict[str, str]:
@@ -215,7 +204,7 @@ def chosen(
         if not unit and c in named:
             unit = own_unit(header, units[name])
         row = table.units[c].strip().strip("[](){}").strip() if table.units else ""
-        kind = IN_DEGREES.get(name.partition("_")[0], "") if table.degrees else ""
+        kind = IN_DEGREES.get(units[name], "") if table.degrees else ""
         found[name] = c, unit or ("" if row in ("-", "1") else row) or kind
     return found, ignored
 
@@ -292,7 +281,7 @@ def parted(header: str) -> tuple[str, str]:
     follows = None if match else CHANNEL.fullmatch(text)
     if follows:
         channel = TIME if follows[1].lower() == "time" else follows[1].lower()
-        wanted, given = (PLAIN | NUMBERED)[re.sub("[0-9]+", "{}", channel)], follows[2].replace("_per_", "/")
+        wanted, given = SI_UNITS[re.sub("[0-9]+", "{}", channel)], follows[2].replace("_per_", "/")
         for unit in (ENDINGS.get(f"_{given.lower()}", given), given.replace("_", "/"), given.replace("_", " ")):
             with contextlib.suppress(UnitError):
                 factor(unit, wanted, 1.0)

@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adapters.trajectory import Trajectory
-from barchain.given.channels import FIELDS as PARTS
 from barchain.given.table import TableError
-from barchain.metrics.quantities import FIELDS, components
+from barchain.metrics.quantities import components
 from barchain.runs.trajectory_checks import TIME_SLACK
 from barchain.solutions.at_times import solution_at
-from reports.tables.crossval import QUANTITY_UNITS
+from scenarios.channels import COMPARED
 from scenarios.plural import plural
 
 if TYPE_CHECKING:
@@ -24,9 +23,7 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
     from barchain.given.channels import Channels
     from barchain.solutions.reference import ReferenceSolution
-    from scenarios import Scene
 
-QUANTITIES = {array: quantity for quantity, array in FIELDS.items()}
 CLOSE = 0.1
 """Largest half unit of written instants, relative to the distance of the scene's samples, that may be rounded ones"""
 EXACT = 1e-6
@@ -157,26 +154,25 @@ def filled(channels: Channels, solution: ReferenceSolution, inside: Any, half_t_
     rows = slice(n - int(np.count_nonzero(inside)), n)
     arrays, written, judged, whole, missing, few = {}, {}, set[str](), set[str](), list[str](), list[str]()
     absent: dict[str, NDArray[np.bool_]] = {}
-    for array, patterns in PARTS.items():
+    for channel in COMPARED:
+        array, quantity = channel.array, channel.name
         right = getattr(seen, array)
         if right is None or not right.size:
             continue
         values_right = np.array(right).reshape(n, -1)
         values, error = values_right.copy(), np.zeros((n, right[0].size))
-        names = part_names(scene, array, patterns)
+        names = channel.names(scene)
         there = [name in channels.values for name in names]
         for k, name in enumerate(names):
             if there[k]:
                 values[rows, k] = channels.values[name][inside]
                 error[rows, k] = of_right_size(channels.half_units[name][inside], values[rows, k], values_right[:, k])
-        quantity = QUANTITIES[array]
-        by_part = np.linalg.norm(error.reshape(n, -1, len(patterns)), axis=-1)
+        by_part = np.linalg.norm(error.reshape(n, -1, len(channel.stems)), axis=-1)
         written[quantity] = by_part.max(axis=-1) + half_t_s * speed(solution, quantity)
         missing += [name for name, found in zip(names, there, strict=True) if not found]
-        size = np.linalg.norm(right.reshape(n, -1, len(patterns)), axis=-1).max()
+        size = np.linalg.norm(right.reshape(n, -1, len(channel.stems)), axis=-1).max()
         if any(there) and written[quantity].max() > size > solution.error[quantity].max():
-            unit = QUANTITY_UNITS[quantity]
-            few.append(f"{quantity}: half a unit of its last digit exceeds all right values, {size:.2g} {unit}")
+            few.append(f"{quantity}: half a unit of its last digit exceeds all right values, {size:.2g} {channel.unit}")
             continue
         if any(there):
             judged.add(quantity)
@@ -206,15 +202,6 @@ def of_right_size(half_unit: Array, values: Array, right: Array) -> Array:
     usual = np.abs(values) <= TWICE * float(np.abs(right).max())
     found: Array = np.minimum(half_unit, half_unit[usual].max(initial=0.0))
     return found
-
-
-def part_names(scene: Scene, array: str, patterns: tuple[str, ...]) -> list[str]:
-    """Names of the channels of an array, in the order of its columns."""
-    if "{}" not in patterns[0]:
-        return list(patterns)
-    joints = scene.bars - (array in ("reaction_N", "impulse_N_s"))
-    numbers = [law.bar for law in scene.effects.prescribed_rotation] if array == "torque_N_m" else range(1, joints + 1)
-    return [pattern.format(j) for j in numbers for pattern in patterns]
 
 
 def speed(solution: ReferenceSolution, quantity: str) -> Array:

@@ -20,8 +20,8 @@ from barchain.judge.verdict import no_verdict
 from barchain.judge.written import MeasuredErrors, Undeclared, WrittenErrors, WrittenResiduals
 from barchain.metrics.quantities import TRACK, differences, sizes
 from barchain.runs.job import RunResult
-from reports.tables.crossval import QUANTITY_UNITS
 from reports.tables.outcome import Outcome
+from scenarios.channels import UNITS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -340,7 +340,7 @@ def other_start(main: Samples) -> str:
     for quantity, apart in differences(main.trajectory, main.solution.trajectory).items():
         allowed = main.written[quantity][0] + SAME_START * size[quantity] if quantity in main.judged else math.inf
         if quantity in STATES and apart[0] > allowed:
-            return f"at t = 0 the {quantity} is {apart[0]:.3g} {QUANTITY_UNITS[quantity]} off the scene's start"
+            return f"at t = 0 the {quantity} is {apart[0]:.3g} {UNITS[quantity]} off the scene's start"
     return ""
 
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from barchain.metrics.quantities import FIELDS, TRACK, differences, drifts, rate_scale
-from reports.tables.crossval import QUANTITY_UNITS
+from scenarios.channels import UNITS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -153,7 +153,7 @@ def too_noisy(noise: dict[str, Array], size: dict[str, float]) -> str | None:
     worst = max(over, key=lambda name: over[name], default="")
     if not worst or over[worst] <= 1.0:
         return None
-    unit, said = QUANTITY_UNITS[worst], float(noise[worst].max())
+    unit, said = UNITS[worst], float(noise[worst].max())
     return (
         f"its adapter declares that iterations and rounding leave {said:.2g} {unit} of the {worst} uncertain here; "
         f"at most {max_noise(worst, size):.2g} {unit} can be compared"

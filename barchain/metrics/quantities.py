@@ -27,6 +27,7 @@ from reference_impl.model.effect import EffectState
 from reference_impl.model.gravity import complex_field_differences, gradient_angular_accelerations
 from reference_impl.model.kinematics import bar_centres, consistent_state
 from scenarios import Actuator, Gravity
+from scenarios.channels import COMPARED, Of
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
@@ -37,18 +38,10 @@ if TYPE_CHECKING:
     from reference_impl.model.chain import ChainModel
     from scenarios import Scene
 
-FIELDS = {
-    "com": "com_m",
-    "com_velocity": "com_velocity_m_s",
-    "attitude": "angle_rad",
-    "rate": "rate_rad_s",
-    "reaction": "reaction_N",
-    "torque": "torque_N_m",
-    "impulse": "impulse_N_s",
-}
+FIELDS = {channel.name: channel.array for channel in COMPARED}
 """Compared quantities, and their arrays in a trajectory"""
 QUANTITY_OF = {array: quantity for quantity, array in FIELDS.items()}
-TRACK = ("com", "com_velocity")
+TRACK = tuple(channel.name for channel in COMPARED if channel.of is Of.TRACK)
 GAUSS, WEIGHTS = np.polynomial.legendre.leggauss(3)
 """Nodes of an interval: of a higher degree than the splines between samples"""
 LEAST_SAMPLES = 3

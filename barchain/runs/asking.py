@@ -40,8 +40,8 @@ from barchain.runs.phases import QUESTION, failed
 from barchain.runs.pool import SLOTS, module_paths
 from barchain.runs.questions import DECLARED
 from barchain.runs.versions import need_same_version, version_of
-from reports.tables.crossval import QUANTITY_UNITS
 from scenarios import nearest
+from scenarios.channels import NOISE
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -54,8 +54,6 @@ Question = Callable[..., tuple[dict[str, Any], Mapping[str, "Array"]]]
 """Function that answers in the process of an engine, by a header and arrays"""
 OWN_VARIABLES = {*THREADS, FOLDER, QUESTION}
 """Variables that the processes of a worker have from it"""
-NOISE = tuple(QUANTITY_UNITS)
-"""Quantities whose noise an engine may declare"""
 
 
 @dataclass(frozen=True)

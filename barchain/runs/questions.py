@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 Answer = tuple[dict[str, Any], dict[str, "Array"]]
 CLASS_METHODS = ("unsupported", "unsupported_motion", "noise")
 """Methods of the contract that are asked of the class"""
-WORDS = {"ended", "info", "scene", "engine", "setting", "torque_bars"}
+WORDS = {"ended", "info", "scene", "engine", "setting", "torque_bars", "run_scene"}
 """Fields of a trajectory that are no arrays"""
 ARRAYS = tuple(f.name for f in dataclasses.fields(Trajectory) if f.name not in WORDS)
 HIGHEST_ORDER = 40.0

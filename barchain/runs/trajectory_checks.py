@@ -6,15 +6,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.trajectory import Observable
 from barchain.metrics.joint_gaps import disagreement, gaps
 from reports.tables.outcome import Outcome
+from scenarios.channels import STORED, TIME, Of
 
 if TYPE_CHECKING:
     from adapters.engine import Engine
     from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
 
+OF_EFFECTS = [channel for channel in STORED if channel.effect]
 TIME_SLACK = 1e-9  # of the run: round-off of an engine's clock in the sample instants
 LOOSE_JOINT = 0.1  # of the shorter bar: ends farther apart are not joined by any standard
 
@@ -45,16 +46,14 @@ def arrays(trajectory: Trajectory) -> dict[str, Array]:
 
 def missing_channel(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> Fault | None:
     """Find quantities that the engine declares and does not return."""
-    effects = scene.effects
-    called = {Observable.TORQUE: effects.prescribed_rotation, Observable.IMPULSE: effects.impulse}
-    wanted = engine.observables - {what for what, by in called.items() if not by}
+    wanted = engine.observables - {c.observable for c in OF_EFFECTS if not getattr(scene.effects, c.effect)}
     lacking = sorted(wanted - trajectory.observables)
     return (Outcome.INCOMPLETE, f"declares but does not return: {', '.join(lacking)}") if lacking else None
 
 
 def undeclared_channel(engine: type[Engine], trajectory: Trajectory) -> Fault | None:
     """Find quantities that the engine returns without declaring them: a verdict covers declared quantities only."""
-    more = sorted(trajectory.observables - engine.observables - {Observable.TORQUE, Observable.IMPULSE})
+    more = sorted(trajectory.observables - engine.observables - {c.observable for c in OF_EFFECTS})
     return (Outcome.MALFORMED, f"returns but does not declare: {', '.join(more)}") if more else None
 
 
@@ -62,22 +61,9 @@ def shape_fault(scene: Scene, trajectory: Trajectory) -> Fault | None:
     """Find values that can't be stored: no arrays of float64, without one row per sample, or with wrong columns."""
     if not isinstance(trajectory.t_s, np.ndarray) or trajectory.t_s.ndim != 1:
         return Outcome.INCOMPLETE, f"t_s is a {type(trajectory.t_s).__name__}, expected an array of shape (n,)"
-    n, bars = len(trajectory.t_s), scene.bars
-    shapes = {
-        "t_s": (n,),
-        "condition": (n,),
-        "com_m": (n, 2),
-        "com_velocity_m_s": (n, 2),
-        "angle_rad": (n, bars),
-        "rate_rad_s": (n, bars),
-        "reaction_N": (n, bars - 1, 2),
-        "gap_m": (n, bars - 1),
-        "impulse_N_s": (n, bars - 1, 2),
-        "torque_N_m": (n, len(scene.effects.prescribed_rotation)),
-        "com_residual_m": (n,),
-        "position_m": (n, bars, 2),
-    }
-    for name in ("t_s", "com_m", "com_velocity_m_s"):
+    n = len(trajectory.t_s)
+    shapes = {TIME: (n,)} | {channel.array: channel.shape(n, scene) for channel in STORED}
+    for name in (TIME, *(channel.array for channel in STORED if channel.of is Of.TRACK)):
         if not isinstance(getattr(trajectory, name), np.ndarray):
             return Outcome.INCOMPLETE, f"{name} is a {type(getattr(trajectory, name)).__name__}, expected an array"
     for name, value in arrays(trajectory).items():

@@ -20,20 +20,13 @@ import pandas as pd
 from adapters.trajectory import from_frame, to_frame
 from barchain.metrics.quantities import largest, rate_scale
 from reports.tables.writing import write_atomically
+from scenarios.channels import COMPARED
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
 
-ERROR_COLUMNS = {
-    "com": "com_error_m",
-    "com_velocity": "com_velocity_error_m_s",
-    "attitude": "attitude_error_rad",
-    "rate": "rate_error_rad_s",
-    "reaction": "reaction_error_N",
-    "torque": "torque_error_N_m",
-    "impulse": "impulse_error_N_s",
-}
+ERROR_COLUMNS = {channel.name: channel.column_of("error") for channel in COMPARED}
 CERTIFIED_SOLUTIONS = Path(__file__).parent / "tables"
 TITLE = "barchain certified solution"
 PHYSICS = ("central_body", "orbit", "chain", "effects")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from barchain.solutions.certified_table import CERTIFIED_SOLUTIONS, read_table
+from barchain.solutions.certified_table import CERTIFIED_SOLUTIONS, ERROR_COLUMNS, read_table
 from barchain.solutions.shipped import shipped_solution
 
 if TYPE_CHECKING:
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
     from scenarios import Scene
 
-QUANTITIES = {"com": "com_error_m", "attitude": "attitude_error_rad", "reaction": "reaction_error_N"}
+QUANTITIES = {name: ERROR_COLUMNS[name] for name in ("com", "attitude", "reaction")}
 SHIPPED, TABLE, NONE = "solution", "table", ""
 """Kinds of certified solutions: at all samples, at some instants, none"""
 

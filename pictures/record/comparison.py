@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 from reports.tables.crossval import read_results
 from reports.tables.outcome import Outcome, gravest
+from scenarios.channels import CHANNELS
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     import pandas as pd
 
-QUANTITIES = {"attitude": "attitude_rad", "reaction": "reaction_N", "com": "com_m"}
+QUANTITIES = {name: CHANNELS[name].column_of() for name in ("attitude", "reaction", "com")}
 
 
 def comparison_rows(folder: Path) -> tuple[list[dict[str, Any]], dict[str, Any]]:

@@ -20,10 +20,11 @@ from reports.plotting.palette import COLOURS, engine_pen
 from reports.plotting.panels import Legend, Panel
 from reports.plotting.series import decade_range
 from reports.plotting.svg import FINE, TOP, Chart, Scale, across, decade_ticks, upwards
-from reports.tables.effects import QUANTITIES, SIZES, UNITS, EffectKind, read_effects
+from reports.tables.effects import CHANGED, SIZES, EffectKind, read_effects
 from reports.tables.rows import plain
 from reports.text.numerals import prefixed, short, significant
 from reports.text.record import is_complete
+from scenarios.channels import UNITS
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -137,8 +138,8 @@ def effect(row: Row, matters: float, scene: dict[str, Any]) -> dict[str, Any]:
     gravity, own = row["kind"] == EffectKind.GRAVITY, str(scene.get("gravity") or "")
     scales = {"com": scene.get("radius0_m"), "attitude": 1.0, "reaction": scene.get("largest_reaction_N")}
     changes = {}
-    for q in QUANTITIES:
-        value, noise, scale = row[f"{q}_{UNITS[q]}"], row[f"{q}_noise_{UNITS[q]}"], scales[q]
+    for q, channel in ((c.name, c) for c in CHANGED):
+        value, noise, scale = row[channel.column_of()], row[channel.column_of("noise")], scales[q]
         if value is not None and noise is not None:
             bound = max(value, noise)
             changes[q] = Change(bound, value > noise, bound / scale if scale else math.inf)
@@ -206,7 +207,8 @@ def change_cells(e: dict[str, Any]) -> tuple[str, ...]:
     """Cells of an effect's changes."""
     said = f"{e['relevance']}: {e['advice']}" if e["advice"] else str(e["relevance"])
     known = {} if e["relevance"] is Relevance.NOT_SWITCHED else e["changes"]
-    return (e["title"], e["state"], said, *(change_text(q, known[q]) if q in known else "" for q in QUANTITIES))
+    changes = (change_text(c.name, known[c.name]) if c.name in known else "" for c in CHANGED)
+    return (e["title"], e["state"], said, *changes)
 
 
 def change_text(quantity: str, change: Change) -> str:

@@ -16,6 +16,7 @@ from reports.tables.rows import NOT_RUN, plain
 from reports.tables.stability import Stability, read_stability
 from reports.text.numerals import SUPERSCRIPTS
 from reports.text.record import is_complete
+from scenarios.channels import CHANNELS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -167,9 +168,9 @@ def worst_charts(tables: StudyTables, scene: str, engine: str, about: dict[str, 
     """Charts of the bar with the largest error beside the reference solution, and of the error at each setting."""
     frames = {k: tables.trajectory(scene, name.format(engine)) for k, name in FILES.items()}
     solution = tables.trajectory(scene, "solution")
-    right = None if solution is None else numbered(solution, r"angle_(\d+)_rad")
+    right = None if solution is None else numbered(solution, *CHANNELS["attitude"].columns)
     runs = {k: (f["t_s"].to_numpy(float), a) for k, f in frames.items()
-            if f is not None and (a := numbered(f, r"angle_(\d+)_rad")) is not None}  # fmt: skip
+            if f is not None and (a := numbered(f, *CHANNELS["attitude"].columns)) is not None}  # fmt: skip
     if solution is None or right is None or not runs:
         return []
     period, duration = about.get("period_s") or 0.0, about.get("duration_s") or 0.0

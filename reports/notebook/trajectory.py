@@ -13,6 +13,7 @@ from reports.plotting.palette import SERIES, Pen
 from reports.plotting.panels import ChartFrame, Line, linear_panel
 from reports.plotting.series import numbered
 from reports.text.numerals import significant
+from scenarios.channels import CHANNELS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -27,8 +28,8 @@ INCHES = (6.4, 2.2)
 """Width, and height of each chart"""
 WIDTH_PX = 400.0
 MOST_LABELS = 8
-REACTIONS = (r"reaction_(\d+)_x_N", r"reaction_(\d+)_y_N")
-"""Columns of both components"""
+SHOWN = (*CHANNELS["attitude"].columns, *CHANNELS["reaction"].columns)
+"""Columns of angles, and of both components of reactions"""
 
 
 @dataclass(frozen=True)
@@ -107,7 +108,7 @@ def drawing(t_s: Array, chart: TimeChart) -> Markup:
 def charts(table: pd.DataFrame) -> list[TimeChart]:
     """Quantities that a table holds, each with its unit."""
     radius = np.linalg.norm(table[["com_x_m", "com_y_m"]].to_numpy(float), axis=1)
-    angle, x, y = (numbered(table, name) for name in (r"angle_(\d+)_rad", *REACTIONS))
+    angle, x, y = (numbered(table, name) for name in SHOWN)
     found = [] if angle is None else [TimeChart("attitude, rad", angle, "bar")]
     if x is not None and y is not None:
         found.append(TimeChart("magnitude of reactions, N", np.hypot(x, y), "joint"))

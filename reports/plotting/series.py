@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from scenarios.channels import numbered_part
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -17,13 +18,14 @@ MOST_DECADES = 18  # of a log axis: more than double precision resolves
 
 
 def numbered(frame: pd.DataFrame, pattern: str) -> Array | None:
-    """Columns `pattern` (with one number in it), in order of the number; None if there are none.
+    """Columns of a pattern of :mod:`scenarios.channels`, in order of their number; None if there are none.
 
     Returns
     -------
     ndarray, shape (samples, columns), or None
     """
-    found = {int(m[1]): str(c) for c in frame.columns if (m := re.fullmatch(pattern, str(c)))}
+    parts = ((numbered_part(str(column)), str(column)) for column in frame.columns)
+    found = {part[1]: column for part, column in parts if part and part[0] == pattern}
     return frame[[found[j] for j in sorted(found)]].to_numpy(float) if found else None
 
 

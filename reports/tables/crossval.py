@@ -25,6 +25,7 @@ from reports.tables.reading import brief, damaged
 from reports.tables.rows import RUNS_FOLLOWED, Followed, Rows, add_runs, records
 from reports.tables.schema import RunsRecord
 from reports.tables.table import Table
+from scenarios.channels import UNITS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -32,23 +33,8 @@ if TYPE_CHECKING:
 
     from reports.tables.files import Frames, StudyTables
 
-QUANTITY_UNITS = {
-    "com": "m",
-    "com_velocity": "m/s",
-    "attitude": "rad",
-    "rate": "rad/s",
-    "reaction": "N",
-    "torque": "N m",
-    "impulse": "N s",
-    "gap": "m",
-    "com_residual": "m",
-    "energy": "1",
-    "angular_momentum": "1",
-    "energy_about_com": "1",
-    "angular_momentum_about_com": "1",
-    "relative_energy": "1",
-    "run": "",
-}
+QUANTITY_UNITS = UNITS | {"run": ""}
+"""Units of all that has rows; ``run`` is the run as a whole"""
 SOLUTION, AMPLIFICATION = "solution", "amplification"
 JUDGING_SOLUTION = "(judging solution)"
 """Stands in the engine column for a scene's judging solution that could not be run"""

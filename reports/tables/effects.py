@@ -12,6 +12,7 @@ from reports.tables.files import StudyFiles
 from reports.tables.rows import COUNT, Followed
 from reports.tables.schema import StudyRecord
 from reports.tables.table import Number, Table
+from scenarios.channels import CHANNELS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -19,8 +20,8 @@ if TYPE_CHECKING:
 SIZES = ("between", "torque", "common")
 """Of an effect's accelerations: differences between bars relative to the tide's, torque relative to 3 n² J, mean
 relative to g"""
-QUANTITIES = ("com", "attitude", "reaction")
-UNITS = {"com": "m", "attitude": "rad", "reaction": "N"}
+CHANGED = tuple(CHANNELS[name] for name in ("com", "attitude", "reaction"))
+"""Channels whose change by an effect is measured"""
 RATIOS = ("time_ratio", "evaluation_ratio")
 WITHOUT = "without"
 """What the time with an effect is relative to"""
@@ -43,8 +44,8 @@ TABLE = Table(
     {"outcome": "said", "reason": "reason", "text": "title"},
     numbers={
         **{f"{name}_{when}": Number(name, when) for when in ("start", "largest") for name in SIZES},
-        **{f"{name}_{unit}": Number(name, "change", unit) for name, unit in UNITS.items()},
-        **{f"{name}_noise_{unit}": Number(name, "noise", unit) for name, unit in UNITS.items()},
+        **{c.column_of(): Number(c.name, "change", c.unit) for c in CHANGED},
+        **{c.column_of("noise"): Number(c.name, "noise", c.unit) for c in CHANGED},
         **{r: Number("", r, "1", f"{r}_low", f"{r}_high", relative_to=WITHOUT) for r in RATIOS},
         "seconds": Number("simulate", "seconds", "s"),
         "evaluation_s": Number("evaluation", "seconds", "s"),

@@ -18,8 +18,9 @@ import numpy as np
 from barchain.judge.residuals import FINER_NOISE, HALVED_STEP_NOISE, worst
 from barchain.judge.scales import NORM_SLACK
 from barchain.judge.verdict import CheckFinding
-from reports.tables.crossval import QUANTITY_UNITS, ROUNDING
+from reports.tables.crossval import ROUNDING
 from reports.tables.outcome import Outcome
+from scenarios.channels import UNITS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -89,7 +90,7 @@ def judged(run: Residuals, quantity: str, allowed: Array, failure: Outcome, name
     if sizes:
         how = "shrinks" if run.shrinks(quantity) else "does not shrink"
         told = ", ".join(f"{size:.2g}" for size in sizes)
-        reason += f"; the error {how} with the setting: {told} {QUANTITY_UNITS[quantity]} from coarse to fine"
+        reason += f"; the error {how} with the setting: {told} {UNITS[quantity]} from coarse to fine"
     return ratio, failure, reason
 
 
@@ -98,7 +99,7 @@ def digits_left(run: Residuals, quantity: str, error: Array, without: str) -> st
     inside = run.inside(quantity)
     noise = min(float(error.max()), float(run.limiting_noise(quantity)[inside].max()))
     left = max(0.0, -math.log10(float(run.residual[quantity][inside].max()) / run.scale[quantity]))
-    unit = QUANTITY_UNITS[quantity]
+    unit = UNITS[quantity]
     return f"limited by round-off of {noise:.2g} {unit} ({without} without it): {left:.1f} digits are left"
 
 
@@ -155,7 +156,7 @@ def extrapolation_finding(run: Residuals, quantity: str) -> CheckFinding:
         left = digits_left(run, quantity, size[over], f"{used:.3g} times the allowed")
         return CheckFinding(quantity, "extrapolation_ratio", used, 1.0, Outcome.ROUNDOFF_LIMITED, left)
     reason = (
-        f"{size[at]:.2g} {QUANTITY_UNITS[quantity]} at t = {run.t[at]:.6g} s do not shrink with the step, "
+        f"{size[at]:.2g} {UNITS[quantity]} at t = {run.t[at]:.6g} s do not shrink with the step, "
         f"{used:.3g} times the allowed"
     )
     return CheckFinding(quantity, "extrapolation_ratio", used, 1.0, Outcome.INCONSISTENT, reason)

@@ -15,7 +15,6 @@ from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.registry import ENGINES
 from barchain.judge.diagnosis.chance import foretells
 from barchain.judge.diagnosis.mistake import (
-    QUANTITY_WORDS,
     Explanation,
     Mistake,
     WrongQuantity,
@@ -33,6 +32,7 @@ from barchain.judge.diagnosis.trial_search import TrialSearch
 from barchain.metrics.quantities import arrays, differences, sizes
 from barchain.solutions.at_times import solution_at
 from barchain.solutions.judging import solution_engine
+from scenarios.channels import WORDS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -108,7 +108,7 @@ class Diagnosis:
     def departed(self) -> str:
         """When the result first leaves its tolerances, and in which quantities."""
         first = min(w.first for w in self.wrong)
-        where = " and ".join(QUANTITY_WORDS[w.quantity] for w in self.wrong if w.first == first)
+        where = " and ".join(WORDS[w.quantity] for w in self.wrong if w.first == first)
         when = next(w.first_s for w in self.wrong if w.first == first)
         instant = "at the first sample already" if first == 0 else f"at t = {when:.4g} s"
         return f" It departs {instant}, in the {where}."

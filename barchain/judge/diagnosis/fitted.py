@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from barchain.judge.diagnosis.readings import PARTS, READINGS, VECTORS, Reading, of, plus, times
-from barchain.metrics.quantities import arrays
+from barchain.metrics.quantities import QUANTITY_OF, arrays
 from scenarios import Gravity
+from scenarios.channels import UNITS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
 
 SCALED = ("reactions", "angles", "rates", "torques", "centre-of-mass", "velocity")
 """Parts with an unknown factor"""
-UNITS = {"reactions": "N", "torques": "N m", "rates": "rad/s", "centre-of-mass": "m", "velocity": "m/s"}
-"""Parts with an unknown constant, and its unit"""
+SHIFTED = ("reactions", "torques", "rates", "centre-of-mass", "velocity")
+"""Parts with an unknown constant"""
 PLACES = ("reactions", "angles", "rates")
 """Parts with an unknown factor at one place"""
 NEAR_ONE = 1e-3
@@ -57,9 +58,9 @@ def fitted(scene: Scene, given: Trajectory, right: Trajectory) -> Iterator[Readi
                 said = f"are off by a constant {math.degrees(turn):.6g} degrees"
                 found = of(part, "off-by-a-constant", said, plus(turn), turns=True)
                 yield found if k is None else at_place(found, part, k)
-        elif part in UNITS and np.any(constant):
+        elif part in SHIFTED and np.any(constant):
             rows = constant.reshape(-1, 2 if PARTS[part].fields[0] in VECTORS else 1)
-            said = f"are off by a constant {constant_words(rows)} {UNITS[part]}"
+            said = f"are off by a constant {constant_words(rows)} {UNITS[QUANTITY_OF[PARTS[part].fields[0]]]}"
             yield of(part, "off-by-a-constant", said, plus(constant))
     for part in (p for p in PLACES if p in both):
         mine, true = both[part]

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
-from reports.tables.crossval import QUANTITY_UNITS
+from scenarios.channels import UNITS, WORDS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -16,15 +16,6 @@ MIN_GAIN = 4.0
 """Least ratio of the residuals without and with a mistake: noise at the tolerance does not fall by it"""
 EQUAL_FACTOR = 10.0
 """Explanations whose residuals differ by less are indistinguishable"""
-QUANTITY_WORDS = {
-    "com": "centre of mass",
-    "com_velocity": "velocity of the centre of mass",
-    "attitude": "angles",
-    "rate": "rates",
-    "reaction": "reactions",
-    "torque": "torques",
-    "impulse": "impulses",
-}
 NEAR = 1e-2
 """Share of the difference below which the nearest explanation is a hint"""
 SINGLE = (2.0**-25, 2.0**-18)
@@ -152,7 +143,7 @@ class WrongQuantity:
     @property
     def words(self) -> str:
         """Size of the difference, and its beginning."""
-        unit = QUANTITY_UNITS[self.quantity]
+        unit = UNITS[self.quantity]
         when = "the first sample" if self.first == 0 else f"t = {self.first_s:.4g} s"
         where = f"at {when} alone" if self.alone else f"from {when} on"
         return f"{self.difference:.2g} {unit} of {self.size:.2g} {unit}, {where}"
@@ -201,7 +192,7 @@ def explained_words(explanations: tuple[Explanation, ...], next_best: Explanatio
 
 def part_words(part: Explanation) -> str:
     """Explanation of some quantities alone."""
-    names = " and ".join(QUANTITY_WORDS[q] for q in part.fit)
+    names = " and ".join(WORDS[q] for q in part.fit)
     return f"Of these, {names} alone: {part.words} (explained to {remainder(part)})"
 
 

@@ -13,6 +13,7 @@ from adapters.common.initial_state import chain_model, initial_state
 from barchain.judge.diagnosis.mistake import Mistake
 from barchain.metrics.quantities import arrays
 from reference_impl.model.kinematics import cross, directions, relative_positions, relative_velocities
+from scenarios.channels import COMPARED
 from scenarios.toml.effect_tables import EARTH_ROTATION_RAD_S
 
 if TYPE_CHECKING:
@@ -29,8 +30,8 @@ if TYPE_CHECKING:
 
 REACTION, TORQUE, ANGLE, RATE = "reaction_N", "torque_N_m", "angle_rad", "rate_rad_s"
 COM, VELOCITY, IMPULSE = "com_m", "com_velocity_m_s", "impulse_N_s"
-ALL = (COM, VELOCITY, ANGLE, RATE, REACTION, TORQUE, IMPULSE)
-VECTORS = (COM, VELOCITY, REACTION, IMPULSE)
+ALL = tuple(channel.array for channel in COMPARED)
+VECTORS = tuple(channel.array for channel in COMPARED if len(channel.stems) > 1)
 """Arrays of vectors in inertial axes, (..., 2)"""
 FORCES = (REACTION, IMPULSE)
 WHOLE_TURNS = "angles-with-other-turns"

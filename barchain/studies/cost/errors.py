@@ -21,6 +21,7 @@ from reference_impl.integrate.simulate import Simulation
 from reference_impl.model import invariants
 from reports.tables.crossval import PARTED_RAD
 from scenarios import Gravity
+from scenarios.channels import CHANNELS
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
@@ -36,7 +37,8 @@ VANISHING = 1e-9  # of m n² l: reactions below it are round-off of zero
 STEPS_PER_ORBIT = (16, 20, 25, 32, 40, 50, 64, 80)
 ORDER = 8.0
 """Of DOP853"""
-UNITS = {"attitude": "rad", "reaction": "N", "com": "m"}
+MEASURED = tuple(CHANNELS[name] for name in ("attitude", "reaction", "com"))
+"""Channels whose errors a point has"""
 
 
 def compared(solution: BoundedSolution) -> int:
@@ -69,9 +71,9 @@ def errors_of(solution: BoundedSolution, trajectory: Trajectory) -> dict[str, fl
     if n == 0:
         return found  # the certified solution is none from the start
     for name, off in differences(trajectory, judge).items():
-        if name in UNITS:
-            found[f"{name}_error_{UNITS[name]}"] = float(off[:n].max())
-            found[f"{name}_floor_{UNITS[name]}"] = float(floor[name][:n].max())
+        if (channel := CHANNELS[name]) in MEASURED:
+            found[channel.column_of("error")] = float(off[:n].max())
+            found[channel.column_of("floor")] = float(floor[name][:n].max())
     if "reaction_error_N" in found:
         size = reaction_size(solution, n)
         found["reaction_relative"] = found["reaction_error_N"] / size
@@ -86,9 +88,10 @@ def errors_of(solution: BoundedSolution, trajectory: Trajectory) -> dict[str, fl
 def under_floor(errors: dict[str, float]) -> str:
     """Quantities whose error is below the certified solution's own, joined by commas."""
     blurred = [
-        name
-        for name, unit in UNITS.items()
-        if f"{name}_error_{unit}" in errors and errors[f"{name}_error_{unit}"] < TELLS * errors[f"{name}_floor_{unit}"]
+        channel.name
+        for channel in MEASURED
+        if (error := errors.get(channel.column_of("error"))) is not None
+        and error < TELLS * errors[channel.column_of("floor")]
     ]
     return ",".join(blurred)
 

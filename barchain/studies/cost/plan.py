@@ -12,7 +12,7 @@ from adapters.engine import AccuracyParameter
 from barchain.runs.asking import engine_class
 from barchain.runs.job import Job, Role
 from barchain.runs.left_out import LeftOut, cannot
-from barchain.studies.cost.errors import UNITS
+from barchain.studies.cost.errors import MEASURED
 from reports.tables.cost import INDEPENDENT, OWN_EQUATIONS
 from reports.tables.outcome import Outcome
 
@@ -111,7 +111,7 @@ def too_fine(coarser: list[Row]) -> str:
 
 def blurred(row: Row) -> bool:
     """Whether all errors of a point are below the certified solution's own."""
-    present = {name for name, unit in UNITS.items() if row.get(f"{name}_error_{unit}", np.nan) >= 0.0}
+    present = {channel.name for channel in MEASURED if row.get(channel.column_of("error"), np.nan) >= 0.0}
     return bool(present) and present <= set(str(row.get("under_floor") or "").split(","))
 
 

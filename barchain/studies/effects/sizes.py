@@ -39,7 +39,7 @@ from reference_impl.model.effect import EffectAccelerations, EffectState, total_
 from reference_impl.model.gravity import complex_field_differences
 from reference_impl.model.kinematics import consistent_state
 from reference_impl.model.relative import external_accelerations
-from reports.tables.effects import QUANTITIES, EffectKind
+from reports.tables.effects import CHANGED, EffectKind
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -195,7 +195,8 @@ def change(scene: RunPair, switched: RunPair) -> SwitchResponse:
 def upto(until_s: float, a: Trajectory, b: Trajectory) -> dict[str, float]:
     """Largest difference of two runs until an instant, for each quantity."""
     inside = slice(0, int(np.searchsorted(a.t_s, until_s, side="right")))
-    return {name: float(d[inside].max()) for name, d in differences(a, b).items() if name in QUANTITIES}
+    apart = differences(a, b, [channel.name for channel in CHANGED])
+    return {name: float(off[inside].max()) for name, off in apart.items()}
 
 
 def scales(trajectory: Trajectory, until_s: float) -> dict[str, float]:

@@ -33,7 +33,7 @@ from barchain.studies.effects.timing import (
 )
 from barchain.studies.study import StudyEnd
 from reports.tables.crossval import PARTED_RAD
-from reports.tables.effects import FILES, UNITS
+from reports.tables.effects import CHANGED, FILES
 from reports.tables.outcome import Outcome
 from reports.tables.rows import NOT_RUN
 
@@ -271,9 +271,9 @@ class Budget:
             found |= {f"{name}_{when}": value for name, value in of_all._asdict().items()}
         response = change(scene, switched)
         found |= {"compared_s": response.compared_s, "ended": switched.tight.ended}
-        for name, unit in UNITS.items():
-            if name in response.largest:
-                found |= {f"{name}_{unit}": response.largest[name], f"{name}_noise_{unit}": response.noise[name]}
+        for channel in (c for c in CHANGED if c.name in response.largest):
+            found[channel.column_of()] = response.largest[channel.name]
+            found[channel.column_of("noise")] = response.noise[channel.name]
         present, absent = (own, other) if switch.on else (other, own)
         if {own.key, other.key} <= self.times.keys():
             found |= price_columns(self.times[present.key], self.times[absent.key])

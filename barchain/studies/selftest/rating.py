@@ -17,6 +17,7 @@ from barchain.runs.call import CallLateError
 from barchain.studies.selftest.trial import FIRST, judged
 from reports.tables.faults.campaign import ALL, CellClass
 from reports.tables.outcome import Outcome
+from scenarios.channels import DRIFTING
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -36,7 +37,7 @@ UNMODIFIED = (CellClass.PASS, CellClass.LIMITED, CellClass.FALSE_ALARM)
 TRIED = (CellClass.CAUGHT, CellClass.MISSED)
 """Classes of faults that a verdict has to detect"""
 LOST = 1.0  # of a quantity's scale: what a sample that is missing counts as
-MEASURED = {"gap": "gap_m", "com_residual": "com_residual_m"}
+MEASURED = {channel.name: channel.array for channel in DRIFTING if channel.array}
 CONFIDENCE = 0.95
 MOST_FALSE_ALARMS = 0.005
 """Share of verdicts on unmodified engines that may be false alarms"""

@@ -10,6 +10,7 @@ from reports.tables.crossval import ALL_SCENES, JUDGING_SOLUTION, QUANTITY_UNITS
 from reports.tables.outcome import Outcome, gravest
 from reports.tables.rows import Row, known, records
 from reports.text.record import SceneRecord, is_complete
+from scenarios.channels import CHANNELS
 
 if TYPE_CHECKING:
     from reports.tables.files import StudyTables
@@ -42,12 +43,14 @@ class QuantityRow:
     @property
     def name(self) -> str:
         """Name for people."""
-        return QUANTITY_NAMES.get(self.quantity, self.quantity.replace("_", " "))
+        channel = CHANNELS.get(self.quantity)
+        return channel.shown_label if channel else self.quantity.replace("_", " ")
 
     @property
     def unit_words(self) -> str:
         """Unit for people: ``rad``, or the denominator of a ratio."""
-        return SHARES.get(self.quantity, self.unit if self.unit != "1" else "")
+        channel = CHANNELS.get(self.quantity)
+        return (channel and channel.share_of) or (self.unit if self.unit != "1" else "")
 
     @property
     def figures(self) -> tuple[float | None, ...]:
@@ -68,23 +71,6 @@ METRIC_OF = {
     "detection_limit": "detection_limit",
 }  # fmt: skip
 """Metric of each further number of a row"""
-QUANTITY_NAMES = {
-    "com": "CM track",
-    "com_velocity": "CM velocity",
-    "gap": "joint gap",
-    "com_residual": "centre-of-mass residual",
-    "energy_about_com": "energy about the CM",
-    "angular_momentum_about_com": "angular momentum about the CM",
-    "relative_energy": "kinetic energy about the CM",
-}
-SHARES = {
-    "energy": "relative",
-    "angular_momentum": "relative",
-    "energy_about_com": "relative",
-    "angular_momentum_about_com": "relative",
-    "relative_energy": "of the largest possible",
-}
-"""Units of quantities that are ratios, in words"""
 
 
 @dataclass(frozen=True)
