@@ -71,12 +71,13 @@ MODULES = {
 """Module that each public name is imported from"""
 
 RENDERERS = {
+    "derived": "barchain.metrics.derived:with_derived",
     "scene": "reports.notebook.scene:html",
     "trajectory": "reports.notebook.trajectory:html",
     "plot": "reports.notebook.trajectory:plot",
     "comparison": "reports.notebook.card:comparison_html",
 }
-"""Functions that draw scenes, trajectories and comparisons in notebooks"""
+"""Functions that add derived channels to tables, and draw scenes, trajectories and comparisons in notebooks"""
 
 __all__ = [*sorted({"__version__", *MODULES})]  # noqa: PLE0604  # names, as text
 

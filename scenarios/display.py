@@ -1,4 +1,7 @@
-"""Renderers of objects in notebooks: registered by a higher package by name, and imported on first use."""
+"""Functions of higher packages that show or complete objects: registered by name, and imported on first use.
+
+They draw objects in notebooks, and compute derived channels of a trajectory.
+"""
 
 from __future__ import annotations
 

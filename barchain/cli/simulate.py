@@ -21,6 +21,8 @@ from barchain.cli.common.progress import note
 from barchain.cli.common.result_folder import need_writable
 from barchain.cli.common.terminal import say
 from barchain.runs.job import TIME_LIMIT_S
+from scenarios.nearest import nearest
+from scenarios.text import shorten
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -29,6 +31,21 @@ if TYPE_CHECKING:
     from barchain.cli.common.options import GivenSetting
 
 ENDINGS = (".parquet", ".csv")
+
+
+def channel_names(context: click.Context, option: click.Parameter, given: tuple[str, ...]) -> tuple[str, ...]:
+    """Names of channels of all lists, each once, before anything runs."""
+    from scenarios.channels import STORED
+    from scenarios.derived_channels import DERIVED
+
+    del context, option
+    names = tuple(dict.fromkeys(name.strip() for text in given for name in text.split(",")))
+    known = [channel.name for channel in (*STORED, *DERIVED)]
+    for name in names:
+        if name not in known:
+            near, allowed = nearest(name, known), ", ".join(known)
+            raise click.BadParameter(f"{shorten(name)}: no such channel{near}, allowed: {allowed}")
+    return names
 
 
 @click.command(short_help="Run a scene in one engine and write its samples.")
@@ -40,11 +57,14 @@ ENDINGS = (".parquet", ".csv")
 @click.option("--out", metavar="FILE", type=NamedPath(path_type=Path, dir_okay=False), required=True,
               help="Write the samples into this table, .parquet or .csv.")  # fmt: skip
 @time_limit_option(TIME_LIMIT_S)
+@click.option("--columns", metavar="NAME", multiple=True, callback=channel_names,
+              help="Write this channel, stored or derived, e.g. joint_angle, in place of all stored ones; `barchain "
+              "explain channels` lists them. May be repeated, or a list with commas.")  # fmt: skip
 @click.option("--condition", is_flag=True, help="Add the condition number of the joint system (reference only).")
 @overwrite_option
 def simulate(
-    scene: str, engine: str | None, settings: tuple[GivenSetting, ...], out: Path, time_limit_s: float, condition: bool,
-    overwrite: bool,
+    scene: str, engine: str | None, settings: tuple[GivenSetting, ...], out: Path, time_limit_s: float,
+    columns: tuple[str, ...], condition: bool, overwrite: bool,
 ) -> None:  # fmt: skip
     """Run SCENE (a name or a file) in one engine and write its samples."""
     if out.suffix not in ENDINGS:
@@ -54,8 +74,18 @@ def simulate(
 
     claim([out], f"{out} is there", overwrite=overwrite)
     trajectory = run(scene, engine, settings, time_limit_s, condition)
-    write(trajectory.to_frame(), out)
+    write(chosen(trajectory, columns) if columns else trajectory.to_frame(), out)
     say(f"wrote {out}: {len(trajectory.t_s)} samples" + (f"; {trajectory.ended}" if trajectory.ended else ""))
+
+
+def chosen(trajectory: Trajectory, columns: tuple[str, ...]) -> pd.DataFrame:
+    """Table of some channels; one that the run does not give is bad usage."""
+    from barchain.metrics.derived import DerivedError, chosen_columns
+
+    try:
+        return chosen_columns(trajectory, columns)
+    except DerivedError as error:
+        raise click.UsageError(f"--columns: {error}") from None
 
 
 def run(

@@ -10,10 +10,14 @@ from pictures.pages.words import table
 from reference_impl.paper.misprint_effects import misprint_effects
 from reports.tables.measured import STUDIES
 from reports.text.glossary import FIELD, TERMS
+from scenarios.channels import IN_COLUMN_ORDER, TIME
+from scenarios.derived_channels import DERIVED
 from scenarios.toml.key_tables import HEAD, key_tables
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
+
+    from scenarios.channels import Channel
 
 ROUNDING = 1e-12  # far above the rounding of a dense solution in double precision, far below every effect
 
@@ -40,6 +44,24 @@ def result_tables() -> str:
 def words(columns: Iterable[str]) -> str:
     """Names of columns, as code."""
     return ", ".join(f"`{column}`" for column in columns)
+
+
+def stored_channels() -> str:
+    """Channels that a trajectory stores, in the order of their columns."""
+    rows = [("time", f"`{TIME}`", "s", "Instant of the sample.", "")]
+    rows += [(f"`{c.name}`", columns_of(c), c.unit, c.meaning, c.judged) for c in IN_COLUMN_ORDER]
+    return table(("channel", "columns", "unit", "content", "judged by"), rows)
+
+
+def derived_channels() -> str:
+    """Channels that are computed on request."""
+    rows = [(f"`{c.name}`", columns_of(c), c.unit, c.meaning) for c in DERIVED]
+    return table(("channel", "columns", "unit", "content"), rows)
+
+
+def columns_of(channel: Channel) -> str:
+    """Columns of a channel, those of its first bar or joint where there are several."""
+    return words(column.format(1) for column in channel.columns) + (" …" if channel.of.numbered else "")
 
 
 def exit_codes() -> str:
@@ -74,6 +96,8 @@ TABLES: dict[str, Callable[[], str]] = {
     "misprints": misprints,
     "scene-keys": scene_keys,
     "result-tables": result_tables,
+    "stored-channels": stored_channels,
+    "derived-channels": derived_channels,
     "exit-codes": exit_codes,
 }
 """Tables by their names"""

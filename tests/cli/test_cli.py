@@ -1,5 +1,6 @@
 """The command line: what it writes, and how it fails."""
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -63,6 +64,21 @@ def test_the_condition_number_of_the_joints_comes_on_request(tmp_path):
     assert run(["simulate", "basics/two_bars_free", "--condition", "--out", str(out)]) == 0
     assert pd.read_csv(out).condition.between(1.0, 100.0).all()
     assert run(["simulate", "basics/two_bars_free", "--engine", "exudyn", "--condition", "--out", str(out)]) == 2
+
+
+def test_simulate_writes_chosen_channels_alone_stored_or_derived(tmp_path):
+    out = tmp_path / "run.csv"
+    words = ["simulate", "basics/two_bars_free", "--set", "rtol=1e-8", "--out", str(out)]
+    assert run([*words, "--columns", "joint_angle,attitude", "--columns", "total_energy"]) == 0
+    table = pd.read_csv(out)
+    assert list(table.columns) == ["t_s", "joint_angle_1_rad", "angle_1_rad", "angle_2_rad", "total_energy_J"]
+    assert np.allclose(table.joint_angle_1_rad, table.angle_2_rad - table.angle_1_rad, rtol=0.0, atol=1e-12)
+
+
+def test_a_channel_that_the_engine_can_not_give_is_bad_usage(tmp_path, capsys):
+    words = ["simulate", QUICK, "--engine", "rebound", "--out", str(tmp_path / "run.csv")]
+    assert run([*words, "--columns", "tension"]) == 2
+    assert "tension needs angles (angle_rad), which this trajectory lacks" in capsys.readouterr().err
 
 
 def test_what_an_engine_lacks_is_absent_not_zero(tmp_path):

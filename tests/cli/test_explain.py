@@ -18,6 +18,8 @@ from reports.tables.outcome import Outcome
         ("drag.width_m", "keys", "width of each bar"),
         ("effects.drag", "keys", "density_kg_m3"),
         ("reaction-sign", "mistakes", "opposite sign"),
+        ("joint_angle", "channels", "Angle of bar j+1 minus that of bar j"),
+        ("com_residual", "channels", "com_residual_m"),
         ("130", "exit codes", "interrupted"),
     ],
 )

@@ -288,6 +288,14 @@ def test_a_prescribed_rotation_is_shown_beside_the_torque_that_causes_it(tmp_pat
     labels = re.findall(r"</svg>([^<]+)</li>", attitude)
     assert "bar 5" in labels, "the bar that is turned"
     assert any("Torque on bar 5</figcaption>" in f for f in figures)
+    for title in ("Joint angles", "Joint rates"):
+        assert any(f"{title}</figcaption>" in f for f in figures)
+
+
+def test_a_scene_of_one_bar_has_no_charts_of_joints(tmp_path: Path) -> None:
+    page = reports.render(build(tmp_path, ["basics/free_rotation"], samples=21))[0].read_text()
+    assert "Attitude</figcaption>" in page
+    assert "Joint angles</figcaption>" not in page
 
 
 def test_the_chart_of_independent_engines_shows_them_alone_and_only_as_far_as_compared(small: Path) -> None:

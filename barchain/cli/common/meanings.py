@@ -17,6 +17,8 @@ from reports.tables.faults.selftest import FaultOutcome
 from reports.tables.outcome import SEVERITY
 from reports.tables.stability import Stability
 from reports.text.glossary import FIELD, TERMS
+from scenarios.channels import STORED
+from scenarios.derived_channels import DERIVED
 from scenarios.nearest import nearest
 from scenarios.toml.key_tables import HEAD, NONE, key_tables
 
@@ -73,6 +75,11 @@ def meanings() -> Iterator[Meaning]:
     for term, text in sorted((TERMS | FIELD).items(), key=lambda item: item[0].casefold()):
         yield Meaning("terms", term, text, "docs/reference/glossary.md")
     yield from keys()
+    for channel in (*STORED, *DERIVED):
+        unit = "" if channel.unit == "1" else f", {channel.unit}"
+        columns = ", ".join(channel.columns).replace("{}", "j")
+        text = f"{channel.words}{unit}. {channel.meaning} Columns: {columns}."
+        yield Meaning("channels", channel.name, text, "docs/reference/channels.md")
     for mistake in MISTAKES:
         yield Meaning("mistakes", mistake.name, f"{addressed(mistake.sentence)}.", mistake.anchor)
     for number, text in MEANINGS.items():

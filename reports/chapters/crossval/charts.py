@@ -12,8 +12,10 @@ from reports.chapters.crossval.summary import SHORT_OF_THE_RUN
 from reports.plotting.palette import COLOURS, DASHES, Pen, hollow, joint_pen
 from reports.plotting.panels import Legend, Line, linear_panel, log_panel
 from reports.plotting.series import column, numbered
-from reports.tables.crossval import AMPLIFICATION, QUANTITY_UNITS, SOLUTION
+from reports.tables.crossval import AMPLIFICATION, SOLUTION
 from reports.text.numerals import prefixed
+from scenarios.channels import CHANNELS
+from scenarios.derived_channels import DERIVED_CHANNELS
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -23,18 +25,9 @@ if TYPE_CHECKING:
     from reports.plotting.panels import Panel
     from reports.plotting.series import Array
 
-DIFFERENCES = {
-    "attitude": "Attitude",
-    "reaction": "Reactions",
-    "com": "CM track",
-    "com_velocity": "CM velocity",
-}
-DRIFTS = {
-    "gap": "Joint gap",
-    "com_residual": "Centre-of-mass residual",
-    "energy": "Energy",
-    "angular_momentum": "Angular momentum",
-}
+DIFFERENCES = ("attitude", "reaction", "com", "com_velocity")
+DRIFTS = ("gap", "com_residual", "energy", "angular_momentum")
+"""Channels whose differences, and whose drifts, are drawn"""
 LITTLE_AMPLIFICATION = 10.0  # times; up to it a linear axis shows more than whole decades do
 MOST_LINES = 4  # joints or bars that are shown: as many as the paper's chain has joints, and pens are told apart
 MARKS = 12  # of one engine on a line: those of six stay apart
@@ -47,11 +40,13 @@ Window = tuple[float, float] | None
 
 def chart_groups(data: SceneData) -> list[ChartGroup]:
     """All charts of a scene."""
-    found = (reaction_group(data), prescribed_group(data), difference_group(data), drift_group(data))
+    found = (reaction_group(data), joint_group(data), prescribed_group(data), difference_group(data), drift_group(data))
     return [g for g in found if g and any(g.panels)]
 
 
-def error_panel(data: SceneData, quantity: str, title: str, what: str = "difference") -> tuple[Panel | None, list[str]]:
+def error_panel(
+    data: SceneData, quantity: str, what: str = "difference", title: str = ""
+) -> tuple[Panel | None, list[str]]:
     """One difference, up to its predictability limit, or one drift, over the whole run; and the engines shown.
 
     What explains it (a difference's tolerance, a drift's bound) is dashed.
@@ -68,21 +63,21 @@ def error_panel(data: SceneData, quantity: str, title: str, what: str = "differe
             cut = limit_s < SHORT_OF_THE_RUN * data.end_s
             dashed = None if bound is None else bound[seen]
             lines[engine] = Line(t[seen], np.abs(y[seen]), data.pens[engine], dashed, cut)
-    unit = QUANTITY_UNITS[quantity]
-    label = "relative" if unit == "1" else unit
-    return log_panel(data.frame(title, label, list(lines.values()))), list(lines)
+    channel = CHANNELS[quantity]
+    label = channel.share_of or channel.unit
+    return log_panel(data.frame(title or channel.shown_title, label, list(lines.values()))), list(lines)
 
 
 def difference_group(data: SceneData) -> ChartGroup:
     """Charts of all differences."""
-    found = [error_panel(data, q, title) for q, title in DIFFERENCES.items()]
+    found = [error_panel(data, q) for q in DIFFERENCES]
     text = "Dashed: explained part of the difference. A tick marks a line that ends at its predictability limit."
     return ChartGroup("Differences from the judging solution", text, shared_legend(data, found), [p for p, _ in found])
 
 
 def drift_group(data: SceneData) -> ChartGroup:
     """Charts of all drifts and of the error amplification."""
-    found = [error_panel(data, q, title, "drift") for q, title in DRIFTS.items()]
+    found = [error_panel(data, q, "drift") for q in DRIFTS]
     drawn = [p for p, _ in found if p]
     text = "Drifts over the whole run, also beyond the predictability limit. Dashed: their bounds." if drawn else ""
     panels = [*drawn, amplification_panel(data)]
@@ -120,14 +115,14 @@ def prescribed_group(data: SceneData) -> ChartGroup | None:
             scaled_panel(data, f"Torque on bar {law.get('bar', '?')}", "N m", list(lines.values()), (start, end))
         )
         used += [e for e in lines if e not in (*used, SOLUTION)]
-    panels.append(error_panel(data, "torque", "Difference of the torque from the judging solution")[0])
+    panels.append(error_panel(data, "torque", title="Difference of the torque from the judging solution")[0])
     legend = (*(Legend(e, data.pens[e]) for e in used), Legend("judging solution", TORQUE_PEN))
     return ChartGroup("Prescribed rotation", "Angles and torques are positive counter-clockwise.", legend, panels)
 
 
 def attitude_panel(data: SceneData) -> Panel | None:
     """Angles of the judging solution from the start: of bars that a law turns, then of others; None without any."""
-    angle = None if data.solution is None else numbered(data.solution, r"angle_(\d+)_rad")
+    angle = None if data.solution is None else numbered(data.solution, *CHANNELS["attitude"].columns)
     if data.solution is None or angle is None:
         return None
     turned = [int(law["bar"]) - 1 for law in data.scene.prescribed if isinstance(law.get("bar"), int)]
@@ -142,6 +137,24 @@ def attitude_panel(data: SceneData) -> Panel | None:
     panel = linear_panel(data.frame(f"Attitude from {axes}", "°", lines))
     legend = tuple(Legend(f"bar {j + 1}", joint_pen(k)) for k, j in enumerate(shown))
     return panel and replace(panel, note="Judging solution.", legend=legend)
+
+
+def joint_group(data: SceneData) -> ChartGroup | None:
+    """Angle and rate of each joint in the judging solution: what bar j+1 has more than bar j; None without joints."""
+    if data.solution is None:
+        return None
+    t, shown = data.solution["t_s"].to_numpy(float), list[int]()
+    panels: list[Panel | None] = []
+    for derived, of_bars in (("joint_angle", "attitude"), ("joint_rate", "rate")):
+        values, channel = numbered(data.solution, *CHANNELS[of_bars].columns), DERIVED_CHANNELS[derived]
+        if values is None or values.shape[1] < 2:
+            return None
+        between = np.diff(values, axis=1)
+        shown = evenly(between.shape[1])
+        lines = [Line(t, between[:, j], joint_pen(k)) for k, j in enumerate(shown)]
+        panels.append(linear_panel(data.frame(channel.shown_title, channel.unit, lines)))
+    text = f"{DERIVED_CHANNELS['joint_angle'].meaning} Positive counter-clockwise; judging solution."
+    return ChartGroup("Joints", text, [Legend(f"joint {j + 1}", joint_pen(k)) for k, j in enumerate(shown)], panels)
 
 
 def torque_lines(data: SceneData, p: int, law: dict[str, object], start_s: float, end_s: float) -> dict[str, Line]:
@@ -175,7 +188,7 @@ def stored_reactions(table: pd.DataFrame | None, limit_s: float) -> Reactions | 
     """Reactions of a stored trajectory; None without any."""
     if table is None or not len(table):
         return None
-    x, y = (numbered(table, rf"reaction_(\d+)_{c}_N") for c in AXES)
+    x, y = (numbered(table, column) for column in CHANNELS["reaction"].columns)
     if x is None or y is None:
         return None
     return Reactions(table["t_s"].to_numpy(float), {"x": x, "y": y}, limit_s)

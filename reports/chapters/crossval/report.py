@@ -32,6 +32,7 @@ from reports.tables.writing import write_atomically
 from reports.text.glossary import Glossary
 from reports.text.numerals import number, unpadded
 from reports.text.words import run_anchor, written, written_row
+from scenarios.channels import CHANNELS
 from scenarios.plural import plural
 
 if TYPE_CHECKING:
@@ -112,7 +113,7 @@ def scene_view(results: StudyTables, summary: Summary, scene: SceneRecord) -> di
 def orbits_of(data: SceneData) -> list[Panel]:
     """Drawings of the chain along its orbit."""
     s, length, mass = data.scene, data.scene.values("length_m"), data.scene.values("mass_kg")
-    angle = None if data.solution is None else numbered(data.solution, r"angle_(\d+)_rad")
+    angle = None if data.solution is None else numbered(data.solution, *CHANNELS["attitude"].columns)
     if data.solution is None or angle is None or not len(length) == len(mass) == angle.shape[1]:
         return []
     radius = 0.0 if s.text("gravity") == "none" else s.value("body_radius_m") or 0.0
