@@ -126,7 +126,7 @@ class Channel:
         if not self.of.numbered:
             parts = values.T if len(self.stems) > 1 else [values]
             return dict(zip(self.columns, parts, strict=True))
-        found = {}
+        found = dict[str, Any]()
         for k, j in enumerate(numbers or range(1, values.shape[1] + 1)):
             parts = values[:, k].T if len(self.stems) > 1 else [values[:, k]]
             found |= {column.format(j): part for column, part in zip(self.columns, parts, strict=True)}

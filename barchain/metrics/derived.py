@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -365,7 +365,7 @@ def chosen_columns(trajectory: Trajectory, names: Iterable[str]) -> pd.DataFrame
         If the trajectory lacks one, or what it is computed of.
     """
     frame, motion = trajectory.to_frame(), Motion(trajectory)
-    found = {TIME: frame[TIME]}
+    found: dict[str, Any] = {TIME: frame[TIME]}
     for name in names:
         if name in DERIVED_CHANNELS:
             found |= columns_of(motion, name)

@@ -212,7 +212,9 @@ def trajectory_from(header: dict[str, Any], arrays: dict[str, Array]) -> Traject
         raise MessageError(f"its answer holds unknown arrays: {plain_text(', '.join(unknown))}")
     try:
         ended, info = plain_text(header.get("ended", "")), plain_info(header.get("info"))
-        return Trajectory(**arrays, ended=ended, info=info, scene="", engine="", setting="", torque_bars=())
+        return Trajectory(
+            **arrays, ended=ended, info=info, scene="", engine="", setting="", torque_bars=(), run_scene=None
+        )
     except TypeError as error:
         raise MessageError(f"its answer is incomplete: {plain_text(error)}") from None
 
