@@ -293,7 +293,7 @@ def test_a_prescribed_rotation_is_shown_beside_the_torque_that_causes_it(tmp_pat
 
 
 def test_a_scene_of_one_bar_has_no_charts_of_joints(tmp_path: Path) -> None:
-    page = reports.render(build(tmp_path, ["basics/free_rotation"], samples=21))[0].read_text()
+    page = reports.render(build(tmp_path, ["conform/one_bar_free"], samples=21))[0].read_text()
     assert "Attitude</figcaption>" in page
     assert "Joint angles</figcaption>" not in page
 
