@@ -2,21 +2,26 @@
 
 An engine is a class, abstract (:class:`Engine`) or final (one per registered name). Class attributes declare the
 supported effects and the observables. The harness can therefore state why a scene is skipped without running it.
+
+The harness plans and judges by :class:`Declarations`: data, and answers to three questions. An engine's class has them,
+and so have a program that is started as a command, an engine in another process, and a program that wrote a file.
 """
 
 from __future__ import annotations
 
 import numbers
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from enum import StrEnum
-from typing import TYPE_CHECKING, ClassVar, final
+from typing import TYPE_CHECKING, Any, ClassVar, final
 
 from scenarios.effect_types import Actuator, Frame, Gravity
 from scenarios.nearest import nearest
 from scenarios.text import shorten
 
 if TYPE_CHECKING:
+    from collections.abc import Collection, Mapping
+
     from adapters.trajectory import Array, Observable, Trajectory
     from scenarios import Scene
 
@@ -142,6 +147,100 @@ class UnsupportedMotionError(EngineError):
     """Motion that the engine does not support: a limit that the engine states, and no failure."""
 
 
+class Answers:
+    """Answers to questions that data can't answer; an engine's class has methods of these names, see :class:`Engine`.
+
+    Here they are those of an engine without limits beyond its effects, and without noise.
+    """
+
+    def unsupported(self, scene: Scene, /) -> str | None:
+        """Reason why the engine does not support a scene, or None."""
+        del scene
+        return None
+
+    def unsupported_motion(self, scene: Scene, motion: Trajectory, /) -> str | None:
+        """Reason why the engine does not support a motion of a scene, or None."""
+        del scene, motion
+        return None
+
+    def noise(self, scene: Scene, setting: Setting, t_s: Array, /) -> dict[str, float | Array]:
+        """Errors that do not decrease with the step, at instants of shape (n,)."""
+        del scene, setting, t_s
+        return {}
+
+
+QUESTIONS = ("unsupported", "unsupported_motion", "noise")
+"""Methods of :class:`Answers`"""
+ASKED = ("questions", "answers")
+"""Fields of :class:`Declarations` that are no attributes of an engine's class"""
+
+
+@dataclass(frozen=True)
+class StatedAnswers(Answers):
+    """Answers of a program that can't be asked: the errors that a person states of it."""
+
+    errors: Mapping[str, float | Array] = field(hash=False)
+    """By quantity, in SI units, the same in all scenes"""
+
+    def noise(self, scene: Scene, setting: Setting, t_s: Array, /) -> dict[str, float | Array]:
+        """Stated errors."""
+        del scene, setting, t_s
+        return dict(self.errors)
+
+
+@dataclass(frozen=True)
+class Declarations:
+    """What an engine declares, as :class:`Engine` has it: all that planning and judging know of an engine.
+
+    Names are sorted tuples and no sets, as a judgement that is kept in a file is known by the bytes of its arguments.
+    """
+
+    title: str
+    coordinates: Coordinates
+    order: float | None
+    sweep: AccuracySweep
+    effects: tuple[str, ...]
+    """Supported effects, and each variant of an effect by a name of its own"""
+    observables: tuple[Observable, ...]
+    options: tuple[str, ...] = ()
+    joints_in_place: bool = False
+    track_by_length: bool = False
+    step_constant: float = 1.0
+    unsupported_reasons: Mapping[str, str] = field(default_factory=dict, hash=False)
+    questions: tuple[str, ...] = ()
+    """Questions that the engine answers itself; of another one the answer of :class:`Answers` holds"""
+    answers: Answers | type[Engine] = field(default_factory=Answers)
+
+    @property
+    def declares_noise(self) -> bool:
+        """Whether the engine declares noise in any scene."""
+        return "noise" in self.questions
+
+    def unsupported(self, scene: Scene) -> str | None:
+        """Reason why the engine does not support `scene`, or None if it does.
+
+        An effect that is not declared by its name is not supported, whatever the engine answers.
+        """
+        reason = self.answers.unsupported(scene) if "unsupported" in self.questions else None
+        return reason or lacking_effects(scene, self.effects, self.unsupported_reasons)
+
+    def unsupported_motion(self, scene: Scene, motion: Trajectory) -> str | None:
+        """Reason why the engine does not support a motion, see :meth:`Engine.unsupported_motion`."""
+        return self.answers.unsupported_motion(scene, motion) if "unsupported_motion" in self.questions else None
+
+    def noise(self, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
+        """Errors that do not decrease with the step, see :meth:`Engine.noise`."""
+        return self.answers.noise(scene, setting, t_s) if self.declares_noise else {}
+
+
+def lacking_effects(scene: Scene, effects: Collection[str], reasons: Mapping[str, str]) -> str | None:
+    """Reasons against the effects of a scene that are not among `effects`; None if all are."""
+    lacking = sorted(scene.effects.names.difference(effects))
+    if not lacking:
+        return None
+    return "; ".join(dict.fromkeys(reasons.get(name, f"does not support {name}") for name in lacking))
+
+
 class Engine(ABC):
     """One engine in one configuration.
 
@@ -173,17 +272,18 @@ class Engine(ABC):
     """Reason for an unsupported effect, where the name alone does not explain it."""
 
     @classmethod
+    def declarations(cls) -> Declarations:
+        """All that the class declares; it answers the questions whose methods it replaces."""
+        data = {f.name: in_order(getattr(cls, f.name)) for f in fields(Declarations) if f.name not in ASKED}
+        return Declarations(**data, questions=own_questions(cls), answers=cls)
+
+    @classmethod
     def unsupported(cls, scene: Scene) -> str | None:
         """Reason why this engine does not support `scene`, or None if it does.
 
         An engine with limits beyond its effects (a number of bars, bound orbits) extends this method.
         """
-        lacking = sorted(scene.effects.names - cls.effects)
-        if not lacking:
-            return None
-        return "; ".join(
-            dict.fromkeys(cls.unsupported_reasons.get(name, f"does not support {name}") for name in lacking)
-        )
+        return lacking_effects(scene, cls.effects, cls.unsupported_reasons)
 
     @classmethod
     def unsupported_motion(cls, scene: Scene, motion: Trajectory) -> str | None:
@@ -257,3 +357,15 @@ class Engine(ABC):
         self.build(scene, setting or self.sweep.setting())
         self.simulate()
         return self.read()
+
+
+def own_questions(engine: type[Engine]) -> tuple[str, ...]:
+    """Questions that an engine answers itself: it replaces their methods."""
+    return tuple(q for q in QUESTIONS if getattr(engine, q).__func__ is not getattr(Engine, q).__func__)
+
+
+def in_order(value: Any) -> Any:
+    """Value of a declaration; a set as a sorted tuple, and a mapping by sorted keys."""
+    if isinstance(value, (set, frozenset)):
+        return tuple(sorted(value))
+    return dict(sorted(value.items())) if isinstance(value, dict) else value

@@ -7,7 +7,8 @@ import importlib.util
 import re
 from dataclasses import dataclass, replace
 from importlib.metadata import EntryPoint, PackageNotFoundError, entry_points, version
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
 
 from reference_impl.kernel.build import why_missing
 from scenarios import nearest
@@ -16,7 +17,7 @@ from scenarios.text import shorten
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable
 
-    from adapters.engine import Engine
+    from adapters.engine import Declarations, Engine
 
 ENTRY_POINT_GROUP = "barchain.engines"  # for third parties; barchain's own engines are in the dict below
 
@@ -74,6 +75,8 @@ class Registration:
     """Reason why the engine can't be selected: its name is taken, or is none"""
     entry: str = ""
     """Entry of an engine that is a command, see :mod:`adapters.command.entries`; empty of every other"""
+    python: str = ""
+    """Python of another environment, whose workers run the engine and answer for it; empty: the one that asks"""
 
     @property
     def by_default(self) -> bool:
@@ -86,11 +89,27 @@ class Registration:
         return not self.ours
 
     def load(self) -> type[Engine]:
-        """Import the class; of a command, make it of its entry."""
+        """Import the class."""
         path, _, name = self.target.partition(":")
-        module = importlib.import_module(path)
-        found: type[Engine] = module.command_class(self.entry) if self.entry else getattr(module, name)
+        found: type[Engine] = getattr(importlib.import_module(path), name)
         return found
+
+    def engine(self, options: Iterable[str] = ()) -> Engine:
+        """Engine for one run, made in this process."""
+        kind: Any = self.load()
+        if self.entry:
+            from adapters.command.entries import unpacked
+
+            return cast("Engine", kind(*unpacked(self.entry)))
+        return cast("Engine", kind(**dict.fromkeys(options, True)))
+
+    def declarations(self) -> Declarations:
+        """Declarations of the class, which is imported into this process, or of a command's entry."""
+        if self.entry:
+            from adapters.command.entries import unpacked
+
+            return unpacked(self.entry)[1].declarations
+        return self.load().declarations()
 
     @property
     def missing(self) -> str | None:
@@ -101,6 +120,8 @@ class Registration:
             from adapters.command.entries import unpacked, why_not_there
 
             return why_not_there(*unpacked(self.entry)) or None
+        if self.python and not Path(self.python).is_file():
+            return f"{self.python} is not there, the Python that runs it"
         if self.requires and importlib.util.find_spec(self.module or self.requires) is None:
             return f"{self.requires} is not installed; try: {self.install}"
         # a failing import of an installed distribution is reported by the worker

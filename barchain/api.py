@@ -25,7 +25,7 @@ from barchain.arguments import (
 )
 from barchain.record.claim import locked_if_there
 from barchain.runs.advice import default_engine, failure_advice
-from barchain.runs.asking import engine_class
+from barchain.runs.asking import declarations_of
 from barchain.runs.choices import choose_setting, chosen_engines
 from barchain.runs.estimate import need_runnable
 from barchain.runs.executors import WORKERS_S, LocalProcesses, chosen_executor
@@ -141,7 +141,7 @@ def simulate(
     registration = find_engine(engine)
     if registration.missing:
         raise EngineError(f"{engine}: {registration.missing}")
-    declared = engine_class(registration)
+    declared = declarations_of(registration)
     reason = declared.unsupported(loaded)
     if reason:
         raise ValueError(f"{engine} does not support {loaded.name}: {reason}")

@@ -48,7 +48,7 @@ def starts(orbits: float, count: int) -> list[Scene]:
 
 def seen(engine: str, rtol: float, scenes: list[Scene]) -> list[Trajectory]:
     """Runs of all starts."""
-    return [find_engine(engine).load()().run(scene, Setting(AccuracyParameter.RTOL, rtol)) for scene in scenes]
+    return [find_engine(engine).engine().run(scene, Setting(AccuracyParameter.RTOL, rtol)) for scene in scenes]
 
 
 def root_mean_square(errors: list[Array]) -> Array:

@@ -31,7 +31,7 @@ def digests(engines: list[str]) -> dict[str, dict[str, str]]:
     for name in (n for n in scene_names() if n.startswith(("paper/", "basics/"))):
         scene = load_scene(name)
         for engine in engines:
-            seen = find_engine(engine).load()().run(scene)
+            seen = find_engine(engine).engine().run(scene)
             values = {c: v for c in CHANNELS if (v := getattr(seen, c)) is not None}
             found[f"{name} in {engine}"] = {
                 c: hashlib.sha256(np.ascontiguousarray(v).tobytes()).hexdigest()[:16] for c, v in values.items()

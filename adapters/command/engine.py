@@ -9,23 +9,23 @@ import subprocess
 import tempfile
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
-from adapters.command.entries import OWN_CLOCK, REQUEST, RESULT, SAMPLES, Entry, arguments, unpacked
+from adapters.command.entries import OWN_CLOCK, REQUEST, RESULT, SAMPLES, arguments
 from adapters.command.samples import read_trajectory
 from adapters.common.landing import landing_text
-from adapters.common.step_alignment import misalignment
-from adapters.engine import AccuracySweep, Engine, EngineError, UnsupportedMotionError
+from adapters.engine import Engine, EngineError, UnsupportedMotionError
 from adapters.request import VERSION, Result, run_request
 from adapters.trajectory import ENDED, Observable
 from scenarios.named_file import UnreadableError, read_named
 from scenarios.toml.faults import fault_lines
 
 if TYPE_CHECKING:
+    from adapters.command.entries import Entry
     from adapters.engine import Setting
-    from adapters.trajectory import Array, Trajectory
+    from adapters.trajectory import Trajectory
     from scenarios import Scene
 
 FILES = {REQUEST: "request.json", SAMPLES: "samples.csv", RESULT: "result.json"}
@@ -37,20 +37,9 @@ LAST_B, LAST_WORDS = 4096, 300  # of what a program printed, that a failure tell
 class CommandEngine(Engine):
     """A program that is started for each run, in the working folder of the run."""
 
-    entry: ClassVar[Entry]
-    folder: ClassVar[Path]
-    """Of the file of entries"""
-
-    @classmethod
-    def unsupported(cls, scene: Scene) -> str | None:
-        """Reason why the program does not support a scene; equal steps do not straddle events."""
-        return super().unsupported(scene) or (misalignment(scene) if cls.order is not None else None)
-
-    @classmethod
-    def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
-        """Errors that the entry declares."""
-        del scene, setting, t_s
-        return dict(cls.entry.noise)
+    def __init__(self, folder: Path, entry: Entry) -> None:
+        """Take the program's entry, and the folder of the file of entries."""
+        self.folder, self.entry = folder, entry
 
     def build(self, scene: Scene, setting: Setting) -> None:
         """Write the request."""
@@ -108,7 +97,7 @@ class CommandEngine(Engine):
         counts = {"steps": found.steps, "evaluations": found.evaluations, ENDED: found.ended_s}
         clock = {"process_s": self.process_s} | ({} if found.seconds is None else {OWN_CLOCK: found.seconds})
         info: dict[str, float | str] = {k: float(v) for k, v in (counts | clock).items() if v is not None}
-        gap_m = trajectory.gap_m if Observable.GAP in self.observables else None  # a single bar's is empty
+        gap_m = trajectory.gap_m if Observable.GAP in self.entry.observables else None  # a single bar's is empty
         return dataclasses.replace(trajectory, info=info, gap_m=gap_m)
 
     def read_result(self) -> Result:
@@ -123,26 +112,3 @@ class CommandEngine(Engine):
             raise EngineError(f"the program's result is damaged: {error}") from None
         except ValidationError as error:
             raise EngineError(f"the program's result is damaged: {fault_lines(error, Result)[0]}") from None
-
-
-def command_class(text: str) -> type[CommandEngine]:
-    """Class of a registration's entry."""
-    folder, entry = unpacked(text)
-    middle = entry.values[len(entry.values) // 2]
-    return type(
-        "CommandEngine",
-        (CommandEngine,),
-        {
-            "__doc__": f"The program {entry.name}.",
-            "entry": entry,
-            "folder": folder,
-            "title": entry.title or f"{entry.name}, a program",
-            "coordinates": entry.coordinates,
-            "order": entry.order,
-            "sweep": AccuracySweep(entry.parameter, entry.values, entry.default or middle),
-            "effects": frozenset(entry.effects),
-            "observables": frozenset(entry.observables),
-            "joints_in_place": entry.joints_in_place,
-            "step_constant": entry.step_constant,
-        },
-    )

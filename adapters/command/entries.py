@@ -10,13 +10,22 @@ import re
 import shlex
 import shutil
 import subprocess
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import platformdirs
 from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationError, field_validator, model_validator
 
-from adapters.engine import AccuracyParameter, Coordinates
+from adapters.common.step_alignment import misalignment
+from adapters.engine import (
+    AccuracyParameter,
+    AccuracySweep,
+    Coordinates,
+    Declarations,
+    StatedAnswers,
+    lacking_effects,
+)
 from adapters.trajectory import Observable
 from scenarios.channels import NOISE  # noqa: TC001  # pydantic reads the annotation
 from scenarios.effect_types import all_effect_names
@@ -28,6 +37,8 @@ from scenarios.toml.reading import read_text, tables_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
+
+    from scenarios import Scene
 
 FILES = "BARCHAIN_ENGINES"
 """Variable that names further files with entries; the option ``--engines`` sets it for a command and its processes"""
@@ -47,6 +58,17 @@ OWN_CLOCK = "own_clock_s"
 
 class EntryError(ValueError):
     """A file of engines that can't be read, or an entry with a fault; one line for each fault."""
+
+
+@dataclass(frozen=True)
+class EntryAnswers(StatedAnswers):
+    """Answers by what an entry states of a program of equal steps."""
+
+    effects: tuple[str, ...] = ()
+
+    def unsupported(self, scene: Scene, /) -> str | None:
+        """Reason why the program does not support a scene: an effect, or an event within a step."""
+        return lacking_effects(scene, self.effects, {}) or misalignment(scene)
 
 
 class Entry(BaseModel):
@@ -157,6 +179,24 @@ class Entry(BaseModel):
     def values(self) -> tuple[float, ...]:
         """Settings from coarse to fine."""
         return tuple(self.steps_per_orbit or self.rtol or ())
+
+    @property
+    def declarations(self) -> Declarations:
+        """What the entry declares."""
+        middle, effects = self.values[len(self.values) // 2], tuple(sorted(self.effects))
+        answered = {"unsupported": self.order is not None, "noise": bool(self.noise)}
+        return Declarations(
+            title=self.title or f"{self.name}, a program",
+            coordinates=self.coordinates,
+            order=self.order,
+            sweep=AccuracySweep(self.parameter, self.values, self.default or middle),
+            effects=effects,
+            observables=tuple(sorted(self.observables)),
+            joints_in_place=self.joints_in_place,
+            step_constant=self.step_constant,
+            questions=tuple(question for question, own in answered.items() if own),
+            answers=EntryAnswers(dict(self.noise), effects),
+        )
 
 
 class EngineFile(BaseModel):

@@ -54,7 +54,7 @@ def show_engines(registered: Mapping[str, Registration]) -> None:
 
 def facts(registered: Mapping[str, Registration]) -> Iterable[dict[str, Any]]:
     """Facts of each engine; "fault" says why its adapter does not load."""
-    from barchain.runs.asking import engine_class, engine_fault
+    from barchain.runs.asking import declarations_of, engine_fault
 
     for name, r in registered.items():
         known: dict[str, Any] = {
@@ -64,7 +64,7 @@ def facts(registered: Mapping[str, Registration]) -> Iterable[dict[str, Any]]:
         }  # fmt: skip
         if not r.missing:
             try:
-                loaded = engine_class(r)
+                loaded = declarations_of(r)
                 known |= {
                     "title": loaded.title,
                     "setting": str(loaded.sweep.setting()),

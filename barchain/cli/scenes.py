@@ -133,21 +133,18 @@ def answer(registration: Registration, scene: Scene, solution: ReferenceSolution
 
     Some engines support a scene as long as no bar turns its other face to the wind or the Sun: only a solution tells.
     """
-    from barchain.runs.asking import OutsideEngine, engine_class, engine_fault
-    from barchain.runs.questions import overrides
+    from barchain.runs.asking import declarations_of, engine_fault
 
     try:
-        engine = engine_class(registration)
+        engine = declarations_of(registration)
         reason = engine.unsupported(scene) or (solution and engine.unsupported_motion(solution.scene, solution.fine))
         if reason:
             return reason
         if solution is not None or (scene.effects.drag is None and scene.effects.solar_pressure is None):
             return "supports the scene"
-        method = "unsupported_motion"
-        asks = method in engine.asks if issubclass(engine, OutsideEngine) else overrides(engine, method)
     except Exception as error:
         return engine_fault(error)
-    return DEPENDS if asks else "supports the scene"
+    return DEPENDS if "unsupported_motion" in engine.questions else "supports the scene"
 
 
 def lines(values: Mapping[str, Any], prefix: str = "") -> Iterable[tuple[str, str]]:

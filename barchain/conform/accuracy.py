@@ -29,7 +29,7 @@ FALL = "errors fall with the setting"
 
 def accuracy(engine: Examined) -> Iterator[Check]:
     """Checks of errors at several settings."""
-    loaded = engine.load()
+    loaded = engine.declarations
     name = repeated_scene(loaded)
     if name is None:
         yield unsupported_check(engine, "errors at several settings", (*REPEATED, *PARTICLE))

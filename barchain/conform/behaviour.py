@@ -49,7 +49,7 @@ def behaviour(engine: Examined) -> Iterator[Check]:
         yield unsupported_check(engine, "several runs", scenes)
         return
     name = LOADED if reason_against(engine, LOADED) is None else plain
-    scene, setting = engine.scene(name), engine.load().sweep.setting()
+    scene, setting = engine.scene(name), engine.declarations.sweep.setting()
     asked = (engine.registration, scene, setting)
     engine.note(f"behaviour: {TIMES} runs of {name} in one process")
     first = ask(examination.behaviour, *asked, TIMES, limit_s=START_S + TIMES * engine.run_s)

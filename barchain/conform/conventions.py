@@ -100,7 +100,7 @@ def effects_check(reply: Reply) -> Check:
 
 def order_check(engine: Examined) -> Check:
     """Check that a method has an order exactly if it takes equal steps."""
-    loaded = engine.load()
+    loaded = engine.declarations
     chooses = loaded.sweep.parameter is AccuracyParameter.RTOL
     if chooses and loaded.order is not None:
         said = f"order is {loaded.order:g}, though the method chooses its steps; expected None"
@@ -131,7 +131,7 @@ def conventions(engine: Examined) -> Iterator[Check]:
         yield Check(FIRST_RUN, FAILED, f"supports none of {', '.join(FIRST)}: {'; '.join(reasons)}")
         return
     engine.note(f"conventions: a first run, of {name}")
-    run = main_run(engine, name, engine.load())
+    run = main_run(engine, name, engine.declarations)
     if run.outcome is not Outcome.PASS or run.trajectory is None:
         yield Check(FIRST_RUN, FAILED, f"{run.reason}{collapse(engine, name, run)}", page_of(run), scene=name)
         return
@@ -160,7 +160,7 @@ def page_of(run: RunResult) -> str:
 
 def start_checks(engine: Examined, name: str, run: Trajectory) -> Iterator[Check]:
     """Checks of each quantity's first sample."""
-    solution, loaded = solved(engine.scene(name)), engine.load()
+    solution, loaded = solved(engine.scene(name)), engine.declarations
     try:
         errors = ErrorModel(loaded, loaded.sweep.setting(), solution, run)
         bound, scale = errors.bound, errors.scale

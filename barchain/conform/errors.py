@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -14,7 +14,7 @@ import numpy as np
 from adapters.common.equal_steps import step_s, steps_between_samples
 from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.trajectory import Observable
-from barchain.conform.noise import quiet, with_declarations
+from barchain.conform.noise import quiet
 from barchain.conform.runs import ended_early, results
 from barchain.conform.scenes import PARTICLE, REPEATED, lasts, rejection, scene_for, solved
 from barchain.judge.error_model import ErrorModel
@@ -24,7 +24,7 @@ from barchain.runs.job import Role
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
-    from adapters.engine import Engine
+    from adapters.engine import Declarations
     from adapters.trajectory import Array, Trajectory
     from barchain.conform.target import Examined
     from barchain.runs.job import RunResult
@@ -198,14 +198,14 @@ class SettingRuns:
             return result.reason
         return ended_early(self.scene, result.trajectory)
 
-    def errors(self, engine: type[Engine]) -> list[ErrorAtSetting]:
+    def errors(self, engine: Declarations) -> list[ErrorAtSetting]:
         """Errors of the runs without a fault."""
         faults = self.faults
         each = zip(self.settings, self.results, strict=False)
         return [setting_error(engine, self.scene, s, r.trajectory) for s, r in each if r.trajectory and not faults[s]]
 
 
-def repeated_scene(engine: type[Engine]) -> str | None:
+def repeated_scene(engine: Declarations) -> str | None:
     """Scene of accuracy: the first that an engine supports; None without one."""
     scenes = REPEATED if Observable.ATTITUDE in engine.observables else PARTICLE
     for name in scenes:
@@ -219,7 +219,7 @@ def repeated_scene(engine: type[Engine]) -> str | None:
 def setting_runs(engine: Examined, name: str) -> SettingRuns:
     """Runs of a scene at several settings."""
     scene = engine.scene(name)
-    settings = tried_settings(engine.load(), scene)
+    settings = tried_settings(engine.declarations, scene)
     jobs = [engine.job(scene, setting, Role.MAIN) for setting in settings]
     engine.note(f"accuracy: {len(jobs)} settings on {name}")
     limit_s, all_s = RUN_SHARE * engine.run_s, ALL_RUNS_SHARE * engine.run_s
@@ -228,19 +228,19 @@ def setting_runs(engine: Examined, name: str) -> SettingRuns:
 
 
 @cache
-def judged_class(engine: Examined) -> type[Engine]:
-    """Class whose declarations judge: the engine's, with the order that its errors show if it declares a lower one.
+def judged_declarations(engine: Examined) -> Declarations:
+    """Declarations that judge: the engine's, with the order that its errors show if it declares a lower one.
 
     A declared order that is too low allows any error, and asks for settings that are needlessly fine. The order is
     measured where the declared one makes the default setting too coarse for an ordinary scene.
     """
-    loaded, name = engine.load(), repeated_scene(engine.load())
+    loaded, name = engine.declarations, repeated_scene(engine.declarations)
     if loaded.order is None or name is None or lasts(loaded, loaded.sweep.setting(), engine.scene(name)):
         return loaded
     slopes = slopes_above(setting_runs(engine, name).errors(loaded), loaded.order)
     if not slopes:
         return loaded
-    return with_declarations(loaded, order=float(math.floor(min(slopes) + ORDER_ROUNDED)))
+    return replace(loaded, order=float(math.floor(min(slopes) + ORDER_ROUNDED)))
 
 
 def slopes_above(found: list[ErrorAtSetting], order: float) -> list[float]:
@@ -253,7 +253,7 @@ def slopes_above(found: list[ErrorAtSetting], order: float) -> list[float]:
     return next((slopes for slopes in every if len(slopes) > 1 and min(slopes) > order + MOST_ABOVE), [])
 
 
-def tried_settings(engine: type[Engine], scene: Scene) -> list[Setting]:
+def tried_settings(engine: Declarations, scene: Scene) -> list[Setting]:
     """Some settings of the sweep, coarse to fine, its ends among them, that differ in this scene."""
     every = list({step_of(s, scene): s for s in reversed(engine.sweep.settings)}.values())[::-1]
     rows = np.unique(np.linspace(0, len(every) - 1, min(SETTINGS, len(every))).round().astype(int))
@@ -267,7 +267,7 @@ def step_of(setting: Setting, scene: Scene) -> float:
     return 1.0 / steps_between_samples(scene, setting.value)
 
 
-def setting_error(engine: type[Engine], scene: Scene, setting: Setting, run: Trajectory) -> ErrorAtSetting:
+def setting_error(engine: Declarations, scene: Scene, setting: Setting, run: Trajectory) -> ErrorAtSetting:
     """Errors of one run."""
     solution = solved(scene)
     errors = ErrorModel(engine, setting, solution, run)

@@ -7,17 +7,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from adapters.engine import Coordinates, Engine, EngineError
+from adapters.engine import Coordinates, Declarations, EngineError
 from barchain.conform.checks import FAILED, WARNING, CheckState
 from barchain.judge.compare import judge
 from barchain.judge.residuals import worst
 from barchain.judge.scales import declared_noise, max_noise, scales
 from barchain.judge.verdict import JUDGED_METRICS
 from barchain.metrics.quantities import FIELDS, TRACK, differences
-from barchain.runs.asking import OutsideEngine
 from reports.tables.outcome import Outcome
 from scenarios.channels import UNITS, WORDS
 
@@ -39,32 +37,12 @@ DIFFERENCES = frozenset({"normalised_error", "bound_ratio"})
 """Metrics of the whole difference from the solution; others tell of parts that are smaller than the method's error"""
 
 
-def declares_noise(engine: type[Engine]) -> bool:
-    """Whether an engine declares noise in any scene."""
-    if issubclass(engine, OutsideEngine):
-        return "noise" in engine.asks
-    return engine.noise.__func__ is not Engine.noise.__func__  # type: ignore[attr-defined]
+def quiet(engine: Declarations) -> Declarations:
+    """The same declarations without noise."""
+    return replace(engine, questions=tuple(question for question in engine.questions if question != "noise"))
 
 
-def with_declarations(engine: type[Engine], **declared: object) -> type[Engine]:
-    """Class of an engine with some other declarations."""
-    make: Any = type(engine)  # classes with the declarations of another package have a metaclass
-    found: type[Engine] = make(engine.__name__, (engine,), declared)
-    return found
-
-
-@cache
-def quiet(engine: type[Engine]) -> type[Engine]:
-    """Class of the same declarations without noise."""
-
-    def noise(cls: type[Engine], *_: object) -> dict[str, float]:
-        del cls
-        return {}
-
-    return with_declarations(engine, noise=classmethod(noise))
-
-
-def noise_fault(engine: type[Engine], setting: Setting, solution: ReferenceSolution) -> str:
+def noise_fault(engine: Declarations, setting: Setting, solution: ReferenceSolution) -> str:
     """Fault of declared noise that is larger at the end than a quantity of the scene; empty without one.
 
     The verdict believes no such noise, and would pass a right result: nobody would see the wrong declaration.
@@ -84,7 +62,7 @@ def noise_fault(engine: type[Engine], setting: Setting, solution: ReferenceSolut
     return ""
 
 
-def agrees_but_forces(engine: type[Engine], setting: Setting, evidence: Evidence, solution: ReferenceSolution) -> bool:
+def agrees_but_forces(engine: Declarations, setting: Setting, evidence: Evidence, solution: ReferenceSolution) -> bool:
     """Whether a scene that noise makes unjudgeable passes without the forces that are too noisy.
 
     In absolute coordinates some methods get forces as differences of huge numbers over a step: their motion is still
@@ -101,11 +79,11 @@ def agrees_but_forces(engine: type[Engine], setting: Setting, evidence: Evidence
         return result if result.trajectory is None else replace(result, trajectory=result.trajectory.replace(**hidden))
 
     rest = replace(evidence, main=shown(evidence.main), finer=shown(evidence.finer))
-    return judge(engine.__name__, engine, setting, rest, solution).outcome is Outcome.PASS
+    return judge(engine.title, engine, setting, rest, solution).outcome is Outcome.PASS
 
 
 def needed_noise(
-    verdict: Verdict, engine: type[Engine], setting: Setting, evidence: Evidence, solution: ReferenceSolution
+    verdict: Verdict, engine: Declarations, setting: Setting, evidence: Evidence, solution: ReferenceSolution
 ) -> tuple[CheckState, str] | None:
     """State and words where declared noise makes a pass; None where it does not.
 
@@ -113,15 +91,15 @@ def needed_noise(
     ----------
     verdict : Verdict
         With the declared noise.
-    engine : type
+    engine : Declarations
     setting : Setting
     evidence : Evidence
         Runs of the verdict.
     solution : ReferenceSolution
     """
-    if not declares_noise(engine):
+    if not engine.declares_noise:
         return None
-    bare = judge(engine.__name__, quiet(engine), setting, evidence, solution)
+    bare = judge(engine.title, quiet(engine), setting, evidence, solution)
     main, finer = evidence.main.trajectory, evidence.finer.trajectory
     if bare.outcome in (Outcome.PASS, verdict.outcome) or main is None or finer is None:
         return None

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from adapters.common.equal_steps import finer_setting
 from adapters.engine import Coordinates, EngineError
 from barchain.conform.checks import FAILED, NOT_RUN, PASSED, UNSUPPORTED, WARNING, Check, CheckState
-from barchain.conform.errors import judged_class
+from barchain.conform.errors import judged_declarations
 from barchain.conform.noise import agrees_but_forces, needed_noise, noise_fault
 from barchain.conform.runs import TIME_LIMITS, collapse, no_time_left, results
 from barchain.conform.scenes import STAGES, TOGETHER, candidates, lasts, left_out, rejection, setting_of, solved
@@ -23,7 +23,7 @@ from barchain.judge.diagnosis.verdicts import diagnosis_of_verdict
 from barchain.judge.evidence import Evidence, follow_up_jobs, gathered
 from barchain.judge.round_off import ROUND_OFF, round_off
 from barchain.metrics.quantities import differences, sizes
-from barchain.runs.asking import OutsideEngine
+from barchain.runs.asking import ask_about
 from barchain.runs.job import Role
 from reports.tables.outcome import Outcome
 from scenarios.channels import UNITS, WORDS
@@ -32,7 +32,7 @@ from scenarios.plural import plural
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from adapters.engine import Engine, Setting
+    from adapters.engine import Declarations, Setting
     from adapters.trajectory import Trajectory
     from barchain.conform.target import Examined
     from barchain.judge.diagnosis.diagnose import Diagnosis
@@ -134,7 +134,7 @@ def stage_checks(engine: Examined, names: Sequence[str], runs: Mapping[str, dict
                 hint = collapse(engine, name, runs[name][Role.MAIN])  # told once
                 check = dataclasses.replace(check, words=f"{check.words}{hint}")
             if check.state is FAILED and not held and name != able[0]:
-                alone = partial(main_run, engine, name, judged_class(engine))
+                alone = partial(main_run, engine, name, judged_declarations(engine))
                 other = dependent_check(check, runs[name][Role.MAIN], alone)
                 check, dependent = other or check, other is not None
         if held or check.state is FAILED:
@@ -175,7 +175,7 @@ def in_agreement(
 def reason_against(engine: Examined, name: str) -> tuple[CheckState, str] | None:
     """CheckState and reason if an engine is not run on a scene."""
     try:
-        reason = rejection(engine.load(), engine.scene(name))
+        reason = rejection(engine.declarations, engine.scene(name))
     except EngineError as error:
         return FAILED, str(error)
     return None if reason is None else (UNSUPPORTED, reason)
@@ -191,14 +191,13 @@ def unsupported_check(engine: Examined, name: str, scenes: Sequence[str]) -> Che
 
 def ask_about_scenes(engine: Examined) -> None:
     """Ask an engine about all scenes at once: a process for each of them would take half of the examination."""
-    loaded = engine.load()
-    if issubclass(loaded, OutsideEngine):
-        with suppress(EngineError):  # told with the scene that causes it
-            loaded.prepare(scene for names in STAGES.values() for name in names for scene in candidates(loaded, name))
+    declared = engine.declarations
+    with suppress(EngineError):  # told with the scene that causes it
+        ask_about(declared, (s for names in STAGES.values() for name in names for s in candidates(declared, name)))
 
 
-def main_run(engine: Examined, name: str, loaded: type[Engine]) -> RunResult:
-    """Run of one scene at the setting of a class, alone: an engine that hangs costs one time limit."""
+def main_run(engine: Examined, name: str, loaded: Declarations) -> RunResult:
+    """Run of one scene at the setting that declarations lead to, alone: an engine that hangs costs one time limit."""
     scene = engine.scene(name)
     job = engine.job(scene, setting_of(loaded, scene), Role.MAIN)
     return by_role(engine, [job])[name][Role.MAIN]
@@ -206,7 +205,7 @@ def main_run(engine: Examined, name: str, loaded: type[Engine]) -> RunResult:
 
 def main_and_finer(engine: Examined, names: list[str]) -> dict[str, dict[Role, RunResult]]:
     """Runs of scenes at the setting of each, and at the next finer one."""
-    loaded, jobs, parting = judged_class(engine), [], []
+    loaded, jobs, parting = judged_declarations(engine), [], []
     for name in names:
         scene = engine.scene(name)
         setting = setting_of(loaded, scene)
@@ -220,7 +219,7 @@ def main_and_finer(engine: Examined, names: list[str]) -> dict[str, dict[Role, R
 
 def dense_runs(engine: Examined, name: str, scene: Scene, twice: Scene) -> tuple[Trajectory | None, Trajectory | None]:
     """Runs of a scene with dense samples, and with twice as many at the next finer setting."""
-    loaded = judged_class(engine)
+    loaded = judged_declarations(engine)
     setting = setting_of(loaded, engine.scene(name))
     finer = finer_setting(scene, loaded.sweep, setting)
     jobs = [engine.job(scene, setting, Role.MAIN), engine.job(twice, finer, Role.FINER)]
@@ -241,7 +240,7 @@ def scene_check(
     engine: Examined, name: str, runs: dict[Role, RunResult], diagnoses: dict[str, Diagnosis] | None = None
 ) -> Check:
     """Check of one scene, with a diagnosis where the engine is wrong, which is added to those of other scenes."""
-    loaded, scene = judged_class(engine), engine.scene(name)
+    loaded, scene = judged_declarations(engine), engine.scene(name)
     setting, solution = setting_of(loaded, scene), solved(scene)
     noise = noise_fault(loaded, setting, solution)
     if noise:
@@ -293,7 +292,7 @@ def diagnosed(engine: Examined, name: str, found: Diagnosis, common: str = "") -
     hint = f" {single_words(relative)}" if single else ""
     sizes = "; ".join(f"{WORDS[w.quantity]} {w.words}" for w in found.wrong)
     page = found.explanations[0].mistakes[0].anchor if found.explanations else PAGE
-    loaded = judged_class(engine)
+    loaded = judged_declarations(engine)
     where = f"{left_out(loaded, name)}{at_setting(loaded, setting_of(loaded, engine.scene(name)))}"
     said = f"{found}{hint}{common} Off: {sizes}{where}"
     return Check(short(name), FAILED, said, page, bool(found.explanations), name)
@@ -305,7 +304,7 @@ def systematic(found: Diagnosis) -> bool:
     return found.own is not None and found.own.apart(worst.quantity) < SHARED * worst.difference
 
 
-def at_setting(engine: type[Engine], setting: Setting) -> str:
+def at_setting(engine: Declarations, setting: Setting) -> str:
     """Words on the setting of a scene, if it is not the default."""
     return "" if setting == engine.sweep.setting() else f", at {setting}"
 
@@ -331,7 +330,7 @@ def state_without_failure(verdict: Verdict, scene: Scene, coordinates: Coordinat
 
 def verdict_of(engine: Examined, scene: Scene, runs: dict[Role, RunResult]) -> tuple[Verdict, Evidence]:
     """Verdict on a scene, and its runs, with the further runs that it asks for."""
-    loaded, solution, evidence = judged_class(engine), solved(scene), gathered(runs)
+    loaded, solution, evidence = judged_declarations(engine), solved(scene), gathered(runs)
     setting = setting_of(loaded, scene)
     verdict = judge(engine.name, loaded, setting, evidence, solution)
     if not verdict.further_runs:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from adapters.engine import AccuracyParameter
 from barchain.conform.target import PHYSICS_RUNS
 from barchain.runs import examination
-from barchain.runs.asking import OutsideEngine, Reply, ask, failed_reply
+from barchain.runs.asking import AskedAnswers, Reply, ask, failed_reply, with_prefix
 from barchain.runs.job import Role, failure
 from barchain.runs.message import DeclarationError, plain_number
 from barchain.runs.run import one_run, result_of
@@ -89,9 +89,8 @@ def results(
             # to see which run ends the process
             made += one_by_one(engine, left, limit_s, START_S + budget)
             break
-        if reply.header["noise"]:
-            with suppress(DeclarationError):  # a fault of the declaration is told with the first sample
-                remember_noise(engine, left[: len(headers)], times[: len(headers)], reply)
+        with suppress(DeclarationError):  # a fault of the declaration is told with the first sample
+            remember_noise(engine, left[: len(headers)], times[: len(headers)], reply)
         made += [result_of(job, part(reply, k)) for k, job in enumerate(left[: len(headers)])]
         engine.first_runs_s.extend(filter(None, [plain_number(reply.header.get("first_s"))]))
         if not late:
@@ -145,7 +144,7 @@ def alone(job: Job, limit_s: float) -> RunResult:
 
 def collapse(engine: Examined, name: str, run: RunResult) -> str:
     """Words on a run whose solver's steps collapse: at the coarsest setting it takes next to no time; empty if not."""
-    sweep, late = engine.load().sweep, run.outcome is Outcome.TIMED_OUT and INTEGRATING in run.reason
+    sweep, late = engine.declarations.sweep, run.outcome is Outcome.TIMED_OUT and INTEGRATING in run.reason
     took_s = engine.run_s if late else run.seconds.get("simulate", 0.0)
     if sweep.parameter is not AccuracyParameter.RTOL or took_s < SLOW_RUN_S:
         return ""
@@ -174,20 +173,18 @@ def ended_early(scene: Scene, trajectory: Trajectory) -> str:
 
 def part(reply: Reply, k: int) -> Reply:
     """Answer to one of several runs."""
-    header, prefix = dict(reply.header["runs"][k]), f"{k}."
+    header = dict(reply.header["runs"][k])
     if "failed" in header:
         return failed_reply(header)
-    found = {name.removeprefix(prefix): values for name, values in reply.arrays.items() if name.startswith(prefix)}
+    found = with_prefix(reply.arrays, f"{k}.")
     return Reply(header, {name: values for name, values in found.items() if not name.startswith("noise.")})
 
 
 def remember_noise(engine: Examined, jobs: Sequence[Job], t_s: Sequence[Array], reply: Reply) -> None:
     """Keep the noise that came with runs: a question of its own would need another process each time."""
-    loaded = engine.load()
-    if not issubclass(loaded, OutsideEngine):
+    answers = engine.declarations.answers
+    if not isinstance(answers, AskedAnswers):
         return
     for k, (job, t) in enumerate(zip(jobs, t_s, strict=True)):
-        prefix = f"{k}.noise."
-        found = {n.removeprefix(prefix): v for n, v in reply.arrays.items() if n.startswith(prefix)}
         if "failed" not in reply.header["runs"][k]:
-            loaded.remember_noise(job.scene, job.setting, t, found)
+            answers.remember_noise(job.scene, job.setting, t, with_prefix(reply.arrays, f"{k}.noise."))

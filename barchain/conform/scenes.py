@@ -25,7 +25,7 @@ from scenarios.effect_types import SINGLE_NAME_EFFECTS, all_effect_names
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from adapters.engine import Engine, Setting
+    from adapters.engine import Declarations, Setting
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
 
@@ -101,8 +101,8 @@ def reference_solution(scene: Scene) -> ReferenceSolution:
     """Solution of a scene by the reference, run here."""
     runs = {}
     for job in solution_jobs(scene):
-        engine = job.registration.load()(**dict.fromkeys(job.options, True))
-        runs[job.role] = RunResult(Outcome.PASS, trajectory=engine.run(job.scene, job.setting))
+        trajectory = job.registration.engine(job.options).run(job.scene, job.setting)
+        runs[job.role] = RunResult(Outcome.PASS, trajectory=trajectory)
     return solution_of(scene, runs)
 
 
@@ -127,17 +127,17 @@ def without(scene: Scene, lacking: frozenset[str]) -> Scene:
     return scene if effects == e else dataclasses.replace(scene, effects=effects)
 
 
-def candidates(engine: type[Engine], name: str) -> list[Scene]:
+def candidates(engine: Declarations, name: str) -> list[Scene]:
     """Forms of a scene that an engine may support, the whole one first; one form of a scene before the last stage."""
     scene = scene_of(name)
     if name not in STAGES[TOGETHER]:
         return [scene]
-    lacking = all_effect_names() - engine.effects
+    lacking = all_effect_names().difference(engine.effects)
     return list(dict.fromkeys(without(scene, lacking | more) for more in LEFT_OUT))
 
 
 @cache
-def scene_for(engine: type[Engine], name: str) -> Scene:
+def scene_for(engine: Declarations, name: str) -> Scene:
     """Scene as an engine is given it: the first form that it supports, or the scene itself.
 
     Raises
@@ -150,7 +150,7 @@ def scene_for(engine: type[Engine], name: str) -> Scene:
 
 
 @cache
-def rejection(engine: type[Engine], scene: Scene) -> str | None:
+def rejection(engine: Declarations, scene: Scene) -> str | None:
     """Reason why an engine does not support a scene or its motion; None if it does. Errors as :func:`scene_for`."""
     reason = engine.unsupported(scene)
     if reason is None:
@@ -158,7 +158,7 @@ def rejection(engine: type[Engine], scene: Scene) -> str | None:
     return reason
 
 
-def left_out(engine: type[Engine], name: str) -> str:
+def left_out(engine: Declarations, name: str) -> str:
     """Words on the effects without which an engine is given a scene; empty for all effects."""
     given = scene_for(engine, name).effects.names
     missing = sorted(scene_of(name).effects.names - given)
@@ -166,7 +166,7 @@ def left_out(engine: type[Engine], name: str) -> str:
 
 
 @cache
-def setting_of(engine: type[Engine], scene: Scene) -> Setting:
+def setting_of(engine: Declarations, scene: Scene) -> Setting:
     """Setting at which an engine is examined on a scene.
 
     The default, or the first of the next finer settings at which two right runs agree in most of the scene. Beyond
@@ -175,8 +175,7 @@ def setting_of(engine: type[Engine], scene: Scene) -> Setting:
 
     Parameters
     ----------
-    engine : type
-        Subclass of `Engine`.
+    engine : Declarations
     scene : Scene
         Of conformance.
     """
@@ -184,7 +183,7 @@ def setting_of(engine: type[Engine], scene: Scene) -> Setting:
     return next((setting for setting in tried if lasts(engine, setting, scene)), tried[-1])
 
 
-def from_default_on(engine: type[Engine]) -> Iterator[Setting]:
+def from_default_on(engine: Declarations) -> Iterator[Setting]:
     """The default, and settings of twice the steps or a tenth of the requested error each, up to `MOST_FINER`."""
     setting = engine.sweep.setting()
     factor, finer = FINER[setting.parameter], 1.0
@@ -193,7 +192,7 @@ def from_default_on(engine: type[Engine]) -> Iterator[Setting]:
         setting, finer = dataclasses.replace(setting, value=setting.value * factor), finer * max(factor, 1.0 / factor)
 
 
-def lasts(engine: type[Engine], setting: Setting, scene: Scene) -> bool:
+def lasts(engine: Declarations, setting: Setting, scene: Scene) -> bool:
     """Whether two right runs at a setting agree for :data:`LASTING` of a scene."""
     solution = solved(scene)
     errors = ErrorModel(engine, setting, solution, solution.trajectory)

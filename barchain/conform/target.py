@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from adapters.registry import ENGINES
 from barchain.conform.checks import Group
 from barchain.conform.scenes import FOLDER, STAGES, scene_for
-from barchain.runs.asking import engine_class
+from barchain.runs.asking import declarations_of
 from barchain.runs.choices import named_engine
 from barchain.runs.job import Job
 from scenarios import SceneError, nearest
@@ -18,7 +18,7 @@ from scenarios import SceneError, nearest
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from adapters.engine import Engine, Setting
+    from adapters.engine import Declarations, Setting
     from adapters.registry import Registration
     from barchain.runs.job import Role
     from scenarios import Scene
@@ -58,16 +58,17 @@ class Examined:
         return self.registration in ENGINES.values()
 
     def scene(self, name: str) -> Scene:
-        """Scene of the examination as the engine is given it; errors as :meth:`load`, or if it can't be asked."""
-        return scene_for(self.load(), name)
+        """Scene of the examination as the engine is given it; errors as :attr:`declarations`, or of a question."""
+        return scene_for(self.declarations, name)
 
     def job(self, scene: Scene, setting: Setting, role: Role) -> Job:
         """A run of the engine."""
         return Job(scene, self.name, self.registration, setting, role)
 
-    def load(self) -> type[Engine]:
-        """Class with the engine's declarations. Errors as :func:`barchain.runs.asking.engine_class`."""
-        return engine_class(self.registration)
+    @property
+    def declarations(self) -> Declarations:
+        """The engine's declarations. Errors as :func:`barchain.runs.asking.declarations_of`."""
+        return declarations_of(self.registration)
 
 
 def examined(given: str) -> Examined:

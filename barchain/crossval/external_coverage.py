@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from adapters.common.step_alignment import half_interval_s, inner_events_s, misalignment, off_step_events_s
 from adapters.registry import ENGINES
-from barchain.runs.asking import AdapterLoadError, engine_class, engine_fault
+from barchain.runs.asking import AdapterLoadError, declarations_of, engine_fault
 from barchain.solutions.certified_table import committed_tables, physics_digest, read_head
 from barchain.solutions.judging import WORDS
 from barchain.solutions.reference import SolutionSource
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from adapters.engine import Engine
+    from adapters.engine import Declarations
     from adapters.registry import Registration
     from scenarios import Scene, Thrust
 
@@ -49,12 +49,14 @@ def external_coverage(scene: Scene, requested: Mapping[str, Registration]) -> di
     others = {name: r for name, r in ENGINES.items() if name not in requested and r.in_default_set}
     failures: dict[str, str] = {}
     independent = loaded({name: r for name, r in requested.items() if not r.missing}, failures)
-    supporting = [name for name, e in loaded(others, failures).items() if scene.effects.names <= e.effects]
+    supporting = [name for name, e in loaded(others, failures).items() if scene.effects.names.issubset(e.effects)]
     installed = {name for name, r in (others | dict(requested)).items() if not r.missing}
     committed = committed_tables().get(physics_digest(scene))
     return {
         "lack": {
-            name: lacking for name, e in independent.items() if (lacking := sorted(scene.effects.names - e.effects))
+            name: sorted(lacking)
+            for name, engine in independent.items()
+            if (lacking := scene.effects.names.difference(engine.effects))
         },
         "instants": unaligned_instants(scene, independent),
         "not_requested": [name for name in supporting if name in installed],
@@ -64,20 +66,20 @@ def external_coverage(scene: Scene, requested: Mapping[str, Registration]) -> di
     }
 
 
-def loaded(registrations: Mapping[str, Registration], failures: dict[str, str]) -> dict[str, type[Engine]]:
-    """Classes of the engines with independent physics; messages of broken adapters go to `failures`."""
-    found: dict[str, type[Engine]] = {}
+def loaded(registrations: Mapping[str, Registration], failures: dict[str, str]) -> dict[str, Declarations]:
+    """Declarations of the engines with independent physics; messages of broken adapters go to `failures`."""
+    found: dict[str, Declarations] = {}
     for name, registration in registrations.items():
         if not registration.external:
             continue
         try:
-            found[name] = engine_class(registration)
+            found[name] = declarations_of(registration)
         except Exception as error:
             failures[name] = error.reason if isinstance(error, AdapterLoadError) else engine_fault(error)
     return found
 
 
-def rejects(engine: type[Engine], scene: Scene) -> bool:
+def rejects(engine: Declarations, scene: Scene) -> bool:
     """Whether an engine gives a reason against a scene; one that fails to answer gives none."""
     try:
         return engine.unsupported(scene) is not None
@@ -85,7 +87,7 @@ def rejects(engine: type[Engine], scene: Scene) -> bool:
         return False
 
 
-def unaligned_instants(scene: Scene, independent: Mapping[str, type[Engine]]) -> dict[str, Any]:
+def unaligned_instants(scene: Scene, independent: Mapping[str, Declarations]) -> dict[str, Any]:
     """Engines that reject a scene for its instants alone, those instants (s), and a run that they would support.
 
     The cause is tested with the same scene and every instant at a sample.

@@ -26,7 +26,7 @@ from reports.tables.outcome import Outcome
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from adapters.engine import Engine
+    from adapters.engine import Declarations
     from adapters.registry import Registration
     from barchain.judge.verdict import Verdict
     from barchain.runs.executors import Executor
@@ -67,7 +67,7 @@ class ComparisonPlan:
     certify: bool = False
     """Whether scenes without a shipped solution are judged by one of heyoka's, where it can make one"""
 
-    def setting(self, name: str, engine: type[Engine], solution: ReferenceSolution | None = None) -> Setting:
+    def setting(self, name: str, engine: Declarations, solution: ReferenceSolution | None = None) -> Setting:
         """Setting at which an engine is judged; `solution` is the scene's, where it is known before the runs."""
         given = self.settings.get(name)
         if given is not None:
@@ -90,7 +90,7 @@ class SceneProgress:
     """Why no run can be compared, at any setting: samples too far apart; empty where one can"""
 
 
-def comparison_setting(engine: type[Engine], solution: ReferenceSolution | None) -> Setting:
+def comparison_setting(engine: Declarations, solution: ReferenceSolution | None) -> Setting:
     """Setting at which an engine of barchain's own registry is compared on a scene, if none is given.
 
     Methods that choose their steps, and scenes whose solution is not known before the runs, have the engine's default
@@ -124,7 +124,7 @@ def turns_per_orbit(solution: ReferenceSolution) -> float:
     return float(np.max(np.abs(rates))) * solution.scene.step_period_s / (2.0 * math.pi)
 
 
-def coarse_first(engine: type[Engine], default: Setting) -> Iterator[Setting]:
+def coarse_first(engine: Declarations, default: Setting) -> Iterator[Setting]:
     """Settings from the coarsest of an engine's accuracy sweep to just below its default."""
     octaves = math.log2(default.value / min(engine.sweep.values))
     for k in range(math.floor(PER_OCTAVE * octaves), 0, -1):
@@ -137,7 +137,7 @@ def two_digits(value: float) -> float:
     return math.ceil(value / unit - 1e-9) * unit
 
 
-def promise(engine: type[Engine], setting: Setting, solution: ReferenceSolution) -> ErrorModel:
+def promise(engine: Declarations, setting: Setting, solution: ReferenceSolution) -> ErrorModel:
     """Error model of an engine at a setting, before it runs."""
     return ErrorModel(engine, setting, solution, solution.trajectory)
 

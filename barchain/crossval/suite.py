@@ -25,7 +25,7 @@ from barchain.judge.verdict import Row, Verdict, no_verdict
 from barchain.metrics.model_difference import com_displacement
 from barchain.record.scene_description import gradient_defect
 from barchain.runs.advice import setting_advice
-from barchain.runs.asking import OutsideEngine, engine_class
+from barchain.runs.asking import ask_about, declarations_of, taken_along
 from barchain.runs.call import CallLateError
 from barchain.runs.cases import Case, Known, Shared, Task, run_cases
 from barchain.runs.job import JUDGING_ROLES, Job, Role, RunResult, failure
@@ -52,7 +52,7 @@ from reports.tables.outcome import Outcome
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from adapters.engine import Engine, Setting
+    from adapters.engine import Declarations, Setting
     from barchain.crossval.plan import ComparisonPlan
     from barchain.judge.evidence import Evidence
     from barchain.record.study_store import StudyStore
@@ -66,7 +66,7 @@ class Suite:
         """Prepare; `reporter` gets scene, engine and outcome after each verdict, and notes on what goes on before."""
         self.comparison, self.store, self.report, self.note = comparison, store, reporter.step, reporter.note
         self.progress = {scene.name: SceneProgress(closely_sampled(scene)) for scene in comparison.scenes}
-        self.classes: dict[str, type[Engine]] = {}
+        self.declared: dict[str, Declarations] = {}
         self.idle: dict[str, Verdict] = {}
         """Verdicts on engines that were compared on no scene, though they should have been"""
         self.rows: dict[tuple[str, str], list[Row]] = {}
@@ -100,9 +100,8 @@ class Suite:
         """Ask engines of other packages about all scenes at once; a failure is told with each scene."""
         for registration in self.comparison.engines.values():
             with contextlib.suppress(EngineError):
-                asked = None if registration.missing else engine_class(registration)
-                if asked is not None and issubclass(asked, OutsideEngine):
-                    asked.prepare(p.scene for p in self.progress.values())
+                if not registration.missing:
+                    ask_about(declarations_of(registration), (p.scene for p in self.progress.values()))
 
     def cases(self, progress: SceneProgress) -> Iterator[tuple[tuple[str, str], Case[Verdict | None]]]:
         """Cases of a scene; engines that do not support it get their verdict at once.
@@ -113,7 +112,7 @@ class Suite:
         for engine, registration in self.comparison.engines.items():
             out = cannot(progress.scene, engine, registration)
             if out is None:
-                self.classes[engine] = engine_class(registration)
+                self.declared[engine] = declarations_of(registration)
                 supporting.append(engine)
             else:
                 self.settle(name, engine, no_verdict(name, engine, None, out.outcome, out.reason))
@@ -122,7 +121,7 @@ class Suite:
         shipped = self.shipped(progress)
         solution = Shared(self.solution(progress)) if shipped is None else Known(shipped)
         for engine in supporting:
-            setting = self.comparison.setting(engine, self.classes[engine], shipped)
+            setting = self.comparison.setting(engine, self.declared[engine], shipped)
             job = Job(progress.scene, engine, self.comparison.engines[engine], setting, Role.MAIN)
             least = expected_work(job), name
             self.lightest[engine] = min(self.lightest.get(engine, least), least)
@@ -211,7 +210,7 @@ class Suite:
         self, progress: SceneProgress, engine: str, setting: Setting, solution: Shared | Known
     ) -> Case[Verdict | None]:
         """Verdict on an engine in a scene; None where no solution judges the scene."""
-        scene, loaded = progress.scene, self.classes[engine]
+        scene, loaded = progress.scene, self.declared[engine]
         if isinstance(solution, Known):
             with contextlib.suppress(Exception):  # of the engine: told after the runs
                 if refused := self.refused(progress, engine, setting, solution.value):
@@ -246,7 +245,7 @@ class Suite:
         self, progress: SceneProgress, engine: str, setting: Setting, solution: ReferenceSolution
     ) -> Verdict | None:
         """Verdict that needs no run, where the motion is unsupported or no setting predicts a sample; None else."""
-        name, loaded = progress.scene.name, self.classes[engine]
+        name, loaded = progress.scene.name, self.declared[engine]
         reason = loaded.unsupported_motion(progress.scene, solution.fine)
         if reason is not None:
             return no_verdict(name, engine, setting, Outcome.UNSUPPORTED, reason)
@@ -258,7 +257,7 @@ class Suite:
         self, engine: str, setting: Setting, runs: dict[Role, RunResult], solution: ReferenceSolution
     ) -> Case[Verdict]:
         """Verdict on an engine's runs, and on the further runs that it requests."""
-        scene, loaded = solution.scene, self.classes[engine]
+        scene, loaded = solution.scene, self.declared[engine]
         found: Verdict = yield from judged(engine, loaded, setting, gathered(runs), solution)
         if found.further_runs:
             registration = self.comparison.engines[engine]
@@ -300,31 +299,22 @@ class Suite:
 
 
 def judged(
-    name: str, engine: type[Engine], setting: Setting, evidence: Evidence, solution: ReferenceSolution
+    name: str, engine: Declarations, setting: Setting, evidence: Evidence, solution: ReferenceSolution
 ) -> Case[Verdict]:
     """Verdict made here, or in another process where it goes beyond the predictability limit."""
     run = evidence.main.trajectory
-    errors = None if run is None else ErrorModel(engine, setting, solution, run)
-    if errors is None or not goes_beyond(errors):
+    if run is None:
+        return judge(name, engine, setting, evidence, solution)
+    settings = setting, finer_setting(solution.scene, engine.sweep, setting)
+    t_s = ErrorModel(engine, setting, solution, run).t_s
+    engine = taken_along(engine, solution.scene, settings, t_s)
+    errors = ErrorModel(engine, setting, solution, run)
+    if not goes_beyond(errors):
         return judge(name, engine, setting, evidence, solution, errors)
-    finer = finer_setting(solution.scene, engine.sweep, setting)
-    engine.noise(solution.scene, finer, errors.t_s)  # an engine of another package is asked here alone
-    (found,) = yield [verdict_task(judge_loaded, name, engine, setting, evidence, solution, errors)]
+    (found,) = yield [verdict_task(judge, name, engine, setting, evidence, solution, errors)]
     if not isinstance(found, Verdict):
         raise found
     return found
-
-
-def judge_loaded(
-    name: str,
-    engine: type[Engine],
-    setting: Setting,
-    evidence: Evidence,
-    solution: ReferenceSolution,
-    errors: ErrorModel,
-) -> Verdict:
-    """Verdict in another process, to which an error model comes without the engine's class; arguments as of `judge`."""
-    return judge(name, engine, setting, evidence, solution, errors.of_engine(engine))
 
 
 def goes_beyond(errors: ErrorModel) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING
 
 from adapters.engine import Engine
 from adapters.registry import Registration, find_own_engine
@@ -14,8 +14,8 @@ from scenarios import nearest
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from adapters.engine import Setting
-    from adapters.trajectory import Array, Trajectory
+    from adapters.engine import Declarations, Setting
+    from adapters.trajectory import Trajectory
     from scenarios import Scene
 
 
@@ -72,86 +72,49 @@ def find(name: str, among: Mapping[str, Fault] | None = None) -> Fault:
     return known[name]
 
 
-DECLARED = (
-    "title", "coordinates", "order", "sweep", "effects", "observables", "options", "joints_in_place",
-    "track_by_length", "unsupported_reasons",
-)  # fmt: skip
-
-
 class FaultyEngine(Engine):
-    """A host engine with a fault inserted; :func:`engine_with_fault` makes the final class."""
+    """A host engine with a fault inserted into its scene, its setting, its code or its samples."""
 
-    host: ClassVar[type[Engine]]
-    fault: ClassVar[Fault]
-    size: ClassVar[float]
-    recorded: ClassVar[Mapping[Setting, Trajectory]]
-    """Runs of the unmodified engine, which serve a fault in the read-out alone"""
-
-    @classmethod
-    def unsupported(cls, scene: Scene) -> str | None:
-        """As its host."""
-        return cls.host.unsupported(scene)
-
-    @classmethod
-    def unsupported_motion(cls, scene: Scene, motion: Trajectory) -> str | None:
-        """As its host."""
-        return cls.host.unsupported_motion(scene, motion)
-
-    @classmethod
-    def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
-        """As its host."""
-        return cls.host.noise(scene, setting, t_s)
+    def __init__(self, host: Registration, fault: Fault, size: float) -> None:
+        """Make the host; a fault that is stuck runs at the host's default setting."""
+        self.host, self.fault, self.size = host.engine(), fault, size
+        self.stuck_at = host.declarations().sweep.setting() if fault.stuck else None
 
     def build(self, scene: Scene, setting: Setting) -> None:
         """Give the host the faulty scene and setting."""
         self.scene, self.setting = scene, setting
-        self.unmodified = self.recorded.get(setting) if self.fault.replays else None
-        if self.unmodified is None:
-            self.inner = self.host()
-            used = self.host.sweep.setting() if self.fault.stuck else self.fault.asked(setting, self.size)
-            with self.fault.within(self.size):
-                self.inner.build(self.fault.staged(scene, self.size), used)
+        with self.fault.within(self.size):
+            used = self.stuck_at or self.fault.asked(setting, self.size)
+            self.host.build(self.fault.staged(scene, self.size), used)
 
     def simulate(self) -> None:
         """Let it run."""
-        if self.unmodified is None:
-            with self.fault.within(self.size):
-                self.inner.simulate()
+        with self.fault.within(self.size):
+            self.host.simulate()
 
     def read(self) -> Trajectory:
         """Insert the fault into its samples."""
-        if self.unmodified is not None:
-            return self.fault.output_of(self.unmodified, self.scene, self.setting, self.size)
         with self.fault.within(self.size):
-            seen = self.inner.read()
+            seen = self.host.read()
         return self.fault.output_of(seen, self.scene, self.setting, self.size)
-
-
-def engine_with_fault(
-    fault: Fault,
-    size: float,
-    host: type[Engine],
-    recorded: Mapping[Setting, Trajectory] | None = None,
-    main: Trajectory | None = None,
-) -> type[Engine]:
-    """Class of a host engine with a fault; without a `main` run of the host it has the host's declarations."""
-    kept: dict[str, Any] = {name: getattr(host, name) for name in DECLARED}
-    own = {"host": host, "fault": fault, "size": size, "recorded": recorded or {}}
-    wrong = fault.declares(host, main) if fault.declares and main is not None else {}
-    return type(f"Faulty{host.__name__}", (FaultyEngine,), kept | own | wrong)
 
 
 @dataclass(frozen=True)
 class FaultRegistration(Registration):
-    """Names and a number from which a worker makes the class."""
+    """Names and a number from which a worker makes the engine."""
 
     host: str = "reference"
     fault: str = ""
     size: float = 0.0
 
-    def load(self) -> type[Engine]:
-        """Make the class."""
-        return engine_with_fault(find(self.fault), self.size, find_own_engine(self.host).load())
+    def engine(self, options: Iterable[str] = ()) -> Engine:
+        """The host with the fault; it takes no options."""
+        del options
+        return FaultyEngine(find_own_engine(self.host), find(self.fault), self.size)
+
+    def declarations(self) -> Declarations:
+        """Declarations of the host."""
+        return find_own_engine(self.host).declarations()
 
 
 def fault_registration(host: str, fault: str, size: float | None = None) -> FaultRegistration:

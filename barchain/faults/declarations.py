@@ -1,46 +1,40 @@
-"""Wrong declarations of an engine's class: its noise, its order, its coordinates."""
+"""Wrong declarations of an engine: its noise, its order, its coordinates."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from adapters.engine import AccuracyParameter, Coordinates
+from adapters.engine import AccuracyParameter, Coordinates, StatedAnswers
 from barchain.faults.equations import HEAVIER
 from barchain.faults.fault import Fault, FaultGroup
 from barchain.faults.readings import largest
 
 if TYPE_CHECKING:
-    from adapters.engine import Engine, Setting
+    from adapters.engine import Declarations
     from adapters.trajectory import Array, Trajectory
     from barchain.faults.fault import Foreign
-    from scenarios import Scene
 
 NOISE_RAD = 1.0
 
 
-def noisy(engine: type[Engine], main: Trajectory) -> dict[str, Any]:
+def noisy(engine: Declarations, main: Trajectory) -> Declarations:
     """A noise of one radian, and of the largest reaction."""
-    del engine
-    declared: dict[str, float | Array] = {"attitude": NOISE_RAD}
+    errors: dict[str, float | Array] = {"attitude": NOISE_RAD}
     if main.reaction_N is not None:
-        declared["reaction"] = largest(main.reaction_N)
-
-    def noise(cls: type[Engine], scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
-        del cls, scene, setting, t_s
-        return declared
-
-    return {"noise": classmethod(noise)}
+        errors["reaction"] = largest(main.reaction_N)
+    return replace(engine, questions=("noise",), answers=StatedAnswers(errors))
 
 
 def declares(name: str, value: object) -> dict[str, Any]:
-    """Arguments of a fault that declares one attribute wrongly; it can't be inserted where the value is right."""
+    """Arguments of a fault that declares one thing wrongly; it can't be inserted where the value is right."""
 
-    def wrong(engine: type[Engine], main: Trajectory) -> dict[str, Any]:
-        del engine, main
-        return {name: value}
+    def wrong(engine: Declarations, main: Trajectory) -> Declarations:
+        del main
+        changed: dict[str, Any] = {name: value}
+        return replace(engine, **changed)
 
-    def foreign(engine: type[Engine]) -> str:
+    def foreign(engine: Declarations) -> str:
         return f"it declares {name} = {value} rightly" if getattr(engine, name) == value else ""
 
     return {"declares": wrong, "foreign": foreign}

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from contextlib import AbstractContextManager
 
-    from adapters.engine import Engine, Setting
+    from adapters.engine import Declarations, Setting
     from adapters.trajectory import Trajectory
     from barchain.faults.fault import NotApplicable
     from barchain.solutions.reference import ReferenceSolution
@@ -161,7 +161,7 @@ def many_steps(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     return dataclasses.replace(trajectory, info=trajectory.info | {"steps": CLAIMED_STEPS})
 
 
-def equal_steps(engine: type[Engine]) -> str:
+def equal_steps(engine: Declarations) -> str:
     """Engines that choose their steps."""
     return "" if engine.sweep.parameter is AccuracyParameter.RTOL else "it takes equal steps"
 

@@ -15,11 +15,10 @@ from adapters.reference.numpy_engines import Reference
 if TYPE_CHECKING:
     from collections.abc import Callable
     from contextlib import AbstractContextManager
-    from typing import Any
 
     from numpy.random import Generator
 
-    from adapters.engine import Engine, Setting
+    from adapters.engine import Declarations, Setting
     from adapters.trajectory import Trajectory
     from barchain.runs.job import Role
     from barchain.solutions.reference import ReferenceSolution
@@ -30,9 +29,9 @@ if TYPE_CHECKING:
     CodeChange = Callable[[float], AbstractContextManager[object]]
     OutputChange = Callable[[Trajectory, Scene, float], Trajectory]
     FreshChange = Callable[[Trajectory, Scene, float, Generator], Trajectory]
-    Declaration = Callable[[type[Engine], Trajectory], dict[str, Any]]
+    DeclarationChange = Callable[[Declarations, Trajectory], Declarations]
     NotApplicable = Callable[[ReferenceSolution], str]
-    Foreign = Callable[[type[Engine]], str]
+    Foreign = Callable[[Declarations], str]
 
 
 class FaultGroup(StrEnum):
@@ -73,8 +72,8 @@ class Size:
 class Fault:
     """One fault.
 
-    It is inserted into the scene that the engine is given, its setting, its code, what is read out of it, or what its
-    class declares.
+    It is inserted into the scene that the engine is given, its setting, its code, what is read out of it, or what it
+    declares.
     """
 
     name: str
@@ -90,8 +89,8 @@ class Fault:
     output: OutputChange | None = None
     fresh: FreshChange | None = None
     """Change of the output by random numbers that differ in every run, and are the same when a run is repeated"""
-    declares: Declaration | None = None
-    """Attributes of the class that are wrong, given the host and its own main run"""
+    declares: DeclarationChange | None = None
+    """Change of the host's declarations, given its own main run"""
     stuck: bool = False
     """Whether every run is at the host's default setting, whatever setting is asked for"""
     roles: frozenset[Role] | None = None
@@ -118,9 +117,9 @@ class Fault:
         """Whether only samples change: then a run of the unmodified engine serves."""
         return not (self.scene or self.setting or self.code or self.stuck)
 
-    def foreign_to(self, engine: type[Engine]) -> str:
+    def foreign_to(self, engine: Declarations) -> str:
         """Why it can't be inserted into an engine; empty if it can."""
-        if self.code and engine is not Reference:
+        if self.code and engine.answers is not Reference:
             return "inserted into the reference's code"
         return self.foreign(engine)
 

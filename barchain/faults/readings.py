@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from numpy.random import Generator
 
-    from adapters.engine import Engine
+    from adapters.engine import Declarations
     from adapters.trajectory import Array, Trajectory
     from barchain.faults.fault import FreshChange, OutputChange
     from scenarios import Scene
@@ -190,7 +190,7 @@ def parted(trajectory: Trajectory, scene: Scene, size: float) -> Trajectory:
     return trajectory.replace(position_m=places + off[:, :, None] * np.array([1.0, 0.0]), **closed(trajectory))
 
 
-def no_gaps(engine: type[Engine]) -> str:
+def no_gaps(engine: Declarations) -> str:
     """Engines that show gaps."""
     return "" if Observable.GAP in engine.observables else "it shows no gaps"
 

@@ -152,4 +152,4 @@ def problem(
 
 def mujoco_model(scene: Scene) -> str:
     """Chain as MuJoCo's XML; empty where MuJoCo does not carry the scene."""
-    return "" if ENGINES["mujoco"].load().unsupported(scene) else model_xml(scene)
+    return "" if ENGINES["mujoco"].declarations().unsupported(scene) else model_xml(scene)

@@ -26,7 +26,7 @@ from scenarios.channels import UNITS
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from adapters.engine import Engine, Setting
+    from adapters.engine import Declarations, Setting
     from adapters.trajectory import Array, Trajectory
     from barchain.given.samples import Samples
     from barchain.judge.diagnosis.diagnose import Diagnosis
@@ -76,7 +76,7 @@ class FileVerdict:
     solution: ReferenceSolution
     main: Trajectory
     finer: Trajectory | None
-    engine: type[Engine]
+    engine: Declarations
     setting: Setting
     advice: list[str]
     """Sentences that come before all reasons"""
@@ -346,7 +346,7 @@ def other_start(main: Samples) -> str:
 
 def one_verdict(
     name: str, main: Samples, finer: Samples | None, declared: Declared, own: dict[str, Array], *, restarts: bool = True
-) -> tuple[Verdict, type[Engine], Setting]:
+) -> tuple[Verdict, Declarations, Setting]:
     """Verdict without a diagnosis, the program's declarations and its setting."""
     errors = error_model(main, declared, own)
     result = RunResult(Outcome.PASS, trajectory=main.trajectory)

@@ -22,7 +22,7 @@ from barchain.runs.job import ROUNDOFF_ROLES, Role
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
-    from adapters.engine import Engine, Setting
+    from adapters.engine import Declarations, Setting
     from adapters.trajectory import Array
     from barchain.judge.checks.restart import RestartSegment
     from barchain.judge.evidence import Evidence
@@ -38,7 +38,7 @@ DOUBTED = {Outcome.INCONSISTENT, Outcome.EXCEEDS_BOUND}
 
 def judge(
     name: str,
-    engine: type[Engine],
+    engine: Declarations,
     setting: Setting,
     evidence: Evidence,
     solution: ReferenceSolution,
@@ -53,7 +53,7 @@ def judge(
     ----------
     name : str
         Of the engine.
-    engine : type
+    engine : Declarations
     setting : Setting
         Of the main run.
     evidence : Evidence

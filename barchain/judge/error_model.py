@@ -19,7 +19,6 @@ at t. `barchain.judge.tolerances` lists all tolerances with their derivations.
 
 from __future__ import annotations
 
-import copy
 from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -49,11 +48,10 @@ from reports.tables.crossval import PARTED_RAD
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from typing import Any
 
     from numpy.typing import NDArray
 
-    from adapters.engine import Engine, Setting
+    from adapters.engine import Declarations, Setting
     from adapters.trajectory import Array, Trajectory
     from barchain.judge.local_errors import LocalErrors
     from barchain.solutions.reference import ReferenceSolution
@@ -82,12 +80,12 @@ class ErrorModel:
     noise_is_bounded = True
     """Whether declared noise counts up to a bound: more of it is a limit of the engine, and makes no pass"""
 
-    def __init__(self, engine: type[Engine], setting: Setting, solution: ReferenceSolution, run: Trajectory) -> None:
+    def __init__(self, engine: Declarations, setting: Setting, solution: ReferenceSolution, run: Trajectory) -> None:
         """Keep the arguments; nothing expensive is computed yet.
 
         Parameters
         ----------
-        engine : type
+        engine : Declarations
         setting : Setting
         solution : ReferenceSolution
         run : Trajectory
@@ -107,16 +105,6 @@ class ErrorModel:
         if self.setting.parameter is not AccuracyParameter.RTOL:
             return counted
         return believed_steps(self.setting, self.solution, counted)
-
-    def __getstate__(self) -> dict[str, Any]:
-        """All members but the engine's class, which another process may have to load from a file."""
-        return {name: value for name, value in vars(self).items() if name != "engine"}
-
-    def of_engine(self, engine: type[Engine]) -> ErrorModel:
-        """Model with the engine's class put back, in a process that received the model without it."""
-        whole = copy.copy(self)
-        whole.engine = engine
-        return whole
 
     @cached_property
     def scale(self) -> dict[str, float]:

@@ -24,7 +24,7 @@ from scenarios import Axes, Impulse, Thrust
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from adapters.engine import Engine, Setting
+    from adapters.engine import Declarations, Setting
     from adapters.registry import Registration
     from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
@@ -63,7 +63,7 @@ def follow_up_jobs(
     scene: Scene,
     name: str,
     registration: Registration,
-    engine: type[Engine],
+    engine: Declarations,
     setting: Setting,
     further_runs: Iterable[Role],
 ) -> list[Job]:
@@ -75,8 +75,8 @@ def follow_up_jobs(
     name : str
         Of the engine.
     registration : Registration
-    engine : type
-        Its class, for its accuracy sweep.
+    engine : Declarations
+        Its accuracy sweep counts.
     setting : Setting
         At which the engine is judged.
     further_runs : iterable of Role

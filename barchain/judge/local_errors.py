@@ -29,7 +29,7 @@ from reference_impl.model.kinematics import bar_centres
 from scenarios import Gravity
 
 if TYPE_CHECKING:
-    from adapters.engine import Engine, Setting
+    from adapters.engine import Declarations, Setting
     from adapters.trajectory import Array, Trajectory
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
@@ -81,7 +81,7 @@ class LocalErrors:
         return found
 
 
-def requested_errors(engine: type[Engine], setting: Setting, solution: ReferenceSolution, steps: float) -> LocalErrors:
+def requested_errors(engine: Declarations, setting: Setting, solution: ReferenceSolution, steps: float) -> LocalErrors:
     """Local errors of a method that chooses its steps: the request in each, one step for a radian of the fastest rate.
 
     Methods of low or of changing order take more `steps`, and their own count is then used; 0 without one. The track,
@@ -145,12 +145,12 @@ def elastic_decay_1_s(solution: ReferenceSolution) -> float:
     return decay
 
 
-def step_constant(engine: type[Engine]) -> float:
+def step_constant(engine: Declarations) -> float:
     """Error of a step relative to its request, as far as `adapters.engine.Engine.step_constant` is believed."""
     return min(max(1.0, engine.step_constant), MAX_STEP_CONSTANT)
 
 
-def track_unit(engine: type[Engine], scene: Scene, rtol: float) -> float:
+def track_unit(engine: Declarations, scene: Scene, rtol: float) -> float:
     """Unit of the requested accuracy for the centre of mass, m; 0 for a straight track without forces.
 
     An accuracy below the roundings of a place can't be requested.
@@ -168,7 +168,7 @@ def error_constant(order: float) -> float:
     return SECOND_ORDER_CONSTANT if order <= SECOND_ORDER else 1.0 / math.factorial(round(order) + 1)
 
 
-def truncation_errors(engine: type[Engine], setting: Setting, solution: ReferenceSolution) -> LocalErrors:
+def truncation_errors(engine: Declarations, setting: Setting, solution: ReferenceSolution) -> LocalErrors:
     """Local errors of a fixed-step method of order p: C h^p times derivative p+1 of the judging solution.
 
     Third derivatives come from its dense samples, higher ones from the third by the rate at which that varies then. In
@@ -205,7 +205,7 @@ def truncation_errors(engine: type[Engine], setting: Setting, solution: Referenc
     )
 
 
-def departure(engine: type[Engine], scene: Scene, trajectory: Trajectory) -> tuple[Array, Array]:
+def departure(engine: Declarations, scene: Scene, trajectory: Trajectory) -> tuple[Array, Array]:
     """Departure of the centre of mass from the orbit of an engine's frame, m, and its rate, m/s: each (n, 2).
 
     Rotating frames and those of joint coordinates follow Kepler's orbit. Other frames fall with all fields, so that
@@ -224,7 +224,7 @@ def departure(engine: type[Engine], scene: Scene, trajectory: Trajectory) -> tup
     return trajectory.com_m - place[-len(t_s) :], trajectory.com_velocity_m_s - velocity[-len(t_s) :]
 
 
-def departure_velocity(engine: type[Engine], scene: Scene, trajectory: Trajectory) -> Array:
+def departure_velocity(engine: Declarations, scene: Scene, trajectory: Trajectory) -> Array:
     """Rate of the departure of :func:`departure` in the axes of an engine's frame, m/s, (n, 2).
 
     In axes that turn with the orbit even a constant thrust of fixed direction varies inside a step.
@@ -259,7 +259,7 @@ def running_maximum(t_s: Array, values: Array, samples_s: Array) -> Array:
     return found
 
 
-def resolving_s(engine: type[Engine], setting: Setting, scene: Scene, rate_rad_s: float) -> float:
+def resolving_s(engine: Declarations, setting: Setting, scene: Scene, rate_rad_s: float) -> float:
     """Largest distance of samples that show what the steps of a method meet, s; infinite where that does not matter.
 
     A step's error is a mean of a derivative over the step, which samples half a step apart resolve. Where steps are
@@ -297,7 +297,7 @@ def varying_rate(scene: Scene, trajectory: Trajectory, *, resolved: bool) -> Arr
     return found
 
 
-def end_derivatives(engine: type[Engine], scene: Scene, trajectory: Trajectory) -> tuple[Array, Array]:
+def end_derivatives(engine: Declarations, scene: Scene, trajectory: Trajectory) -> tuple[Array, Array]:
     """Second and third time derivatives of a bar's end about its centre, over half its length, bounds, (n,) each.
 
     With w the rate: |w'| + w² and |w''| + 3 |w w'| + |w|³. In a frame that turns with the orbit, rates

@@ -101,7 +101,7 @@ class Residuals:
     @property
     def com_only(self) -> bool:
         """Whether the engine follows the centre of mass alone, as a particle."""
-        shown = self.main.observables | self.finer.observables | self.engine.observables
+        shown = self.main.observables.union(self.finer.observables, self.engine.observables)
         return shown <= {Observable.COM}
 
     def inside(self, quantity: str) -> NDArray[np.bool_]:

@@ -20,7 +20,7 @@ from scenarios.channels import UNITS
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from adapters.engine import Engine, Setting
+    from adapters.engine import Declarations, Setting
     from adapters.trajectory import Array, Trajectory
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
@@ -112,12 +112,12 @@ def rounded_sum(trajectory: Trajectory, quantity: str) -> Array:
     return largest
 
 
-def declared_noise(engine: type[Engine], setting: Setting, solution: ReferenceSolution, t_s: Array) -> dict[str, Array]:
+def declared_noise(engine: Declarations, setting: Setting, solution: ReferenceSolution, t_s: Array) -> dict[str, Array]:
     """Noise that an engine declares, (n,) for each quantity, as declared.
 
     Parameters
     ----------
-    engine : type
+    engine : Declarations
     setting : Setting
     solution : ReferenceSolution
     t_s : ndarray, shape (n,)

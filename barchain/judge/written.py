@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine, Setting
+from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Declarations, Setting, StatedAnswers
 from adapters.trajectory import Observable
 from barchain.judge.error_model import ErrorModel
 from barchain.judge.residuals import Residuals
@@ -62,19 +62,19 @@ class Declared:
         return Setting(AccuracyParameter.RTOL, self.rtol)
 
     @property
-    def engine(self) -> type[Engine]:
-        """The declarations as a class that can't run."""
-        said, value = dict(self.noise), self.setting.value
-        members = {
-            "title": "a file",
-            "coordinates": Coordinates.ABSOLUTE if self.absolute else Coordinates.RELATIVE,
-            "order": self.order,
-            "sweep": AccuracySweep(AccuracyParameter.RTOL, (value,), value),
-            "effects": frozenset(),
-            "observables": frozenset(Observable),
-            "noise": classmethod(lambda *_: dict(said)),
-        }
-        return type("WrittenFile", (Engine,), members)
+    def engine(self) -> Declarations:
+        """The declarations, as those of an engine."""
+        value = self.setting.value
+        return Declarations(
+            title="a file",
+            coordinates=Coordinates.ABSOLUTE if self.absolute else Coordinates.RELATIVE,
+            order=self.order,
+            sweep=AccuracySweep(AccuracyParameter.RTOL, (value,), value),
+            effects=(),
+            observables=tuple(sorted(Observable)),
+            questions=("noise",),
+            answers=StatedAnswers(dict(self.noise)),
+        )
 
 
 class WrittenErrors(ErrorModel):

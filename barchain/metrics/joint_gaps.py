@@ -14,7 +14,7 @@ from adapters.common.departure import departure, drift_bound_m
 from adapters.engine import Coordinates
 
 if TYPE_CHECKING:
-    from adapters.engine import Engine
+    from adapters.engine import Declarations
     from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
 
@@ -65,7 +65,7 @@ def kept_or_computed(reported: Array | None, computed: Array | None, allowed: Ar
     return np.where(np.abs(reported - computed) <= allowed, reported, computed)
 
 
-def disagreement(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> str:
+def disagreement(scene: Scene, engine: Declarations, trajectory: Trajectory) -> str:
     """First reported gap or residual that contradicts the bars' places, in one line; empty if there is none."""
     if trajectory.position_m is None:
         return ""
@@ -111,7 +111,7 @@ def largest_m(scene: Scene, trajectory: Trajectory) -> Array:
     return scene.size_m + farthest
 
 
-def origin_m(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> Array:
+def origin_m(scene: Scene, engine: Declarations, trajectory: Trajectory) -> Array:
     """Distance of the centre of mass from the origin of the engine's coordinates, (n,), m.
 
     The engine may have computed gaps from ends of bars at this distance. For a frame on an orbit of its own it

@@ -17,7 +17,7 @@ from barchain.nightly.figures import FigureKind
 from barchain.nightly.releases import Release, releases_of
 from barchain.nightly.results import read_figures_of
 from barchain.record.scene_description import scene_words
-from barchain.runs.asking import engine_class
+from barchain.runs.asking import declarations_of
 from barchain.runs.call import Answer, Call
 from barchain.runs.environment import scratch_folder
 from barchain.runs.kept_answers import AnswerStore
@@ -138,7 +138,7 @@ def releases_study(given: str, scenes: Sequence[str] = (), since: str | None = N
         If a name is none.
     """
     name, distribution = engine_and_distribution(given)
-    declared = engine_class(find_engine(name))
+    declared = declarations_of(find_engine(name))
     reasons = {scene: declared.unsupported(load_scene(scene)) for scene in scenes or SCENES}
     able = [scene for scene, reason in reasons.items() if not reason]
     for scene, reason in reasons.items() if scenes else ():

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from adapters.common.equal_steps import step_s
 from adapters.engine import AccuracyParameter
 from adapters.registry import COMPILED, ENGINES
-from barchain.runs.asking import engine_class
+from barchain.runs.asking import declarations_of
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ def compiled_can(scenes: Iterable[Scene]) -> bool:
     registration = ENGINES[COMPILED]
     if registration.missing:
         return False
-    engine = engine_class(registration)
+    engine = declarations_of(registration)
     return all(engine.unsupported(scene) is None for scene in scenes)
 
 

@@ -1,4 +1,4 @@
-"""Engines of other packages: questions to them, with an answer or one line on why there is none, and their classes.
+"""Engines of other packages: questions to them, with an answer or one line on why there is none, and what they declare.
 
 None of such an engine's code runs in the process that compares: import, declarations, `unsupported`,
 `unsupported_motion`, `noise` and runs happen in a process of their own, which a worker forks, confines and ends
@@ -9,19 +9,19 @@ is no sandbox against malice.
 
 from __future__ import annotations
 
-import copyreg
+import contextlib
 import hashlib
+import itertools
 import os
 import sys
-from abc import ABCMeta
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
-from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from adapters.engine import Engine, EngineError
+from adapters.engine import Answers, Declarations, EngineError
 from adapters.registry import ENGINES, Registration
 from barchain.runs import questions
 from barchain.runs.call import QUESTION_S, Answer, Call, CallEnd, pickled
@@ -44,7 +44,7 @@ from scenarios import nearest
 from scenarios.channels import NOISE
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from adapters.engine import Setting
     from adapters.trajectory import Array, Trajectory
@@ -78,7 +78,7 @@ def ask(question: Question, *given: Any, limit_s: float = QUESTION_S) -> Reply:
     question : callable
         Function of a module, e.g. of :mod:`barchain.runs.questions`.
     *given : Any
-        Its arguments.
+        Its arguments, the engine's registration first.
     limit_s : float
         Wall time of the process, s.
 
@@ -90,14 +90,15 @@ def ask(question: Question, *given: Any, limit_s: float = QUESTION_S) -> Reply:
     if not FORKS:
         return Reply(problem="engines of other packages need a system that forks: Linux or macOS", kind="failed")
     here = module_paths(), {name: value for name, value in os.environ.items() if name not in OWN_VARIABLES}
-    call = Call(answered_here, (*here, question, given), limit_s, pool="", confined=True)
+    call = Call(answered_here, (*here, question, given), limit_s, pool="", confined=True, python=given[0].python)
     with SLOTS.slot() as slot:
         return reply_of(slot.run(pickled(call)))
 
 
 def question_call(question: Question, *given: Any, limit_s: float, version: str) -> Call:
     """Call that asks; `version` is what the engine's package must have where it is answered."""
-    return Call(answered_there, (version, question, given), limit_s, pool="", confined=True)
+    work = version, question, given
+    return Call(answered_there, work, limit_s, pool="", confined=True, python=given[0].python)
 
 
 def answered_here(paths: list[str], variables: dict[str, str], question: Question, given: tuple[Any, ...]) -> bytes:
@@ -148,7 +149,7 @@ def failed_reply(header: dict[str, Any]) -> Reply:
 
 
 class AdapterLoadError(EngineError):
-    """Raised for an engine whose class can't be had; the message is one line."""
+    """Raised for an engine whose declarations can't be had; the message is one line."""
 
     def __init__(self, registration: Registration, reason: str) -> None:
         """Name the adapter."""
@@ -156,85 +157,74 @@ class AdapterLoadError(EngineError):
         super().__init__(f"the adapter {registration.target} does not load: {self.reason}")
 
 
-class OutsideEngineClass(ABCMeta):
-    """Type of such classes; pickled by content, as each is made while barchain runs."""
+@dataclass(frozen=True)
+class AskedAnswers(Answers):
+    """Answers of an engine of another package, each asked for once."""
 
+    registration: Registration
+    known: dict[str, Any] = field(default_factory=dict, compare=False)
+    """Reasons against scenes by their digests, and noise by scene, setting and instants, or why it can't be had"""
 
-class OutsideEngine(Engine, metaclass=OutsideEngineClass):
-    """Engine of another package. Its class can be asked here; its runs are made elsewhere."""
+    def unsupported(self, scene: Scene, /) -> str | None:
+        """Reason against a scene."""
+        if scene.digest not in self.known:
+            self.describe("unsupported", [scene])
+        reason: str | None = self.known[scene.digest]
+        return reason
 
-    registration: ClassVar[Registration]
-    asks: ClassVar[frozenset[str]]
-    """Methods that the engine replaces, and which are therefore asked"""
-    said: ClassVar[dict[str, Any]]
-    """Declarations as they came"""
-    answers: ClassVar[dict[str, str | None]]
-    """Reasons against scenes by their digests"""
-    noises: ClassVar[dict[str, dict[str, Array]]]
-    """Declared noise by scene, setting and instants; another process takes it along, and asks nobody"""
-
-    @classmethod
-    def unsupported(cls, scene: Scene) -> str | None:
-        """Reason why this engine does not support `scene`, by its own answer."""
-        if "unsupported" not in cls.asks:
-            return super().unsupported(scene)
-        if scene.digest not in cls.answers:
-            cls.prepare([scene])
-        return cls.answers[scene.digest]
-
-    @classmethod
-    def prepare(cls, scenes: Iterable[Scene]) -> None:
-        """Ask about several scenes at once; a process a question would take seconds for a suite."""
-        left = [s for s in scenes if s.digest not in cls.answers]
-        if "unsupported" in cls.asks and left:
-            header = cls.answer(questions.unsupported, left).header
-            for scene, reason in zip(left, header["reasons"], strict=True):
-                cls.answers[scene.digest] = None if reason is None else str(reason)[:TEXT_LENGTH]
-
-    @classmethod
-    def unsupported_motion(cls, scene: Scene, motion: Trajectory) -> str | None:
-        """Reason why this engine does not support a motion, by its own answer."""
-        if "unsupported_motion" not in cls.asks:
-            return None
-        reason = cls.answer(questions.unsupported_motion, scene, motion).header["reasons"][0]
+    def unsupported_motion(self, scene: Scene, motion: Trajectory, /) -> str | None:
+        """Reason against a motion."""
+        reason = self.reply("unsupported_motion", questions.unsupported_motion, scene, motion).header["reason"]
         return None if reason is None else str(reason)[:TEXT_LENGTH]
 
-    @classmethod
-    def noise(cls, scene: Scene, setting: Setting, t_s: Array) -> dict[str, float | Array]:
-        """Errors that the engine declares, by its own answer; names and values are checked."""
-        if "noise" not in cls.asks:
-            return {}
+    def noise(self, scene: Scene, setting: Setting, t_s: Array, /) -> dict[str, float | Array]:
+        """Errors that the engine declares."""
         key = noise_key(scene, setting, t_s)
-        if key not in cls.noises:
-            cls.remember_noise(scene, setting, t_s, cls.answer(questions.noise, scene, setting, t_s).arrays)
-        return dict(cls.noises[key])
+        if key not in self.known:
+            try:
+                self.describe("noise", [scene], [setting], t_s)
+            except EngineError as error:  # one that hangs costs its limit once
+                self.known[key] = error
+        if isinstance(self.known[key], EngineError):
+            raise self.known[key]
+        return dict(self.known[key])
 
-    @classmethod
-    def remember_noise(cls, scene: Scene, setting: Setting, t_s: Array, found: dict[str, Array]) -> None:
-        """Check and keep an answer; it may have come with a run.
+    def describe(
+        self, wanted: str, scenes: Sequence[Scene], settings: Sequence[Setting] = (), t_s: Array | None = None
+    ) -> None:
+        """Ask about scenes, and with settings for the noise in each of them at instants of shape (n,).
 
         Raises
         ------
+        EngineError
+            If there is no answer; `wanted` is the question that the message names.
         DeclarationError
-            If a name or a value is wrong.
+            If a name or a value of the noise is wrong.
         """
+        reply = self.reply(wanted, questions.describe, scenes, settings, t_s)
+        for scene, reason in zip(scenes, reply.header["reasons"], strict=True):
+            self.known[scene.digest] = None if reason is None else str(reason)[:TEXT_LENGTH]
+        if t_s is not None:
+            for (i, scene), (j, setting) in itertools.product(enumerate(scenes), enumerate(settings)):
+                self.remember_noise(scene, setting, t_s, with_prefix(reply.arrays, f"{i}.{j}."))
+
+    def remember_noise(self, scene: Scene, setting: Setting, t_s: Array, found: dict[str, Array]) -> None:
+        """Check and keep an answer; it may have come with a run. Raises DeclarationError as :meth:`describe`."""
         for name, values in found.items():
             check_noise(name, values, t_s)
-        cls.noises[noise_key(scene, setting, t_s)] = found
+        self.known[noise_key(scene, setting, t_s)] = found
 
-    @classmethod
-    def answer(cls, question: Question, *given: Any) -> Reply:
+    def reply(self, wanted: str, question: Question, *given: Any) -> Reply:
         """Answer to a question; an error with the reason if there is none."""
-        reply = ask(question, cls.registration, *given, limit_s=QUESTION_S)
+        reply = ask(question, self.registration, *given, limit_s=QUESTION_S)
         if reply.problem:
-            raise EngineError(f"{question.__name__}: {reply.problem}")
+            raise EngineError(f"{wanted}: {reply.problem}")
         return reply
 
-    def refuse(self, *_: object, **__: object) -> NoReturn:
-        """Raise: code of another package is not run in this process."""
-        raise RuntimeError(f"{self.registration.target} runs in a process of its own; use barchain.simulate")
 
-    build = simulate = read = refuse
+def with_prefix(arrays: Mapping[str, Array], prefix: str) -> dict[str, Array]:
+    """Arrays whose names have a prefix, by the rest of the names."""
+    return {name.removeprefix(prefix): values for name, values in arrays.items() if name.startswith(prefix)}
 
 
 def noise_key(scene: Scene, setting: Setting, t_s: Array) -> str:
@@ -252,8 +242,38 @@ def check_noise(name: str, values: Array, t_s: Array) -> None:
         raise DeclarationError(f"declares noise of {name} that is negative or not finite")
 
 
-def engine_class(registration: Registration) -> type[Engine]:
-    """Class of an engine: barchain's own, or the declarations of one of another package.
+def ask_about(engine: Declarations, scenes: Iterable[Scene]) -> None:
+    """Ask an engine of another package about several scenes at once: a process a question would take seconds.
+
+    Raises
+    ------
+    EngineError
+        If there is no answer.
+    """
+    if isinstance(engine.answers, AskedAnswers) and "unsupported" in engine.questions:
+        known = engine.answers.known
+        if left := [scene for scene in scenes if scene.digest not in known]:
+            engine.answers.describe("unsupported", left)
+
+
+def taken_along(engine: Declarations, scene: Scene, settings: Sequence[Setting], t_s: Array) -> Declarations:
+    """Declarations for a judgement in another process: there an engine of another package is not asked again.
+
+    It has the noise at some settings, and nothing else: an answer that is kept is known by what it was given.
+    """
+    if not isinstance(engine.answers, AskedAnswers):
+        return engine
+    asked = engine.answers
+    keys = [noise_key(scene, setting, t_s) for setting in settings] if engine.declares_noise else []
+    if any(key not in asked.known for key in keys):
+        with contextlib.suppress(EngineError, DeclarationError):  # the judgement tells
+            asked.describe("noise", [scene], settings, t_s)
+    known = {key: asked.known[key] for key in keys if key in asked.known}
+    return replace(engine, answers=AskedAnswers(asked.registration, known))
+
+
+def declarations_of(registration: Registration) -> Declarations:
+    """Declarations of an engine: of barchain's own from its class, of one of another package by its own answer.
 
     Raises
     ------
@@ -261,59 +281,37 @@ def engine_class(registration: Registration) -> type[Engine]:
         If the adapter does not import, or an engine of another package does not declare what it must.
     """
     if registration not in ENGINES.values():
-        return outside_class(registration)
+        found = asked_declarations(registration)
+        if isinstance(found, str):
+            raise AdapterLoadError(registration, found)
+        return found
     try:
-        return registration.load()
+        return registration.declarations()
     except Exception as error:  # a broken installation of the engine's library may raise anything
         raise AdapterLoadError(registration, f"{type(error).__name__}: {plain_text(error)}") from error
 
 
-def outside_class(registration: Registration) -> type[OutsideEngine]:
-    """Class with the declarations of an engine of another package."""
-    found = asked_class(registration)
-    if isinstance(found, str):
-        raise AdapterLoadError(registration, found)
-    return found
-
-
 def engine_fault(error: Exception) -> str:
-    """Reason, in one line, why an engine's class can't be loaded or asked."""
+    """Reason, in one line, why an engine's declarations can't be had, or it can't be asked."""
     said = str(error) if isinstance(error, EngineError) else f"its declarations raise {type(error).__name__}: {error}"
     return " ".join(said.split())
 
 
 @cache
-def asked_class(registration: Registration) -> type[OutsideEngine] | str:
-    """Class of an engine, or why there is none; asked once, as an import that hangs costs its whole limit.
+def asked_declarations(registration: Registration) -> Declarations | str:
+    """Declarations of an engine, or why there are none; asked once, as an import that hangs costs its whole limit.
 
     What a program declares is the data of its entry: no code of it runs, and a process for each would take seconds.
     """
     if registration.entry:
-        reply = Reply(*questions.declarations(registration))
-    else:
-        reply = ask(questions.declarations, registration, limit_s=QUESTION_S)
+        return registration.declarations()
+    reply = ask(questions.describe, registration, limit_s=QUESTION_S)
     if reply.problem:
         return reply.problem
     try:
-        return made_class(registration, reply.header)
+        said: dict[str, Any] = reply.header["declared"]
+        values: dict[str, Any] = {name: form.meant(said[name]) for name, form in DECLARED.items()}
+        answered = tuple(map(str, reply.header["questions"]))
     except (KeyError, TypeError, ValueError) as error:
         return f"its declarations are damaged: {plain_text(error)}"
-
-
-def made_class(
-    registration: Registration, said: dict[str, Any], noises: dict[str, dict[str, Array]] | None = None
-) -> type[OutsideEngine]:
-    """Class from an engine's declarations; a wrong type raises, as the answer may come from a process gone astray."""
-    own: dict[str, Any] = {name: form.meant(said[name]) for name, form in DECLARED.items()}
-    own |= {"registration": registration, "said": said, "answers": {}, "noises": dict(noises or {})}
-    own["asks"] = frozenset(map(str, said["asks"]))
-    name = registration.target.partition(":")[2] or "Engine"
-    return OutsideEngineClass(name, (OutsideEngine,), own)  # type: ignore[return-value]
-
-
-def reduced(made: type[OutsideEngine]) -> Any:
-    """Form of a pickled class: its name, or of an engine's class what it has declared."""
-    return "OutsideEngine" if made is OutsideEngine else (made_class, (made.registration, made.said, made.noises))
-
-
-copyreg.pickle(OutsideEngineClass, reduced)  # type: ignore[arg-type]
+    return Declarations(**values, questions=answered, answers=AskedAnswers(registration))

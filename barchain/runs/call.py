@@ -46,6 +46,8 @@ class Call:
     """Whether the work is barchain's own: the limit is then processor time, which a busy machine does not use up"""
     confined: bool = False
     """Whether memory and output are limited too, for an engine of another package"""
+    python: str = ""
+    """Python whose worker answers; empty: the one that asks"""
     aside: tuple[Any, ...] = ()
     """Further arguments, after those given, that decide no answer: limits of time, the core that it runs on"""
     repetition: int = 0

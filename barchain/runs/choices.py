@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from adapters.engine import AccuracyParameter, Setting, SettingError, check_number
 from adapters.registry import ALL, ENGINES, RESERVED, TARGET, Registration, UnknownEngineError, engines, find_engine
-from barchain.runs.asking import engine_class, engine_fault
+from barchain.runs.asking import declarations_of, engine_fault
 from scenarios import nearest
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def choose_setting(
     SettingError
         If the engine has another accuracy parameter, or the value is no number or out of its range.
     """
-    sweep = engine_class((registered or {}).get(engine) or find_engine(engine)).sweep
+    sweep = declarations_of((registered or {}).get(engine) or find_engine(engine)).sweep
     for name in given:
         if name != sweep.parameter:
             raise SettingError(
@@ -149,7 +149,7 @@ def engine_facts(registration: Registration) -> dict[str, Any]:
         "missing": registration.missing,
     }
     try:
-        loaded = engine_class(registration)
+        loaded = declarations_of(registration)
     except Exception as error:
         return facts | {"missing": facts["missing"] or engine_fault(error)}
     return facts | {

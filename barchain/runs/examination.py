@@ -34,7 +34,6 @@ from barchain.runs.questions import (
     finished,
     loaded,
     noise,
-    overrides,
     run,
     sendable,
 )
@@ -69,10 +68,13 @@ def examined_class(registration: Registration) -> Answer:
     before, start = set(sys.modules), time.perf_counter()
     steps: list[list[str]] = []
     header: dict[str, Any] = {"steps": steps}
+    if registration.entry:  # checked when it was read
+        steps += [[name, ""] for name in ("import", "class", *DECLARED)]
+        return header | {"effects": registration.declarations().effects}, {}
     found = step(steps, "import", lambda: class_of(registration))
     header["import_s"] = time.perf_counter() - start
     header["libraries"] = imported_libraries(registration, before)
-    if found is None or step(steps, "class", lambda: whole_class(registration)) is None:
+    if found is None or step(steps, "class", lambda: loaded(registration)) is None:
         return header, {}
     for name in DECLARED:
         step(steps, name, lambda name=name: declared(found, name) or True)  # type: ignore[misc]
@@ -111,14 +113,6 @@ def step(steps: list[list[str]], name: str, call: Callable[[], Any]) -> Any:
     return result
 
 
-def whole_class(registration: Registration) -> type[Engine]:
-    """Class of an engine, checked to be one that can be made."""
-    found = loaded(registration)
-    if not inspect.isclass(found):
-        raise DeclarationError(f"{registration.target} is no class")
-    return found
-
-
 def imported_libraries(registration: Registration, before: set[str]) -> list[str]:
     """Installed packages outside Python's library and barchain's that an adapter imports at its top."""
     own = registration.target.partition(":")[0].partition(".")[0]
@@ -152,7 +146,8 @@ def several_runs(
     """
     headers: list[dict[str, Any]] = []
     arrays: dict[str, Array] = {}
-    declares = overrides(loaded(registration), "noise")
+    if not registration.entry:
+        loaded(registration)
     start = before = time.perf_counter()
     took_s = 0.0
     for k, (scene, setting, t_s) in enumerate(runs):
@@ -164,7 +159,7 @@ def several_runs(
         try:
             with run_ended_after(run_s + (0.0 if k else first_s)):
                 header, found = run(registration, (), scene, setting)
-            errors = noise(registration, scene, setting, t_s)[1] if declares else {}
+            errors = {} if registration.entry else noise(registration, scene, setting, t_s)
         except RunLateError as error:
             phase = next(iter(getattr(error, "__notes__", ())), "")
             words = f"no result within {run_s:g} s{f', ended in {phase}' if phase else ''}"
@@ -176,7 +171,7 @@ def several_runs(
         headers.append(header)
         arrays |= {f"{k}.{name}": values.copy() for name, values in found.items()}  # a later run may write into them
         arrays |= {f"{k}.noise.{name}": values for name, values in errors.items()}
-    return {"runs": headers, "noise": declares, "first_s": took_s}, arrays
+    return {"runs": headers, "first_s": took_s}, arrays
 
 
 def behaviour(registration: Registration, scene: Scene, setting: Setting, times: int) -> Answer:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from barchain.runs.asking import engine_class, engine_fault
+from barchain.runs.asking import declarations_of, engine_fault
 from reports.tables.outcome import Outcome
 from reports.tables.rows import NOT_RUN
 
@@ -75,7 +75,7 @@ def cannot(scene: Scene, engine: str, registration: Registration) -> LeftOut | N
     if registration.missing:
         return LeftOut(scene.name, engine, Outcome.MISSING, registration.missing)
     try:
-        unsupported = engine_class(registration).unsupported(scene)
+        unsupported = declarations_of(registration).unsupported(scene)
     except Exception as error:
         return LeftOut(scene.name, engine, Outcome.FAILED, engine_fault(error))
     return None if unsupported is None else LeftOut(scene.name, engine, Outcome.UNSUPPORTED, unsupported)

@@ -28,7 +28,7 @@ from barchain.runs.call import (
     write_frame,
 )
 from barchain.runs.child import FORKS
-from barchain.runs.environment import ONE_THREAD, OWN_PYTHON, need_current_folder, start
+from barchain.runs.environment import ONE_THREAD, need_current_folder, start
 from barchain.runs.message import MessageError, plain_text
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
     from barchain.runs.call import Call
 
-COMMAND = [*OWN_PYTHON, "-m", "barchain.runs.worker"]
+WORKER = ("-P", "-m", "barchain.runs.worker")
 START_S = 60.0  # for a worker to import barchain on a busy machine
 END_S = 10.0  # for a worker to end its processes
 
@@ -63,6 +63,8 @@ class Slot:
         """Start none yet; a worker ends by itself after `idle_s` without a call."""
         self.idle_s, self.closed = idle_s, False
         self.process: subprocess.Popen[bytes] | None = None
+        self.python = sys.executable
+        """Of the worker"""
         self.lock = threading.Lock()
 
     def run(self, call: bytes) -> Answer:
@@ -83,10 +85,10 @@ class Slot:
         WorkerLostError
             If it dies.
         """
-        process = self.started()
+        known, _ = known_of(call)
+        process = self.started(known.python or sys.executable)
         assert process.stdin is not None
         assert process.stdout is not None
-        known, _ = known_of(call)
         most_s = known.most_s if FORKS else known.wall_s  # else it is the worker that looks at the limit
         timer = threading.Timer(most_s + START_S, process.kill)
         timer.start()
@@ -101,8 +103,8 @@ class Slot:
             raise WorkerLostError("the worker died")
         return content
 
-    def started(self) -> subprocess.Popen[bytes]:
-        """The worker, with the modules that this process can import.
+    def started(self, python: str) -> subprocess.Popen[bytes]:
+        """The worker of a Python, with the modules that this process can import.
 
         Raises
         ------
@@ -112,11 +114,15 @@ class Slot:
         with self.lock:
             if self.closed:
                 raise WorkerLostError("no call is wanted any more")
-            if self.process is None or self.process.poll() is not None:
+            if self.process is None or self.process.poll() is not None or self.python != python:
                 self.close_worker()
+                self.python = python
                 variables = os.environ | ONE_THREAD | {"PYTHONPATH": os.pathsep.join(module_paths())}
-                line = [*COMMAND, *([] if self.idle_s is None else [str(self.idle_s)])]
-                self.process = start(line, given=subprocess.PIPE, output=subprocess.PIPE, variables=variables)
+                line = [python, *WORKER, *([] if self.idle_s is None else [str(self.idle_s)])]
+                try:
+                    self.process = start(line, given=subprocess.PIPE, output=subprocess.PIPE, variables=variables)
+                except FileNotFoundError:
+                    raise WorkerLostError(f"{python} is not there") from None
             return self.process
 
     def close_worker(self) -> None:

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adapters.command.entries import OWN_CLOCK
-from adapters.engine import AccuracyParameter, AccuracySweep, Coordinates, Engine
+from adapters.engine import QUESTIONS, AccuracyParameter, AccuracySweep, Coordinates, Engine, own_questions
 from adapters.trajectory import Observable, Trajectory
 from barchain.runs.message import DeclarationError, MessageError, plain_info, plain_number, plain_text
 from barchain.runs.phases import Peak, enter, three_phases
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from adapters.engine import Setting
     from adapters.registry import Registration
@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 Answer = tuple[dict[str, Any], dict[str, "Array"]]
-CLASS_METHODS = ("unsupported", "unsupported_motion", "noise")
-"""Methods of the contract that are asked of the class"""
 WORDS = {"ended", "info", "scene", "engine", "setting", "torque_bars", "run_scene"}
 """Fields of a trajectory that are no arrays"""
 ARRAYS = tuple(f.name for f in dataclasses.fields(Trajectory) if f.name not in WORDS)
@@ -119,7 +117,7 @@ def meant_sweep(said: dict[str, Any]) -> AccuracySweep:
     )
 
 
-NAMES = Declaration((frozenset, set), lambda names: frozenset(map(str, names)))
+NAMES = Declaration((frozenset, set), lambda names: tuple(map(str, names)))
 SWITCH = Declaration((bool,), bool)
 DECLARED: dict[str, Declaration] = {
     "title": Declaration((str,), str),
@@ -128,7 +126,7 @@ DECLARED: dict[str, Declaration] = {
     "sweep": Declaration((AccuracySweep,), meant_sweep, check_sweep),
     "effects": NAMES,
     "observables": Declaration(
-        (frozenset, set), lambda names: frozenset(map(Observable, names)), lambda names: [*map(Observable, names)]
+        (frozenset, set), lambda names: tuple(map(Observable, names)), lambda names: [*map(Observable, names)]
     ),
     "options": NAMES,
     "joints_in_place": SWITCH,
@@ -139,11 +137,37 @@ DECLARED: dict[str, Declaration] = {
 """Declarations of an engine"""
 
 
-def declarations(registration: Registration) -> Answer:
-    """Declarations of an engine's class, checked."""
+def describe(
+    registration: Registration, scenes: Sequence[Scene] = (), settings: Sequence[Setting] = (), t_s: Array | None = None
+) -> Answer:
+    """Declarations of an engine's class, checked, with its answers on scenes: a process each would take seconds.
+
+    Parameters
+    ----------
+    registration : Registration
+    scenes : sequence of Scene
+    settings : sequence of Setting
+    t_s : ndarray, shape (n,), optional
+        Instants of the noise, s; needed with settings.
+
+    Returns
+    -------
+    tuple
+        Header: ``declared``, the names of replaced ``questions``, and for each scene a reason against it or None,
+        ``reasons``. Arrays: noise of a quantity in scene i at setting j, called ``i.j.quantity``, (n,).
+    """
     engine = loaded(registration)
     said = {name: plain(declared(engine, name)) for name in DECLARED}
-    return said | {"asks": sorted(n for n in CLASS_METHODS if overrides(engine, n))}, {}
+    enter("unsupported")
+    reasons = [reason_text(engine.unsupported(scene)) for scene in scenes]
+    found = {
+        f"{i}.{j}.{name}": values
+        for i, scene in enumerate(scenes)
+        for j, setting in enumerate(settings)
+        if t_s is not None
+        for name, values in noise(registration, scene, setting, t_s).items()
+    }
+    return {"declared": said, "questions": own_questions(engine), "reasons": reasons}, found
 
 
 def loaded(registration: Registration, then: str = "its declarations") -> type[Engine]:
@@ -156,27 +180,16 @@ def loaded(registration: Registration, then: str = "its declarations") -> type[E
     if inspect.isabstract(found):
         lacking = ", ".join(sorted(found.__abstractmethods__))
         raise DeclarationError(f"{registration.target} does not define {lacking}")
-    for name in CLASS_METHODS:
+    for name in QUESTIONS:
         if not hasattr(getattr(found, name), "__func__"):
             raise DeclarationError(f"{name} is no class method; it needs @classmethod above it")
     return found
 
 
-def overrides(engine: type[Engine], name: str) -> bool:
-    """Whether an engine replaces a method of the contract."""
-    return getattr(engine, name).__func__ is not getattr(Engine, name).__func__
-
-
-def unsupported(registration: Registration, scenes: list[Scene]) -> Answer:
-    """Reason for each scene that the engine does not support, or None."""
-    engine = loaded(registration, "unsupported")
-    return {"reasons": [reason_text(engine.unsupported(scene)) for scene in scenes]}, {}
-
-
 def unsupported_motion(registration: Registration, scene: Scene, motion: Trajectory) -> Answer:
     """Reason if the engine does not support a motion, or None."""
     engine = loaded(registration, "unsupported motion")
-    return {"reasons": [reason_text(engine.unsupported_motion(scene, motion))]}, {}
+    return {"reason": reason_text(engine.unsupported_motion(scene, motion))}, {}
 
 
 def reason_text(reason: object) -> str | None:
@@ -188,7 +201,7 @@ def reason_text(reason: object) -> str | None:
     return plain_text(reason)
 
 
-def noise(registration: Registration, scene: Scene, setting: Setting, t_s: Array) -> Answer:
+def noise(registration: Registration, scene: Scene, setting: Setting, t_s: Array) -> dict[str, Array]:
     """Errors that the engine declares, as arrays of shape (n,)."""
     said = loaded(registration, "noise").noise(scene, setting, t_s)
     if not isinstance(said, dict):
@@ -201,7 +214,7 @@ def noise(registration: Registration, scene: Scene, setting: Setting, t_s: Array
             raise DeclarationError(
                 f"noise of {plain_text(name, 60)!r} is no number and no array of {t_s.shape}"
             ) from None
-    return {}, found
+    return found
 
 
 def run(registration: Registration, options: tuple[str, ...], scene: Scene, setting: Setting) -> Answer:
@@ -214,7 +227,9 @@ def finished(
     registration: Registration, options: tuple[str, ...], scene: Scene, setting: Setting
 ) -> tuple[dict[str, Any], Trajectory]:
     """Header of an answer, and the engine's own trajectory."""
-    result, seconds = three_phases(loaded(registration)(**dict.fromkeys(options, True)), scene, setting)
+    if not registration.entry:  # of which only barchain's code runs here
+        loaded(registration)
+    result, seconds = three_phases(registration.engine(options), scene, setting)
     if not isinstance(result, Trajectory):
         raise MessageError(f"read() returned a {type(result).__name__}, expected a Trajectory")
     ended = result.ended

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from adapters.engine import EngineError
 from adapters.trajectory import Trajectory
 from barchain.runs import questions
-from barchain.runs.asking import Reply, ask, engine_class, failed_reply, question_call, reply_of
+from barchain.runs.asking import Reply, ask, declarations_of, failed_reply, question_call, reply_of
 from barchain.runs.call import Answer, Call, CallEnd
 from barchain.runs.environment import temporary_root
 from barchain.runs.job import RunResult, failure
@@ -27,11 +27,12 @@ from barchain.runs.versions import need_same_version, version_of
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
-    from adapters.engine import Engine
+    from adapters.engine import Declarations
     from adapters.trajectory import Array
     from barchain.record.study_store import StudyStore
     from barchain.runs.asking import Question
     from barchain.runs.job import Job, TimeLimit
+    from scenarios import Scene
 
 OUTCOMES = {"missing": Outcome.MISSING, "timed_out": Outcome.TIMED_OUT, "unsupported": Outcome.UNSUPPORTED}
 
@@ -47,7 +48,9 @@ def run_job(job: Job, simulate_s: float | None = None) -> RunResult:
     """
     with temporary_folder() as folder, contextlib.chdir(folder):
         try:
-            return run_phases(job, job.registration.load(), simulate_s)
+            registration = job.registration
+            seen, seconds = three_phases(registration.engine(job.options), job.scene, job.setting, simulate_s)
+            return checked_result(job.scene, registration.declarations(), seen, seconds)
         except BaseException as error:  # also SystemExit: all are the engine's
             return failed_result(job, failed_reply(failed(error)))
 
@@ -57,11 +60,10 @@ def temporary_folder() -> tempfile.TemporaryDirectory[str]:
     return tempfile.TemporaryDirectory(dir=temporary_root(), ignore_cleanup_errors=True)
 
 
-def run_phases(job: Job, engine: type[Engine], simulate_s: float | None = None) -> RunResult:
-    """Build, simulate and read, each timed, and check the trajectory; `simulate_s` as in :func:`run_job`."""
-    seen, seconds = three_phases(engine(**dict.fromkeys(job.options, True)), job.scene, job.setting, simulate_s)
-    outcome, reason = fault(job.scene, engine, seen) or (Outcome.PASS, seen.ended)
-    return RunResult(outcome, reason, seen, seconds)
+def checked_result(scene: Scene, engine: Declarations, trajectory: Trajectory, seconds: dict[str, float]) -> RunResult:
+    """Result of a run with a trajectory, which is checked here; `seconds` by phase."""
+    outcome, reason = fault(scene, engine, trajectory) or (Outcome.PASS, trajectory.ended)
+    return RunResult(outcome, reason, trajectory, seconds)
 
 
 def shared_call(job: Job, limit: TimeLimit, pool: str, runs_per_worker: int, *, own_work: bool = False) -> Call:
@@ -183,13 +185,12 @@ def result_of(job: Job, reply: Reply) -> RunResult:
     if reply.problem:
         return failed_result(job, reply)
     try:
-        trajectory, engine = trajectory_from(reply.header, reply.arrays), engine_class(job.registration)
+        trajectory, engine = trajectory_from(reply.header, reply.arrays), declarations_of(job.registration)
     except (MessageError, EngineError) as error:
         return failure(Outcome.FAILED, str(error))
     if wrong := shape_fault(job.scene, trajectory):
         return failure(*wrong)
-    outcome, reason = fault(job.scene, engine, trajectory) or (Outcome.PASS, trajectory.ended)
-    return RunResult(outcome, reason, trajectory, durations(reply.header.get("seconds")))
+    return checked_result(job.scene, engine, trajectory, durations(reply.header.get("seconds")))
 
 
 def failed_result(job: Job, reply: Reply) -> RunResult:

@@ -11,7 +11,7 @@ from reports.tables.outcome import Outcome
 from scenarios.channels import STORED, TIME, Of
 
 if TYPE_CHECKING:
-    from adapters.engine import Engine
+    from adapters.engine import Declarations
     from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
 
@@ -24,7 +24,7 @@ Fault = tuple[Outcome, str]
 """Outcome and reason"""
 
 
-def fault(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> Fault | None:
+def fault(scene: Scene, engine: Declarations, trajectory: Trajectory) -> Fault | None:
     """Outcome and reason of the first fault of a trajectory, or None if it can be compared."""
     return (
         missing_channel(scene, engine, trajectory)
@@ -44,16 +44,16 @@ def arrays(trajectory: Trajectory) -> dict[str, Array]:
     return {name: value for name, value in vars(trajectory).items() if isinstance(value, np.ndarray)}
 
 
-def missing_channel(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> Fault | None:
+def missing_channel(scene: Scene, engine: Declarations, trajectory: Trajectory) -> Fault | None:
     """Find quantities that the engine declares and does not return."""
-    wanted = engine.observables - {c.observable for c in OF_EFFECTS if not getattr(scene.effects, c.effect)}
+    wanted = set(engine.observables) - {c.observable for c in OF_EFFECTS if not getattr(scene.effects, c.effect)}
     lacking = sorted(wanted - trajectory.observables)
     return (Outcome.INCOMPLETE, f"declares but does not return: {', '.join(lacking)}") if lacking else None
 
 
-def undeclared_channel(engine: type[Engine], trajectory: Trajectory) -> Fault | None:
+def undeclared_channel(engine: Declarations, trajectory: Trajectory) -> Fault | None:
     """Find quantities that the engine returns without declaring them: a verdict covers declared quantities only."""
-    more = sorted(trajectory.observables - engine.observables - {c.observable for c in OF_EFFECTS})
+    more = sorted(trajectory.observables.difference(engine.observables, {c.observable for c in OF_EFFECTS}))
     return (Outcome.MALFORMED, f"returns but does not declare: {', '.join(more)}") if more else None
 
 
@@ -115,7 +115,7 @@ def off_the_clock(scene: Scene, trajectory: Trajectory) -> Fault | None:
     return Outcome.INCOMPLETE, f"samples are up to {late:.3g} s away from the instants asked for"
 
 
-def places_contradict(scene: Scene, engine: type[Engine], trajectory: Trajectory) -> Fault | None:
+def places_contradict(scene: Scene, engine: Declarations, trajectory: Trajectory) -> Fault | None:
     """Find reported gaps and residuals that contradict the places of the bars."""
     found = disagreement(scene, engine, trajectory)
     return (Outcome.INCOMPLETE, found) if found else None

@@ -9,19 +9,18 @@ next. Error, amplification and response are those of the next own sample, as the
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from adapters.common.initial_state import InitialState, chain_model
-from adapters.reference.numpy_engines import Reference
-from adapters.registry import COMPILED, ENGINES
+from adapters.engine import AccuracyParameter, Setting
 from barchain.metrics.quantities import FIELDS, own_rate, rate_scale
 from barchain.solutions.reference import SOLUTION_RTOL
+from barchain.solutions.reference_run import reference_run
 from scenarios.scene import RunAt
 
 if TYPE_CHECKING:
-    from adapters.reference.numpy_engines import ReferenceEngine
     from adapters.trajectory import Array, Trajectory
     from barchain.solutions.reference import ReferenceSolution
     from scenarios import Scene
@@ -105,11 +104,7 @@ def restarted_run(
     )  # fmt: skip
     model = chain_model(scene)
     model = dataclasses.replace(model, impulses=tuple(b for b in model.impulses if b.at_s >= t_s[0]))
-    compiled = ENGINES[COMPILED]
-    run = Reference() if compiled.missing else cast("ReferenceEngine", compiled.load()())
-    run.times_s, run.prepared = t_s, run.prepare(model, start, rtol)
-    run.simulate()
-    seen = run.read()
+    seen = reference_run(scene, Setting(AccuracyParameter.RTOL, rtol), t_s=t_s, start=start, model=model)
     if trajectory.impulse_N_s is not None and seen.impulse_N_s is None:  # no impulse is left: their sum stays zero
         return seen.replace(impulse_N_s=np.zeros((len(t_s), scene.bars - 1, 2)))
     return seen

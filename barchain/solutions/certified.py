@@ -233,11 +233,8 @@ def maker(name: str) -> str:
 def make_judge(scene: Scene) -> ReferenceSolution:
     """Certified solution that judges a shipped scene, at the samples of a comparison."""
     sampled = closely_sampled(scene)
-    runs = (
-        job.registration.load()(**dict.fromkeys(job.options, True)).run(job.scene, job.setting)
-        for job in certified_jobs(sampled)
-    )
-    return establish_certified(sampled, *runs)
+    jobs = certified_jobs(sampled)
+    return establish_certified(sampled, *(j.registration.engine(j.options).run(j.scene, j.setting) for j in jobs))
 
 
 def commit(scene: Scene, folder: Path) -> CertifiedTable:

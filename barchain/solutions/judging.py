@@ -41,6 +41,7 @@ from barchain.solutions.reference import (
     sensitivity,
     with_perturbed_start,
 )
+from barchain.solutions.reference_run import NUMPY, solution_engine
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -53,7 +54,6 @@ if TYPE_CHECKING:
 
 CERTIFIED_RTOL, CERTIFIED_CHECK_RTOL = 1e-30, 1e-28
 PRECISION = f"real128, tolerance {CERTIFIED_RTOL:g}, against real128, tolerance {CERTIFIED_CHECK_RTOL:g}"
-NUMPY = "reference"
 MOST_WIDE_BARS, MOST_BAR_SECONDS = 24, 0.1
 """Size of a scene up to which runs in extended precision take seconds: bars, and bars times the estimated seconds of a
 run in double precision (measured: 0.3 to 3 s where the product is 0.002 to 0.04)"""
@@ -75,14 +75,9 @@ class SolutionFailedError(RuntimeError):
     """A run for a scene's reference solution failed; the message gives the reason in one line."""
 
 
-def solution_engine() -> str:
-    """Engine of reference solutions: the compiled reference if it is installed, for its speed, else the NumPy form."""
-    return NUMPY if ENGINES[COMPILED].missing else COMPILED
-
-
 def judging_engine(scene: Scene) -> str:
     """Engine of a scene's reference solution: extended precision where its runs take seconds."""
-    if solution_engine() == NUMPY or scene.bars > MOST_WIDE_BARS or ENGINES[WIDE].load().unsupported(scene):
+    if solution_engine() == NUMPY or scene.bars > MOST_WIDE_BARS or ENGINES[WIDE].declarations().unsupported(scene):
         return solution_engine()
     return WIDE if scene.bars * estimated_run_s(scene) < MOST_BAR_SECONDS else COMPILED
 
@@ -235,7 +230,7 @@ def why_not_certified(scene: Scene) -> str:
         return certifier.missing
     if not affordable(scene):
         return f"{CERTIFIER} would take too long, allowed: {MOST_BARS} bars, {MOST_RADIANS:g} rad of the fastest rate"
-    return certifier.load().unsupported(scene) or ""
+    return certifier.declarations().unsupported(scene) or ""
 
 
 def judging_jobs(scene: Scene, source: SolutionSource, engine: str | None = None) -> list[Job]:

@@ -65,8 +65,8 @@ def run_of(scene: Scene, window: Window) -> Trajectory:
     """Run of the compiled reference, with :data:`FRAMES` samples in the window."""
     before = round((FRAMES - 1) * window.start_s / window.duration_s)
     run = Run(window.end_s, FRAMES + before)
-    engine = find_engine(COMPILED).load()()
-    seen = engine.run(dataclasses.replace(scene, run=run), Setting(AccuracyParameter.RTOL, RTOL))
+    longer = dataclasses.replace(scene, run=run)
+    seen = find_engine(COMPILED).engine().run(longer, Setting(AccuracyParameter.RTOL, RTOL))
     return seen.samples(slice(before, None))
 
 

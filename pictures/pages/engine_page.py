@@ -89,7 +89,7 @@ def variants(library: EngineLibrary) -> str:
     )
     lines = []
     for name, registration in library.engines.items():
-        engine = registration.load()
+        engine = registration.declarations()
         values = engine.sweep.values
         order = "step control" if engine.order is None else as_given(engine.order)
         sweep = f"{as_given(values[0])} to {as_given(values[-1])}"
@@ -102,11 +102,11 @@ def variants(library: EngineLibrary) -> str:
 
 def lacking(library: EngineLibrary) -> str:
     """Table of effects that engines of the library do not support, with the reason; empty if there are none."""
-    every = LIBRARIES[0].engines["reference"].load().effects
+    every = LIBRARIES[0].engines["reference"].declarations().effects
     found: dict[tuple[str, str], list[str]] = {}
     for name, registration in library.engines.items():
-        engine = registration.load()
-        for effect in sorted(every - engine.effects):
+        engine = registration.declarations()
+        for effect in sorted(set(every).difference(engine.effects)):
             reason = engine.unsupported_reasons.get(effect, "not in its equations")
             found.setdefault((name, reason), []).append(effect.replace(".", ": ").replace("_", " "))
     same: dict[tuple[str, str], list[str]] = {}

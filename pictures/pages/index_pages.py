@@ -82,6 +82,6 @@ def engines_index() -> str:
             physics = "independent" if registration.external else "barchain's equations"
             install = f"`{registration.install}`" if registration.install else "comes with barchain"
             page = f"[{library.title}]({page_file(library).name})"
-            lines.append([page, f"`{name}`", physics, registration.load().title, library.licence, install])
+            lines.append([page, f"`{name}`", physics, registration.declarations().title, library.licence, install])
     effects = link(ENGINES_INDEX, DOCS / "effects" / "README.md")
     return render("engines.md.j2", rows=table(head, lines), libraries=LIBRARIES, count=len(lines), effects=effects)

@@ -6,9 +6,9 @@ import dataclasses
 
 import pytest
 
+from adapters.registry import find_engine
 from barchain import api
 from barchain.cli.main import run
-from barchain.runs.asking import engine_class
 from barchain.runs.estimate import LONGEST_S, TooLongError, estimated_run_s, need_runnable
 from scenarios import load_scene, make_scene, scene_names
 from tests.support.slow import one_in, rows
@@ -71,8 +71,9 @@ def test_the_reference_evaluates_its_equations_no_less_often_than_estimated(bars
     given = scene(bars, orbits)
     angles = tuple(0.2 * (1 + k % 3) for k in range(bars))
     given = dataclasses.replace(given, chain=dataclasses.replace(given.chain, angle_rad=angles))
-    engine = engine_class(api.engines()["reference"])()
-    engine.build(given, type(engine).sweep.setting())
+    reference = find_engine("reference")
+    engine = reference.engine()
+    engine.build(given, reference.declarations().sweep.setting())
     engine.simulate()
     evaluations = estimated_run_s(given) / estimated_run_s(scene(bars, 1e-9)) * given.run.samples
     assert engine.read().info["evaluations"] > 0.5 * evaluations

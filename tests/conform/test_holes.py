@@ -124,7 +124,8 @@ def falling(engine: str) -> Check:
     """Check of the fall of errors, of runs in this process."""
     kind, scene = getattr(own_engine, engine), scene_of("conform/three_bars_gradient")
     settings = [Setting(AccuracyParameter.RTOL, value) for value in (1e-7, 1e-9, 1e-11, 1e-12)]
-    return falling_check([setting_error(kind, scene, s, kind().run(scene, s)) for s in settings], None, scene.name)
+    declared = kind.declarations()
+    return falling_check([setting_error(declared, scene, s, kind().run(scene, s)) for s in settings], None, scene.name)
 
 
 def test_a_constant_error_that_noise_hides_does_not_fall() -> None:

@@ -12,7 +12,7 @@ from adapters.mujoco.adapter import Mujoco
 from adapters.pymunk.adapter import Pymunk
 from adapters.reference.compiled_engine import ReferenceFast
 from barchain.conform.checks import CheckState
-from barchain.conform.errors import judged_class
+from barchain.conform.errors import judged_declarations
 from barchain.conform.physics import main_and_finer, scene_check
 from barchain.conform.scenes import MOST_FINER, STAGES, from_default_on, lasts, scene_of, setting_of
 from barchain.conform.target import examined
@@ -54,33 +54,33 @@ class Multistep(ReferenceFast):
 
 
 def test_a_finer_setting_is_a_tenth_of_the_request_whatever_the_second_run_needs() -> None:
-    assert [setting.value for setting in from_default_on(Multistep)] == pytest.approx([1e-4, 1e-5])
+    assert [setting.value for setting in from_default_on(Multistep.declarations())] == pytest.approx([1e-4, 1e-5])
 
 
 def test_the_default_is_taken_where_right_runs_agree_for_most_of_the_scene() -> None:
-    assert lasts(Mujoco, Mujoco.sweep.setting(), scene_of(NAME))
-    assert setting_of(Mujoco, scene_of(NAME)) == Mujoco.sweep.setting()
+    assert lasts(Mujoco.declarations(), Mujoco.sweep.setting(), scene_of(NAME))
+    assert setting_of(Mujoco.declarations(), scene_of(NAME)) == Mujoco.sweep.setting()
 
 
 def test_a_finer_setting_is_taken_where_the_default_does_not_reach_so_far() -> None:
     default, scene = Pymunk.sweep.setting(), scene_of("conform/three_bars_free")
-    assert not lasts(Pymunk, default, scene)
-    assert setting_of(Pymunk, scene) == Pymunk.sweep.finer(default)
-    assert lasts(Pymunk, Pymunk.sweep.finer(default), scene)
+    assert not lasts(Pymunk.declarations(), default, scene)
+    assert setting_of(Pymunk.declarations(), scene) == Pymunk.sweep.finer(default)
+    assert lasts(Pymunk.declarations(), Pymunk.sweep.finer(default), scene)
 
 
 @pytest.mark.parametrize("name", one_in(5, [name for scenes in STAGES.values() for name in scenes]))
 def test_no_setting_is_far_finer_than_the_default(name: str) -> None:
-    assert setting_of(FirstOrder, scene_of(name)).value <= MOST_FINER * FirstOrder.sweep.default
+    assert setting_of(FirstOrder.declarations(), scene_of(name)).value <= MOST_FINER * FirstOrder.sweep.default
 
 
 @pytest.mark.exhaustive
 def test_a_declared_order_that_is_far_too_low_asks_for_no_finer_setting_than_the_measured_one() -> None:
     low, right = examined(f"{__name__}:FirstOrder"), examined("mujoco")
-    assert Mujoco.order - 1.0 <= (judged_class(low).order or 0.0) <= Mujoco.order
-    assert judged_class(right) is right.load()
+    assert Mujoco.order - 1.0 <= (judged_declarations(low).order or 0.0) <= Mujoco.order
+    assert judged_declarations(right) == right.declarations
     scene = scene_of(NAME)
-    assert setting_of(low.load(), scene) != setting_of(judged_class(low), scene) == Mujoco.sweep.setting()
+    assert setting_of(low.declarations, scene) != setting_of(judged_declarations(low), scene) == Mujoco.sweep.setting()
 
 
 @pytest.mark.exhaustive

@@ -93,7 +93,7 @@ def test_what_a_program_declares_is_read_without_a_process(monkeypatch: pytest.M
         raise AssertionError("a process was started")
 
     monkeypatch.setattr(asking, "ask", no_process)
-    found = asking.engine_class(engines()["mine"])
+    found = asking.declarations_of(engines()["mine"])
     assert found.title == "mine, a program"
-    assert found.effects == {"gravity.none", "gravity.point"}
+    assert found.effects == ("gravity.none", "gravity.point")
     assert barchain.engines()["mine"].by_default is False

@@ -50,7 +50,7 @@ def test_a_quick_look_takes_one_engine_of_each_library() -> None:
 @pytest.mark.parametrize("engine", ["exudyn", "exudyn-index3", "exudyn-absolute", "exudyn-tree", "pymunk"])
 @pytest.mark.parametrize("scene", ["basics/libration", "basics/two_bars_free"])
 def test_the_setting_is_the_coarsest_that_still_shows_something(engine: str, scene: str) -> None:
-    loaded, solution = ENGINES[engine].load(), judge_of(scene)
+    loaded, solution = ENGINES[engine].declarations(), judge_of(scene)
     chosen, default = comparison_setting(loaded, solution), loaded.sweep.setting()
     least = STEPS_PER_TURN * turns_per_orbit(solution)
     assert min(least, default.value) <= chosen.value <= default.value
@@ -68,20 +68,20 @@ def test_a_chain_that_tumbles_beyond_the_predictability_limit_is_resolved_there(
     scene = load_scene("paper/fig05_bar_horizontal")
     solution = judge_of("paper/fig05_bar_horizontal")
     assert turns_per_orbit(solution) == pytest.approx(12.9, abs=0.1)
-    setting = comparison_setting(ENGINES["exudyn"].load(), solution)
+    setting = comparison_setting(ENGINES["exudyn"].declarations(), solution)
     assert setting.value >= STEPS_PER_TURN * 12.8
     seen = ENGINES["exudyn"].load()().run(scene, setting)
     assert seen.t_s[-1] == pytest.approx(scene.run.duration_s)
 
 
 def test_a_given_setting_a_method_that_chooses_its_steps_and_an_unknown_solution_change_nothing() -> None:
-    loaded, solution = ENGINES["pymunk"].load(), judge_of("basics/libration")
+    loaded, solution = ENGINES["pymunk"].declarations(), judge_of("basics/libration")
     given = Setting(AccuracyParameter.STEPS_PER_ORBIT, 777.0)
     plan = Comparison([], {}, settings={"pymunk": given})
     assert plan.setting("pymunk", loaded, solution) == given
     assert Comparison([], {}).setting("pymunk", loaded) == loaded.sweep.setting()
     assert Comparison([], {}).setting("another-package", loaded, solution) == loaded.sweep.setting()
-    reference = ENGINES["reference"].load()
+    reference = ENGINES["reference"].declarations()
     assert comparison_setting(reference, solution) == reference.sweep.setting()
 
 
@@ -91,7 +91,7 @@ def test_numbers_of_steps_are_rounded_up_to_two_digits() -> None:
 
 def test_runs_of_solutions_begin_first_then_those_that_compile_and_then_the_longest() -> None:
     def job(engine: str, scene: str, role: Role = Role.MAIN) -> Job:
-        return Job(load_scene(scene), engine, ENGINES[engine], ENGINES[engine].load().sweep.setting(), role)
+        return Job(load_scene(scene), engine, ENGINES[engine], ENGINES[engine].declarations().sweep.setting(), role)
 
     small, large = job("heyoka", "basics/libration"), job("heyoka", "paper/fig05")
     short, long = job("pymunk", "basics/libration"), job("pymunk", "paper/fig05")

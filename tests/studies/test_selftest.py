@@ -18,7 +18,7 @@ from barchain.faults import declarations, equations, events, forces, misprints, 
 from barchain.faults.catalogue import CATALOGUE, CONTROLS, FIXED_SCENES, UNMODIFIED, find
 from barchain.faults.fault import FaultGroup, Size
 from barchain.judge.verdict import JUDGED_METRICS
-from barchain.solutions.judging import NUMPY
+from barchain.solutions.reference_run import NUMPY
 from barchain.studies.selftest.matrix import (
     CHECKS,
     OCTAVES,
@@ -285,9 +285,10 @@ def test_the_smallest_size_that_is_caught_lies_just_above_one_that_is_not() -> N
 
 
 def test_faults_of_the_scene_and_of_what_is_read_serve_any_engine() -> None:
-    assert FIXED_SCENES["inertia"].foreign_to(Exudyn) == "inserted into the reference's code"
-    assert not any(FIXED_SCENES[name].foreign_to(Exudyn) for name in ("j2", "mass", "mu", "sign-reaction"))
-    assert not FIXED_SCENES["inertia"].foreign_to(Reference)
+    exudyn = Exudyn.declarations()
+    assert FIXED_SCENES["inertia"].foreign_to(exudyn) == "inserted into the reference's code"
+    assert not any(FIXED_SCENES[name].foreign_to(exudyn) for name in ("j2", "mass", "mu", "sign-reaction"))
+    assert not FIXED_SCENES["inertia"].foreign_to(Reference.declarations())
 
 
 @pytest.fixture(scope="module")

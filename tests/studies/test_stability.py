@@ -52,7 +52,7 @@ if TYPE_CHECKING:
 def test_coarser_settings_are_coarser_or_none() -> None:
     free = scene(FREE)
     for name, each in default_engines().items():
-        loaded = each.load()
+        loaded = each.declarations()
         main = loaded.sweep.setting()
         found = coarser(free, main)
         if found is not None:
@@ -63,7 +63,7 @@ def test_coarser_settings_are_coarser_or_none() -> None:
 
 
 def test_scipy_runs_at_its_own_default_tolerances_too() -> None:
-    roles = {name: settings(scene(FREE), r.load()) for name, r in default_engines().items()}
+    roles = {name: settings(scene(FREE), name, r.declarations()) for name, r in default_engines().items()}
     assert {name for name, by in roles.items() if Role.PLAIN in by} == {"scipy-dop853", "scipy-radau"}
 
 

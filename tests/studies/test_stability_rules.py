@@ -47,10 +47,10 @@ if TYPE_CHECKING:
 
 def seen_of(engine: type[Faulty], name: str) -> EngineRuns:
     """Runs of a faulty engine, made as a worker makes them."""
-    own = settings(scene(name), engine)
+    own = settings(scene(name), "faulty", engine.declarations())
     jobs = {role: Job(scene(name), "faulty", registration(engine), s, role) for role, s in own.items()}
     runs = {role: run_job(job) for role, job in jobs.items()}
-    return EngineRuns(scene(name), "faulty", engine, own, runs, solutions.solution_of(scene(name)))
+    return EngineRuns(scene(name), "faulty", engine.declarations(), own, runs, solutions.solution_of(scene(name)))
 
 
 CASES = [

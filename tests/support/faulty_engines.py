@@ -7,7 +7,8 @@ from typing import ClassVar
 
 from adapters.engine import Engine, EngineError
 from adapters.reference.numpy_engines import Reference
-from barchain.faults.catalogue import engine_with_fault, find
+from adapters.registry import ENGINES
+from barchain.faults.catalogue import FaultyEngine, find
 from barchain.runs.environment import THREADS
 
 TRACE = "BARCHAIN_TEST_TRACE"
@@ -24,8 +25,11 @@ class Faulty(Engine):
     effects = Reference.effects
     observables: ClassVar = Reference.observables
 
+    def made(self):
+        return Reference()
+
     def build(self, scene, setting):
-        self.inner = Reference()
+        self.inner = self.made()
         self.inner.build(scene, setting)
 
     def simulate(self):
@@ -45,9 +49,13 @@ class Unmodified(Faulty):
 def planted(called, name, size=None, module=__name__):
     """Class of the reference with a mistake of the catalogue; by default at its natural size."""
     fault = find(name)
-    found = engine_with_fault(fault, fault.natural if size is None else size, Reference)
-    found.__name__, found.__module__ = called, module
-    return found
+
+    class Planted(Faulty):
+        def made(self):
+            return FaultyEngine(ENGINES["reference"], fault, fault.natural if size is None else size)
+
+    Planted.__name__, Planted.__qualname__, Planted.__module__ = called, called, module
+    return Planted
 
 
 ReturnsNan = planted("ReturnsNan", "nan-attitude")

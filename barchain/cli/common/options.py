@@ -162,10 +162,10 @@ def need_loaded(name: str) -> None:
         If its adapter does not load.
     """
     from adapters.registry import find_engine
-    from barchain.runs.asking import engine_class
+    from barchain.runs.asking import declarations_of
 
     need_engine(name)
-    engine_class(find_engine(name))
+    declarations_of(find_engine(name))
 
 
 @dataclass(frozen=True)
@@ -235,7 +235,7 @@ def engines_of(setting: GivenSetting, chosen: Mapping[str, Registration]) -> lis
         If there is none.
     """
     from adapters.registry import UnknownEngineError
-    from barchain.runs.asking import engine_class
+    from barchain.runs.asking import declarations_of
     from scenarios import nearest
 
     names = list(chosen)
@@ -247,7 +247,7 @@ def engines_of(setting: GivenSetting, chosen: Mapping[str, Registration]) -> lis
         raise click.UsageError(f"--set {setting}: {setting.engine} does not take part; there are: {', '.join(names)}")
     if setting.engine or len(names) == 1:  # whose own error then names its parameter
         return [setting.engine or names[0]]
-    keys = {name: str(engine_class(r).sweep.parameter) for name, r in chosen.items() if not r.missing}
+    keys = {name: str(declarations_of(r).sweep.parameter) for name, r in chosen.items() if not r.missing}
     found = [name for name, key in keys.items() if key == setting.key]
     if found:
         return found

@@ -50,9 +50,8 @@ def next_sample(errors: ErrorModel) -> str:
 
 def beyond_any_setting(solution: ReferenceSolution) -> str:
     """Reason why not even the reference's tightest setting predicts the first sample after the start; else empty."""
-    return next_sample(
-        ErrorModel(Reference, Setting(AccuracyParameter.RTOL, SOLUTION_RTOL), solution, solution.trajectory)
-    )
+    tightest = Setting(AccuracyParameter.RTOL, SOLUTION_RTOL)
+    return next_sample(ErrorModel(Reference.declarations(), tightest, solution, solution.trajectory))
 
 
 def closer_or_finer(errors: ErrorModel, first: int = 0) -> str:

@@ -310,7 +310,7 @@ def restarted_solution(
     response |= {name: np.zeros(n) for name in TRACK}
     amplification = np.max(attitude / attitude[:, :1], axis=0)
     made = ReferenceSolution(scene, main, fine, {}, amplification, response, float(main.t_s[linear - 1]))
-    own = ErrorModel(Reference, Setting(AccuracyParameter.RTOL, rtol), made, main)
+    own = ErrorModel(Reference.declarations(), Setting(AccuracyParameter.RTOL, rtol), made, main)
     return dataclasses.replace(made, error=own.bound, limit_s=own.limit_s)
 
 

@@ -12,7 +12,6 @@ import numpy as np
 
 from adapters.common.initial_state import initial_state
 from adapters.engine import AccuracyParameter, EngineError, Setting
-from adapters.registry import ENGINES
 from barchain.judge.diagnosis.chance import foretells
 from barchain.judge.diagnosis.mistake import (
     Explanation,
@@ -31,7 +30,7 @@ from barchain.judge.diagnosis.starts import off_start
 from barchain.judge.diagnosis.trial_search import TrialSearch
 from barchain.metrics.quantities import arrays, differences, sizes
 from barchain.solutions.at_times import solution_at
-from barchain.solutions.judging import solution_engine
+from barchain.solutions.reference_run import reference_run
 from scenarios.channels import WORDS
 
 if TYPE_CHECKING:
@@ -206,7 +205,7 @@ def half_way(judging: ReferenceSolution) -> Trajectory | None:
     run = judging.scene.run
     dense = dataclasses.replace(judging.scene, run=dataclasses.replace(run, samples=2 * run.samples - 1))
     try:
-        return ENGINES[solution_engine()].load()().run(dense, HALVES)
+        return reference_run(dense, HALVES)
     except EngineError:
         return None
 

@@ -9,14 +9,12 @@ import dataclasses
 import math
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from adapters.common.initial_state import chain_model, initial_state
-from adapters.engine import EngineError
-from adapters.reference.numpy_engines import Reference
-from adapters.registry import COMPILED, ENGINES
+from adapters.engine import AccuracyParameter, EngineError, Setting
 from adapters.trajectory import Trajectory
 from barchain.judge.diagnosis.mean_elements import by_mean_elements
 from barchain.judge.diagnosis.motion.numbers import Number, body_words, numbers
@@ -25,19 +23,19 @@ from barchain.judge.diagnosis.motion.quadrature import SAME_INSTANT
 from barchain.judge.diagnosis.motion.words import GRAVITY, LOADS
 from barchain.judge.diagnosis.starts import ORBIT, RATES, STARTS
 from barchain.metrics.quantities import FIELDS
+from barchain.solutions.reference_run import reference_run
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from adapters.common.initial_state import InitialState
-    from adapters.reference.numpy_engines import ReferenceEngine
     from adapters.trajectory import Array
     from scenarios import Scene
 
     Run = Callable[[Array, Array], Trajectory | None]
     """Motion at instants (n,) s, of amounts (m,); None where there is none"""
 
-RTOL = 1e-13
+SETTING = Setting(AccuracyParameter.RTOL, 1e-13)
 """Accuracy of the motions"""
 PROBE = 1e-6
 """Relative change of a number, or an angle in rad, that is small enough for a linear effect"""
@@ -81,15 +79,11 @@ def motion_from(scene: Scene, start: InitialState, t_s: Array) -> Trajectory | N
 
     It goes on below the surface of the body, as a wrong result may.
     """
-    compiled = ENGINES[COMPILED]
-    run = Reference() if compiled.missing else cast("ReferenceEngine", compiled.load()())
     model = dataclasses.replace(chain_model(scene), body_radius_m=SURFACE_LENGTHS * scene.size_m)
     instants = t_s if t_s[0] == 0.0 else np.append(0.0, t_s)
     try:
         with np.errstate(all="ignore"):
-            run.times_s, run.prepared = instants, run.prepare(model, start, RTOL)
-            run.simulate()
-            seen = run.read()
+            seen = reference_run(scene, SETTING, t_s=instants, start=start, model=model)
     except (EngineError, ValueError, ArithmeticError, np.linalg.LinAlgError):
         return None
     if len(seen.t_s) < len(instants):

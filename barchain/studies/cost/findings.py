@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from adapters.engine import AccuracyParameter
-from barchain.runs.asking import engine_class
+from barchain.runs.asking import declarations_of
 from barchain.studies.cost.errors import TELLS
 from barchain.studies.cost.plan import LONGER, SHORTENED, SPENT
 from barchain.studies.timing.statistics import (
@@ -98,7 +98,7 @@ def orders_table(
     """All orders; `extra` are rows measured apart."""
     rows = []
     for (_, engine), own in points.groupby(["scene", "engine"], sort=False):
-        theory = engine_class(engines[str(engine)]).order
+        theory = declarations_of(engines[str(engine)]).order
         shown = [q for q, (error, _) in QUANTITIES.items() if error in own and own[error].notna().any()]
         wanted = shown if shown == ["com"] else [q for q in shown if q != "com"]
         rows += [order_row(own, quantity, theory) for quantity in wanted]

@@ -9,7 +9,7 @@ import numpy as np
 
 from adapters.common.equal_steps import step_s
 from adapters.engine import AccuracyParameter
-from barchain.runs.asking import engine_class
+from barchain.runs.asking import declarations_of
 from barchain.runs.job import Job, Role
 from barchain.runs.left_out import LeftOut, cannot
 from barchain.studies.cost.errors import MEASURED
@@ -73,7 +73,7 @@ def sweeps(scene: Scene, engines: dict[str, Registration]) -> tuple[dict[str, li
         if reason is not None:
             out.append(reason)
             continue
-        settings = distinct(scene, engine_class(registration).sweep)
+        settings = distinct(scene, declarations_of(registration).sweep)
         runs[name] = [Job(scene, name, registration, s, Role.MAIN) for s in settings]
     return runs, out
 
@@ -129,6 +129,6 @@ def load_jobs(sweeps: Iterable[list[Job]], points: Mapping[PointName, Row]) -> l
     for jobs in sweeps:
         good = [j for j in jobs if points[name_of(j)]["outcome"] == Outcome.PASS.value]
         brief = [j for j in good if points[name_of(j)]["seconds"] <= LONGEST_LOADED_S]
-        if good and REPEATED_LOAD in engine_class(good[0].registration).options:
+        if good and REPEATED_LOAD in declarations_of(good[0].registration).options:
             found.append(brief[-1] if brief else good[0])
     return found

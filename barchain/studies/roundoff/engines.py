@@ -16,7 +16,7 @@ from adapters.common.equal_steps import steps_between_samples
 from adapters.engine import AccuracyParameter, Coordinates, EngineError, Setting
 from adapters.registry import find_engine
 from adapters.trajectory import Observable
-from barchain.runs.asking import engine_class
+from barchain.runs.asking import declarations_of
 from barchain.runs.phases import exception_words
 from barchain.runs.trajectory_checks import fault
 from barchain.studies.roundoff.evaluation import SHARES, quantiles
@@ -26,7 +26,8 @@ from reference_impl.precision.coordinates import ChainObservables
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
-    from adapters.engine import Engine
+    from adapters.engine import Declarations
+    from adapters.registry import Registration
     from adapters.trajectory import Array, Trajectory
     from barchain.studies.roundoff.trajectories import HighPrecisionSolution, ScaledScene
     from scenarios import Scene
@@ -70,7 +71,7 @@ def engine_rows(solution: HighPrecisionSolution, name: str, size: int, value: fl
         If there is no such engine.
     """
     registration, family = find_engine(name), solution.family
-    engine, ratio = engine_class(registration), family.ratios[size]
+    engine, ratio = declarations_of(registration), family.ratios[size]
     longitudes = np.random.default_rng(family.members).uniform(0.0, 2.0 * np.pi, family.members)
     scenes = [scene_at(family, ratio, longitude) for longitude in longitudes.tolist()]
     setting = setting_of(engine, scenes[0], value)
@@ -79,7 +80,7 @@ def engine_rows(solution: HighPrecisionSolution, name: str, size: int, value: fl
     rejection = RunFault(Outcome.MISSING, registration.missing) if registration.missing else rejected(engine, scenes[0])
     if rejection:
         return [head | empty(q, rejection) for q in shown]
-    runs = [attempt(engine, scene, setting) for scene in scenes]
+    runs = [attempt(registration, engine, scene, setting) for scene in scenes]
     return [head | row for row in judged_rows(solution, size, longitudes, runs, shown)]
 
 
@@ -123,10 +124,10 @@ def empty(quantity: str, fault: RunFault) -> dict[str, Any]:
     return {"quantity": quantity, **none, "members": 0, "known": False, **said}
 
 
-def attempt(engine: type[Engine], scene: Scene, setting: Setting) -> Trajectory | RunFault:
+def attempt(registration: Registration, engine: Declarations, scene: Scene, setting: Setting) -> Trajectory | RunFault:
     """Run one member; whatever goes wrong is its own."""
     try:
-        found = engine().run(scene, setting)
+        found = registration.engine().run(scene, setting)
     except EngineError as error:
         return RunFault(Outcome.FAILED, str(error))
     except Exception as error:
@@ -137,7 +138,7 @@ def attempt(engine: type[Engine], scene: Scene, setting: Setting) -> Trajectory 
     return RunFault(*wrong) if wrong else found
 
 
-def rejected(engine: type[Engine], scene: Scene) -> RunFault | None:
+def rejected(engine: Declarations, scene: Scene) -> RunFault | None:
     """Why an engine can't do the scene."""
     reason = engine.unsupported(scene)
     return RunFault(Outcome.UNSUPPORTED, reason) if reason else None
@@ -156,12 +157,12 @@ def instant(runs: list[Trajectory], k: int) -> ChainObservables:
     return ChainObservables(angle, np.moveaxis(reaction, 0, -1), gap, np.array([run.com_m[k] for run in runs]).T)
 
 
-def frame_of(engine: type[Engine]) -> str:
+def frame_of(engine: Declarations) -> str:
     """Inertial, or moving with the chain in any way."""
     return INERTIAL if engine.coordinates is Coordinates.ABSOLUTE else MOVING
 
 
-def setting_of(engine: type[Engine], scene: Scene, value: float) -> Setting:
+def setting_of(engine: Declarations, scene: Scene, value: float) -> Setting:
     """Setting of an engine's accuracy parameter, whose unit of steps may be another orbit than the scene's own."""
     parameter = engine.sweep.parameter
     return Setting(

@@ -20,7 +20,7 @@ from adapters.registry import engines
 from adapters.trajectory import Observable
 from barchain.record.environment import external_versions
 from barchain.record.scene_description import scene_words
-from barchain.runs.asking import engine_class
+from barchain.runs.asking import declarations_of
 from barchain.runs.cases import run_cases
 from barchain.runs.choices import chosen_engines, engine_facts
 from barchain.runs.executors import ONE_BY_ONE
@@ -92,7 +92,7 @@ class ScalingStudy:
     def job(self, engine: str, bars: int, share: float) -> Job:
         """Run of the chain of `bars` bars over a share of its orbit, at the engine's default setting."""
         registration = self.engines[engine]
-        setting = engine_class(registration).sweep.setting()
+        setting = declarations_of(registration).sweep.setting()
         return Job(divided(self.scene, bars, share), engine, registration, setting, Role.MAIN)
 
     def record(self) -> dict[str, Any]:
@@ -208,7 +208,7 @@ class ScalingRun:
         out = cannot(divided(self.study.scene, bars), engine, registration)
         if out is not None:
             return {"outcome": str(out.outcome), "reason": out.reason}
-        if Observable.ATTITUDE not in engine_class(registration).observables:
+        if Observable.ATTITUDE not in declarations_of(registration).observables:
             reason = "it follows the centre of mass alone, whatever the number of bars"
             return {"outcome": str(Outcome.UNSUPPORTED), "reason": reason}
         share, reason = self.share(engine, bars)

@@ -10,7 +10,7 @@ import numpy as np
 
 from adapters.registry import find_engine
 from barchain.faults.catalogue import RANDOM_SCENES, find
-from barchain.runs.asking import engine_class
+from barchain.runs.asking import declarations_of
 from barchain.runs.cases import Known, Shared, run_cases
 from barchain.runs.choices import chosen_engines
 from barchain.runs.executors import ALL_CORES
@@ -190,7 +190,7 @@ def on_scene(
 
 def unmodified_engine(scene: SceneRuns, name: str, solution: ReferenceSolution) -> Known | Shared:
     """Rating of an engine as it is, or that it does not support the scene."""
-    engine = engine_class(find_engine(name))
+    engine = declarations_of(find_engine(name))
     reason = engine.unsupported(scene.scene) or engine.unsupported_motion(solution.scene, solution.fine)
     if reason is None:
         return Shared(rated(scene, Trial(scene.scene, name), solution))

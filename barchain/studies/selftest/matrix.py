@@ -20,11 +20,11 @@ from barchain.faults.fault import FaultGroup
 from barchain.judge.scales import MACHINE_EPSILON, ROUNDINGS
 from barchain.judge.verdict import Verdict
 from barchain.record.scene_description import scene_words
-from barchain.runs.asking import engine_class
+from barchain.runs.asking import declarations_of
 from barchain.runs.cases import run_cases
 from barchain.runs.executors import ALL_CORES
 from barchain.runs.job import Role
-from barchain.solutions.judging import NUMPY
+from barchain.solutions.reference_run import NUMPY
 from barchain.studies.selftest.scenes import STAGES, find_scene
 from barchain.studies.selftest.trial import SceneRuns, Trial, judged
 from reference_impl.model import relative
@@ -229,7 +229,7 @@ def selftest_study(
     ClusterError
         For a Dask cluster that can't be used.
     """
-    engine = engine_class(find_own_engine(host))
+    engine = declarations_of(find_own_engine(host))
     chosen = [find(n, FIXED_SCENES) for n in dict.fromkeys(faults or FIXED_SCENES) if n not in CONTROLS]
     loaded = list(map(find_scene, dict.fromkeys(scenes or STAGES)))
     reasons = {s.name: engine.unsupported(s) for s in loaded}

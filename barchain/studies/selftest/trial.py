@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 
 from adapters.common.equal_steps import finer_setting
 from adapters.registry import find_engine
-from barchain.faults.catalogue import FaultRegistration, engine_with_fault, fault_registration, find
+from barchain.faults.catalogue import FaultRegistration, fault_registration, find
 from barchain.judge.compare import judge
 from barchain.judge.evidence import follow_up_jobs, gathered
-from barchain.runs.asking import engine_class
+from barchain.runs.asking import declarations_of
 from barchain.runs.cases import Case, Shared, Task, alone
 from barchain.runs.job import TIME_LIMIT_S, Job, Role, TimeLimit
-from barchain.runs.run import run_phases
+from barchain.runs.run import checked_result
 from barchain.runs.tasks import PoolGroup, limit_of, run_task
 from barchain.solutions.judging import SolutionFailedError, solution_case
 from barchain.studies.verdict_tasks import verdict_task
@@ -24,7 +24,7 @@ from barchain.studies.verdict_tasks import verdict_task
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from adapters.engine import Engine, Setting
+    from adapters.engine import Declarations, Setting
     from adapters.registry import Registration
     from adapters.trajectory import Trajectory
     from barchain.faults.fault import Fault
@@ -50,9 +50,9 @@ class Trial:
     """Of the fault; None: its natural size"""
 
     @property
-    def host(self) -> type[Engine]:
-        """The engine as it is."""
-        return engine_class(find_engine(self.engine))
+    def host(self) -> Declarations:
+        """Declarations of the engine as it is."""
+        return declarations_of(find_engine(self.engine))
 
     @property
     def inserted_fault(self) -> Fault | None:
@@ -96,10 +96,10 @@ class Trial:
         reason = fault.foreign_to(self.host) or fault.nothing(solution)
         return reason or self.host.unsupported(fault.staged(self.scene, self.inserted_size)) or ""
 
-    def faulty_engine(self, runs: dict[Setting, Trajectory], main: Trajectory | None = None) -> type[Engine]:
-        """Class of the engine with the fault in it, which replays runs; `main` shows it what to declare wrongly."""
+    def declarations(self, main: Trajectory | None) -> Declarations:
+        """Declarations with the fault in them; the unmodified engine's `main` run shows what to declare wrongly."""
         fault = self.inserted_fault
-        return engine_with_fault(fault, self.inserted_size, self.host, runs, main) if fault else self.host
+        return fault.declares(self.host, main) if fault and fault.declares and main is not None else self.host
 
     def with_fault(self, job: Job, made: RunResult) -> RunResult:
         """Result of a run with the fault in it; where the fault is in the samples, they are changed here.
@@ -109,7 +109,8 @@ class Trial:
         fault = self.inserted_fault
         if fault is None or not fault.replays or not fault.acts_in(job.role) or made.trajectory is None:
             return made
-        return replace(run_phases(job, self.faulty_engine({job.setting: made.trajectory})), seconds={})
+        seen = fault.output_of(made.trajectory, job.scene, job.setting, self.inserted_size)
+        return checked_result(job.scene, self.host, seen, {})
 
 
 @dataclass(frozen=True)
@@ -204,6 +205,5 @@ def verdict_of(
     trial: Trial, results: dict[Role, RunResult], solution: ReferenceSolution, main: Trajectory | None
 ) -> Verdict:
     """Verdict on results of a trial; `main` is the unmodified engine's main run."""
-    judged_as = trial.faulty_engine({}, main)
-    found = judge(trial.engine, judged_as, trial.setting, gathered(results), solution)
+    found = judge(trial.engine, trial.declarations(main), trial.setting, gathered(results), solution)
     return replace(found, series=None)

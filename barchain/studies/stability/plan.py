@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from adapters.common.equal_steps import finer_setting, steps_between_samples
 from adapters.engine import AccuracyParameter, Setting
-from adapters.ode_solvers.adapter import ScipyEngine
 from adapters.registry import COMPILED, ENGINES, engines, find_engine
 from barchain.runs.job import Job, Role
 from reports.tables.reading import brief, damaged
@@ -23,7 +22,7 @@ from scenarios.toml.reading import read_text, tables_of
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Mapping
 
-    from adapters.engine import Engine
+    from adapters.engine import Declarations
     from adapters.registry import Registration
     from barchain.studies.stability.rules import Finding
     from scenarios import Scene
@@ -81,14 +80,14 @@ def takes_minutes(scene: Scene, name: str, engines: Collection[str]) -> bool:
     return scene.bars > MOST_BARS_COMPILED and (solver or (name in ENGINES and ENGINES[name].compiles))
 
 
-def settings(scene: Scene, engine: type[Engine]) -> dict[Role, Setting]:
+def settings(scene: Scene, name: str, engine: Declarations) -> dict[Role, Setting]:
     """Settings of an engine in a scene, by role; samples may lie too close for a coarser one."""
     main = engine.sweep.setting()
     found = {Role.MAIN: main, Role.FINER: finer_setting(scene, engine.sweep, main)}
     coarse = coarser(scene, main)
     if coarse is not None:
         found[Role.COARSE] = coarse
-    if issubclass(engine, ScipyEngine):
+    if SCIPY.fullmatch(name):
         found[Role.PLAIN] = Setting(AccuracyParameter.RTOL, PLAIN_RTOL)
     return found
 

@@ -30,7 +30,7 @@ from reports.tables.stability import Stability
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from adapters.engine import Engine, Setting
+    from adapters.engine import Declarations, Setting
     from adapters.trajectory import Array, Trajectory
     from barchain.judge.verdict import Row, Verdict
     from barchain.runs.job import RunResult
@@ -64,7 +64,7 @@ class EngineRuns:
 
     scene: Scene
     name: str
-    engine: type[Engine]
+    engine: Declarations
     settings: dict[Role, Setting]
     runs: dict[Role, RunResult]
     solution: ReferenceSolution | None

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from adapters.engine import EngineError
 from barchain.record.scene_description import scene_words
-from barchain.runs.asking import engine_class
+from barchain.runs.asking import declarations_of
 from barchain.runs.cases import Case, Known, Shared, Task, run_cases
 from barchain.runs.choices import engine_facts, unique_names
 from barchain.runs.estimate import need_runnable
@@ -113,14 +113,9 @@ class StabilityStudy:
     @property
     def turns(self) -> int:
         """Number of runs, for the progress."""
-        able = [
-            (s, engine_class(r))
-            for s in self.scenes
-            for name, r in self.engines_of(s).items()
-            if cannot(s, name, r) is None
-        ]
+        able = [(s, name, r) for s in self.scenes for name, r in self.engines_of(s).items() if not cannot(s, name, r)]
         solutions = sum(len(solution_jobs(s)) + len(exact_jobs(s)) for s in self.scenes)
-        return solutions + sum(len(settings(s, e)) for s, e in able)
+        return solutions + sum(len(settings(s, name, declarations_of(r))) for s, name, r in able)
 
     def record(self) -> dict[str, Any]:
         """Scenes, engines and limits; runs are added as they come."""
@@ -228,8 +223,9 @@ class StabilityRun:
     def pair(self, scene: Scene, engine: str, solution: Shared) -> Case[CaseEnd]:
         """Runs of an engine in a scene, the coarsest setting first, and the outcome."""
         registration = self.study.engines[engine]
-        own = engine_class(registration)
-        jobs = {role: Job(scene, engine, registration, each, role) for role, each in settings(scene, own).items()}
+        own = declarations_of(registration)
+        wanted = settings(scene, engine, own)
+        jobs = {role: Job(scene, engine, registration, each, role) for role, each in wanted.items()}
         coarsest, *finer = (role for role in LEVELS if role in jobs)
         runs: dict[Role, RunResult] = {}
         skipped: set[Role] = set()
@@ -240,9 +236,7 @@ class StabilityRun:
             made = yield [self.run_of(jobs[role]) if late is None else self.not_run(jobs[role], late) for role in roles]
             runs |= dict(zip(roles, made, strict=True))
         (known,) = yield [solution]
-        engine_runs = EngineRuns(
-            scene, engine, own, {role: job.setting for role, job in jobs.items()}, runs, known, frozenset(skipped)
-        )
+        engine_runs = EngineRuns(scene, engine, own, wanted, runs, known, frozenset(skipped))
         try:
             reason = None if known is None else own.unsupported_motion(known.scene, known.fine)
             found = finding(engine_runs) if reason is None else Finding(Stability.UNSUPPORTED, reason)

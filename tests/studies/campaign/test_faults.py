@@ -13,7 +13,7 @@ from adapters.exudyn.adapter import Exudyn
 from adapters.pymunk.adapter import Pymunk
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import find_engine
-from barchain.faults.catalogue import RANDOM_SCENES, UnknownFaultError, engine_with_fault, fault_registration, find
+from barchain.faults.catalogue import RANDOM_SCENES, UnknownFaultError, fault_registration, find
 from barchain.faults.readings import LEAST, SHARES
 from barchain.runs.job import Role
 from barchain.studies.selftest.scenes import draw
@@ -21,7 +21,8 @@ from scenarios import Gravity
 from tests.studies.campaign.drawn import EVENTS, FINER, MAIN, seen, with_fault
 
 if TYPE_CHECKING:
-    from adapters.engine import Engine
+    from adapters.engine import Declarations, Engine
+    from adapters.registry import Registration
     from adapters.trajectory import Trajectory
     from scenarios import Scene
 
@@ -176,22 +177,29 @@ def test_late_and_stretched_events(scene: Scene) -> None:
     assert np.array_equal(found.t_s, scene.times_s)
 
 
+def run_with(registration: Registration, scene: Scene, setting: Setting) -> Trajectory:
+    engine = registration.engine()
+    engine.build(scene, setting)
+    engine.simulate()
+    return engine.read()
+
+
 def test_a_stuck_engine_gives_the_same_bits_at_all_settings(scene: Scene) -> None:
-    engine = fault_registration("reference", "mass-stuck").load()
-    runs = [engine().run(scene, s) for s in (MAIN, FINER)]
+    registration = fault_registration("reference", "mass-stuck")
+    runs = [run_with(registration, scene, s) for s in (MAIN, FINER)]
     assert all(np.array_equal(getattr(runs[0], n), getattr(runs[1], n)) for n in ("angle_rad", "com_m", "reaction_N"))
     assert not np.array_equal(runs[0].reaction_N, seen(scene).reaction_N)
 
 
 def test_a_sloppy_engine_claims_many_steps(scene: Scene) -> None:
-    sloppy = fault_registration("reference", "sloppy").load()().run(scene, MAIN)
+    sloppy = run_with(fault_registration("reference", "sloppy"), scene, MAIN)
     assert sloppy.info["steps"] == 1e9
     assert np.array_equal(sloppy.angle_rad, seen(scene, Setting(AccuracyParameter.RTOL, 1e3 * MAIN.value)).angle_rad)
 
 
-def test_false_declarations_are_those_of_the_class(scene: Scene, unmodified: Trajectory) -> None:
-    def said(name: str, host: type[Engine]) -> type[Engine]:
-        return engine_with_fault(RANDOM_SCENES[name], 1.0, host, main=unmodified)
+def test_false_declarations_are_those_that_judge(scene: Scene, unmodified: Trajectory) -> None:
+    def said(name: str, host: type[Engine]) -> Declarations:
+        return RANDOM_SCENES[name].declares(host.declarations(), unmodified)
 
     noise = said("declares-noise", Reference).noise(scene, MAIN, unmodified.t_s)
     assert noise["attitude"] == 1.0
@@ -199,7 +207,7 @@ def test_false_declarations_are_those_of_the_class(scene: Scene, unmodified: Tra
     assert said("declares-order", Exudyn).order == 1.0
     assert said("declares-absolute", Pymunk).coordinates is Coordinates.ABSOLUTE
     assert not said("declares-track", find_engine("reference-absolute").load()).track_by_length
-    assert "chooses its steps" in RANDOM_SCENES["declares-order"].foreign(Reference)
-    assert "rightly" in RANDOM_SCENES["declares-track"].foreign(Reference)
-    assert "equal steps" in RANDOM_SCENES["sloppy"].foreign(Exudyn)
-    assert "no gaps" in RANDOM_SCENES["joints-torn"].foreign(find_engine("exudyn-tree").load())
+    assert "chooses its steps" in RANDOM_SCENES["declares-order"].foreign(Reference.declarations())
+    assert "rightly" in RANDOM_SCENES["declares-track"].foreign(Reference.declarations())
+    assert "equal steps" in RANDOM_SCENES["sloppy"].foreign(Exudyn.declarations())
+    assert "no gaps" in RANDOM_SCENES["joints-torn"].foreign(find_engine("exudyn-tree").declarations())
