@@ -48,7 +48,7 @@ FIELD = {
     "attitude": "Angles of the bars from an inertial axis.",
     "centre of mass (CM)": "Of the whole chain; its motion is the orbit.",
     "chain": "N rigid bars, joined end to end by N − 1 revolute joints.",
-    "channel": "One quantity over time, for example `reaction`: stored as an array of a trajectory, or derived from those.",
+    "channel": "One quantity over time, e.g. `reaction`: stored as an array of a trajectory, or derived from those.",
     "Encke's form": "Differences of gravity from a nearby reference, written so that no large numbers are subtracted.",
     "engine": "A library's solver, or one of barchain's, with the formulation and the integrator that its adapter "
     "chooses.",
