@@ -91,6 +91,10 @@ DERIVED = (
         "they take energy from the motion.", Of.JOINTS, ("joint_power_{}",), effect="joint_spring_damper",
     ),
     Channel(
+        "torque_power", "W", "powers of the torques", "Power of the torque of bar b's prescribed rotation: of a motor "
+        "in a joint on both of its bars.", Of.LAWS, ("torque_power_bar_{}",), effect="prescribed_rotation",
+    ),
+    Channel(
         "effect_force", "N", "forces of effects", "Force of each effect on each bar, gravity among them, in inertial "
         "axes; the effect's name stands in place of `effect`.", Of.BARS, of_bars("effect_force", XY),
     ),

@@ -20,7 +20,7 @@ from reference_impl.model.complex_vectors import as_complex, as_vectors, unit_al
 from reference_impl.model.effect import EffectState
 from reference_impl.model.gravity import complex_field_differences, gradient_angular_accelerations
 from reference_impl.model.kinematics import consistent_state, cross, directions, relative_positions
-from scenarios.channels import CHANNELS, TIME, numbered_part
+from scenarios.channels import CHANNELS, TIME, Of, numbered_part
 from scenarios.derived_channels import DERIVED_CHANNELS
 from scenarios.effect_types import Gravity
 from scenarios.nearest import nearest
@@ -238,6 +238,16 @@ def joint_torque(motion: Motion) -> Array:
     return motion.springs.torque(motion.angle, motion.rate)
 
 
+def torque_power(m: Motion) -> Array:
+    """Power of the torque of each prescribed rotation, (n, P) W."""
+    turned = [
+        m.rate[:, law.bar] - (0.0 if law.reacts_on is None else m.rate[:, law.reacts_on])
+        for law in m.model.prescriptions
+    ]
+    found: Array = m.array("torque") * np.stack(turned, axis=1)
+    return found
+
+
 def gravity_energy(motion: Motion) -> Array:
     """Potential energy of gravity about the centre of mass, (n,) J."""
     if motion.scene.effects.gravity is Gravity.NONE:
@@ -294,6 +304,7 @@ FUNCTIONS: Mapping[str, Callable[[Motion], Array]] = {
     "shear": lambda m: at_both_ends(m, 1),
     "joint_torque": joint_torque,
     "joint_power": lambda m: -joint_torque(m) * np.diff(m.rate, axis=1),
+    "torque_power": torque_power,
     "spin_momentum": lambda m: invariants.relative_angular_momentum(m.model, m.angle, m.rate),
     "kinetic_energy": kinetic_energy,
     "gravity_energy": gravity_energy,
@@ -323,7 +334,8 @@ def columns_of(motion: Motion, name: str) -> dict[str, Array]:
     channel = DERIVED_CHANNELS[name]
     try:
         if name not in BY_EFFECT:
-            found = channel.split(FUNCTIONS[name](motion))
+            numbers = channel.numbers(motion.scene) if channel.of is Of.LAWS else ()
+            found = channel.split(FUNCTIONS[name](motion), numbers)
         else:
             found = {}
             for effect, wrench in motion.wrenches.items():

@@ -43,7 +43,7 @@ def moved(scene: Scene, engine: str) -> Trajectory:
     run = ENGINES[engine].load()()
     run.build(scene, SETTING)
     run.simulate()
-    return run.read()
+    return run.read().of_run(scene)
 
 
 @pytest.mark.parametrize("engine", FORMS)
@@ -86,10 +86,8 @@ def test_motors_give_the_chain_the_energy_of_their_power(engine: str) -> None:
     scene = arm(4)
     seen, model = moved(scene, engine), chain_model(scene)
     energy = invariants.relative_kinetic_energy(model, seen.angle_rad, seen.rate_rad_s)
-    power = sum(
-        seen.torque_N_m[:, k] * (seen.rate_rad_s[:, law.bar - 1] - seen.rate_rad_s[:, law.bar - 2])
-        for k, law in enumerate(scene.effects.prescribed_rotation)
-    )
+    frame = seen.to_frame(derived=["torque_power"])
+    power = sum(frame[f"torque_power_bar_{law.bar}_W"].to_numpy() for law in scene.effects.prescribed_rotation)
     middle = len(seen.t_s) // 2 // 2 * 2  # inside the law, where the arm moves
     step = seen.t_s[1]
     work = step / 3.0 * (power[0] + 4.0 * power[1:middle:2].sum() + 2.0 * power[2:middle:2].sum() + power[middle])

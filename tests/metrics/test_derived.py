@@ -17,7 +17,7 @@ from adapters.reference.numpy_engines import Reference
 from adapters.trajectory import Trajectory
 from barchain.metrics.derived import BY_EFFECT, FUNCTIONS, DerivedError, Motion, chosen_columns, columns_of
 from scenarios import change_scene, load_scene
-from scenarios.channels import STORED, Of
+from scenarios.channels import STORED
 from scenarios.derived_channels import DERIVED, DERIVED_CHANNELS
 
 if TYPE_CHECKING:
@@ -73,8 +73,8 @@ def test_every_channel_has_the_columns_of_its_entry() -> None:
     assert not frame.columns.duplicated().any()
     for channel in DERIVED:
         stems = [stem.replace("effect", "drag", 1) for stem in channel.stems]
-        numbers = range(1, seen.bars + (channel.of is Of.BARS)) if channel.of.numbered else [0]
-        assert {stem.format(j) + channel.ending for stem in stems for j in numbers} <= set(frame.columns)
+        names = dataclasses.replace(channel, stems=tuple(stems)).names(load_scene(EVERYTHING))
+        assert {name + channel.ending for name in names} <= set(frame.columns)
     assert np.isfinite(frame.to_numpy(float)).all()
 
 
