@@ -6,7 +6,7 @@ import dataclasses
 import re
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -210,6 +210,38 @@ class Trajectory:
         return dataclasses.replace(
             self, scene=scene.name, engine=engine, setting=setting, torque_bars=bars, run_scene=scene
         )
+
+    def state(self, t_s: float | None = None) -> dict[str, Any]:
+        """State at a sample, as the tables of a scene that starts there.
+
+        Parameters
+        ----------
+        t_s : float, optional
+            Instant of a sample, s; the last by default.
+
+        Returns
+        -------
+        dict
+            For :func:`barchain.go_on`, or for :func:`barchain.change_scene`: position and velocity of the centre of
+            mass, angles and rates of the bars, and the instant.
+
+        Raises
+        ------
+        ValueError
+            If no sample is at that instant, or the engine gives no angles or rates; the message tells what there is.
+        """
+        from scenarios.toml.continuation import SAME_INSTANT, state_tables
+
+        if self.angle_rad is None or self.rate_rad_s is None:
+            raise ValueError(
+                "this run has no angles or no rates of the bars, allowed: a run of an engine that gives both"
+            )
+        k = len(self.t_s) - 1 if t_s is None else int(np.abs(self.t_s - t_s).argmin())
+        at_s = float(self.t_s[k])
+        if t_s is not None and abs(at_s - t_s) > SAME_INSTANT * max(abs(t_s), 1.0):
+            raise ValueError(f"{t_s:g} s given, allowed: the instant of a sample; the nearest is {at_s!r} s")
+        arrays = (self.com_m, self.com_velocity_m_s, self.angle_rad, self.rate_rad_s)
+        return state_tables(at_s, *(array[k].tolist() for array in arrays))
 
     def samples(self, rows: slice | NDArray[np.intp]) -> Trajectory:
         """Some of the samples, in every array, as a trajectory."""

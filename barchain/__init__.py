@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from reports.tables.schema import SchemaVersionError as SchemaVersionError
     from scenarios.load import SceneError as SceneError
     from scenarios.load import change_scene as change_scene
+    from scenarios.load import go_on as go_on
     from scenarios.load import load_scene as load_scene
     from scenarios.load import make_scene as make_scene
     from scenarios.scene import Scene as Scene
@@ -64,6 +65,7 @@ MODULES = {
     "SchemaVersionError": "reports.tables.schema",
     "SceneError": "scenarios.load",
     "change_scene": "scenarios.load",
+    "go_on": "scenarios.load",
     "load_scene": "scenarios.load",
     "make_scene": "scenarios.load",
     "Scene": "scenarios.scene",

@@ -18,6 +18,7 @@ from scenarios.load import SHIPPED as SHIPPED
 from scenarios.load import SceneError as SceneError
 from scenarios.load import change_scene as change_scene
 from scenarios.load import check_scene as check_scene
+from scenarios.load import go_on as go_on
 from scenarios.load import load_scene as load_scene
 from scenarios.load import make_scene as make_scene
 from scenarios.load import parse_scene as parse_scene

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-RENDERERS: dict[str, str] = {}
-"""``module:function`` of each kind of object"""
+RENDERERS = {"scene_file": "scenarios.toml.writing:scene_toml"}
+"""``module:function`` of each kind of object; that of a scene's file is always there"""
 
 
 def register(renderers: Mapping[str, str]) -> None:

@@ -84,6 +84,8 @@ MOST_DESCRIPTION = 10_000
 MOST_TAG = 60
 """Characters: a word. The longest of the shipped scenes has 13."""
 MOST_TAGS = 50
+MOST_PATH = 1000
+"""Characters of a path in a scene file; file systems hold 255 bytes in each name of it."""
 MOST_NAME = 200
 """Bytes of each part of a scene's name. File systems hold 255 bytes in a name, and an ending is added."""
 MOST_KEY = 60

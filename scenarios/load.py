@@ -14,6 +14,7 @@ from scenarios.named_file import UnreadableError
 from scenarios.nearest import nearest_name, nearest_scene
 from scenarios.text import is_scene_name, shorten, visible
 from scenarios.toml.changing import current_tables, merged
+from scenarios.toml.continuation import with_state
 from scenarios.toml.faults import fault_lines
 from scenarios.toml.field_types import type_faults, with_plain_numbers, with_types_of, without_numpy
 from scenarios.toml.file import SceneFile
@@ -106,11 +107,11 @@ def load_file(path: Path, *, name: str, file: str) -> Scene:
         text = read_text(path)
     except (LimitError, UnreadableError) as error:
         raise SceneError(f"{file}: {error}") from None
-    return parse_scene(text, name=name, file=file)
+    return parse_scene(text, name=name, file=file, folder=path.parent)
 
 
-def parse_scene(text: str, *, name: str, file: str) -> Scene:
-    """Validate the TOML `text` of a scene; error messages begin with `file`.
+def parse_scene(text: str, *, name: str, file: str, folder: Path = Path()) -> Scene:
+    """Validate the TOML `text` of a scene, whose paths are relative to `folder`; error messages begin with `file`.
 
     Raises
     ------
@@ -118,7 +119,7 @@ def parse_scene(text: str, *, name: str, file: str) -> Scene:
         As :func:`load_scene`.
     """
     try:
-        return scene_of(tables_of(text), name, file)
+        return scene_of(tables_of(text), name, file, folder)
     except (LimitError, UnreadableError) as error:
         raise SceneError(f"{file}: {error}") from None
 
@@ -177,9 +178,39 @@ def change_scene(scene: Scene, changes: Mapping[str, Any]) -> Scene:
     return scene_of(merged(current_tables(scene), without_numpy(changes)), scene.name, scene.name)
 
 
-def scene_of(tables: dict[str, Any], name: str, file: str) -> Scene:
-    """Scene of a file's tables; error messages begin with `file`."""
+def go_on(scene: Scene, state: Mapping[str, Any], changes: Mapping[str, Any] | None = None) -> Scene:
+    """Make the scene of a run that goes on where a run of `scene` is.
+
+    Parameters
+    ----------
+    scene : Scene
+    state : mapping
+        State of a run of `scene`, of `Trajectory.state`.
+    changes : mapping, optional
+        Other changes, as :func:`change_scene` takes them, e.g. the duration that is left.
+
+    Returns
+    -------
+    Scene
+        It starts in that state. Its instants and those of its results count from there; its effects are where they were
+        in the run.
+
+    Raises
+    ------
+    SceneError
+        If a file with these values would be rejected; the message has one line for each fault.
+    """
+    tables = current_tables(scene)
+    before_s = tables["run"].get("start_s", 0.0)
+    clock = {"run": {"start_s": before_s + state["run"]["start_s"]}}
+    started = merged(merged(tables, without_numpy(state)), clock)
+    return scene_of(merged(started, without_numpy(changes or {})), scene.name, scene.name)
+
+
+def scene_of(tables: dict[str, Any], name: str, file: str, folder: Path = Path()) -> Scene:
+    """Scene of a file's tables, whose paths are relative to `folder`; error messages begin with `file`."""
     try:
+        tables = with_state(tables, folder)
         return dataclasses.replace(resolve(SceneFile.model_validate(tables), name), given=tables)
     except ValidationError as error:
         raise SceneError("\n".join(f"{file}: {line}" for line in fault_lines(error))) from None

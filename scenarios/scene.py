@@ -12,12 +12,13 @@ import hashlib
 import json
 import math
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.display import html
+from scenarios.display import html, renderer
 from scenarios.effect_types import Effects, Gravity
 from scenarios.plural import plural
 from scenarios.text import check_scene_name
@@ -46,7 +47,7 @@ class CentralBody:
 
 @dataclass(frozen=True)
 class Orbit:
-    """Injection of the chain's centre of mass; its velocity is horizontal, counter-clockwise.
+    """Injection of the chain's centre of mass, counter-clockwise; at an apsis if the velocity is horizontal.
 
     Attributes
     ----------
@@ -56,11 +57,40 @@ class Orbit:
         The paper's beta: initial speed over the local circular speed.
     longitude_rad : float
         Initial direction of the centre of mass from the z1 axis, rad.
+    flight_path_rad : float
+        Initial angle of the velocity above the local horizontal, rad.
     """
 
     altitude_m: float
     speed_factor: float
     longitude_rad: float
+    flight_path_rad: float = 0.0
+
+    @property
+    def onward(self) -> float:
+        """Horizontal velocity over the local circular speed."""
+        return self.speed_factor * math.cos(self.flight_path_rad)
+
+    @property
+    def upward(self) -> float:
+        """Radial velocity over the local circular speed."""
+        return self.speed_factor * math.sin(self.flight_path_rad)
+
+    @property
+    def eccentricity(self) -> float:
+        """Eccentricity of the osculating orbit at t = 0: its vector along the radius, and across it."""
+        return math.hypot(self.onward**2 - 1.0, self.onward * self.upward)
+
+    @property
+    def true_anomaly_rad(self) -> float:
+        """Angle of the start from the periapsis of the osculating orbit, rad; 0 on a circular orbit."""
+        return math.atan2(self.onward * self.upward, self.onward**2 - 1.0)
+
+    @property
+    def mean_anomaly_rad(self) -> float:
+        """Mean anomaly of the start on an ellipse, rad, by Kepler's equation from e sin E and e cos E."""
+        sine = self.upward * math.sqrt(2.0 - self.speed_factor**2)
+        return math.atan2(sine, self.speed_factor**2 - 1.0) - sine
 
 
 @dataclass(frozen=True)
@@ -144,6 +174,12 @@ class RunAt(Run):
 def start_radius_m(body: CentralBody, orbit: Orbit) -> float:
     """Initial distance r0 of the centre of mass from the centre of the body, m."""
     return body.radius_m + orbit.altitude_m
+
+
+def orbital_rate_rad_s(body: CentralBody, orbit: Orbit) -> float:
+    """Initial rate of the longitude of the centre of mass, rad/s; v0/r0 from an apsis."""
+    r0 = start_radius_m(body, orbit)
+    return orbit.speed_factor * math.sqrt(body.mu_m3_s2 / r0) * math.cos(orbit.flight_path_rad) / r0
 
 
 def is_bound(speed_factor: float, gravity: Gravity) -> bool:
@@ -249,7 +285,12 @@ class Scene:
 
     @property
     def orbital_rate_rad_s(self) -> float:
-        """Rate v0/r0, the unit of `rate_factor`."""
+        """Rate of the centre of mass's longitude at t = 0, the unit of `rate_factor`: v0/r0 from an apsis."""
+        return orbital_rate_rad_s(self.central_body, self.orbit)
+
+    @property
+    def speed_rate_rad_s(self) -> float:
+        """Rate |v0|/r0 that scales changes along the orbit, whatever the direction of the velocity."""
         return self.speed0_m_s / self.radius0_m
 
     @property
@@ -272,21 +313,35 @@ class Scene:
 
     @property
     def lowest_height_m(self) -> float:
-        """Lowest height of the osculating orbit at t = 0 above the surface, m; negative below it.
+        """Lowest height on the osculating orbit from t = 0 on above the surface, m; negative below it.
 
-        The velocity is horizontal at t = 0: the chain starts at the lowest or at the highest point. Without gravity the
-        path is straight, and its start is lowest.
+        An ellipse comes to its periapsis. On an open orbit, and without gravity on a straight path, a chain that rises
+        leaves its lowest point.
         """
-        squared = self.orbit.speed_factor**2
-        if self.effects.gravity is Gravity.NONE or squared >= 1.0:
-            return self.orbit.altitude_m
-        return self.radius0_m * squared / (2.0 - squared) - self.central_body.radius_m
+        return self.lowest_radius_m - self.central_body.radius_m
+
+    @property
+    def lowest_radius_m(self) -> float:
+        """Least distance from the centre of the body on the osculating orbit from t = 0 on, m."""
+        orbit, r0 = self.orbit, self.radius0_m
+        if orbit.upward >= 0.0 and not self.bound:
+            return r0
+        if self.effects.gravity is Gravity.NONE:
+            return r0 * math.cos(orbit.flight_path_rad)
+        return min(r0, r0 * orbit.onward**2 / (1.0 + orbit.eccentricity))
+
+    @property
+    def highest_radius_m(self) -> float:
+        """Distance of the osculating orbit's apoapsis from the centre of the body, m; infinite on an open path."""
+        if not self.bound:
+            return math.inf
+        return self.radius0_m * (1.0 + self.orbit.eccentricity) / (2.0 - self.orbit.speed_factor**2)
 
     @property
     def step_period_s(self) -> float:
         """Unit of time of `steps_per_orbit`, s: the period, or the period of the circular orbit at r0 if shorter.
 
-        On an eccentric orbit the perigee needs the steps, and the period of a nearly parabolic orbit has no bound.
+        From a perigee, the perigee needs the steps, and the period of a nearly parabolic orbit has no bound.
         """
         circular_s = 2.0 * math.pi * math.sqrt(self.radius0_m**3 / self.central_body.mu_m3_s2)
         return min(self.period_s, circular_s)
@@ -320,6 +375,23 @@ class Scene:
         """Sample instants, (samples,)."""
         return self.run.times_s
 
+    def to_toml(self, path: str | Path) -> None:
+        """Write the scene as a file that is read back as the same scene; its name is the file's.
+
+        Parameters
+        ----------
+        path : str or Path
+            A file that is there is replaced.
+
+        Raises
+        ------
+        ValueError
+            If an angle in the scene is no number of degrees, so that no file holds it digit for digit.
+        """
+        text = renderer("scene_file")
+        assert text is not None
+        Path(path).write_text(text(self), encoding="utf-8")
+
     @property
     def digest(self) -> str:
         """Hash of the physics without name, title and tags: equal for scenes that must run equally."""
@@ -328,6 +400,8 @@ class Scene:
     def digest_of(self, *parts: str) -> str:
         """Hash of some parts; absent effects are left out, so that a new kind of effect changes no digest."""
         physics = {k: dataclasses.asdict(getattr(self, k)) for k in parts}
+        if "orbit" in physics and not self.orbit.flight_path_rad:  # as before there was another start than an apsis
+            del physics["orbit"]["flight_path_rad"]
         if "effects" in physics:
             called = physics["effects"]
             always = ("gravity", "prescribed_rotation")

@@ -73,7 +73,10 @@ def initial_state(scene: Scene) -> InitialState:
     longitude = scene.orbit.longitude_rad
     radial = np.array([math.cos(longitude), math.sin(longitude)])
     com = scene.radius0_m * radial
-    com_velocity = scene.speed0_m_s * np.array([-radial[1], radial[0]])
+    onward = math.cos(scene.orbit.flight_path_rad)
+    com_velocity = scene.speed0_m_s * onward * np.array([-radial[1], radial[0]])
+    if scene.orbit.flight_path_rad:
+        com_velocity += scene.speed0_m_s * math.sin(scene.orbit.flight_path_rad) * radial
     angle = initial_angles(scene, model, com)
     rate = initial_rates(scene, model, com, com_velocity, angle)
     return InitialState(

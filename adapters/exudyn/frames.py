@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from adapters.trajectory import Array
     from scenarios import Scene
+    from scenarios.scene import Orbit
 
 Number = Any
 
@@ -89,29 +90,29 @@ class OrbitNumbers:
 
 @dataclass(frozen=True)
 class KeplerOrbit:
-    """Kepler's orbit of a point injected horizontally, with its apsis at t = 0.
+    """Kepler's orbit of a point.
 
-    The closed form of :mod:`adapters.common.kepler`, with lengths in units of the initial radius r0, times in units of
-    sqrt(r0³/mu), and an apsis at the start. With kappa = beta² - 1 (the eccentricity, negative for a start at the
-    apogee) and alpha = 2 - beta², the universal functions s = G1 and c = G2 of alpha give
+    The closed form of :mod:`adapters.common.kepler`, with lengths in units of the initial radius r0 and times in units
+    of sqrt(r0³/mu). The initial velocity is h across the radius and sigma along it. With kappa = beta² - 1 (at an
+    apsis the eccentricity, negative for the apogee) and alpha = 2 - beta², the universal functions s = G1 and c = G2
+    of alpha give
 
-        r = 1 + kappa c,   x = 1 - c,   y = beta s.
+        r = 1 + kappa c + sigma s,   x = 1 - c + sigma (s + sigma c),   y = h (s + sigma c).
     """
 
     mu_m3_s2: float
     radius0_m: float
-    speed_factor: float
-    longitude0_rad: float
+    start: Orbit
 
     @property
     def circular(self) -> bool:
         """Whether every number but the longitude is constant."""
-        return self.speed_factor == 1.0
+        return self.start.eccentricity == 0.0
 
     def at(self, t_s: Array) -> tuple[OrbitNumbers, Array]:
         """Orbit at the instants `t_s`, (n,), and its longitude, (n,) rad, unwrapped."""
         unit_s = math.sqrt(self.radius0_m**3 / self.mu_m3_s2)
-        beta = self.speed_factor
+        beta, h, sigma = self.start.speed_factor, self.start.onward, self.start.upward
         kappa = (beta - 1.0) * (beta + 1.0)  # a product keeps the digits of a nearly circular orbit
         alpha = 1.0 - kappa
         tau = np.asarray(t_s, dtype=float) / unit_s
@@ -120,28 +121,30 @@ class KeplerOrbit:
             period = 2.0 * math.pi / alpha**1.5
             turns = np.round(tau / period)
             tau = tau - turns * period
-        _, s, c, _ = universal_functions(alpha, universal_anomaly(1.0, 1.0, 0.0, alpha, tau))
+        g0, s, c, _ = universal_functions(alpha, universal_anomaly(1.0, 1.0, sigma, alpha, tau))
+        along = s + sigma * c
         with np.errstate(divide="ignore", invalid="ignore"):  # a radial fall reaches r = 0, below the surface
-            r = 1.0 + kappa * c
-            climb, rate = kappa * s / r, beta / r**2
+            r = 1.0 + kappa * c + sigma * s
+            climb, rate = (kappa * s + sigma * g0) / r, h / r**2
             numbers = OrbitNumbers(
                 radius_m=self.radius0_m * r,
                 rate_rad_s=rate / unit_s,
                 spin_up_rad_s2=-2.0 * climb * rate / r / unit_s**2,
                 pull_s2=1.0 / (r**3 * unit_s**2),
-                shape=kappa * (1.0 - c) / r,
+                shape=(kappa * (1.0 - c) - sigma * (sigma + s)) / r,
                 radial_velocity_m_s=self.radius0_m / unit_s * climb,
             )
-            return numbers, self.longitude0_rad + 2.0 * math.pi * turns + anomaly(beta * s, 1.0 - c, tau)
+            turned_rad = turned_from_start(h * along, 1.0 - c + sigma * along, tau)
+            return numbers, self.start.longitude_rad + 2.0 * math.pi * turns + turned_rad
 
 
-def anomaly(y: Array, x: Array, tau: Array) -> Array:
-    """Angle of (x, y) from the apsis, with the sign of `tau`.
+def turned_from_start(y: Array, x: Array, tau: Array) -> Array:
+    """Angle of (x, y) from the start, with the sign of `tau`: less than a revolution within half a period.
 
     Half a revolution after the start, round-off in y must not decide the sign.
     """
     angle = np.arctan2(y, x)
-    wrong = (angle * tau < 0.0) & (np.abs(angle) > 1.0)
+    wrong = angle * tau < 0.0
     unwrapped: Array = np.where(wrong, angle + 2.0 * math.pi * np.sign(tau), angle)
     return unwrapped
 
@@ -261,15 +264,16 @@ class UniformFrame(ReferenceFrame):
 
     time_input_count = 2
 
-    def __init__(self, radius_m: float, speed_m_s: float, longitude_rad: float) -> None:
-        """Axes of a point that starts horizontally."""
-        self.radius_m, self.speed_m_s, self.longitude_rad = radius_m, speed_m_s, longitude_rad
+    def __init__(self, radius_m: float, climb_m_s: float, onward_m_s: float, longitude_rad: float) -> None:
+        """Axes of a point with a radial and a horizontal velocity at the start."""
+        self.radius_m, self.climb_m_s, self.onward_m_s = radius_m, climb_m_s, onward_m_s
+        self.longitude_rad = longitude_rad
 
     def at(self, t_s: Array) -> FrameAxes:
         """Axes parallel to the inertial ones."""
         zero = np.zeros_like(t_s)
-        start = np.stack([zero + self.radius_m, self.speed_m_s * t_s], axis=-1)
-        speed = np.stack([zero, zero + self.speed_m_s], axis=-1)
+        start = np.stack([self.radius_m + self.climb_m_s * t_s, self.onward_m_s * t_s], axis=-1)
+        speed = np.stack([zero + self.climb_m_s, zero + self.onward_m_s], axis=-1)
         longitude = self.longitude_rad + np.arctan2(start[:, 1], start[:, 0])
         return FrameAxes(
             turned(start, zero + self.longitude_rad), turned(speed, zero + self.longitude_rad), zero, zero, longitude
@@ -307,12 +311,12 @@ class FixedFrame(ReferenceFrame):
 
 def frame_of(scene: Scene, *, absolute: bool) -> ReferenceFrame:
     """Frame of a scene: inertial axes, or one that follows the chain's initial centre of mass."""
-    longitude = scene.orbit.longitude_rad
+    path = scene.orbit.flight_path_rad
     if scene.effects.gravity is Gravity.NONE:
-        follower: ReferenceFrame = UniformFrame(scene.radius0_m, scene.speed0_m_s, longitude)
+        climb, onward = scene.speed0_m_s * math.sin(path), scene.speed0_m_s * math.cos(path)
+        follower: ReferenceFrame = UniformFrame(scene.radius0_m, climb, onward, scene.orbit.longitude_rad)
     else:
-        orbit = KeplerOrbit(scene.central_body.mu_m3_s2, scene.radius0_m, scene.orbit.speed_factor, longitude)
-        follower = OrbitFrame(orbit)
+        follower = OrbitFrame(KeplerOrbit(scene.central_body.mu_m3_s2, scene.radius0_m, scene.orbit))
     return FixedFrame(follower) if absolute else follower
 
 

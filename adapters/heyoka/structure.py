@@ -172,7 +172,7 @@ def end_force_shape(push: Thrust | Impulse, *, sloped: bool = False) -> EndForce
 
 
 def may_land(scene: Scene) -> bool:
-    """Whether a bar might reach the surface: perigee of the osculating orbit less twice the chain's length.
+    """Whether a bar might reach the surface: lowest point of the osculating orbit less twice the chain's length.
 
     The chain extends half of its length beyond its centre of mass, and its whole length if its masses are very unequal.
     The remainder allows for the departure from that orbit, of order (L/r)² r. Where other forces than the central
@@ -183,11 +183,9 @@ def may_land(scene: Scene) -> bool:
         return False
     if e.oblateness or e.third_body or e.drag or e.solar_pressure or e.thrust or e.impulse:
         return True
-    if e.gravity is Gravity.NONE:
-        return False  # without gravity a horizontal injection leads away from the surface
-    square = scene.orbit.speed_factor**2
-    perigee_m = scene.radius0_m if square >= 1.0 else scene.radius0_m * square / (2.0 - square)
-    return perigee_m - 2.0 * scene.size_m <= scene.central_body.radius_m
+    if e.gravity is Gravity.NONE and scene.orbit.upward >= 0.0:
+        return False  # without gravity an injection that does not fall leads away from the surface
+    return scene.lowest_radius_m - 2.0 * scene.size_m <= scene.central_body.radius_m
 
 
 def start_of(scene: Scene, units: HeyokaUnits, number: Number) -> Numbers:

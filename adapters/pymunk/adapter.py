@@ -289,11 +289,10 @@ class PymunkAbsolute(PymunkEngine):
 
     @staticmethod
     def farthest_m(scene: Scene) -> float:
-        """Apoapsis of a bound orbit; else the distance at the initial, greatest speed."""
-        r0, beta2 = scene.radius0_m, scene.orbit.speed_factor**2
+        """Apoapsis of a bound orbit; else the distance at the initial speed."""
         if scene.bound:
-            return r0 * max(1.0, beta2 / (2.0 - beta2))
-        return r0 + scene.speed0_m_s * scene.run.duration_s
+            return max(scene.radius0_m, scene.highest_radius_m)
+        return scene.radius0_m + scene.speed0_m_s * scene.run.duration_s
 
     def frame(self, scene: Scene, start: InitialState, t_s: Array) -> tuple[Array, Array]:  # noqa: ARG002
         """Return the centre of the body, at rest."""

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 DEPENDS = "supports the scene if no bar turns its other face to the wind or the Sun, which a run tells"
 SAME_RATE = 1e-3  # of the orbital rate: a bar's own longitude turns at another rate than the chain's by (l/r)²
+FEW = 6  # bars whose start `validate` tells
 LOW_M = 80e3  # the air of the Earth ends an orbit below it within a revolution
 SCHEMAS = {
     "scene": "scenarios:SceneFile",
@@ -190,7 +191,7 @@ def validate(files: tuple[str, ...]) -> None:
     """Check scene FILEs without a run, and print each fault in one line.
 
     The line names the file, the key, the given value, the allowed values and the nearest name.
-    A valid scene has a line on the period and the lowest height of its orbit. A height below 80 km is a warning.
+    A valid scene has lines on its orbit and on its start in numbers. A lowest height below 80 km is a warning.
     A prescribed bar whose law starts at another rate than its rate_factor gives is a note.
     A line proposes another duration and number of samples where engines reject a scene for its instants alone.
     A scene whose run would take longer than is allowed is a fault, and the line says what allows more.
@@ -217,6 +218,8 @@ def valid(file: str) -> bool:
     orbits = scene.run.duration_s / scene.period_s
     say(f"{file}: valid: {scene.bars} bars, {orbits:.3g} orbits, {scene.run.samples} samples")
     say(f"{file}: {orbit_words(scene)}")
+    for words in start_words(scene):
+        say(f"{file}: {words}")
     warn_of_height(file, scene)
     for words in rates_of_laws(scene):
         say(f"{file}: note: {words}")
@@ -239,6 +242,29 @@ def orbit_words(scene: Scene) -> str:
     return f"{kind} of the centre of mass: no period, {lowest}"
 
 
+def start_words(scene: Scene) -> Iterable[str]:
+    """Start in numbers: place and velocity of the centre of mass, elements, angles and rates of a few bars."""
+    from adapters.common.initial_state import initial_state
+
+    orbit, state = scene.orbit, initial_state(scene)
+    path = math.degrees(orbit.flight_path_rad)
+    place, velocity = (", ".join(f"{v + 0.0:.10g}" for v in vector) for vector in (state.com_m, state.com_velocity_m_s))
+    yield (
+        f"start: {orbit.altitude_m / 1e3:.9g} km high at longitude {math.degrees(orbit.longitude_rad):.9g}°, "
+        f"{scene.speed0_m_s:.9g} m/s, {abs(path):.9g}° {'below' if path < 0.0 else 'above'} the horizontal; "
+        f"position ({place}) m, velocity ({velocity}) m/s"
+    )
+    if scene.bound:
+        yield (
+            f"elements at the start: eccentricity {orbit.eccentricity:.9g}, true anomaly "
+            f"{math.degrees(orbit.true_anomaly_rad):.9g}°, mean anomaly {math.degrees(orbit.mean_anomaly_rad):.9g}°"
+        )
+    for bar, (angle, rate) in enumerate(zip(state.angle_rad[:FEW], state.rate_rad_s[:FEW], strict=True), 1):
+        yield f"bar {bar}: {math.degrees(angle):.9g}° from the z1 axis, {rate:.9g} rad/s"
+    if scene.bars > FEW:
+        yield f"{scene.bars - FEW} more bars"
+
+
 def rates_of_laws(scene: Scene) -> Iterable[str]:
     """Sentence on each prescribed bar whose law starts at another rate than the bar's rate_factor gives."""
     from adapters.common.initial_state import initial_state
@@ -258,11 +284,12 @@ def warn_of_height(file: str, scene: Scene) -> None:
     """Print a warning, to standard error, of an orbit that air would end, or the surface."""
     if scene.lowest_height_m >= LOW_M:
         return
-    late = scene.orbit.speed_factor < 1.0 and scene.run.duration_s < scene.period_s / 2.0
+    phase = scene.orbit.mean_anomaly_rad / (2.0 * math.pi) if scene.bound else 0.0
+    late = scene.run.duration_s < -phase % 1.0 * scene.period_s
     when = ", after the end of this run" if late else ""
     low = f"the orbit's lowest height is below {LOW_M / 1e3:g} km"
     said = "the orbit meets the surface, where a run ends" if scene.lowest_height_m < 0 else low
-    say(f"{file}: warning: {said}{when}; was another altitude_m or speed_factor meant?", err=True)
+    say(f"{file}: warning: {said}{when}; was another start meant?", err=True)
 
 
 @click.command(short_help="Print the JSON Schema of a kind of file.")

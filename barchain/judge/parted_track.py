@@ -114,10 +114,10 @@ def reach_s(scene: Scene, since_s: Array) -> Array:
 
 def closed(scene: Scene) -> bool:
     """Whether the orbit is an ellipse with a finite ratio of speeds."""
-    return scene.effects.gravity is not Gravity.NONE and scene.bound and scene.orbit.speed_factor > 0.0
+    return scene.effects.gravity is not Gravity.NONE and scene.bound and scene.orbit.eccentricity < 1.0
 
 
 def ratio_of_speeds(scene: Scene) -> float:
-    """Speed at perigee over speed at apogee, (1 + e)/(1 - e) with e = |beta² - 1|."""
-    eccentricity = abs(scene.orbit.speed_factor**2 - 1.0)
+    """Speed at perigee over speed at apogee, (1 + e)/(1 - e)."""
+    eccentricity = scene.orbit.eccentricity
     return (1.0 + eccentricity) / (1.0 - eccentricity)

@@ -95,7 +95,7 @@ def com_displacement(scene: Scene, solution: Trajectory) -> Displacement:
     size = np.maximum.accumulate(np.linalg.norm(full[:, :2], axis=1))
     distance = np.linalg.norm(solution.com_m, axis=1)
     rate = float((np.linalg.norm(solution.com_velocity_m_s, axis=1) / distance).max())
-    amplification = 1.0 + 3.0 * scene.orbital_rate_rad_s * solution.t_s
+    amplification = 1.0 + 3.0 * scene.speed_rate_rad_s * solution.t_s
     second_order = size * size / distance.min() * amplification
     return Displacement(
         full[:, :2], interpolation[:, 0] + second_order, full[:, 2:], interpolation[:, 1] + rate * second_order
@@ -161,8 +161,7 @@ def displacement_bound(scene: Scene, t_s: Array, factor: float) -> dict[str, Arr
     along it, and by up to 8 a/n² across; the displacement rotates with the rate n. The least radius is that of the
     perigee, or the surface, where a run ends.
     """
-    r0 = scene.radius0_m
-    lowest = max(min(r0, 2.0 * r0 / (2.0 - scene.orbit.speed_factor**2) - r0), scene.central_body.radius_m)
+    lowest = max(scene.lowest_radius_m, scene.central_body.radius_m)
     acceleration = factor * scene.central_body.mu_m3_s2 * stretched_inertia_kg_m2(scene) / (scene.mass_kg * lowest**4)
     rate = math.sqrt(scene.central_body.mu_m3_s2 / lowest**3)
     moved_m = acceleration * (1.5 * t_s**2 + 8.0 / scene.mean_motion_rad_s**2)

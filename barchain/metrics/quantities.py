@@ -206,7 +206,7 @@ def from_first(values: Array, size: Array, least: float) -> Array:
 
 def slowest_rate(scene: Scene) -> float:
     """Rate that scales the invariants of a chain at rest, rad/s: v0/r0, or the orbit's mean motion if v0 is zero."""
-    return scene.orbital_rate_rad_s or 2.0 * np.pi / scene.step_period_s
+    return scene.speed_rate_rad_s or 2.0 * np.pi / scene.step_period_s
 
 
 def angular_momentum_drift(scene: Scene, trajectory: Trajectory, relative: bool) -> Array:

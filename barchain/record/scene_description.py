@@ -132,6 +132,8 @@ def scene_facts(scene: Scene) -> dict[str, Any]:
         "conserved": invariant_words(scene),
         "radius0_m": scene.radius0_m,
         "speed_factor": scene.orbit.speed_factor,
+        "flight_path_deg": math.degrees(scene.orbit.flight_path_rad),
+        "eccentricity": scene.orbit.eccentricity,
         "body_radius_m": scene.central_body.radius_m,
         "mean_motion_rad_s": scene.mean_motion_rad_s,
         "prescribed": [

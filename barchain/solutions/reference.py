@@ -238,7 +238,7 @@ def common_rounding(
         for name in response
     }
     if scene.effects.impulse:  # a rounded step of the velocity drifts along the orbit, by 3 t in Hill's equations
-        turned_rad = 3.0 * scene.orbital_rate_rad_s * solution.t_s[:n]
+        turned_rad = 3.0 * scene.speed_rate_rad_s * solution.t_s[:n]
         error["com"] += 3.0 * rounded * sizes["com_velocity"] * solution.t_s[:n]
         error["com_velocity"] += rounded * sizes["com_velocity"] * turned_rad
     return error

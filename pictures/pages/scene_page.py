@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from typing import TYPE_CHECKING, Any
 
@@ -75,8 +76,9 @@ def orbit_text(scene: Scene) -> str:
     if scene.effects.gravity.value == "none":
         return "none: free space"
     start = f"from {scene.orbit.altitude_m / 1e3:,.10g} km altitude".replace(",", " ")
-    factor = scene.orbit.speed_factor
-    return f"{start}, at {'' if factor == 1.0 else f'{factor:.6g} times '}the local circular speed"
+    factor, path = scene.orbit.speed_factor, math.degrees(scene.orbit.flight_path_rad)
+    speed = f"{start}, at {'' if factor == 1.0 else f'{factor:.6g} times '}the local circular speed"
+    return speed + (f", {abs(path):.4g}° {'above' if path > 0.0 else 'below'} the horizontal" if path else "")
 
 
 def duration_text(scene: Scene) -> str:

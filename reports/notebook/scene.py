@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 WIDTH_PX = 320.0
 POINTS = 241
+RADIAL = 1e-12  # (horizontal over circular speed)²: below it the path is drawn as a line
 FARTHEST = 4.0  # initial radii: an open path is drawn up to there
 INSTANTS = 12
 """The chain is as long as the distance between so many instants of a circular orbit"""
@@ -43,6 +44,8 @@ def recorded(scene: Scene) -> SceneRecord:
         "mass_kg": list(scene.chain.mass_kg),
         "period_s": scene.period_s,
         "speed_factor": scene.orbit.speed_factor,
+        "flight_path_deg": math.degrees(scene.orbit.flight_path_rad),
+        "eccentricity": scene.orbit.eccentricity,
         "duration_s": scene.run.duration_s,
         "samples": scene.run.samples,
         "gravity": str(scene.effects.gravity),
@@ -85,19 +88,20 @@ def initial_angles(scene: Scene) -> Array:
 
 
 def osculating(scene: Scene) -> Array:
-    """Osculating path at the start, (n, 2) m: a conic with an apsis there; a line without gravity or speed."""
+    """Osculating path at the start, (n, 2) m: a conic; a line without gravity or without horizontal velocity."""
+    orbit = scene.orbit
     if scene.effects.gravity is Gravity.NONE:
         along = np.linspace(-1.0, 1.0, POINTS)[:, None] * scene.radius0_m
-        tangent = polar(1.0, scene.orbit.longitude_rad + 0.5 * math.pi)
-        line: Array = polar(scene.radius0_m, scene.orbit.longitude_rad) + along * tangent
+        tangent = polar(1.0, orbit.longitude_rad + 0.5 * math.pi - orbit.flight_path_rad)
+        line: Array = polar(scene.radius0_m, orbit.longitude_rad) + along * tangent
         return line
-    square = scene.orbit.speed_factor**2
-    if square == 0.0:
-        return polar(scene.radius0_m * np.linspace(0.0, 1.0, POINTS), np.full(POINTS, scene.orbit.longitude_rad))
-    anomaly = np.linspace(-math.pi, math.pi, POINTS)
-    share = 1.0 + (square - 1.0) * np.cos(anomaly)
+    square = orbit.onward**2
+    if square < RADIAL:
+        return polar(scene.radius0_m * np.linspace(0.0, 1.0, POINTS), np.full(POINTS, orbit.longitude_rad))
+    turned = np.linspace(-math.pi, math.pi, POINTS)  # from the start
+    share = 1.0 + (square - 1.0) * np.cos(turned) - orbit.onward * orbit.upward * np.sin(turned)
     near = share * FARTHEST > square if not scene.bound else np.ones(POINTS, dtype=bool)
-    return polar(scene.radius0_m * square / share[near], scene.orbit.longitude_rad + anomaly[near])
+    return polar(scene.radius0_m * square / share[near], orbit.longitude_rad + turned[near])
 
 
 def polar(radius_m: Array | float, angle_rad: Array | float) -> Array:

@@ -9,7 +9,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scenarios.toml.file import SceneFile
+from scenarios.toml.orbit_keys import ANOMALIES, ELEMENTS, FORMS, STATE
 from scenarios.toml.resolve import resolve
+from scenarios.toml.scene_tables import ANGLE_KEYS, RATE_KEYS
 from scenarios.toml.writing import scene_data
 
 if TYPE_CHECKING:
@@ -19,16 +21,32 @@ if TYPE_CHECKING:
 
     Data = dict[str, Any]
 
-SUPERSEDED = {"orbits": "duration_s", "duration_s": "orbits", "angle_deg": "centre_m", "length_m": "centre_m"}
-"""Keys that another key of the same table makes void, each beside that other one"""
+ALTERNATIVES = (("orbits", "duration_s"), ANGLE_KEYS, RATE_KEYS, ANOMALIES)
+"""Keys of one table of which a file holds one"""
+OTHER_FORMS = {"orbit": {*STATE, *ELEMENTS}, "chain": {"angle_rad", "rate_rad_s", "rate_deg_s"}}
+"""Keys from which several fields of a scene follow"""
+
+
+def superseded() -> dict[str, set[str]]:
+    """Keys that another key of the same table makes void, by that other one."""
+    found = {key: set(keys) for keys in ALTERNATIVES for key in keys}
+    for form in FORMS:
+        for key in form:
+            found.setdefault(key, set()).update(*(other for other in FORMS if other is not form))
+    for key in ("length_m", *ANGLE_KEYS):
+        found.setdefault(key, set()).add("centre_m")
+    return found
+
+
+SUPERSEDED = superseded()
 
 
 def merged(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> Data:
     """Tables with some keys changed at any depth; a list is replaced whole, and None removes a key."""
     found = dict(tables)
     for key, value in changes.items():
-        if key in SUPERSEDED and SUPERSEDED[key] not in changes:
-            found.pop(SUPERSEDED[key], None)
+        for void in SUPERSEDED.get(key, set()) - set(changes) if value is not None else ():
+            found.pop(void, None)
         if value is None:
             found.pop(key, None)
         elif isinstance(value, dict) and isinstance(found.get(key), dict):
@@ -58,4 +76,11 @@ def current_tables(scene: Scene) -> Data:
     if scene.given is None:
         return now
     loaded = resolve(SceneFile.model_validate(scene.given), scene.name)
-    return merged(scene.given, difference(scene_data(loaded), now))
+    changes = difference(scene_data(loaded), now)
+    for part, keys in OTHER_FORMS.items():
+        if part in changes and keys & set(scene.given[part]):  # a field alone would not say what the others are
+            changes[part] = dict.fromkeys(keys) | now[part]
+    if "effects" in changes and scene.given["run"].get("start_s"):  # changed ones count from the start of the scene
+        changes["effects"] = dict.fromkeys(scene.given.get("effects", {})) | now["effects"]
+        changes["run"] = {"start_s": None} | changes.get("run", {})
+    return merged(scene.given, changes)

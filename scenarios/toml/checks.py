@@ -11,13 +11,15 @@ from typing import TYPE_CHECKING
 
 from scenarios.effect_types import Gravity
 from scenarios.limits import VALUES, LimitError
-from scenarios.scene import is_bound
+from scenarios.scene import CentralBody, is_bound
 from scenarios.toml.effect_tables import each, slender_inertia
+from scenarios.toml.orbit_forms import orbit_of
 from scenarios.toml.start import start_faults
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from scenarios.scene import Orbit
     from scenarios.toml.scene_tables import SceneTables
 
 SLENDER_SLACK = 1e-9  # of m l²/12: a moment of inertia written with nine digits is that of a slender bar
@@ -102,9 +104,10 @@ def check_widths(scene: SceneTables) -> Iterator[str]:
 
 def check_air(scene: SceneTables) -> Iterator[str]:
     """Check that the chain starts within :data:`MOST_SCALE_HEIGHTS` of the height of the given density."""
-    air, start_m = scene.effects.drag, scene.orbit.altitude_m
-    if air is None:
+    air, orbit = scene.effects.drag, start_of(scene)
+    if air is None or orbit is None:
         return
+    start_m = orbit.altitude_m
     heights = (start_m - air.altitude_m) / air.scale_height_m
     if abs(heights) > MOST_SCALE_HEIGHTS:
         yield (
@@ -145,9 +148,10 @@ def check_slender(scene: SceneTables) -> Iterator[str]:
 
 def check_run_is_bound(scene: SceneTables) -> Iterator[str]:
     """Check that a duration in orbits comes with a bound orbit, which has a period."""
-    gravity, factor = Gravity(scene.effects.gravity), scene.orbit.speed_factor
-    if scene.run.orbits is None or is_bound(factor, gravity):
+    gravity, orbit = Gravity(scene.effects.gravity), start_of(scene)
+    if scene.run.orbits is None or orbit is None or is_bound(orbit.speed_factor, gravity):
         return
+    factor = orbit.speed_factor
     if gravity is Gravity.NONE:
         yield "run.orbits: without gravity the orbit has no period; give duration_s"
     else:
@@ -164,19 +168,41 @@ def check_size(scene: SceneTables) -> Iterator[str]:
         yield f"run.samples: {scene.chain.bars} bars at {scene.run.samples} samples: {error}"
 
 
+def check_orbit(scene: SceneTables) -> Iterator[str]:
+    """Check that the numbers of the orbit are a start outside the body."""
+    try:
+        orbit_of(scene.orbit, body_of(scene))
+    except ValueError as error:
+        yield f"orbit: {error}"
+
+
+def start_of(scene: SceneTables) -> Orbit | None:
+    """Start of the centre of mass; None where :func:`check_orbit` tells a fault."""
+    try:
+        return orbit_of(scene.orbit, body_of(scene))
+    except ValueError:
+        return None
+
+
+def body_of(scene: SceneTables) -> CentralBody:
+    """Central body of the tables."""
+    return CentralBody(scene.central_body.mu_m3_s2, scene.central_body.radius_m)
+
+
 def check_above_surface(scene: SceneTables) -> Iterator[str]:
     """Check that the whole chain, stretched towards the centre, starts above the surface."""
-    length = scene.chain.length_m
+    length, orbit = scene.chain.length_m, start_of(scene)
     size_m = math.fsum(length) if isinstance(length, list) else scene.chain.bars * length
-    if size_m >= scene.orbit.altitude_m:
+    if orbit is not None and size_m >= orbit.altitude_m:
         yield (
-            f"orbit.altitude_m: {scene.orbit.altitude_m:g} lets a chain of {size_m:g} m reach the surface; "
+            f"orbit.altitude_m: {orbit.altitude_m:g} lets a chain of {size_m:g} m reach the surface; "
             "allowed: more than the length of the chain"
         )
 
 
 CHECKS = (
     check_size,
+    check_orbit,
     check_run_is_bound,
     check_above_surface,
     check_places,

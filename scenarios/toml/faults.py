@@ -66,6 +66,8 @@ def explain(error: ErrorDetails, root: type[BaseModel]) -> str:
         return f"{key}: unknown key{meant}; allowed here: {', '.join(allowed)}"
     if kind in ("missing", "json_invalid"):
         return f"{key}: missing" if kind == "missing" else f"no JSON: {error['ctx']['error']}"
+    if kind == "string_too_long":
+        return f"{key}: {len(given)} characters given, allowed: at most {error['ctx']['max_length']}"
     if kind == "too_long":
         return f"{key}: {len(given)} tables or values given, allowed: at most {error['ctx']['max_length']}"
     message = error["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
@@ -143,7 +145,7 @@ def key_path(loc: Sequence[int | str]) -> str:
 
 def keys_of_table(loc: Sequence[int | str], root: type[BaseModel]) -> list[str]:
     """Keys that the table at `loc` may hold."""
-    return list(table_at(loc, root).model_fields)
+    return [field.alias or name for name, field in table_at(loc, root).model_fields.items()]
 
 
 def table_at(loc: Sequence[int | str], root: type[BaseModel]) -> type[BaseModel]:

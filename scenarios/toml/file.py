@@ -14,6 +14,8 @@ class SceneFile(SceneTables):
     @model_validator(mode="after")
     def consistent(self) -> SceneFile:
         """Check what concerns several tables at once."""
+        if self.orbit is None:
+            raise ValueError("orbit: missing")
         faults = list(check_all(self))
         if faults:
             raise ValueError("\n".join(faults))

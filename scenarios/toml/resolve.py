@@ -27,21 +27,26 @@ from scenarios.effect_types import (
     ThirdBody,
     Thrust,
 )
-from scenarios.scene import CentralBody, Chain, Orbit, Run, Scene, period_s, start_radius_m
+from scenarios.limits import MOST_MAGNITUDE
+from scenarios.scene import CentralBody, Chain, Run, Scene, orbital_rate_rad_s, period_s, start_radius_m
 from scenarios.toml.alignment import NEAR, on_sample, table_on_samples, turn_on_samples
+from scenarios.toml.clock import later, turned
 from scenarios.toml.effect_tables import THIRD_BODIES, each, slender_inertia
+from scenarios.toml.orbit_forms import orbit_of
 from scenarios.toml.start import start_note
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scenarios.scene import Array
+    from scenarios.scene import Array, Orbit
     from scenarios.toml.effect_tables import EffectsTable, Table, ThirdBodyTable, ThrustTable
     from scenarios.toml.file import SceneFile
     from scenarios.toml.scene_tables import ChainTable, RunTable
 
 T = TypeVar("T")
-ANGLES = {"angle_rad", "longitude_rad", "amplitude_rad", "direction_rad", "rest_rad", "sun_longitude_rad"}
+ANGLES = {
+    "angle_rad", "longitude_rad", "flight_path_rad", "amplitude_rad", "direction_rad", "rest_rad", "sun_longitude_rad",
+}  # fmt: skip
 """Fields whose keys are in degrees"""
 WORDS = {kind.__name__: kind for kind in (Actuator, Axes, End, Frame)}
 """Types of fields whose keys are words"""
@@ -95,11 +100,16 @@ def resolve(file: SceneFile, name: str) -> Scene:
     Raises
     ------
     IncompleteError
-        If a third body is inside the chain's orbit, a thrust or an impulse is not within the run, or two instants of an
-        effect are next to one sample.
+        If a third body is inside the chain's orbit, a thrust or an impulse is not within the run, two instants of an
+        effect are next to one sample, or an effect can't start in its middle.
     """
-    body, orbit = converted(CentralBody, file.central_body), converted(Orbit, file.orbit)
+    body = converted(CentralBody, file.central_body)
+    orbit = orbit_of(file.orbit, body)
     run = resolve_run(file.run, body, orbit, Gravity(file.effects.gravity))
+    try:
+        effects = later(file.effects, file.run.start_s)
+    except ValueError as error:
+        raise IncompleteError(str(error)) from None
     return Scene(
         name=name,
         title=file.title,
@@ -108,8 +118,10 @@ def resolve(file: SceneFile, name: str) -> Scene:
         tags=tuple(file.tags),
         central_body=body,
         orbit=orbit,
-        chain=resolve_chain(file.chain),
-        effects=resolve_effects(file.effects, body, start_radius_m(body, orbit), file.chain.bars, run.times_s),
+        chain=resolve_chain(file.chain, orbital_rate_rad_s(body, orbit), orbit.longitude_rad),
+        effects=turned(
+            resolve_effects(effects, body, start_radius_m(body, orbit), file.chain.bars, run.times_s), file.run.start_s
+        ),
         run=run,
     )
 
@@ -122,12 +134,44 @@ def resolve_run(table: RunTable, body: CentralBody, orbit: Orbit, gravity: Gravi
     return Run(table.orbits * period_s(body, orbit, gravity), table.samples)
 
 
-def resolve_chain(table: ChainTable) -> Chain:
-    """Chain with one value per bar."""
-    if table.inertia_kg_m2 is not None:
-        return converted(Chain, table, table.bars)
-    columns = each(table.mass_kg, table.bars), each(table.length_m, table.bars)
-    return converted(Chain, table, table.bars, inertia_kg_m2=tuple(map(slender_inertia, *columns)))
+def resolve_chain(table: ChainTable, orbital_rad_s: float, longitude_rad: float) -> Chain:
+    """Chain with one value per bar; absolute angles and rates become those relative to the orbit's start."""
+    found: dict[str, Any] = {"angle_rad": table.angles_rad}
+    if table.inertia_kg_m2 is None:
+        columns = each(table.mass_kg, table.bars), each(table.length_m, table.bars)
+        found["inertia_kg_m2"] = tuple(map(slender_inertia, *columns))
+    if table.angle_from == "inertial":
+        horizontal = longitude_rad - 0.5 * math.pi
+        found |= {"angle_rad": tuple(angle - horizontal for angle in table.angles_rad), "angle_from": "chain"}
+    rates = absolute_rates_rad_s(table)
+    if rates is not None:
+        found["rate_factor"] = rate_factors(rates, orbital_rad_s)
+    return converted(Chain, table, table.bars, **found)
+
+
+def absolute_rates_rad_s(table: ChainTable) -> tuple[float, ...] | None:
+    """Initial rates of the bars, rad/s; None where they are given relative to the orbit's."""
+    if table.rate_rad_s is not None:
+        return each(table.rate_rad_s, table.bars)
+    return None if table.rate_deg_s is None else tuple(map(math.radians, each(table.rate_deg_s, table.bars)))
+
+
+def rate_factors(rates_rad_s: tuple[float, ...], orbital_rad_s: float) -> tuple[float, ...]:
+    """Rates of the bars over that of the centre of mass's longitude.
+
+    Raises
+    ------
+    IncompleteError
+        If the chain's centre of mass starts at rest or along the radius, so that there is no such unit.
+    """
+    if orbital_rad_s and max(map(abs, rates_rad_s)) <= MOST_MAGNITUDE * orbital_rad_s:
+        return tuple(rate / orbital_rad_s for rate in rates_rad_s)
+    if any(rates_rad_s):
+        raise IncompleteError(
+            "chain: rates in rad/s or deg/s are stored as multiples of the rate of the centre of mass's longitude, "
+            "which is 0 here; allowed: with a horizontal velocity (without gravity the bars move alike at any velocity)"
+        )
+    return (0.0,) * len(rates_rad_s)
 
 
 def resolve_effects(table: EffectsTable, body: CentralBody, radius0_m: float, bars: int, times_s: Array) -> Effects:

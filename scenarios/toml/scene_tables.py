@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
@@ -9,13 +10,24 @@ from pydantic import AfterValidator, Field, ValidationInfo, field_validator, mod
 from scenarios.limits import (
     BARS,
     MOST_DESCRIPTION,
+    MOST_PATH,
     MOST_SOURCE,
     MOST_TAG,
     MOST_TAGS,
     MOST_TITLE,
 )
 from scenarios.text import check_text
-from scenarios.toml.effect_tables import EffectsTable, Finite, FiniteEach, NotNegative, Positive, PositiveEach, Table
+from scenarios.toml.effect_tables import (
+    EffectsTable,
+    Finite,
+    FiniteEach,
+    NotNegative,
+    Positive,
+    PositiveEach,
+    Table,
+    each,
+)
+from scenarios.toml.orbit_keys import check_form
 
 
 def words(most: int, but: str = "") -> AfterValidator:
@@ -38,6 +50,10 @@ Source = Annotated[str, words(MOST_SOURCE), shown_limit(MOST_SOURCE)]
 Description = Annotated[str, words(MOST_DESCRIPTION, but="\n\t"), shown_limit(MOST_DESCRIPTION)]
 Tag = Annotated[str, words(MOST_TAG), shown_limit(MOST_TAG)]
 Place = Annotated[list[Finite], Field(min_length=2, max_length=2)]
+FlightPath = Annotated[float, Field(ge=-90.0, le=90.0, allow_inf_nan=False)]
+
+ANGLE_KEYS = ("angle_deg", "angle_rad")
+RATE_KEYS = ("rate_factor", "rate_deg_s", "rate_rad_s")
 
 EARTH_MU_M3_S2 = 3.986004418e14  # EGM2008 / IAU value
 EARTH_RADIUS_M = 6378e3  # the paper's R_eq
@@ -53,13 +69,47 @@ class CentralBodyTable(Table):
 
 
 class OrbitTable(Table):
-    """Injection of the chain's centre of mass; velocity horizontal, counter-clockwise."""
+    """Start of the chain's centre of mass, counter-clockwise, in one of three forms.
 
-    altitude_m: Positive = Field(description="height of the chain's centre of mass above the surface at t = 0, m")
+    Altitude with speed factor, flight path and longitude; position with velocity; or two of semi-major axis,
+    eccentricity and the altitudes of the apsides, with an anomaly.
+    """
+
+    altitude_m: Positive | None = Field(
+        None,
+        description="height of the chain's centre of mass above the surface at t = 0, m; required unless a state or "
+        "elements are given",
+    )
     speed_factor: NotNegative = Field(
         1.0, description="beta: speed over the local circular speed; sqrt(2) is parabolic"
     )
+    flight_path_deg: FlightPath = Field(0.0, description="angle of the velocity above the horizontal at t = 0, degrees")
     longitude_deg: Finite = Field(0.0, description="angle of the centre of mass from the z1 axis at t = 0, degrees")
+    position_m: Place | None = Field(
+        None, description="position of the centre of mass at t = 0 from the centre of the body, [z1, z2], m"
+    )
+    velocity_m_s: Place | None = Field(None, description="its velocity, [z1, z2], m/s")
+    semi_major_axis_m: Positive | None = Field(None, description="semi-major axis of an ellipse, m")
+    eccentricity: NotNegative | None = Field(
+        None, description="eccentricity; of an open orbit from 1, with periapsis_altitude_m"
+    )
+    periapsis_altitude_m: Finite | None = Field(
+        None, description="height of the periapsis above the surface, m; negative below it"
+    )
+    apoapsis_altitude_m: Finite | None = Field(None, description="height of the apoapsis above the surface, m")
+    argument_of_periapsis_deg: Finite = Field(0.0, description="longitude of the periapsis from the z1 axis, degrees")
+    true_anomaly_deg: Finite | None = Field(
+        None, description="angle from the periapsis at t = 0, degrees; 0 by default"
+    )
+    mean_anomaly_deg: Finite | None = Field(
+        None, description="mean anomaly at t = 0 on an ellipse, degrees, in place of true_anomaly_deg"
+    )
+
+    @model_validator(mode="after")
+    def one_form(self) -> OrbitTable:
+        """Check that one of the forms is given, whole and alone."""
+        check_form(self.model_fields_set)
+        return self
 
 
 class ChainTable(Table):
@@ -73,10 +123,11 @@ class ChainTable(Table):
         description="moment of inertia about the bar's own centre of mass, kg m^2; slender uniform bar by default",
     )
     angle_deg: FiniteEach = Field(0.0, description="angle of each bar from the horizontal at t = 0, degrees")
-    angle_from: Literal["chain", "bar"] = Field(
+    angle_rad: FiniteEach | None = Field(None, description="the same in rad, in place of angle_deg")
+    angle_from: Literal["chain", "bar", "inertial"] = Field(
         "chain",
         description="whose horizontal the angles start from: the one through the chain's centre of mass, "
-        "or the one through each bar's own (the paper's phi_j)",
+        "or the one through each bar's own (the paper's phi_j); inertial: they start from the z1 axis",
     )
     centre_m: list[Place] | None = Field(
         None,
@@ -85,8 +136,13 @@ class ChainTable(Table):
     )
     rate_factor: FiniteEach = Field(
         1.0,
-        description="alpha: initial inertial rate of each bar over v0/r0; a prescribed bar takes its law's rate",
+        description="alpha: initial inertial rate of each bar over that of the centre of mass's longitude, v0/r0 at an "
+        "apsis; a prescribed bar takes its law's rate",
     )
+    rate_deg_s: FiniteEach | None = Field(
+        None, description="initial inertial rate of each bar, deg/s, in place of rate_factor"
+    )
+    rate_rad_s: FiniteEach | None = Field(None, description="the same, rad/s")
 
     @field_validator("bars")
     @classmethod
@@ -95,7 +151,18 @@ class ChainTable(Table):
         BARS.check(bars)
         return bars
 
-    @field_validator("mass_kg", "length_m", "inertia_kg_m2", "angle_deg", "rate_factor")
+    @model_validator(mode="after")
+    def one_of_each(self) -> ChainTable:
+        """Check that angles and rates are given once."""
+        for keys in (ANGLE_KEYS, RATE_KEYS):
+            given = [key for key in keys if key in self.model_fields_set]
+            if len(given) > 1:
+                raise ValueError(f"{' and '.join(given)} are given, allowed: one of {', '.join(keys)}")
+        return self
+
+    @field_validator(
+        "mass_kg", "length_m", "inertia_kg_m2", "angle_deg", "angle_rad", "rate_factor", "rate_deg_s", "rate_rad_s"
+    )
     @classmethod
     def one_value_per_bar(cls, value: Any, info: ValidationInfo) -> Any:
         """Reject a list whose length is not the number of bars."""
@@ -103,6 +170,34 @@ class ChainTable(Table):
         if isinstance(value, list) and bars is not None and len(value) != bars:
             raise ValueError(f"a list needs one value per bar: {bars} of them (or give one number for all)")
         return value
+
+    @property
+    def angles_rad(self) -> tuple[float, ...]:
+        """Initial angles, rad."""
+        if self.angle_rad is not None:
+            return each(self.angle_rad, self.bars)
+        return tuple(map(math.radians, each(self.angle_deg, self.bars)))
+
+
+class StartTable(Table):
+    """Start in a state of another run: in place of `[orbit]` and of the bars' angles and rates."""
+
+    from_: str = Field(
+        alias="from",
+        min_length=1,
+        max_length=MOST_PATH,
+        description="table of that run, .csv or .parquet, with the columns of `barchain simulate`; its path is "
+        "relative to the folder of this file",
+    )
+    row: int | None = Field(None, ge=1, description="which row, counted from 1; the last by default")
+    time_s: Finite | None = Field(None, description="instant of a row, s, in place of row")
+
+    @model_validator(mode="after")
+    def one_row(self) -> StartTable:
+        """Reject a row that is given twice."""
+        if self.row is not None and self.time_s is not None:
+            raise ValueError("row and time_s are given, allowed: one of them")
+        return self
 
 
 class RunTable(Table):
@@ -115,6 +210,11 @@ class RunTable(Table):
     )
     duration_s: Positive | None = Field(None, description="duration; required unless orbits is given")
     samples: int = Field(501, ge=2, le=1_000_000, description="equally spaced instants, both ends included")
+    start_s: NotNegative = Field(
+        0.0,
+        description="instant of the start on the clock that instants and longitudes of effects belong to, s; results "
+        "count from the start. With [start] that of its row by default",
+    )
 
     @model_validator(mode="after")
     def one_duration(self) -> RunTable:
@@ -137,7 +237,11 @@ class SceneTables(Table):
         default_factory=lambda: CentralBodyTable(mu_m3_s2=EARTH_MU_M3_S2, radius_m=EARTH_RADIUS_M),
         description="body that the chain orbits; the Earth by default",
     )
-    orbit: OrbitTable = Field(description="start of the centre of mass")
+    orbit: OrbitTable = Field(
+        None,  # type: ignore[assignment]  # `[start]` has become an orbit before a file is checked
+        description="start of the centre of mass; required unless start is given",
+    )
+    start: StartTable | None = Field(None, description="start in a state of another run")
     chain: ChainTable = Field(description="bars and their initial angles and rates")
     effects: EffectsTable = Field(
         default_factory=lambda: EffectsTable(gravity="gradient"),

@@ -58,9 +58,8 @@ def widest(chain: ChainTable) -> tuple[int, float]:
     """Joint (from 1) with the largest gap over its shorter bar, and that share; (0, 0.0) without joints."""
     assert chain.centre_m is not None
     places = [complex(*place) for place in chain.centre_m]
-    length, angle = each(chain.length_m, chain.bars), each(chain.angle_deg, chain.bars)
-    turned = [math.radians(a) for a in angle]
-    halves = [0.5 * size * complex(math.cos(a), math.sin(a)) for size, a in zip(length, turned, strict=True)]
+    length = each(chain.length_m, chain.bars)
+    halves = [0.5 * size * complex(math.cos(a), math.sin(a)) for size, a in zip(length, chain.angles_rad, strict=True)]
     pairs = itertools.pairwise(zip(places, halves, length, strict=True))
     gaps = [abs((q - h) - (p + g)) / min(a, b) for (p, g, a), (q, h, b) in pairs]
     return max(((i + 1, gap) for i, gap in enumerate(gaps)), key=lambda found: found[1], default=(0, 0.0))

@@ -7,23 +7,28 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-ECCENTRICITY = "speed_factor = sqrt(1 + e) starts at the perigee of an orbit with the eccentricity e"
-PERIGEE = "altitude_m is that of the start, which is the perigee if speed_factor is above 1"
-APOGEE = "from a perigee, speed_factor = sqrt(2 r_a/(r_a + r_p)) reaches it"
-AXIS = "it follows from the start: a = r_0/(2 - speed_factor^2)"
-SPEED = "speed_factor is the initial speed over the local circular speed"
+PERIGEE = "periapsis_altitude_m is the height of the perigee"
+APOGEE = "apoapsis_altitude_m is the height of the apogee"
+AXIS = "semi_major_axis_m is the semi-major axis"
+ANOMALY = "true_anomaly_deg or mean_anomaly_deg is the start's angle from the periapsis"
+ARGUMENT = "argument_of_periapsis_deg is the longitude of the periapsis"
+STATE = "position_m and velocity_m_s are the state in inertial axes"
+SPEED = "speed_factor is the initial speed over the local circular speed, and velocity_m_s goes with position_m"
+CLIMB = "flight_path_deg is the angle of the velocity above the horizontal, and velocity_m_s goes with position_m"
 BARS = "bars is the number of bars"
-RATES = "rate_factor holds the bars' rates over the orbital rate"
+RATES = "rate_factor holds the bars' rates over the orbital rate, rate_rad_s and rate_deg_s hold inertial ones"
 JOINTS = "bars are rigid; [effects.joint_spring_damper] puts springs and dampers into the joints"
 ENDS = "duration_s counts from start_s"
 STEPS = "the step belongs to an engine's setting, not to a scene"
 USUAL_NAMES: dict[str, dict[str, str]] = {
     "orbit": {
-        "eccentricity": ECCENTRICITY, "ecc": ECCENTRICITY, "perigee": PERIGEE, "perigee_altitude": PERIGEE,
+        "e": "eccentricity is the eccentricity", "perigee": PERIGEE, "perigee_altitude": PERIGEE,
         "periapsis": PERIGEE, "apogee": APOGEE, "apogee_altitude": APOGEE, "apoapsis": APOGEE,
-        "semi_major_axis": AXIS, "sma": AXIS, "radius": "altitude_m is the height above the body's surface",
-        "velocity": SPEED, "speed": SPEED, "inclination": "the motion is planar",
-        "true_anomaly": "an orbit starts at its perigee or apogee; longitude_deg turns it",
+        "a": AXIS, "semi_major_axis": AXIS, "sma": AXIS, "radius": "altitude_m is the height above the body's surface",
+        "x": STATE, "y": STATE, "vx": STATE, "vy": STATE, "position": STATE, "velocity": STATE,
+        "speed": SPEED, "radial_velocity": CLIMB, "flight_path_angle": CLIMB, "inclination": "the motion is planar",
+        "nu": ANOMALY, "true_anomaly": ANOMALY, "mean_anomaly": ANOMALY, "anomaly": ANOMALY,
+        "argument_of_perigee": ARGUMENT, "omega": ARGUMENT, "argument_of_periapsis": ARGUMENT,
     },
     "chain": {
         "n": BARS, "number": BARS, "links": BARS, "n_bars": BARS, "num_bars": BARS, "rate": RATES, "rates": RATES,

@@ -14,7 +14,7 @@ from scenarios.toml.resolve import ANGLES, resolve
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scenarios.scene import Scene
+    from scenarios.scene import Chain, Orbit, Scene
 
     Data = dict[str, Any]
 
@@ -76,11 +76,28 @@ def scene_data(scene: Scene) -> Data:
         "description": scene.description,
         "tags": list(scene.tags),
         "central_body": table(scene.central_body),
-        "orbit": table(scene.orbit),
-        "chain": {"bars": scene.bars} | table(scene.chain),
+        "orbit": orbit_table(scene.orbit),
+        "chain": {"bars": scene.bars} | chain_table(scene.chain),
         "effects": {"gravity": str(scene.effects.gravity)} | effects,
         "run": table(scene.run),
     }
+
+
+def orbit_table(orbit: Orbit) -> Data:
+    """Table of the start of the centre of mass; a horizontal velocity is the default."""
+    found = table(orbit)
+    if not orbit.flight_path_rad:
+        del found["flight_path_deg"]
+    return found
+
+
+def chain_table(chain: Chain) -> Data:
+    """Table of the bars; angles that are no numbers of degrees are in radians."""
+    found = table(chain)
+    if any(math.radians(deg) != rad for deg, rad in zip(found["angle_deg"], chain.angle_rad, strict=True)):
+        del found["angle_deg"]
+        found["angle_rad"] = list(chain.angle_rad)
+    return found
 
 
 def table(part: Any, effect: str = "") -> Data:

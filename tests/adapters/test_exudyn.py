@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import adapters.exudyn.solver as solver_module
+from adapters.common.kepler import propagate
 from adapters.engine import Engine, EngineError
 from adapters.exudyn.adapter import Exudyn, ExudynAbsolute, ExudynAbsoluteIndex3, ExudynIndex3, ExudynTree
 from adapters.exudyn.effects import encke
@@ -18,6 +19,7 @@ from adapters.exudyn.frames import KeplerOrbit, OrbitFrame, turned
 from adapters.exudyn.timetable import Steps, tabulated
 from adapters.trajectory import Observable, Trajectory
 from scenarios import Actuator, Frame, Scene, load_scene, scene_names
+from scenarios.scene import Orbit
 from tests.support import solutions
 from tests.support.slow import one_in, rows
 
@@ -209,25 +211,45 @@ def test_the_tree_rejects_prescribed_rotations_with_a_reason() -> None:
     assert all(engine.unsupported(load_scene("paper/fig17")) is None for engine in ENGINES[:4])
 
 
+@pytest.mark.parametrize("path_deg", [0.0, 25.0, -70.0])
 @pytest.mark.parametrize("beta", [0.4, 0.9, 1.0, 1.00001, 1.2, 1.41421, math.sqrt(2.0), 1.41422, 1.6, 3.0])
-def test_the_frames_orbit_conserves_what_kepler_conserves(beta: float) -> None:
+def test_the_frames_orbit_conserves_what_kepler_conserves(beta: float, path_deg: float) -> None:
     radius = 6.728e6
     unit_s = math.sqrt(radius**3 / MU)
-    track, longitude = KeplerOrbit(MU, radius, beta, 0.4).at(np.linspace(0.0, 20.0 * unit_s, 400))
+    start = Orbit(350e3, beta, 0.4, math.radians(path_deg))
+    track, longitude = KeplerOrbit(MU, radius, start).at(np.linspace(0.0, 20.0 * unit_s, 400))
     r = track.radius_m / radius
     momentum = r**2 * track.rate_rad_s * unit_s
     speed2 = (track.radial_velocity_m_s * unit_s / radius) ** 2 + (r * track.rate_rad_s * unit_s) ** 2
-    np.testing.assert_allclose(momentum, beta, rtol=1e-14)
-    np.testing.assert_allclose(0.5 * speed2 - 1.0 / r, 0.5 * beta**2 - 1.0, rtol=0, atol=2e-14 * (1 + 1 / r.min()))
+    near = 1.0 / r.min()  # speeds at the perigee are so much larger
+    np.testing.assert_allclose(momentum, start.onward, rtol=1e-14)
+    np.testing.assert_allclose(0.5 * speed2 - 1.0 / r, 0.5 * beta**2 - 1.0, rtol=0, atol=2e-14 * (1 + near + beta**2))
     np.testing.assert_allclose(track.shape, track.rate_rad_s**2 / track.pull_s2 - 1.0, rtol=0, atol=1e-13)
     assert np.all(np.diff(longitude) > 0.0)
+    assert longitude[0] == 0.4
 
 
+@pytest.mark.parametrize("path_deg", [0.0, 25.0, -70.0])
 @pytest.mark.parametrize("beta", [0.9, 1.1, math.sqrt(2.0), 1.6])
-def test_the_frames_orbit_keeps_time(beta: float) -> None:
+def test_the_frames_orbit_is_the_propagated_one(beta: float, path_deg: float) -> None:
+    radius, t_s = 6.728e6, np.linspace(0.0, 9000.0, 50)
+    start = Orbit(350e3, beta, 0.4, math.radians(path_deg))
+    axes = OrbitFrame(KeplerOrbit(MU, radius, start)).at(t_s)
+    speed = math.sqrt(MU / radius)
+    velocity = np.array([start.upward, start.onward]) * speed
+    turn = np.array([[math.cos(0.4), math.sin(0.4)], [-math.sin(0.4), math.cos(0.4)]])
+    place, moving = propagate(MU, np.array([radius, 0.0]) @ turn, velocity @ turn, t_s)
+    worst = (radius / np.linalg.norm(place, axis=1)).max() ** 2  # Kepler's equation at the perigee
+    assert np.abs(axes.origin_m - place).max() <= 1e-13 * worst * np.abs(place).max()
+    assert np.abs(axes.origin_velocity_m_s - moving).max() <= 1e-13 * worst * np.abs(moving).max()
+
+
+@pytest.mark.parametrize("path_deg", [0.0, 15.0, -15.0])
+@pytest.mark.parametrize("beta", [0.9, 1.1, math.sqrt(2.0), 1.6])
+def test_the_frames_orbit_keeps_time(beta: float, path_deg: float) -> None:
     radius = 6.728e6
     unit_s = math.sqrt(radius**3 / MU)
-    orbit = KeplerOrbit(MU, radius, beta, 0.4)
+    orbit = KeplerOrbit(MU, radius, Orbit(350e3, beta, 0.4, math.radians(path_deg)))
     nodes, weights = np.polynomial.legendre.leggauss(60)
     end = 2.5 * unit_s
     track, _ = orbit.at(0.5 * end * (nodes + 1.0))
@@ -236,7 +258,7 @@ def test_the_frames_orbit_keeps_time(beta: float) -> None:
 
 
 def test_the_orbits_numbers_hold_inside_a_step() -> None:
-    orbit = KeplerOrbit(MU, 6.728e6, 1.2, 0.0)
+    orbit = KeplerOrbit(MU, 6.728e6, Orbit(350e3, 1.2, 0.0))
     steps = Steps(9000.0 / 50, 50)
     table = tabulated(OrbitFrame(orbit).time_inputs, steps, 7).reshape(51, -1, 8)
     u = -0.37

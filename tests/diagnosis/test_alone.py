@@ -39,6 +39,11 @@ SAME_START = {
     "mu-km3",
     "mu-g-times-mass",
     "mu-of-g",
+    "flight-path-zero",
+    "flight-path-opposite",
+    "anomaly-zero",
+    "mean-anomaly-as-true",
+    "true-anomaly-as-mean",
 }
 """Starts that are the right one in this scene, or that its gravity shows in the motion, too"""
 

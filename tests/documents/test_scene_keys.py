@@ -37,7 +37,7 @@ def test_required_keys_say_so(rows: dict[str, dict[str, dict[str, str]]]) -> Non
     required = {key for key, cells in rows["[chain]"].items() if cells["default"] == "required"}
     assert required == {"bars", "mass_kg", "length_m"}
     assert rows["[run]"]["orbits"]["default"] == "required unless duration_s is given"
-    assert rows["[orbit]"]["altitude_m"]["default"] == "required"
+    assert rows["[orbit]"]["altitude_m"]["default"] == "required unless a state or elements are given"
 
 
 def test_the_inertia_is_a_number_with_unit_default_and_range(rows: dict[str, dict[str, dict[str, str]]]) -> None:

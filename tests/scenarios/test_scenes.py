@@ -112,7 +112,11 @@ def test_a_bar_held_to_its_local_horizontal_starts_at_the_rate_of_its_own_longit
         ),
         (
             ("altitude_m = 350e3", "altitude_m = 350e3\neccentricity = 0.1"),
-            ["orbit.eccentricity: unknown key", "speed_factor = sqrt(1 + e)", "allowed here: altitude_m"],
+            ["orbit: altitude_m and eccentricity are of different forms", "altitude_m (with speed_factor"],
+        ),
+        (
+            ("altitude_m = 350e3", "altitude_m = 350e3\nperigee_altitude = 300e3"),
+            ["orbit.perigee_altitude: unknown key", "periapsis_altitude_m is", "allowed here: altitude_m"],
         ),
         (("orbits = 1.0", "orbits = 1.0\ndt_s = 0.1"), ["run.dt_s: unknown key", "engine's setting"]),
         (("[run]", '[effects]\ngravity = "none"\n[run]'), ["run.orbits", "without gravity"]),

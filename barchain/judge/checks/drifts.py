@@ -163,7 +163,7 @@ def fastest(solution: ReferenceSolution) -> float:
     """Largest rate of a bar, rad/s; at least the orbit's, or 2 pi over its period where the orbit starts at rest."""
     scene, rate = solution.scene, solution.trajectory.rate_rad_s
     spin = 0.0 if rate is None else float(np.abs(rate).max())
-    return max(spin, scene.orbital_rate_rad_s) or orbit_scale(scene)
+    return max(spin, scene.speed_rate_rad_s) or orbit_scale(scene)
 
 
 def gap_bound(model: ErrorModel) -> Array:

@@ -115,7 +115,7 @@ TRAITS: tuple[tuple[str, Callable[[Scene], object]], ...] = (
     ("more than two bars", lambda s: s.bars > 2),
     ("more than three bars", lambda s: s.bars > 3),
     ("a single bar", lambda s: s.bars == 1),
-    ("an orbit that is not circular", lambda s: s.orbit.speed_factor != 1.0),
+    ("an orbit that is not circular", lambda s: s.orbit.eccentricity != 0.0),
     ("the torque of the gravity gradient", lambda s: s.effects.gravity.turns),
     ("more than an orbit", lambda s: s.run.duration_s > s.period_s),
     ("angles from each bar's own horizontal", lambda s: s.chain.angle_from == "bar"),

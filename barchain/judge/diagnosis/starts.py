@@ -14,6 +14,7 @@ from adapters.common.initial_state import initial_state
 from barchain.judge.diagnosis.mistake import Mistake
 from barchain.judge.diagnosis.motion.words import factor_words
 from barchain.metrics.quantities import FIELDS
+from scenarios.orbits import orbit_of_elements, true_anomaly_rad
 from scenarios.toml.scene_tables import EARTH_MU_M3_S2, EARTH_RADIUS_M
 
 if TYPE_CHECKING:
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from adapters.common.initial_state import InitialState
     from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
+    from scenarios.scene import Orbit
 
     SceneChange = Callable[[Scene], Scene]
 
@@ -78,8 +80,24 @@ def in_order(field: str, order: Callable[[tuple[float, ...]], Any]) -> SceneChan
 
 
 def clockwise(scene: Scene) -> Scene:
-    """Scene with an initial velocity and initial rates of the opposite direction."""
-    return part("orbit", speed_factor=lambda s: -s.orbit.speed_factor)(rates(lambda a: -a)(scene))
+    """Scene whose initial horizontal velocity and initial rates are of the opposite direction."""
+    opposite = part(
+        "orbit", speed_factor=lambda s: -s.orbit.speed_factor, flight_path_rad=lambda s: -s.orbit.flight_path_rad
+    )
+    return opposite(rates(lambda a: -a)(scene))
+
+
+def at_anomaly(anomaly_rad: Callable[[Orbit], float]) -> SceneChange:
+    """Scene that starts elsewhere on its orbit; ValueError where there is no such start."""
+
+    def change(scene: Scene) -> Scene:
+        orbit, e = scene.orbit, scene.orbit.eccentricity
+        periapsis_m = scene.radius0_m * orbit.onward**2 / (1.0 + e)
+        argument_rad = orbit.longitude_rad - orbit.true_anomaly_rad
+        moved = orbit_of_elements(scene.central_body, periapsis_m, e, argument_rad, anomaly_rad(orbit))
+        return dataclasses.replace(scene, orbit=moved)
+
+    return change
 
 
 MU_M3_S2 = (
@@ -130,6 +148,13 @@ ORBIT_CHANGES: tuple[tuple[str, str, SceneChange], ...] = (
      part("orbit", speed_factor=lambda s: s.orbit.speed_factor**2)),
     ("speed-factor-rooted", "the speed factor is taken under the root",
      part("orbit", speed_factor=lambda s: math.sqrt(abs(s.orbit.speed_factor)))),
+    ("flight-path-zero", "the initial velocity is horizontal", part("orbit", flight_path_rad=lambda _: 0.0)),
+    ("flight-path-opposite", "the initial radial velocity has the opposite sign",
+     part("orbit", flight_path_rad=lambda s: -s.orbit.flight_path_rad)),
+    ("anomaly-zero", "the chain starts at the periapsis", at_anomaly(lambda _: 0.0)),
+    ("mean-anomaly-as-true", "the mean anomaly is taken as the true one", at_anomaly(lambda o: o.mean_anomaly_rad)),
+    ("true-anomaly-as-mean", "the true anomaly is taken as the mean one",
+     at_anomaly(lambda o: true_anomaly_rad(o.eccentricity, o.true_anomaly_rad))),
     *((f"radius-{name}", f"the altitude counts from {words}", part("central_body", radius_m=constant(value)))
       for name, words, value in RADIUS_M),
     *((f"mu-{name}", f"the gravitational parameter is that of {words}",

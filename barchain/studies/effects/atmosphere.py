@@ -38,9 +38,8 @@ def expected_heights(scene: Scene) -> Heights:
     start = scene.orbit.altitude_m
     if not scene.bound or scene.run.duration_s < 0.5 * scene.period_s:
         return Heights(start, start)
-    beta2 = scene.orbit.speed_factor**2
-    other = scene.radius0_m * beta2 / (2.0 - beta2) - scene.central_body.radius_m
-    return Heights(max(min(start, other), 0.0), max(start, other))
+    surface = scene.central_body.radius_m
+    return Heights(max(scene.lowest_radius_m - surface, 0.0), max(start, scene.highest_radius_m - surface))
 
 
 def heights_of(scene: Scene, run: Trajectory) -> Heights:

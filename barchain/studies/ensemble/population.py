@@ -216,9 +216,12 @@ def starts(population: Population, radius_m: Array) -> tuple[Array, Array, Array
     radial = np.stack([np.cos(longitude), np.sin(longitude)], axis=1)
     level = np.stack([-radial[:, 1], radial[:, 0]], axis=1)
     angle = population.angle_rad + longitude[:, None] - 0.5 * math.pi
+    climb = scene.orbit.flight_path_rad
+    onward = speed * math.cos(climb)
+    velocity = onward[:, None] * level
     return (
         radius_m[:, None] * radial,
-        speed[:, None] * level,
+        velocity + (speed * math.sin(climb))[:, None] * radial if climb else velocity,
         angle,
-        population.rate_factor * (speed / radius_m)[:, None],
+        population.rate_factor * (onward / radius_m)[:, None],
     )

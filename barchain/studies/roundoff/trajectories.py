@@ -60,12 +60,18 @@ class ScaledScene:
         scale = EXACT.cast(ratios) * EQUATOR_M / max(chain.length_m)
         mass, length = column(chain.mass_kg), column(chain.length_m) * scale
         mu, radius = EXACT.cast(np.full(runs, scene.central_body.mu_m3_s2)), EXACT.cast(np.full(runs, scene.radius0_m))
-        speed, at = scene.orbit.speed_factor * EXACT.sqrt(mu / radius), EXACT.cast(longitudes)
+        circular, at = EXACT.sqrt(mu / radius), EXACT.cast(longitudes)
+        speed, climb = scene.orbit.onward * circular, scene.orbit.upward * circular
         outward, onward = np.stack([EXACT.cos(at), EXACT.sin(at)]), np.stack([-EXACT.sin(at), EXACT.cos(at)])
         bars = ChainParameters(mu, mass, length, column(chain.inertia_kg_m2) * scale * scale)
         angle = column(chain.angle_rad) + (at - gmpy2.const_pi() / 2)
         return InitialChains(
-            EXACT, bars, radius * outward, speed * onward, angle, column(chain.rate_factor) * (speed / radius)
+            EXACT,
+            bars,
+            radius * outward,
+            speed * onward + climb * outward,
+            angle,
+            column(chain.rate_factor) * (speed / radius),
         )
 
 

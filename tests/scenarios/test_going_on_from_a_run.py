@@ -1,0 +1,192 @@
+"""A run goes on where another one ended: from its file, or from its state in Python."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from adapters.common.initial_state import initial_state
+from adapters.engine import AccuracyParameter, Setting
+from adapters.reference.numpy_engines import Reference
+from scenarios import SceneError, change_scene, go_on, load_scene, make_scene
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from adapters.trajectory import Trajectory
+    from scenarios import Scene
+
+EPS = float(np.finfo(float).eps)
+RTOL = 1e-12
+HALF_S = 1500.0
+SCENE = make_scene({
+    "title": "t", "source": "s", "orbit": {"altitude_m": 600e3, "speed_factor": 1.1, "longitude_deg": 20.0},
+    "chain": {"bars": 3, "mass_kg": [80.0, 60.0, 40.0], "length_m": 50.0, "angle_deg": [80.0, 82.0, 79.0]},
+    "effects": {
+        "third_body": [{"body": "moon", "longitude_deg": 10.0}],
+        "solar_pressure": {"width_m": 1.0, "sun_longitude_deg": -60.0, "sun_rate_rad_s": 1e-5, "shadow": False},
+        "thrust": [
+            {"bar": 1, "direction_deg": 90.0, "force_N": 0.01, "start_s": 1000.0, "duration_s": 900.0},
+            {"bar": 2, "direction_deg": 0.0, "axes": "inertial", "force_N": [0.0, 0.02, 0.0],
+             "times_s": [500.0, 1600.0, 2500.0]},
+        ],
+        "impulse": [{"bar": 3, "direction_deg": 90.0, "impulse_N_s": 0.05, "at_s": 700.0},
+                    {"bar": 1, "direction_deg": 0.0, "impulse_N_s": 0.05, "at_s": 2100.0}],
+    },
+    "run": {"duration_s": 2.0 * HALF_S, "samples": 61},
+})  # fmt: skip
+REST = {"run": {"duration_s": HALF_S, "samples": 31}}
+
+
+def run(scene: Scene) -> Trajectory:
+    """Run of the reference."""
+    return Reference().run(scene, Setting(AccuracyParameter.RTOL, RTOL))
+
+
+def test_two_halves_are_the_whole_to_the_accuracy_of_the_runs() -> None:
+    """The second half starts off by roundings of the state, and both runs have errors of their tolerance.
+
+    Within an orbit a stable chain's errors grow less than a hundred times; the track's by 3 n t.
+    """
+    whole = run(SCENE)
+    half = run(go_on(SCENE, whole.state(HALF_S), REST))
+    grown = 100.0 * (10.0 * EPS + RTOL)
+    rows = slice(30, None)
+    assert whole.angle_rad is not None
+    assert half.angle_rad is not None
+    assert np.abs(half.com_m - whole.com_m[rows]).max() <= grown * SCENE.radius0_m
+    assert np.abs(half.com_velocity_m_s - whole.com_velocity_m_s[rows]).max() <= grown * SCENE.speed0_m_s
+    assert np.abs(half.angle_rad - whole.angle_rad[rows]).max() <= grown
+    assert whole.reaction_N is not None
+    assert half.reaction_N is not None
+    scale = np.abs(whole.reaction_N).max()
+    assert np.abs(half.reaction_N[1:] - whole.reaction_N[rows][1:]).max() <= 10.0 * grown * scale
+
+
+def test_the_state_is_the_sample_to_rounding() -> None:
+    whole = run(SCENE)
+    start = initial_state(go_on(SCENE, whole.state(HALF_S), REST))
+    assert whole.angle_rad is not None
+    assert whole.rate_rad_s is not None
+    assert np.abs(start.com_m - whole.com_m[30]).max() <= 8.0 * EPS * SCENE.radius0_m
+    assert np.abs(start.angle_rad - whole.angle_rad[30]).max() <= 8.0 * EPS * max(
+        1.0, np.abs(whole.angle_rad[30]).max() + 4.0
+    )
+    np.testing.assert_allclose(start.rate_rad_s, whole.rate_rad_s[30], rtol=4.0 * EPS)
+
+
+@pytest.mark.parametrize("ending", [".csv", ".parquet"])
+def test_a_file_starts_a_scene_as_python_does(tmp_path: Path, ending: str) -> None:
+    whole = run(SCENE)
+    frame = whole.to_frame()
+    (tmp_path / "runs").mkdir()
+    path = tmp_path / "runs" / f"run{ending}"
+    if ending == ".csv":
+        frame.to_csv(path, index=False)
+    else:
+        frame.to_parquet(path, index=False)
+    SCENE.to_toml(tmp_path / "scene.toml")
+    text = (tmp_path / "scene.toml").read_text(encoding="utf-8")
+    kept = "\n".join(line for line in text.split("\n") if line.split(" =")[0] not in OWN_KEYS and line != "[orbit]")
+    for start in (f"time_s = {HALF_S}", "row = 31"):
+        written = kept + f'\n[start]\nfrom = "runs/run{ending}"\n{start}\n'
+        written = written.replace(f"duration_s = {2.0 * HALF_S}", f"duration_s = {HALF_S}").replace(
+            "samples = 61", "samples = 31"
+        )
+        (tmp_path / "second.toml").write_text(written, encoding="utf-8")
+        assert load_scene(tmp_path / "second.toml").digest == go_on(SCENE, whole.state(HALF_S), REST).digest
+
+
+OWN_KEYS = ("altitude_m", "speed_factor", "longitude_deg", "angle_deg", "angle_from", "rate_factor")
+
+
+def test_effects_go_on_where_they_were() -> None:
+    second = go_on(SCENE, run(SCENE).state(HALF_S), REST).effects
+    first = SCENE.effects
+    moon = first.third_body[0]
+    assert second.third_body[0].longitude_rad == pytest.approx(moon.longitude_rad + moon.rate_rad_s * HALF_S, rel=1e-14)
+    assert second.solar_pressure is not None
+    assert second.solar_pressure.sun_longitude_rad == pytest.approx(math.radians(-60.0) + 1e-5 * HALF_S, rel=1e-14)
+    assert [p.at_s for p in second.impulse] == [600.0]
+    assert second.thrust[0].times_s == (0.0, 400.0)
+    assert second.thrust[1].times_s == (0.0, 100.0, 1000.0)
+    assert second.thrust[1].force_N[0] == pytest.approx(0.02 * 1000.0 / 1100.0)
+
+
+def test_a_run_that_goes_on_twice_keeps_its_clock() -> None:
+    whole = run(SCENE)
+    second = go_on(SCENE, whole.state(1000.0), {"run": {"duration_s": 2000.0, "samples": 41}})
+    third = go_on(second, run(second).state(500.0), REST)
+    assert third.effects.impulse[0].at_s == pytest.approx(600.0)
+    assert third.effects.third_body[0].longitude_rad == pytest.approx(
+        go_on(SCENE, whole.state(HALF_S), REST).effects.third_body[0].longitude_rad, rel=1e-13
+    )
+
+
+def test_a_rotation_holds_its_bar_once_it_is_over_and_can_not_start_halfway() -> None:
+    slewed = load_scene("paper/fig17")
+    law = slewed.effects.prescribed_rotation[0]
+    over = change_scene(slewed, {"run": {"start_s": law.start_s + law.duration_s}}).effects.prescribed_rotation[0]
+    assert (over.start_s, over.amplitude_rad) == (0.0, 0.0)
+    with pytest.raises(SceneError, match=r"prescribed_rotation\[0\]: bar 5 is being turned at the start"):
+        change_scene(slewed, {"run": {"start_s": law.start_s + 0.5 * law.duration_s}})
+
+
+def test_a_state_is_that_of_a_sample() -> None:
+    short = run(
+        change_scene(SCENE, {"run": {"duration_s": 60.0, "samples": 3}, "effects": {"thrust": None, "impulse": None}})
+    )
+    assert short.state()["run"]["start_s"] == 60.0
+    with pytest.raises(ValueError, match=r"^31 s given, allowed: the instant of a sample; the nearest is 30.0 s$"):
+        short.state(31.0)
+    with pytest.raises(ValueError, match="no angles or no rates"):
+        short.replace(angle_rad=None).state()
+
+
+HEAD = "t_s,com_x_m,com_y_m,com_vx_m_s,com_vy_m_s,angle_1_rad,rate_1_rad_s"
+TABLE = f"{HEAD}\n0.0,7e6,0.0,0.0,7e3,1.0,0.001\n10.0,7e6,7e4,-80.0,7e3,1.01,0.001\n"
+FILE = {"title": "t", "source": "s", "chain": {"bars": 1, "mass_kg": 1.0, "length_m": 10.0}, "run": {"duration_s": 9.0}}
+FAULTS: list[tuple[str, dict[str, Any], dict[str, Any], str]] = [
+    (TABLE, {"row": 3}, {}, "start.row: 3 given, allowed: 1 to 2"),
+    (TABLE, {"row": 0}, {}, "start.row: 0 given"),
+    (TABLE, {"time_s": 4.0}, {}, "start.time_s: 4 given, allowed: the instant of a row; the nearest is 0.0 s"),
+    (TABLE, {"row": 1, "time_s": 0.0}, {}, "allowed: one of them"),
+    (TABLE, {"rows": 1}, {}, "did you mean row"),
+    (TABLE, {}, {"orbit": {"altitude_m": 5e5}}, "orbit: given beside [start]"),
+    (TABLE, {}, {"chain": FILE["chain"] | {"angle_deg": 3.0}}, "chain.angle_deg: given beside [start]"),
+    (TABLE, {}, {"chain": FILE["chain"] | {"bars": 2}}, "has no column angle_2_rad"),
+    (TABLE.replace("com_vy_m_s", "com_vy"), {}, {}, "has no column com_vy_m_s (did you mean"),
+    (TABLE.replace("-80.0", "fast"), {}, {}, "'fast' in the column com_vx_m_s"),
+    (f"{HEAD},angle_2_rad\n0.0,7e6,0.0,0.0,7e3,1.0,0.001,1.0\n", {}, {}, "chain.bars: 1 given"),
+    (HEAD, {}, {}, "has no rows"),
+    (TABLE, {"from": "other.csv"}, {}, "no such file"),
+    (TABLE, {"from": "run.txt"}, {}, "ends with .csv or .parquet"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("table", "start", "others", "words"), FAULTS, ids=[words for *_, words in FAULTS])
+def test_a_start_that_can_not_be_read_is_one_line(
+    table: str,
+    start: dict[str, Any],
+    others: dict[str, Any],
+    words: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "run.csv").write_text(table, encoding="utf-8")
+    with pytest.raises(SceneError) as error:
+        make_scene(FILE | {"start": {"from": "run.csv"} | start} | others)
+    assert words in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_the_last_row_is_the_start_by_default(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "run.csv").write_text(TABLE, encoding="utf-8")
+    state = initial_state(make_scene(FILE | {"start": {"from": "run.csv"}}))
+    np.testing.assert_allclose(state.com_m, [7e6, 7e4], rtol=1e-15)
+    np.testing.assert_allclose(state.rate_rad_s, [0.001], rtol=1e-15)
