@@ -190,6 +190,8 @@ def run_request(scene: Scene, setting: Setting) -> dict[str, Any]:
     ).model_dump(mode="json")
     if not scene.orbit.flight_path_rad:  # what most scenes do not have is absent, as effects are
         del made["scene"]["orbit"]["flight_path_rad"]
+    if not scene.chain.end_bodies:
+        del made["scene"]["chain"]["end_bodies"]
     effects = made["scene"]["effects"]
     made["scene"]["effects"] = {name: table for name, table in effects.items() if table not in (None, [])}
     return made

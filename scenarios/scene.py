@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 Array = NDArray[np.float64]
+ENDS = ("first", "last")
+"""Ends of a chain"""
 
 
 @dataclass(frozen=True)
@@ -111,6 +113,9 @@ class Chain:
         ``"chain"``: the horizontal through the chain's centre of mass; ``"bar"``: through each bar's own.
     rate_factor : tuple of float
         The paper's alpha: initial inertial rate over v0/r0.
+    end_bodies : tuple of str
+        Ends whose bar is an end body, ``"first"``, ``"last"``: its length is twice the distance of its joint from its
+        centre of mass. It moves as a bar, and is shown as a body.
     """
 
     mass_kg: tuple[float, ...]
@@ -119,6 +124,12 @@ class Chain:
     angle_rad: tuple[float, ...]
     angle_from: str
     rate_factor: tuple[float, ...]
+    end_bodies: tuple[str, ...] = ()
+
+    @property
+    def bodies(self) -> tuple[int, ...]:
+        """Bars that are end bodies, counted from 1."""
+        return tuple(1 if end == "first" else self.bars for end in self.end_bodies)
 
     @property
     def bars(self) -> int:
@@ -402,6 +413,8 @@ class Scene:
         physics = {k: dataclasses.asdict(getattr(self, k)) for k in parts}
         if "orbit" in physics and not self.orbit.flight_path_rad:  # as before there was another start than an apsis
             del physics["orbit"]["flight_path_rad"]
+        if "chain" in physics:  # a body moves as a bar
+            del physics["chain"]["end_bodies"]
         if "effects" in physics:
             called = physics["effects"]
             always = ("gravity", "prescribed_rotation")

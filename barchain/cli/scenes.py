@@ -260,7 +260,8 @@ def start_words(scene: Scene) -> Iterable[str]:
             f"{math.degrees(orbit.true_anomaly_rad):.9g}°, mean anomaly {math.degrees(orbit.mean_anomaly_rad):.9g}°"
         )
     for bar, (angle, rate) in enumerate(zip(state.angle_rad[:FEW], state.rate_rad_s[:FEW], strict=True), 1):
-        yield f"bar {bar}: {math.degrees(angle):.9g}° from the z1 axis, {rate:.9g} rad/s"
+        name = f"end body {bar}" if bar in scene.chain.bodies else f"bar {bar}"
+        yield f"{name}: {math.degrees(angle):.9g}° from the z1 axis, {rate:.9g} rad/s"
     if scene.bars > FEW:
         yield f"{scene.bars - FEW} more bars"
 

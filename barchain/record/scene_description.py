@@ -134,6 +134,7 @@ def scene_facts(scene: Scene) -> dict[str, Any]:
         "speed_factor": scene.orbit.speed_factor,
         "flight_path_deg": math.degrees(scene.orbit.flight_path_rad),
         "eccentricity": scene.orbit.eccentricity,
+        "end_bodies": list(scene.chain.bodies),
         "body_radius_m": scene.central_body.radius_m,
         "mean_motion_rad_s": scene.mean_motion_rad_s,
         "prescribed": [

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array
     from pictures.motion.samples import Motion
 
+BODY_POINTS = {"first": slice(2), "last": slice(-2, None)}
+"""Points of the drawn chain that are an end body's"""
 LOOP_S = 9.0
 """Time that a picture in motion takes, s"""
 
@@ -28,6 +30,7 @@ class Ghost:
     points: str
     first_bar: str
     opacity: float
+    bodies: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -38,6 +41,8 @@ class Mover:
     first_frames: str
     start: str
     first_start: str
+    bodies: tuple[tuple[str, str], ...]
+    """Start and frames of each end body"""
 
 
 @dataclass(frozen=True)
@@ -87,26 +92,30 @@ def thumbnail(motion: Motion) -> str:
 
 def view(panel: OrbitPanel | ChainPanel, motion: Motion, *, track: bool) -> PanelView:
     """Polylines of a panel."""
-    chains = panel.chains_px
+    chains, ends = panel.chains_px, [BODY_POINTS[end] for end in motion.scene.chain.end_bodies]
     last = len(panel.shown) - 1
     ghosts = tuple(
         Ghost(
-            polyline(chains[k]), polyline(chains[k][:2]), round(0.3 + 0.7 * i / last, 2) if last and not track else 1.0
+            polyline(chains[k]),
+            polyline(chains[k][:2]),
+            round(0.3 + 0.7 * i / last, 2) if last and not track else 1.0,
+            tuple(polyline(chains[k][at]) for at in ends),
         )
         for i, k in enumerate(panel.shown)
     )
     moves = motion.shape_changes or track
     line = polyline(panel.track_px) if isinstance(panel, OrbitPanel) else ""
-    return PanelView(ghosts, mover(chains) if moves else None, line, chains.shape[1] <= 12)
+    return PanelView(ghosts, mover(chains, ends) if moves else None, line, chains.shape[1] <= 12)
 
 
-def mover(chains_px: Array) -> Mover:
+def mover(chains_px: Array, ends: list[slice]) -> Mover:
     """Chain in motion."""
     return Mover(
         ";".join(polyline(c) for c in chains_px),
         ";".join(polyline(c[:2]) for c in chains_px),
         polyline(chains_px[0]),
         polyline(chains_px[0][:2]),
+        tuple((polyline(chains_px[0][at]), ";".join(polyline(c[at]) for c in chains_px)) for at in ends),
     )
 
 

@@ -61,7 +61,7 @@ def link(page: Path, target: Path) -> str:
 def facts(scene: Scene, page: Path) -> list[tuple[str, str]]:
     """Physics of the scene in two columns."""
     return [
-        ("bars", str(scene.bars)),
+        ("bars", str(scene.bars) + "".join(f", bar {bar} an end body" for bar in scene.chain.bodies)),
         ("masses", each(scene.chain.mass_kg, "kg")),
         ("lengths", each(scene.chain.length_m, "m")),
         ("orbit", orbit_text(scene)),

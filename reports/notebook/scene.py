@@ -46,6 +46,7 @@ def recorded(scene: Scene) -> SceneRecord:
         "speed_factor": scene.orbit.speed_factor,
         "flight_path_deg": math.degrees(scene.orbit.flight_path_rad),
         "eccentricity": scene.orbit.eccentricity,
+        "end_bodies": list(scene.chain.bodies),
         "duration_s": scene.run.duration_s,
         "samples": scene.run.samples,
         "gravity": str(scene.effects.gravity),
@@ -66,14 +67,19 @@ def drawing(scene: Scene) -> Markup:
     attracted = scene.effects.gravity is not Gravity.NONE
     radius_m = scene.central_body.radius_m if attracted else 0.0
     geometry = Geometry(
-        np.array(scene.chain.length_m), np.array(scene.chain.mass_kg), radius_m, scene.period_s, scene.bound
+        np.array(scene.chain.length_m),
+        np.array(scene.chain.mass_kg),
+        radius_m,
+        scene.period_s,
+        scene.bound,
+        scene.chain.bodies,
     )
     path, start = osculating(scene), polar(scene.radius0_m, scene.orbit.longitude_rad)
     factor = SHARE * 2.0 * math.pi * scene.radius0_m / INSTANTS / scene.size_m
     chain = start + factor * joints(geometry, initial_angles(scene))
     drawn = square_chart(np.concatenate([path, chain[0]]), radius_m)
     drawn.line(path[:, 0], path[:, 1], COLOURS["rule"], 1.0)
-    draw_chains(drawn, chain)
+    draw_chains(drawn, chain, scene.chain.bodies)
     return drawn.svg(f"{scene.title}: chain at the start, enlarged, on its osculating orbit")
 
 

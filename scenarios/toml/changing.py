@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 ALTERNATIVES = (("orbits", "duration_s"), ANGLE_KEYS, RATE_KEYS, ANOMALIES)
 """Keys of one table of which a file holds one"""
-OTHER_FORMS = {"orbit": {*STATE, *ELEMENTS}, "chain": {"angle_rad", "rate_rad_s", "rate_deg_s"}}
+OTHER_FORMS = {"orbit": {*STATE, *ELEMENTS}, "chain": {"angle_rad", "rate_rad_s", "rate_deg_s", "end_body"}}
 """Keys from which several fields of a scene follow"""
 
 

@@ -92,7 +92,7 @@ def check_lists(scene: SceneTables) -> Iterator[str]:
 def check_widths(scene: SceneTables) -> Iterator[str]:
     """Check that no bar is wider than long."""
     chain = scene.chain
-    length = each(chain.length_m, chain.bars)
+    _, length, _ = chain.material()
     for name in ("drag", "solar_pressure"):
         table = getattr(scene.effects, name)
         width = each(table.width_m, chain.bars) if table else ()
@@ -135,8 +135,7 @@ def check_slender(scene: SceneTables) -> Iterator[str]:
     chain = scene.chain
     if scene.effects.gravity != "slender" or chain.inertia_kg_m2 is None:
         return
-    columns = (each(c, chain.bars) for c in (chain.mass_kg, chain.length_m, chain.inertia_kg_m2))
-    for j, (mass, length, inertia) in enumerate(zip(*columns, strict=True), start=1):
+    for j, (mass, length, inertia) in enumerate(zip(*chain.material(), strict=True), start=1):
         slender = slender_inertia(mass, length)
         if abs(inertia - slender) > SLENDER_SLACK * slender:
             yield (
@@ -144,6 +143,26 @@ def check_slender(scene: SceneTables) -> Iterator[str]:
                 "(uniform), or leave it out"
             )
             return
+
+
+def check_end_bodies(scene: SceneTables) -> Iterator[str]:
+    """Check that nothing acts on end bodies as on bars: along their line, or on the end that they do not have."""
+    ends = {body.at for body in scene.chain.end_body}
+    if not ends:
+        return
+    effects, outer = scene.effects, {"first": (1, "left"), "last": (scene.chain.bars, "right")}
+    for name in ("drag", "solar_pressure"):
+        if getattr(effects, name):
+            yield f"effects.{name}: acts along every bar, and the chain has an end body; allowed: without one"
+    if effects.gravity == "slender":
+        yield 'effects.gravity: "slender" given, allowed with an end body: none, point, gradient, quadrupole'
+    for name in ("thrust", "impulse"):
+        for i, push in enumerate(getattr(effects, name)):
+            if any((push.bar, push.end) == outer[end] for end in ends):
+                yield (
+                    f"effects.{name}[{i}].end: {push.end} given, the end that end body {push.bar} does not have; "
+                    f"allowed: {'right' if push.end == 'left' else 'left'}, its joint"
+                )
 
 
 def check_run_is_bound(scene: SceneTables) -> Iterator[str]:
@@ -192,7 +211,9 @@ def body_of(scene: SceneTables) -> CentralBody:
 def check_above_surface(scene: SceneTables) -> Iterator[str]:
     """Check that the whole chain, stretched towards the centre, starts above the surface."""
     length, orbit = scene.chain.length_m, start_of(scene)
-    size_m = math.fsum(length) if isinstance(length, list) else scene.chain.bars * length
+    size_m = math.fsum(scene.chain.material()[1])
+    if not isinstance(length, list) and not scene.chain.end_body:
+        size_m = scene.chain.bars * length
     if orbit is not None and size_m >= orbit.altitude_m:
         yield (
             f"orbit.altitude_m: {orbit.altitude_m:g} lets a chain of {size_m:g} m reach the surface; "
@@ -213,4 +234,5 @@ CHECKS = (
     check_air,
     check_fields,
     check_slender,
+    check_end_bodies,
 )

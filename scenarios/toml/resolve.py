@@ -28,11 +28,12 @@ from scenarios.effect_types import (
     Thrust,
 )
 from scenarios.limits import MOST_MAGNITUDE
-from scenarios.scene import CentralBody, Chain, Run, Scene, orbital_rate_rad_s, period_s, start_radius_m
+from scenarios.scene import ENDS, CentralBody, Chain, Run, Scene, orbital_rate_rad_s, period_s, start_radius_m
 from scenarios.toml.alignment import NEAR, on_sample, table_on_samples, turn_on_samples
 from scenarios.toml.clock import later, turned
-from scenarios.toml.effect_tables import THIRD_BODIES, each, slender_inertia
+from scenarios.toml.effect_tables import THIRD_BODIES, each
 from scenarios.toml.orbit_forms import orbit_of
+from scenarios.toml.scene_tables import MATERIAL_KEYS
 from scenarios.toml.start import start_note
 
 if TYPE_CHECKING:
@@ -136,17 +137,16 @@ def resolve_run(table: RunTable, body: CentralBody, orbit: Orbit, gravity: Gravi
 
 def resolve_chain(table: ChainTable, orbital_rad_s: float, longitude_rad: float) -> Chain:
     """Chain with one value per bar; absolute angles and rates become those relative to the orbit's start."""
-    found: dict[str, Any] = {"angle_rad": table.angles_rad}
-    if table.inertia_kg_m2 is None:
-        columns = each(table.mass_kg, table.bars), each(table.length_m, table.bars)
-        found["inertia_kg_m2"] = tuple(map(slender_inertia, *columns))
+    found: dict[str, Any] = dict(zip(MATERIAL_KEYS, table.material(), strict=True))
+    found["angle_rad"] = table.angles_rad
     if table.angle_from == "inertial":
         horizontal = longitude_rad - 0.5 * math.pi
         found |= {"angle_rad": tuple(angle - horizontal for angle in table.angles_rad), "angle_from": "chain"}
     rates = absolute_rates_rad_s(table)
     if rates is not None:
         found["rate_factor"] = rate_factors(rates, orbital_rad_s)
-    return converted(Chain, table, table.bars, **found)
+    bodies = {body.at for body in table.end_body}
+    return converted(Chain, table, table.bars, end_bodies=tuple(end for end in ENDS if end in bodies), **found)
 
 
 def absolute_rates_rad_s(table: ChainTable) -> tuple[float, ...] | None:

@@ -26,6 +26,7 @@ from scenarios.toml.effect_tables import (
     PositiveEach,
     Table,
     each,
+    slender_inertia,
 )
 from scenarios.toml.orbit_keys import check_form
 
@@ -52,6 +53,7 @@ Tag = Annotated[str, words(MOST_TAG), shown_limit(MOST_TAG)]
 Place = Annotated[list[Finite], Field(min_length=2, max_length=2)]
 FlightPath = Annotated[float, Field(ge=-90.0, le=90.0, allow_inf_nan=False)]
 
+MATERIAL_KEYS = ("mass_kg", "length_m", "inertia_kg_m2")
 ANGLE_KEYS = ("angle_deg", "angle_rad")
 RATE_KEYS = ("rate_factor", "rate_deg_s", "rate_rad_s")
 
@@ -112,10 +114,29 @@ class OrbitTable(Table):
         return self
 
 
-class ChainTable(Table):
-    """The bars. A number is repeated for every bar, a list gives one value per bar."""
+class EndBodyTable(Table):
+    """A body at an end of the chain, in place of its first or last bar: a hub, a satellite, the base of an arm.
 
-    bars: int = Field(ge=1, description="number of bars N")
+    It is a bar of twice the distance of its joint from its centre of mass, with a mass and an inertia of its own.
+    Gravity turns it as a bar of that inertia.
+    """
+
+    at: Literal["first", "last"] = Field(description="which bar it is: 1 or N")
+    mass_kg: Positive = Field(description="mass, kg")
+    inertia_kg_m2: Positive = Field(description="moment of inertia about its own centre of mass, kg m^2")
+    joint_m: Positive = Field(description="distance of its joint from its centre of mass, m")
+
+
+class ChainTable(Table):
+    """The bars. A number is repeated for every bar, a list gives one value per bar.
+
+    Lists of masses, lengths and inertias have no values for end bodies, those of angles and rates have.
+    """
+
+    bars: int = Field(ge=1, description="number of bars N, end bodies included")
+    end_body: list[EndBodyTable] = Field(
+        default_factory=list, max_length=2, description="bodies at the ends, in place of bar 1 or bar N"
+    )
     mass_kg: PositiveEach = Field(description="mass of each bar, kg")
     length_m: PositiveEach = Field(description="length of each bar, m")
     inertia_kg_m2: PositiveEach | None = Field(
@@ -153,7 +174,14 @@ class ChainTable(Table):
 
     @model_validator(mode="after")
     def one_of_each(self) -> ChainTable:
-        """Check that angles and rates are given once."""
+        """Check that angles, rates and bodies are given once."""
+        ends = [body.at for body in self.end_body]
+        if len(set(ends)) < len(ends):
+            raise ValueError(f'two end bodies at = "{ends[0]}" are given, allowed: one at each end')
+        if ends and self.bars <= len(ends):
+            raise ValueError(
+                f"bars: {self.bars} given, allowed with end bodies: at least one bar besides, {len(ends) + 1}"
+            )
         for keys in (ANGLE_KEYS, RATE_KEYS):
             given = [key for key in keys if key in self.model_fields_set]
             if len(given) > 1:
@@ -166,9 +194,13 @@ class ChainTable(Table):
     @classmethod
     def one_value_per_bar(cls, value: Any, info: ValidationInfo) -> Any:
         """Reject a list whose length is not the number of bars."""
-        bars = info.data.get("bars")
-        if isinstance(value, list) and bars is not None and len(value) != bars:
-            raise ValueError(f"a list needs one value per bar: {bars} of them (or give one number for all)")
+        bars, bodies = info.data.get("bars"), len(info.data.get("end_body", ()))
+        if not isinstance(value, list) or bars is None:
+            return value
+        of_material = info.field_name in MATERIAL_KEYS
+        wanted, but = (bars - bodies, " that is no end body" if bodies else "") if of_material else (bars, "")
+        if len(value) != wanted:
+            raise ValueError(f"a list needs one value per bar{but}: {wanted} of them (or give one number for all)")
         return value
 
     @property
@@ -177,6 +209,18 @@ class ChainTable(Table):
         if self.angle_rad is not None:
             return each(self.angle_rad, self.bars)
         return tuple(map(math.radians, each(self.angle_deg, self.bars)))
+
+    def material(self) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
+        """Masses, lengths and moments of inertia of all bars, end bodies included."""
+        count = self.bars - len(self.end_body)
+        mass, length = each(self.mass_kg, count), each(self.length_m, count)
+        given = self.inertia_kg_m2
+        inertia = tuple(map(slender_inertia, mass, length)) if given is None else each(given, count)
+        rows = list(zip(mass, length, inertia, strict=True))
+        for body in self.end_body:
+            rows.insert(0 if body.at == "first" else len(rows), (body.mass_kg, 2.0 * body.joint_m, body.inertia_kg_m2))
+        mass, length, inertia = zip(*rows, strict=True)
+        return mass, length, inertia
 
 
 class StartTable(Table):

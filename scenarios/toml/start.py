@@ -16,8 +16,6 @@ import itertools
 import math
 from typing import TYPE_CHECKING
 
-from scenarios.toml.effect_tables import each
-
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -58,7 +56,7 @@ def widest(chain: ChainTable) -> tuple[int, float]:
     """Joint (from 1) with the largest gap over its shorter bar, and that share; (0, 0.0) without joints."""
     assert chain.centre_m is not None
     places = [complex(*place) for place in chain.centre_m]
-    length = each(chain.length_m, chain.bars)
+    _, length, _ = chain.material()
     halves = [0.5 * size * complex(math.cos(a), math.sin(a)) for size, a in zip(length, chain.angles_rad, strict=True)]
     pairs = itertools.pairwise(zip(places, halves, length, strict=True))
     gaps = [abs((q - h) - (p + g)) / min(a, b) for (p, g, a), (q, h, b) in pairs]

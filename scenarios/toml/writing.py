@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from scenarios.toml.file import SceneFile
 from scenarios.toml.reading import tables_of
 from scenarios.toml.resolve import ANGLES, resolve
+from scenarios.toml.scene_tables import MATERIAL_KEYS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
 TABLES = ("prescribed_rotation", "third_body", "thrust", "impulse")
 """Effects of which there may be several"""
+BODY = ("mass_kg", "inertia_kg_m2", "joint_m")
 DERIVED = {"third_body": ("rate_rad_s",)}
 """Fields that follow from the others, and that a file does not hold"""
 RENAMED = {"third_body": {"name": "body"}}
@@ -92,8 +94,15 @@ def orbit_table(orbit: Orbit) -> Data:
 
 
 def chain_table(chain: Chain) -> Data:
-    """Table of the bars; angles that are no numbers of degrees are in radians."""
+    """Table of the bars and end bodies; angles that are no numbers of degrees are in radians."""
     found = table(chain)
+    bodies = [{"at": end} for end in found.pop("end_bodies")]
+    for body, bar in zip(bodies, chain.bodies, strict=True):
+        length = chain.length_m[bar - 1]
+        body |= dict(zip(BODY, (chain.mass_kg[bar - 1], chain.inertia_kg_m2[bar - 1], 0.5 * length), strict=True))
+    for key in MATERIAL_KEYS if bodies else ():
+        found[key] = [value for bar, value in enumerate(found[key], 1) if bar not in chain.bodies]
+    found |= {"end_body": bodies} if bodies else {}
     if any(math.radians(deg) != rad for deg, rad in zip(found["angle_deg"], chain.angle_rad, strict=True)):
         del found["angle_deg"]
         found["angle_rad"] = list(chain.angle_rad)

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 SIZE = 400.0
 INSTANTS = 16  # a multiple of 4, so that quarters of the orbit are among them
+BODY_PX = 9.0  # width of an end body
 LEAST_PX = 15.0  # length of the enlarged chain: it has this length on a quarter of an orbit
 ROWS = 3  # of chains about their centre of mass, and chains in each
 CELL = SIZE / ROWS
@@ -52,6 +53,8 @@ class Geometry(NamedTuple):
     period_s: float
     closed: bool
     """Whether the orbit returns, so that a panel is one revolution"""
+    bodies: tuple[int, ...] = ()
+    """Bars that are end bodies, counted from 1"""
 
 
 class DrawnMotion(NamedTuple):
@@ -153,7 +156,7 @@ def orbit_panel(name: str, title: str, shown: Enlarged, *, moves: bool = True) -
     chain, track = shown.chain(instants), shown.track()
     drawn = square_chart(np.concatenate([shown.swept(), chain.reshape(-1, 2)]), geometry.body_radius_m)
     drawn.line(track[:, 0], track[:, 1], COLOURS["rule"], 1.0)
-    draw_chains(drawn, chain)
+    draw_chains(drawn, chain, geometry.bodies)
     label_instants(drawn, geometry, instants, along(instants, motion.t_s, motion.com_m), chain)
     size = f"{float(f'{shown.factor:.2g}'):,.0f}".replace(",", "\N{NARROW NO-BREAK SPACE}")
     note = f"Chain enlarged {size} times; bar 1 in colour.{beyond(geometry, motion, end)}"
@@ -161,7 +164,8 @@ def orbit_panel(name: str, title: str, shown: Enlarged, *, moves: bool = True) -
     frames = frame_count(motion.angle_rad[within]) if moves else 0
     at = np.linspace(start, end, frames + 1)
     length_px = SIZE / (drawn.x.high - drawn.x.low) * shown.factor * geometry.length_m
-    moving = moving_chain(name, drawn, shown.chain(at)[:, 0], along(at, motion.t_s, motion.angle_rad), length_px)
+    turned = along(at, motion.t_s, motion.angle_rad)
+    moving = moving_chain(name, drawn, shown.chain(at)[:, 0], turned, length_px, geometry.bodies)
     return Panel(title, drawn.svg(title, more=moving), note, moving=f"{name}-moves" if moving else "")
 
 
@@ -185,7 +189,7 @@ def centred_panel(name: str, geometry: Geometry, motion: DrawnMotion) -> Panel:
     column, row = np.arange(len(instants)) % ROWS, np.arange(len(instants)) // ROWS
     centre_px = np.stack([(column + 0.5) * CELL, SIZE - row * CELL - 0.5 * (CELL - TIME_PX)], axis=-1)
     drawn = Chart(Scale(0.0, SIZE, 0.0, SIZE), Scale(0.0, SIZE, SIZE, 0.0), (SIZE, SIZE))
-    draw_chains(drawn, centre_px[:, None, :] + px_per_m * (chain - middle))
+    draw_chains(drawn, centre_px[:, None, :] + px_per_m * (chain - middle), geometry.bodies)
     for k, (at_s, at_px) in enumerate(zip(instants, centre_px, strict=True)):
         text = f"{'t = ' if k == 0 else ''}{at_s:.4g} s"
         drawn.text((at_px[0], SIZE - at_px[1] + 0.5 * (CELL - TIME_PX) + 10.0), text, "middle")
@@ -194,7 +198,7 @@ def centred_panel(name: str, geometry: Geometry, motion: DrawnMotion) -> Panel:
     note = f"To scale; bar 1 in colour{upwards}.{beyond(geometry, motion, end)}"
     angles = along(np.linspace(start, end, frames + 1), motion.t_s, angle)
     ends = centre_px[0] + px_per_m * (joints(geometry, angles)[:, 0] - middle)
-    moving = moving_chain(name, drawn, ends, angles, px_per_m * geometry.length_m)
+    moving = moving_chain(name, drawn, ends, angles, px_per_m * geometry.length_m, geometry.bodies)
     return Panel(title, drawn.svg(title, more=moving), note, moving=f"{name}-moves" if moving else "")
 
 
@@ -231,10 +235,12 @@ def square_chart(points: Array, body_radius_m: float = 0.0) -> Chart:
     return drawn
 
 
-def draw_chains(drawn: Chart, chain: Array) -> None:
-    """Chains (k, N+1, 2): bars as lines, joints as dots, the first bar in the accent colour."""
+def draw_chains(drawn: Chart, chain: Array, bodies: Sequence[int] = ()) -> None:
+    """Chains (k, N+1, 2): bars as lines, end bodies as blocks, joints as dots, the first bar in the accent colour."""
     px = np.round(FINE * np.stack([drawn.x(chain[..., 0]), drawn.y(chain[..., 1])], axis=-1))
     drawn.stroke("".join(map(relative, px)), COLOURS["ink"], 1.3)
+    for j in bodies:
+        drawn.stroke("".join(map(relative, px[:, j - 1 : j + 1])), COLOURS["ink"], BODY_PX, ";stroke-linecap:round")
     drawn.stroke("".join(map(relative, px[:, :2])), COLOURS["accent"], 2.6)
     hinges = chain[:, 1:-1].reshape(-1, 2)
     drawn.marks(hinges[:, 0], hinges[:, 1], "o", COLOURS["ink"], 2.9)
@@ -264,7 +270,9 @@ def frame_count(angle_rad: Array) -> int:
     return int(np.clip(np.ceil(turned / TURN_RAD), LEAST_FRAMES, MOST_FRAMES))
 
 
-def moving_chain(name: str, drawn: Chart, end: Array, angle_rad: Array, length_px: Array) -> Markup:
+def moving_chain(
+    name: str, drawn: Chart, end: Array, angle_rad: Array, length_px: Array, bodies: Sequence[int] = ()
+) -> Markup:
     """Group of SVG elements that moves while the page lets it; empty for one frame, or a chain of too many bars.
 
     Each bar is a group inside the group of the bar before it, so that joints never open between two frames.
@@ -279,6 +287,8 @@ def moving_chain(name: str, drawn: Chart, end: Array, angle_rad: Array, length_p
     angle_rad : ndarray, shape (k, N)
         Unwrapped.
     length_px : ndarray, shape (N,)
+    bodies : sequence of int
+        Bars that are end bodies, counted from 1.
     """
     if len(end) < 2:
         return Markup("")
@@ -291,7 +301,8 @@ def moving_chain(name: str, drawn: Chart, end: Array, angle_rad: Array, length_p
     for j in reversed(range(len(turns))):
         x = f"{length_px[j]:.1f}"
         further = f'<g transform="translate({x} 0)">{bars}</g><circle cx="{x}" r="2.4"/>' if bars else ""
-        bars = f'<g class="{tag}-{j + 1}" style="transform:{turns[j][0]}"><path d="M0 0H{x}"/>{further}</g>'
+        block = f' style="stroke-width:{BODY_PX:g}"' if j + 1 in bodies else ""
+        bars = f'<g class="{tag}-{j + 1}" style="transform:{turns[j][0]}"><path d="M0 0H{x}"{block}/>{further}</g>'
     group = f'<g class="moving"><g class="{tag}-0" style="transform:{places[0]}">{bars}</g></g>'
     made = f"<style>{''.join(rules)}</style>{group}"
     return Markup(made if len(made) <= MOST_BYTES else "")
