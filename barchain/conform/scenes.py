@@ -47,7 +47,8 @@ def in_folder(names: str) -> tuple[str, ...]:
 STAGES = {
     "without forces": in_folder("one_bar_free two_bars_free three_bars_free"),
     "in gravity": in_folder(
-        "one_bar_point one_bar_gradient three_bars_point three_bars_gradient eccentric bar_angles one_bar_eccentric"
+        "one_bar_point one_bar_gradient three_bars_point three_bars_gradient eccentric mid_orbit bar_angles "
+        "one_bar_eccentric"
     ),
     "with one effect": in_folder(
         "slender_alone quadrupole_alone oblateness_alone third_body_alone drag_alone solar_pressure_alone "

@@ -49,7 +49,7 @@ FOURTH_ORDER_ERROR_RAD = 1e-5
 PLAIN = {"gravity.none", "gravity.point", "gravity.gradient"}
 NO_PHYSICS = {"title", "source", "description", "tags", "orbits", "samples"}
 OTHER_WAY = {
-    "centre_m", "start", "end_body", "angle_rad", "rate_deg_s", "rate_rad_s", "flight_path_deg", *STATE, *ELEMENTS,
+    "centre_m", "start", "end_body", "angle_rad", "rate_deg_s", "rate_rad_s", *STATE, *ELEMENTS,
 }  # fmt: skip
 """Keys that give numbers of other keys in another way: an engine sees no difference"""
 OTHER_TABLES = {"`[start]`", "`[[chain.end_body]]`"}

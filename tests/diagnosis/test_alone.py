@@ -46,6 +46,7 @@ SAME_START = {
     "true-anomaly-as-mean",
 }
 """Starts that are the right one in this scene, or that its gravity shows in the motion, too"""
+OF_ANOMALIES = [m for m in STARTS if "anomaly" in m.name or "flight-path" in m.name]
 
 
 def diagnosis_of(scene: Scene, mistake: Mistake) -> Diagnosis:
@@ -106,6 +107,12 @@ def test_a_wrong_start_is_named_alone(mistake: Start) -> None:
     found = diagnosis_of_scene(SCENE, mistake.change)
     assert (mistake.name,) in found.names, str(found)
     assert len(found.names) <= 2, str(found)
+
+
+@pytest.mark.parametrize("mistake", one_in(2, OF_ANOMALIES, lambda m: m.name))
+def test_another_place_on_the_orbit_is_named_where_the_start_is_no_apsis(mistake: Start) -> None:
+    found = diagnosis_of_scene(load_scene("conform/mid_orbit"), mistake.change)
+    assert (mistake.name,) in found.names, str(found)
 
 
 @pytest.mark.parametrize("name", sorted(WITHOUT_TRACE))

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from scipy.special import ellipk
 
-from adapters.common.initial_state import initial_state
+from adapters.common.initial_state import chain_model, initial_state
 from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
-from scenarios import SceneError, change_scene, make_scene
+from reference_impl.model.kinematics import cross, relative_positions, relative_velocities
+from scenarios import SceneError, change_scene, load_scene, make_scene
 
 if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
@@ -115,7 +116,7 @@ def test_a_dumbbell_librates_with_n_times_the_root_of_three(amplitude_rad: float
 
 
 def test_the_pull_in_a_dumbbell_at_rest_is_three_n_squared_mu_l() -> None:
-    """Mu is the reduced mass, L the distance of the centres; the field is linear to L/r, the tether has 1e-5 of mu."""
+    """mu is the reduced mass, L the distance of the centres; the field is linear to L/r, the tether has 1e-5 of mu."""
     scene = librating(0.0)
     reaction = run(scene).reaction_N
     assert reaction is not None
@@ -125,6 +126,20 @@ def test_the_pull_in_a_dumbbell_at_rest_is_three_n_squared_mu_l() -> None:
     np.testing.assert_allclose(
         np.linalg.norm(reaction[0], axis=1), pull, rtol=4.0 * scene.size_m / scene.radius0_m + 2e-5
     )
+
+
+def test_the_base_of_a_free_flyer_turns_by_momentum_alone() -> None:
+    scene = load_scene("effects/free_flyer")
+    seen, model = run(scene, 1e-12), chain_model(scene)
+    assert seen.angle_rad is not None
+    assert seen.rate_rad_s is not None
+    assert np.abs(seen.rate_rad_s[0]).max() == 0.0
+    assert np.ptp(seen.angle_rad[:, 0]) > 0.05
+    largest = np.abs(seen.rate_rad_s * model.inertia_kg_m2).max()
+    for angle, rate in zip(seen.angle_rad, seen.rate_rad_s, strict=True):
+        place, velocity = relative_positions(model, angle), relative_velocities(model, angle, rate)
+        momentum = rate @ model.inertia_kg_m2 + model.mass_kg @ cross(place, velocity)
+        assert abs(momentum) <= 1e-9 * largest  # a thousand steps of 1e-12
 
 
 DRAG = {"density_kg_m3": 1e-12, "altitude_m": 5e5, "scale_height_m": 6e4, "width_m": 0.1}
