@@ -103,7 +103,10 @@ def chain_table(chain: Chain) -> Data:
     for key in MATERIAL_KEYS if bodies else ():
         found[key] = [value for bar, value in enumerate(found[key], 1) if bar not in chain.bodies]
     found |= {"end_body": bodies} if bodies else {}
-    if any(math.radians(deg) != rad for deg, rad in zip(found["angle_deg"], chain.angle_rad, strict=True)):
+    if any(
+        math.radians(deg) != rad and not math.isnan(rad)
+        for deg, rad in zip(found["angle_deg"], chain.angle_rad, strict=True)
+    ):
         del found["angle_deg"]
         found["angle_rad"] = list(chain.angle_rad)
     return found

@@ -12,6 +12,8 @@ from adapters.common.initial_state import initial_state
 from adapters.engine import AccuracyParameter, Setting
 from adapters.reference.numpy_engines import Reference
 from scenarios import SceneError, change_scene, go_on, load_scene, make_scene
+from scenarios.toml.continuation import OWN
+from scenarios.toml.writing import scene_data, toml
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -88,19 +90,13 @@ def test_a_file_starts_a_scene_as_python_does(tmp_path: Path, ending: str) -> No
         frame.to_csv(path, index=False)
     else:
         frame.to_parquet(path, index=False)
-    SCENE.to_toml(tmp_path / "scene.toml")
-    text = (tmp_path / "scene.toml").read_text(encoding="utf-8")
-    kept = "\n".join(line for line in text.split("\n") if line.split(" =")[0] not in OWN_KEYS and line != "[orbit]")
-    for start in (f"time_s = {HALF_S}", "row = 31"):
-        written = kept + f'\n[start]\nfrom = "runs/run{ending}"\n{start}\n'
-        written = written.replace(f"duration_s = {2.0 * HALF_S}", f"duration_s = {HALF_S}").replace(
-            "samples = 61", "samples = 31"
-        )
-        (tmp_path / "second.toml").write_text(written, encoding="utf-8")
+    tables = scene_data(SCENE)
+    del tables["orbit"]
+    tables["chain"] = {key: value for key, value in tables["chain"].items() if key not in OWN}
+    for start in ({"time_s": HALF_S}, {"row": 31}):
+        whole_file = tables | REST | {"start": {"from": f"runs/run{ending}"} | start}
+        (tmp_path / "second.toml").write_text("\n".join(toml(whole_file)), encoding="utf-8")
         assert load_scene(tmp_path / "second.toml").digest == go_on(SCENE, whole.state(HALF_S), REST).digest
-
-
-OWN_KEYS = ("altitude_m", "speed_factor", "longitude_deg", "angle_deg", "angle_from", "rate_factor")
 
 
 def test_effects_go_on_where_they_were() -> None:

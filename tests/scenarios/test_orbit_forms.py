@@ -37,7 +37,7 @@ def scene_at(orbit: dict[str, Any], **chain: Any) -> Scene:
     return make_scene({"title": "t", "source": "s", "orbit": orbit, "chain": bars, "run": {"duration_s": 10.0}})
 
 
-@pytest.mark.parametrize("pair", itertools.combinations(SIZES, 2), ids=" and ".join)
+@pytest.mark.parametrize("pair", list(itertools.combinations(SIZES, 2)), ids=" and ".join)
 def test_any_two_sizes_give_the_orbit_that_has_them_all(pair: tuple[str, str]) -> None:
     shape = {key: SIZES[key] for key in pair}
     scene = scene_at(shape | {"true_anomaly_deg": 100.0, "argument_of_periapsis_deg": 40.0})
