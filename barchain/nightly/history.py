@@ -3,7 +3,7 @@
 ``<night>/figures.parquet``
     a row for each figure (:mod:`barchain.nightly.table`);
 ``<night>/record.json``
-    start, plan, environment and parts of the night, what it did of its plan, and the digest of its figures;
+    start, plan, environment and parts of the night, what it did of its plan, the digest of its figures, and its own;
 ``<night>/told.json``
     what the night told (:mod:`barchain.nightly.told`);
 ``accepted.toml``
@@ -26,13 +26,13 @@ from functools import cache
 from typing import TYPE_CHECKING, Self
 
 from barchain.nightly.faults import HistoryError
-from barchain.nightly.figures import Night, NightSummary
+from barchain.nightly.figures import Night, NightSummary, content_digest
 from barchain.nightly.place import Place
 from barchain.nightly.table import AT_ONCE, COLUMNS, FIGURES, NUMBERS, FigureTable, figures_content, read_table
 from scenarios.nearest import nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    from collections.abc import Collection, Mapping, Sequence
     from pathlib import Path
     from types import TracebackType
 
@@ -42,6 +42,8 @@ if TYPE_CHECKING:
 
 
 RECORD = "record.json"
+RECORD_DIGEST = "record_digest"
+"""Key of a record: digest of its other entries, without ``void``, which somebody may give a night later"""
 FORMAT = 1
 NIGHT_NAME = re.compile(r"\d{4}-\d\d-\d\dT\d\d-\d\d-\d\d-\w+")
 TORN = f"it is being written, was copied in part, or its {RECORD} or {FIGURES} is damaged"
@@ -275,14 +277,23 @@ def digest_of(content: bytes) -> str:
 
 
 def record_of(summary: NightSummary) -> bytes:
-    """Record of a night, as JSON."""
+    """Record of a night, as JSON, with the digest of all that it holds."""
     content = records().dump_python(summary, mode="json")
-    more = {"format": FORMAT, "machine_class": summary.environment.machine_class}
-    return json.dumps(more | content, indent=1, ensure_ascii=False, allow_nan=False).encode()
+    content |= {"format": FORMAT, "machine_class": summary.environment.machine_class}
+    return json.dumps(
+        {RECORD_DIGEST: digest_of_record(content)} | content, indent=1, ensure_ascii=False, allow_nan=False
+    ).encode()
+
+
+def digest_of_record(content: Mapping[str, object]) -> str:
+    """Digest of the entries of a record."""
+    return content_digest({name: value for name, value in content.items() if name != "void"})
 
 
 def summary_of(name: str, content: bytes) -> NightSummary | None:
-    """Night without its figures, of its record; None of something else.
+    """Night without its figures, of its record; None of something else, or of a damaged one.
+
+    Records of 0.7 have no digest of their own.
 
     Raises
     ------
@@ -293,6 +304,9 @@ def summary_of(name: str, content: bytes) -> NightSummary | None:
         found = json.loads(content)
         if found["format"] > FORMAT:
             raise HistoryError(f"{name}: a later barchain wrote this night; update barchain")
+        signed = found.pop(RECORD_DIGEST, None)
+        if signed is not None and signed != digest_of_record(found):
+            return None
         summary = records().validate_python(found | {"name": name})
     except HistoryError:
         raise

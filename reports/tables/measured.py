@@ -62,7 +62,8 @@ def no_results(folder: Path) -> str:
         return f"{folder}: no such folder"
     if (folder / "record.json").is_file() and (folder / "figures.parquet").is_file():
         return (
-            f"{folder}: a night; give the folder of one of its parts, or `barchain history report --baseline {folder}`"
+            f"{folder}: a night of a history; copied into the folder of another history, it is a night there. Give the "
+            f"folder of one of its parts, or `barchain history report --baseline {folder}`"
         )
     if any(folder.glob("record.json")) or any(folder.glob("*/record.json")):
         return f"{folder}: results of barchain 0.6 or earlier, which this one does not read; run the study again"

@@ -97,7 +97,7 @@ def test_a_kill_at_any_instant_leaves_whole_nights_and_every_night_that_was_conf
     assert store.left_out() == {}
 
 
-@pytest.mark.parametrize("damage", ["flipped", "cut", "gone"])
+@pytest.mark.parametrize("damage", ["flipped", "cut", "gone", "a record's number"])
 def test_a_damaged_night_is_named_and_costs_itself_alone(
     url: str, tmp_path: Path, damage: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -112,6 +112,12 @@ def test_a_damaged_night_is_named_and_costs_itself_alone(
     path.write_bytes(content[:40] + bytes([content[40] ^ 1]) + content[41:] if damage == "flipped" else content[:-9])
     if damage == "gone":
         path.unlink()
+    if damage == "a record's number":
+        path.write_bytes(content)
+        record = path.with_name("record.json")
+        text = record.read_text("utf-8")
+        record.write_text(text.replace('"duration_s": 6', '"duration_s": 7'), "utf-8")
+        assert record.read_text("utf-8") != text
     out = tmp_path / "out"
     assert run(["history", "report", "--history", url, "--out", str(out)]) == 1
     facts = read_nightly(out / "nightly.json")
