@@ -189,7 +189,7 @@ def show_table(found: pd.DataFrame) -> None:
 
 def show_judgement(before: Path, after: Path) -> None:
     """Print what changed between two folders by the rules of nights; exits with 1 if a figure is worse."""
-    from barchain.nightly.changes import Direction, results_words
+    from barchain.nightly.changes import results_words
     from barchain.nightly.judging import judge_pair
     from barchain.nightly.results import read_night
 
@@ -203,7 +203,7 @@ def show_judgement(before: Path, after: Path) -> None:
         was, now = results_words(change)
         said = f"was {was}, is {now}: {change.reason}"
         say(f"  {change.direction}  {change.identity.name}: {said}")
-    if any(change.direction is Direction.WORSE for change in judged.tonight):
+    if judged.worse:
         raise findings()
 
 

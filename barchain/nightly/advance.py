@@ -24,7 +24,7 @@ from barchain.nightly.changes import (
     worst,
 )
 from barchain.nightly.figures import STEPPED, Figure, FigureKind, content_digest
-from barchain.nightly.levels import FoldedNight, Level, LevelTable, Step
+from barchain.nightly.levels import FoldedNight, Level, LevelOf, LevelTable, Step, StepOf
 from barchain.nightly.presence import OCCASIONS, SAMPLED, Presence, place, subject_of
 from barchain.nightly.renames import SCENE, carried_on
 
@@ -42,6 +42,7 @@ STATES_KEPT = 8
 """States of the parts of a trajectory whose digests are kept"""
 MENDED = "the verdict became right: the earlier value was that of a wrong result"
 NO_WORSE = "no worse than its level"
+BACK = "back at its level"
 ADDED_UP = "small moves since its level add up"
 
 
@@ -75,7 +76,7 @@ class Tonight:
 
     def step(self, change: Change) -> Step:
         """Step of a change."""
-        return Step(change.last, change.since, change.now, change.settings)
+        return StepOf(change.last, change.since, change.now, change.settings)
 
 
 def advance(
@@ -139,7 +140,7 @@ def is_same(was: Figure, now: Figure) -> bool:
 def begin(now: Figure, tonight: Tonight) -> Level:
     """State of a figure on its first night: its level is its value."""
     name, plan = tonight.night.name, tonight.night.plan
-    row = Level(
+    row = LevelOf(
         now, name, tonight.verdict_on(now.identity) not in WRONG, now, now, name, name, plan=plan,
         content=tonight.contents.get(now.identity.scene, ""),
     )  # fmt: skip
@@ -226,6 +227,8 @@ def follow_result(row: Level, now: Figure, tonight: Tonight) -> tuple[Level, Cha
     row = with_level(row, now, tonight, mended=mended, wrong=verdict in WRONG)
     steps = row.steps
     if not is_above(row.level, now):
+        if change is not None and steps and not now.missing:
+            change = replace(change, reason=f"{BACK}; {change.reason}")
         steps = ()
     elif change is not None:
         steps = (*steps, tonight.step(change))

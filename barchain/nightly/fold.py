@@ -22,33 +22,50 @@ if TYPE_CHECKING:
     from barchain.nightly.history import NightStore
 
 
-def folded_night(store: NightStore, chosen: NightSummary) -> FoldedNight:
+def folded_night(store: NightStore, chosen: NightSummary, every: Sequence[NightSummary]) -> FoldedNight:
     """Levels after a night, and what it tells: those that its folder keeps, else folded from the nights before.
 
     Kept levels hold as long as each night that they fold is as it was. A night that was there when they were folded and
     is gone since has been pruned.
+
+    Parameters
+    ----------
+    store : NightStore
+    chosen : NightSummary
+    every : sequence of NightSummary
+        Nights of the history in their order.
     """
-    nights = [night for night in store.nights() if night.void is None]
-    own = [night for night in upto(nights, chosen) if is_same_class(night, chosen)]
-    kept, base = kept_levels(store, own, damaged(store))
+    wrong = {*store.left_out(), *(night.name for night in every if night.void is not None)}
+    nights = [night for night in every if night.name not in wrong]
+    return folded_of_nights(store, chosen, nights, wrong)
+
+
+def folded_of_nights(
+    store: NightStore, chosen: NightSummary, nights: Sequence[NightSummary], wrong: Collection[str]
+) -> FoldedNight:
+    """Levels after one of the nights that count; `wrong` names those that don't: what folds them is folded again."""
+    place = {night.name: k for k, night in enumerate(nights)}
+    own = [night for night in nights[: place[chosen.name] + 1] if is_same_class(night, chosen)]
+    kept, base = kept_levels(store, own, {night.name: night.digest for night in nights}, wrong)
     if kept is not None and base is not None and base.name == chosen.name:
         return kept
-    table = kept.table if kept is not None else levels_of_other_class(store, nights, own[0])
+    others = [night for night in nights[: place[own[0].name]] if night.added <= own[0].added]
+    if kept is not None:
+        table = kept.table
+    elif others:
+        table = without_times(folded_of_nights(store, others[-1], nights, wrong).table)
+    else:
+        table = LevelTable()
     known = {name for name, _, _ in table.folded}
     missing = [night for night in own if night.name not in known]
     late = late_nights(missing, own, told_at(store) if len(missing) > 1 else {})
     late |= {night.name for night in missing if base is not None and night.started < base.started}
     found, figures = FoldedNight(table), store.table()
-    for night in missing:
+    for night in missing if missing[-1] in figures.nights else ():
         is_late = night.name in late and night.name != chosen.name
         found = advance(found.table, night, figures.of_night(night.name), late=is_late)
     keep_levels(store.place, found)
     return found
-
-
-def upto(nights: Sequence[NightSummary], chosen: NightSummary) -> list[NightSummary]:
-    """Nights in their order, up to one."""
-    return list(nights[: [night.name for night in nights].index(chosen.name) + 1])
 
 
 def is_same_class(night: NightSummary, other: NightSummary) -> bool:
@@ -56,17 +73,11 @@ def is_same_class(night: NightSummary, other: NightSummary) -> bool:
     return night.environment.machine_class == other.environment.machine_class
 
 
-def damaged(store: NightStore) -> set[str]:
-    """Names of nights that are void, or can't be read: what was folded with them is folded again without them."""
-    return {*store.left_out(), *(night.name for night in store.nights() if night.void is not None)}
-
-
 def kept_levels(
-    store: NightStore, own: Sequence[NightSummary], wrong: Collection[str]
+    store: NightStore, own: Sequence[NightSummary], digests: Mapping[str, str], wrong: Collection[str]
 ) -> tuple[FoldedNight, NightSummary] | tuple[None, None]:
     """Levels of the latest night that keeps some that hold, and that night."""
     there = {name.partition("/")[0] for name in store.place.sizes(f"*/{FILE}")}
-    digests = {night.name: night.digest for night in store.nights()}
     for night in reversed(own):
         found = read_levels(store.place, night) if night.name in there else None
         if found is not None and not any(
@@ -76,17 +87,9 @@ def kept_levels(
     return None, None
 
 
-def levels_of_other_class(store: NightStore, nights: Sequence[NightSummary], first: NightSummary) -> LevelTable:
-    """Levels from which the first night of a machine class is judged: without times, which another machine has not."""
-    before = [
-        night for night in upto(nights, first)
-        if night is not first and night.void is None and night.added <= first.added and not is_same_class(night, first)
-    ]  # fmt: skip
-    if not before:
-        return LevelTable()
-    table = folded_night(store, before[-1]).table
-    rows = {identity: row for identity, row in table.rows.items() if identity.kind not in STEPPED}
-    return replace(table, rows=rows)
+def without_times(table: LevelTable) -> LevelTable:
+    """Levels of one machine class from which the first night of another one is judged: it has other times."""
+    return replace(table, rows={i: row for i, row in table.rows.items() if i.kind not in STEPPED})
 
 
 def told_at(store: NightStore) -> dict[str, str]:

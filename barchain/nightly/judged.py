@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from barchain.nightly.changes import Direction
+from barchain.nightly.levels import FoldedNight
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -15,33 +16,34 @@ if TYPE_CHECKING:
     from barchain.nightly.levels import EarlierNames, Level
 
 
-@dataclass(frozen=True)
-class JudgedNight:
-    """Night with its changes."""
+@dataclass(frozen=True, kw_only=True)
+class JudgedNight(FoldedNight):
+    """Folded night with the nights that it was compared with, and the steps of times and memory over all of them."""
 
     night: NightSummary
-    compared_with: tuple[NightSummary, ...]
+    compared_with: tuple[NightSummary, ...] = ()
     """Earlier nights that it was judged against, in their order"""
-    tonight: tuple[Change, ...] = ()
-    """Changes that this night tells first; those that are not reproducible come first"""
     stepped: tuple[Change, ...] = ()
     """All steps of times and memory over these nights"""
-    above: Mapping[FigureIdentity, Level] = field(default_factory=dict)
-    """Figures that are worse than their levels"""
-    judged: int = 0
-    """Figures that have an earlier one, those among them that are gone since tonight"""
-    same: int = 0
-    """Figures that differ from the night before within rounding or their intervals"""
-    new: int = 0
-    """Figures of this night that have no earlier one, other than of studies that do other scenes each night"""
-    left_out: int = 0
-    """Figures of the night before that this night lacks, if that night had another plan"""
-    renamed: tuple[str, ...] = ()
-    """Settings and scenes that have other names since this night"""
-    earlier: Mapping[FigureIdentity, EarlierNames] = field(default_factory=dict)
-    """Earlier names of the figures that had others, each with its last night"""
+    fresh: tuple[Change, ...] = ()
+    """Those of them that this night tells first"""
     so_far: str = ""
     """What moved most among times and memory that have too few nights for a step"""
+
+    @property
+    def tonight(self) -> tuple[Change, ...]:
+        """Changes that this night tells first; those that are not reproducible come first."""
+        return (*self.news, *self.fresh)
+
+    @property
+    def above(self) -> Mapping[FigureIdentity, Level]:
+        """Figures that are worse than their levels."""
+        return {identity: row for identity, row in self.table.rows.items() if row.steps}
+
+    @property
+    def earlier(self) -> Mapping[FigureIdentity, EarlierNames]:
+        """Earlier names of the figures that had others, each with its last night."""
+        return {identity: row.earlier for identity, row in self.table.rows.items() if row.earlier}
 
     @property
     def by_name(self) -> dict[str, NightSummary]:

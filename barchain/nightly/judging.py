@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from barchain.nightly.changes import Change
     from barchain.nightly.figures import FigureIdentity, Night, NightSummary
     from barchain.nightly.history import NightStore
-    from barchain.nightly.levels import FoldedNight, Level
+    from barchain.nightly.levels import Level
     from barchain.nightly.table import FigureTable
 
 
@@ -47,40 +47,17 @@ def judge(store: NightStore, name: str = "latest", *, false_alarms: float = FALS
     """
     chosen = store.summary(name)
     if chosen.void is not None:
-        return JudgedNight(chosen, ())
-    folded = folded_night(store, chosen)
-    known = {night.name: night for night in store.nights()}
+        return JudgedNight(LevelTable(), night=chosen)
+    every = store.nights()
+    folded = folded_night(store, chosen, every)
+    known = {night.name: night for night in every}
     nights = [known[name] for name, _, late in folded.table.folded if name in known and not late]
     alike = [n for n in nights if n.environment.machine_class == chosen.environment.machine_class][-WINDOW:]
     series = noisy_series(store.table(), alike, folded.table.rows)
     stepped, fresh = time_changes(series, false_alarms, steps_before(told_by(store), chosen.name))
-    return replace(judged_night(folded, chosen, nights[:-1], stepped, fresh), so_far=so_far(series))
-
-
-def judged_night(
-    folded: FoldedNight,
-    night: NightSummary,
-    before: Sequence[NightSummary],
-    stepped: Sequence[Change] = (),
-    fresh: Sequence[Change] = (),
-) -> JudgedNight:
-    """Judgement of a folded night.
-
-    Parameters
-    ----------
-    folded : FoldedNight
-    night : NightSummary
-    before : sequence of NightSummary
-        Those that it was compared with.
-    stepped, fresh : sequence of Change
-        All steps of times and memory, and those that this night tells first.
-    """
-    rows = folded.table.rows.items()
-    above = {identity: row for identity, row in rows if row.steps}
-    earlier = {identity: row.earlier for identity, row in rows if row.earlier}
     return JudgedNight(
-        night, tuple(before), (*folded.news, *fresh), tuple(stepped), above,
-        folded.judged, folded.same, folded.new, folded.left_out, folded.renamed, earlier,
+        **vars(folded), night=chosen, compared_with=tuple(nights[:-1]), stepped=stepped, fresh=fresh,
+        so_far=so_far(series),
     )  # fmt: skip
 
 
@@ -123,7 +100,7 @@ def judge_pair(before: Night, after: Night) -> JudgedNight:
     started = min(before.started, after.started - datetime.timedelta(seconds=1))  # it is before, whenever it was
     first, last = replace(before.summary(), void=None, started=started), after.summary()
     if after.void is not None:
-        return JudgedNight(last, (first,))
+        return JudgedNight(LevelTable(), night=last, compared_with=(first,))
     there = {figure.identity for figure in after.figures}
     steady = [
         figure for figure in before.figures
@@ -134,7 +111,7 @@ def judge_pair(before: Night, after: Night) -> JudgedNight:
     folded = advance(advance(LevelTable(), first, steady).table, last, later, occasions=1)
     renamed = {name for row in folded.table.rows.values() for name, _ in row.earlier}
     left_out = sum(figure.identity not in there | renamed for figure in before.figures)
-    return replace(judged_night(folded, last, (first,)), left_out=left_out)
+    return JudgedNight(**vars(folded) | {"left_out": left_out}, night=last, compared_with=(first,))
 
 
 def change_named(judged: JudgedNight, name: str) -> Change:

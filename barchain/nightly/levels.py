@@ -9,48 +9,56 @@ has none.
 from __future__ import annotations
 
 from collections.abc import Mapping  # noqa: TC003  # pydantic reads the annotations of files
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from barchain.nightly.changes import Change  # noqa: TC001  # the same
 from barchain.nightly.figures import Figure, FigureIdentity
 
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
 EarlierNames = tuple[tuple[FigureIdentity, str], ...]
+F = TypeVar("F")
+"""A figure; in a file its number"""
+G = TypeVar("G")
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class StepOf(Generic[F]):
     """News of a figure that is above its level."""
 
     last: str
     """Name of the last night with the earlier value"""
     night: str
     """Name of the first night with the value"""
-    now: Figure
+    now: F
     settings: tuple[str, ...] = ()
     """Settings of the run before and since, where they differ"""
 
 
 @dataclass(frozen=True, slots=True)
-class Level:
+class LevelOf(Generic[F]):
     """State of a figure after a night."""
 
-    level: Figure
+    level: F
     """What the figure may be"""
     since: str
     """Name of the night on which the level was measured"""
     right: bool
     """Whether the verdict on its run was not that it is wrong"""
-    told: Figure
+    told: F
     """Value that was told last"""
-    last: Figure
+    last: F
     """Latest result that was there"""
     last_night: str
     """Night of the latest result"""
     present: str
     """Latest night with the figure, with or without a result"""
-    steps: tuple[Step, ...] = ()
+    steps: tuple[StepOf[F], ...] = ()
     """News since the figure is above its level"""
-    better: tuple[Figure, ...] = ()
+    better: tuple[F, ...] = ()
     """Results of the last nights in a row that were better than the level"""
     seen: tuple[tuple[str, str, str], ...] = ()
     """Of a trajectory: states of its parts, each with its digest and the latest night, the latest one last"""
@@ -67,9 +75,22 @@ class Level:
     earlier: EarlierNames = ()
     """Earlier names of the figure, each with its last night"""
 
-    def names_since(self, night: str) -> tuple[FigureIdentity, ...]:
+    def names_since(self: Level, night: str) -> tuple[FigureIdentity, ...]:
         """Names that the figure had on a night and has had since, in their order."""
         return (*(name for name, last in self.earlier if last >= night), self.told.identity)
+
+    def mapped(self, to: Callable[[F], G], **changes: Any) -> LevelOf[G]:
+        """State with something else in the place of each figure, and perhaps with other changes."""
+        row: Any = self
+        found: LevelOf[G] = replace(
+            row, level=to(row.level), told=to(row.told), last=to(row.last), better=tuple(map(to, row.better)),
+            steps=tuple(replace(step, now=to(step.now)) for step in row.steps), **changes,
+        )  # fmt: skip
+        return found
+
+
+Step = StepOf[Figure]
+Level = LevelOf[Figure]
 
 
 @dataclass(frozen=True)

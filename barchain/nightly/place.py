@@ -67,6 +67,8 @@ class Place:
     def sizes(self, pattern: str) -> dict[str, int]:
         """Sizes of the files that fit a pattern, such as ``*/record.json``, by their names in the folder."""
         with self.told():
+            if self.local is not None:  # a tenth of the time that fsspec takes
+                return sizes_in(self.local, pattern)
             found = self.fs.glob(f"{self.root}/{pattern}", detail=True)
         return {name[len(self.root) :].strip("/"): int(facts["size"] or 0) for name, facts in found.items()}
 
@@ -143,6 +145,15 @@ class Place:
             raise HistoryError(f"{self.url}: {reason}") from error
         except Exception as error:  # of the many libraries behind fsspec
             raise HistoryError(f"{self.url}: {first_line(error)}") from error
+
+
+def sizes_in(folder: Path, pattern: str) -> dict[str, int]:
+    """Sizes of the files in a folder here that fit a pattern; one that goes meanwhile is left out."""
+    found = {}
+    for path in folder.glob(pattern):
+        with contextlib.suppress(FileNotFoundError):
+            found[path.relative_to(folder).as_posix()] = path.stat().st_size
+    return found
 
 
 def is_database(path: Path) -> bool:

@@ -46,7 +46,7 @@ def prune_runs(store: NightStore, out: Path) -> None:
     for night in latest_first(nights)[RUNS_KEPT:]:
         if night.name not in newest.values() and f"{night.name}/{FILE}" in levels:
             store.place.remove(f"{night.name}/{FILE}")
-        if night.void is None and night.name in told and told[night.name].changed == 0:
+        if night.void is None and night.name in told and not told[night.name].tonight:
             for name in RUNS:
                 for runs in (out / night.name).glob(f"*/{name}"):
                     with contextlib.suppress(OSError):  # they go with the next night

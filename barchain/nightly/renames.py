@@ -147,11 +147,4 @@ def fork_earlier_names(
 
 def renamed(row: Level, identity: FigureIdentity, earlier: tuple[tuple[FigureIdentity, str], ...]) -> Level:
     """Level under another name."""
-
-    def named(figure: Figure) -> Figure:
-        return replace(figure, identity=identity)
-
-    return replace(
-        row, level=named(row.level), told=named(row.told), last=named(row.last), earlier=earlier,
-        steps=tuple(replace(step, now=named(step.now)) for step in row.steps), better=tuple(map(named, row.better)),
-    )  # fmt: skip
+    return row.mapped(lambda figure: replace(figure, identity=identity), earlier=earlier)

@@ -62,15 +62,18 @@ class ToldStanding:
 class ToldNight:
     """What a night told."""
 
-    worse: int
     judged: int
     """Number of figures that were compared"""
-    changed: int
     told: str
     """Instant, UTC, ISO 8601"""
     changes: tuple[ToldChange, ...]
     standing: tuple[ToldStanding, ...] = ()
     """Figures that were worse than their level since an earlier night"""
+
+    @property
+    def tonight(self) -> tuple[ToldChange, ...]:
+        """Changes that the night told first."""
+        return tuple(change for change in self.changes if change.tonight)
 
 
 @dataclass(frozen=True)
@@ -121,8 +124,7 @@ def keep_judgement(store: NightStore, judged: JudgedNight) -> None:
         for state in standing(judged)
         if state.change.id not in tonight
     )
-    worse = sum(change.direction is Direction.WORSE for change in judged.tonight)
-    content = asdict(ToldNight(worse, judged.judged, len(judged.tonight), now(), changes, open_states))
+    content = asdict(ToldNight(judged.judged, now(), changes, open_states))
     store.place.write(f"{night.name}/{FILE}", json.dumps(content, indent=1, ensure_ascii=False).encode())
 
 
@@ -173,10 +175,9 @@ def kept_judgements(store: NightStore, at: datetime.datetime) -> dict[str, tuple
     known = [one for one in accepted(store) if one.until is None or one.until > at]
     found = {}
     for name, facts in told_by(store).items():
-        open_states = [one for one in facts.standing if not is_covered(one, known)]
-        worse = [one for one in facts.changes if one.tonight and one.direction == Direction.WORSE]
-        forgiven = sum(any(a.since == one.since and fits(one.figure, a.pattern) for a in known) for one in worse)
-        found[name] = facts.worse - forgiven + len(open_states), facts.changed
+        worse = (one for one in facts.tonight if one.direction == Direction.WORSE)
+        states = (*facts.standing, *(ToldStanding(one.figure, one.since, one.since) for one in worse))
+        found[name] = sum(not is_covered(state, known) for state in states), len(facts.tonight)
     return found
 
 

@@ -108,13 +108,14 @@ def run_and_tell(
         if baseline is not None:
             baseline_night(store, baseline)  # a wrong name is told before anything runs
         store.place.need_writable()
-        if not store.nights():
-            say(f"history: begins in {store}", err=True)
         for folder, reason in store.check().items():
             say(f"{folder}: left out: {reason}", err=True)
-        believed = [night for night in store.nights() if night.void is None]
+        every = store.nights()
+        if not every:
+            say(f"history: begins in {store}", err=True)
+        believed = [night for night in every if night.void is None]
         if believed:
-            folded_night(store, believed[-1])  # a long history without levels takes a while: before the runs
+            folded_night(store, believed[-1], every)  # a long history without levels takes a while: before the runs
         with shown_progress() as progress:
             ended = run_night(plan, minutes, store, out, progress, time.monotonic() - begun)
         with kept_without_documents(ended.name):

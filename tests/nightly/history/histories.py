@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from barchain.nightly.advance import advance
 from barchain.nightly.figures import STEPPED, FigureSeries, NightSummary
-from barchain.nightly.judging import judged_night
+from barchain.nightly.judged import JudgedNight
 from barchain.nightly.levels import FoldedNight, LevelTable
 from barchain.nightly.steps import time_changes
 from tests.nightly.history.synthetic import ENVIRONMENT, PARTS, night
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
     from barchain.nightly.changes import Change
     from barchain.nightly.figures import Environment, Figure, Night, NightPart
-    from barchain.nightly.judged import JudgedNight
 
 FIGURES: dict[str, Sequence[Figure]] = {}
 """Figures of the nights made here, by name"""
@@ -78,8 +77,10 @@ def news_of(nights: Sequence[NightSummary]) -> list[Change]:
 def judged_last(nights: Sequence[NightSummary]) -> JudgedNight:
     """Judgement of the last of some nights."""
     if nights[-1].void is not None:
-        return judged_night(FoldedNight(LevelTable()), nights[-1], ())
+        return JudgedNight(LevelTable(), night=nights[-1])
     last = folded(nights)[-1]
     series = [one for one in as_series(nights) if one.identity.kind in STEPPED]
     stepped, fresh = time_changes(series)
-    return judged_night(last, nights[-1], nights[:-1], stepped, fresh)
+    return JudgedNight(
+        **vars(last), night=nights[-1], compared_with=tuple(nights[:-1]), stepped=stepped, fresh=fresh
+    )  # fmt: skip

@@ -89,6 +89,12 @@ def test_a_drift_is_told_on_each_night_and_stands_with_its_whole_factor_since_it
     assert (state.change.factor, state.change.since) == (pytest.approx(1.3**5), store.nights()[1].name)
 
 
+def test_a_figure_that_is_back_at_its_level_says_so(store: NightStore) -> None:
+    (change,) = add(store, 1, 5, 1).tonight
+    assert (change.direction, change.reason.partition(";")[0]) == (Direction.BETTER, "back at its level")
+    assert red(store) == []
+
+
 def test_an_accepted_figure_that_became_better_may_be_no_worse_again(store: NightStore) -> None:
     accept(store, add(store, 1, 5).tonight, "Ada", "meant")
     add(store, 3)
@@ -189,7 +195,7 @@ def test_levels_that_a_night_lost_are_folded_again(store: NightStore, damage: st
         own = [error(1e-9 * (1 + k // 5), "moving.max"), verdict("pass" if k % 7 else "inconsistent")]
         gone = [error(GOOD, "gone.max")] if k < 6 else []
         store.add(night(*own, *gone, bits(str(k // 4)), ratio(), number=k))
-        before = folded_night(store, store.summary("latest"))
+        before = folded_night(store, store.summary("latest"), store.nights())
     assert len(before.table.rows) == 5
     for one in store.nights():
         content = store.place.read(f"{one.name}/{FILE}") or b""
@@ -198,7 +204,7 @@ def test_levels_that_a_night_lost_are_folded_again(store: NightStore, damage: st
             broken = content[:-20] if damage == "cut" else content[:200] + bytes([content[200] ^ 1]) + content[201:]
             store.place.write(f"{one.name}/{FILE}", broken)
     assert judge(store).tonight == before.news
-    assert folded_night(store, store.summary("latest")) == before
+    assert folded_night(store, store.summary("latest"), store.nights()) == before
 
 
 def test_levels_come_back_from_their_file_as_they_were(store: NightStore) -> None:
@@ -206,7 +212,7 @@ def test_levels_come_back_from_their_file_as_they_were(store: NightStore) -> Non
     latest = store.summary("latest")
     kept = read_levels(store.place, latest)
     assert kept is not None
-    assert folded_of(content_of(kept)) == kept == folded_night(store, latest)
+    assert folded_of(content_of(kept)) == kept == folded_night(store, latest, store.nights())
 
 
 def test_what_is_worse_stays_so_when_nights_are_pruned(store: NightStore) -> None:
