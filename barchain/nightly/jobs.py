@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import fnmatch
+import os
 import shlex
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from adapters.engine import SettingError
@@ -23,7 +25,6 @@ from scenarios.nearest import nearest
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
-    from pathlib import Path
 
     from barchain.nightly.plan import NightPlan
 
@@ -59,6 +60,11 @@ def scenes_of(given: str, folder: Path) -> list[str]:
     if not fitting:
         raise PlanError(f"scenes: {given!r} given, which is no scene and fits none{nearest(given, known)}")
     return [name for name in fitting if HUGE not in load_scene(name).tags]
+
+
+def beside(scene: str) -> str:
+    """Scene as commands, records and pages name it: a file by its path from the working folder."""
+    return os.path.relpath(scene) if scene.endswith(SCENE_FILE) else scene
 
 
 def tonights(scenes: Sequence[str], nights: int, turn: int) -> tuple[str, ...]:
@@ -105,11 +111,11 @@ class NightJob:
 
     def command(self, out: Path, *more: str) -> tuple[str, ...]:
         """Arguments of barchain with the place of the results."""
-        return (*self.arguments, *self.scenes, "--out", str(out), *more)
+        return (*self.arguments, *map(beside, self.scenes), "--out", str(out), *more)
 
     def shown(self, out: Path) -> str:
-        """Command line that repeats the job."""
-        return shlex.join(("barchain", *self.command(out)))
+        """Command line that repeats the job, in the working folder."""
+        return shlex.join(("barchain", *self.command(Path(os.path.relpath(out)))))
 
 
 def night_jobs(
@@ -184,7 +190,8 @@ def part_jobs(part: PartTable, folder: Path, turn: int, left: Sequence[str]) -> 
         arguments, others = part.command(turn)
         return [NightJob(part.name, part.name, part.study, part.share, arguments, (), others)]
     every, faults = readable(part_scenes(part, folder))
-    before = tuple(scene for scene in dict.fromkeys(left) if scene in every)  # the longest waiting ones first
+    waiting = dict.fromkeys(str(Path(scene).resolve()) if scene.endswith(SCENE_FILE) else scene for scene in left)
+    before = tuple(scene for scene in waiting if scene in every)  # the longest waiting ones first
     now = tuple(scene for scene in tonights(every, part.nights, turn) if scene not in before)
     arguments, _ = part.command(turn)
     total = len(before) + len(now)
@@ -203,7 +210,7 @@ def readable(scenes: Sequence[str]) -> tuple[tuple[str, ...], str]:
     for scene in scenes:
         if scene.endswith(SCENE_FILE):
             try:
-                load_scene(scene)
+                load_scene(beside(scene))
             except SceneError as error:
                 faults[scene] = str(error).replace("\n", "; ")
     good = tuple(scene for scene in scenes if scene not in faults)

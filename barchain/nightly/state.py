@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from barchain.nightly.alarm import alarm_test
 from barchain.nightly.faults import HistoryError
-from barchain.nightly.jobs import NightJob  # noqa: TC001  # pydantic reads the annotations of the state
+from barchain.nightly.jobs import NightJob, beside
 from barchain.nightly.parts import Installation  # noqa: TC001  # pydantic reads the annotations of the state
 from barchain.nightly.results import night_here, read_figures_of
 from reports.tables.nights.facts import INTERRUPTED, AlarmTest, NightRun, PartResult, PartState
@@ -164,6 +164,7 @@ def run_of(state: NightState, folder: Path) -> NightRun:
     for job in state.jobs:
         not_begun = PartResult(job.part, PartState.LEFT, 0.0, 0.0, job.scenes or (job.part,), INTERRUPTED)
         result = state.results.get(job.name, not_begun)
+        result = replace(result, left=tuple(map(beside, result.left)))
         parts[result.name] = joined(parts[result.name], result) if result.name in parts else result
     readable = [folder / name for name in state.results if not results_fault(folder / name)]
     tests = [test for test in (alarm_test(each) for each in readable) if test]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 from typing import TYPE_CHECKING
 
@@ -14,6 +15,7 @@ from barchain.cli.main import cli, run
 from barchain.faults.catalogue import FIXED_SCENES
 from barchain.nightly.jobs import night_jobs, tonights
 from barchain.nightly.plan import CampaignTable, PlanError, SelftestTable, load_plan
+from scenarios.load import SHIPPED
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -169,6 +171,18 @@ def test_a_scene_file_is_looked_for_beside_the_plan(tmp_path: Path) -> None:
     assert job.scenes == (str(tmp_path / "mine.toml"),)
 
 
+def test_commands_and_scenes_that_were_left_name_files_by_their_path_from_the_working_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.toml").write_bytes((SHIPPED / "basics/two_bars_free.toml").read_bytes())
+    plan = plan_of(tmp_path, f'{CORE}scenes = ["paper/fig05", "mine.toml"]')
+    for left in ("mine.toml", str(tmp_path / "mine.toml")):  # as earlier versions named it
+        first, _ = night_jobs(plan, 1, {"core": [left]})
+        assert (first.name, first.scenes) == ("core-left", (str(tmp_path / "mine.toml"),))
+        assert " mine.toml --out nights/core" in first.shown(tmp_path / "nights" / "core")
+
+
 def test_each_job_tells_the_command_that_repeats_it(tmp_path: Path) -> None:
     text = (
         f'{CORE}scenes = ["paper/fig05"]\nengines = ["exudyn"]\nsettings = {{ exudyn = {{ steps_per_orbit = 500.0 }} }}'
@@ -177,7 +191,7 @@ def test_each_job_tells_the_command_that_repeats_it(tmp_path: Path) -> None:
     assert shlex.split(job.shown(tmp_path)) == [
         "barchain", "compare", "--engine", "exudyn", "--set", "exudyn:steps_per_orbit=500", "--time-limit", "120",
         "paper/fig05", "--out",
-        str(tmp_path),
+        os.path.relpath(tmp_path),
     ]  # fmt: skip
 
 
