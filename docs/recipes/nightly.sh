@@ -6,9 +6,11 @@
 # To tell a chat, send it what `barchain history tell --link https://example.org/nightly.html` prints: lines of at most 200
 # characters. For a phone, copy nights/nightly.html to where your web server has it: the page loads nothing.
 cd /srv/nights || exit 2
-options="" # once there is a history: "--require-history", and perhaps "--fail-on changed"
+options="--fail-on worse" # or: changed, not-pass
+[ -e begun ] && options="$options --require-history" # a lost history is told
 said=$(flock -n -E 75 lock timeout -s INT -k 60 60m /srv/barchain/bin/barchain -q nightly --out nights $options 2>&1)
 code=$?
+[ -d nights ] && touch begun
 case $code in
   0) exit 0 ;;
   75) echo "The last night still runs: no night began."; exit 75 ;;

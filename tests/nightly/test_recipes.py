@@ -62,7 +62,8 @@ def play(
     }.items():
         (programs / name).write_text(f"#!/bin/sh\n{body}\n", "utf-8")
         (programs / name).chmod(0o755)
-    known = {"PATH": f"{programs}:{os.environ['PATH']}", "GITHUB_ENV": str(folder / "kept.env"), "BARCHAIN": "barchain"}
+    known = {"PATH": f"{programs}:{os.environ['PATH']}", "GITHUB_ENV": str(folder / "kept.env"), "BARCHAIN": "barchain",
+             "FAIL_ON": "changed"}  # fmt: skip
     line = ["bash", "-e", "-o", "pipefail", "-c", text]
     return subprocess.run(line, cwd=folder, env=known | (given or {}), capture_output=True, text=True, check=False)
 
@@ -125,7 +126,7 @@ def test_the_github_night_passes_its_exit_code_on_and_warns_of_3(tmp_path: Path,
     assert done.returncode == (0 if code == 3 else code)
     assert ("::warning::" in done.stdout) == (code == 3)
     said = (tmp_path / "said").read_text("utf-8")
-    assert ":nightly --plan my plan.toml --out nights\n" in said
+    assert ":nightly --plan my plan.toml --out nights --require-history --fail-on changed\n" in said
     assert "history prune" in said
 
 
@@ -133,6 +134,7 @@ def test_the_github_night_passes_its_exit_code_on_and_warns_of_3(tmp_path: Path,
 def test_the_gitlab_night_passes_its_exit_code_on_and_allows_3(tmp_path: Path, code: int) -> None:
     done = play(shell_parts()["nightly"], tmp_path, code=code)
     assert done.returncode == code
+    assert "--require-history --fail-on changed\n" in (tmp_path / "said").read_text("utf-8")
     assert yaml(GITLAB)["nightly"]["allow_failure"] == {"exit_codes": [3]}
 
 
@@ -186,6 +188,14 @@ def test_the_script_of_cron_speaks_if_the_night_has_something_to_tell(tmp_path: 
     done = cron(tmp_path, f"echo a result; exit {code}")
     assert done.returncode == code
     assert done.stdout == ("" if code == 0 else f"The night ended with exit code {code}.\na result\n")
+
+
+@needs_flock
+def test_the_script_of_cron_requires_a_history_once_there_is_one(tmp_path: Path) -> None:
+    body = 'mkdir -p nights; echo "$@"; exit 3'
+    assert "--require-history" not in cron(tmp_path, body).stdout
+    shutil.rmtree(tmp_path / "nights")
+    assert "--require-history" in cron(tmp_path, body).stdout
 
 
 @needs_flock
