@@ -21,12 +21,14 @@ if TYPE_CHECKING:
 
 PLAN = """
 name = "mine"
-minutes = 2
+minutes = 60
 [[comparison]]
 name = "mine"
 scenes = ["basics/two_bars_free"]
 engines = ["mine"]
+time_limit_s = 900
 """
+"""A night ends with its part: limits that a busy machine reaches would make the verdict timed_out, or leave the part"""
 C = LANGUAGES["c"]
 RIGHT, MISTAKEN = "half[j] = 0.5 * length[j]", "half[j] = 0.501 * length[j]"
 
@@ -97,6 +99,7 @@ def test_a_changed_program_is_told_by_a_night_with_its_files_as_the_suspect(
     nights = tmp_path / "nights"
     words = ["-q", "nightly", "--plan", str(tmp_path / "plan.toml"), "--out", str(nights)]
     assert run(words) == 0
+    assert read_nightly(nights / "nightly.json").verdicts == {"pass": 1}
     text = (folder / C.source).read_text("utf-8")
     assert RIGHT in text
     (folder / C.source).write_text(text.replace(RIGHT, MISTAKEN), "utf-8")
