@@ -73,8 +73,10 @@ def night_facts(
     """
     every = list(figures)
     cells = [f for f in every if f.identity.kind is FigureKind.VERDICT and f.identity.quantity == VERDICT]
-    tonight = tuple(events(list(standing_for(tonight_entries(judged, accepted, confirmed)))))
-    holding = events(holding_entries(judged, accepted, confirmed))
+    new, earlier = change_entries(judged, accepted, confirmed)
+    tonight, holding = tuple(events(list(standing_for(new)))), events(earlier)
+    steps = {change.figure: change.factor for change in tonight if change.direction == "worse"}
+    holding = [entry.model_copy(update={"fresh": steps.get(entry.figure)}) for entry in holding]
     worse, held = (tuple(e for e in holding if (e.accepted is None) is told) for told in (True, False))
     names = [night.name for night in judged.compared_with]
     rejected = tuple(
@@ -85,8 +87,8 @@ def night_facts(
         for cell in (*cells, *without_verdict(every, cells))
         if not cell.not_run and cell.word not in FINE
     )  # fmt: skip
-    return NightlyFile(
-        sentence=opening(judged, tonight, worse, sum(1 + entry.also for entry in held), baseline, rejected, run),
+    found = NightlyFile(
+        sentence="",
         night=night_entry(judged),
         against=AgainstEntry(nights=len(names), first=names[0] if names else "", last=names[-1] if names else "",
                              baseline=baseline),
@@ -101,6 +103,7 @@ def night_facts(
         so_far=judged.so_far,
         run=run,
     )  # fmt: skip
+    return found.model_copy(update={"sentence": opening(judged, found)})
 
 
 def without_verdict(figures: Sequence[Figure], verdicts: Sequence[Figure]) -> list[Figure]:
@@ -112,35 +115,26 @@ def without_verdict(figures: Sequence[Figure], verdicts: Sequence[Figure]) -> li
     return [f for pair, f in failed.items() if pair not in judged]
 
 
-def tonight_entries(
+def change_entries(
     judged: JudgedNight, accepted: Sequence[Acceptance], confirmed: Mapping[str, str] | None = None
-) -> list[ChangeEntry]:
-    """Entries of what a night tells first, what needs a look first.
+) -> tuple[list[ChangeEntry], list[ChangeEntry]]:
+    """Entries of what a night tells first, and of what is worse since an earlier night; what needs a look comes first.
 
-    What is worse is accepted if the state that it leads to is; another change by an entry of its night.
+    What is worse tonight is accepted if the state that it leads to is; another change by an entry of its night.
     """
-    now = datetime.datetime.now(datetime.UTC)
-    states = {state.change.identity: state.acceptance for state in standing(judged, accepted, now)}
-    found = []
+    now, nights = datetime.datetime.now(datetime.UTC), judged.by_name
+    states = standing(judged, accepted, now)
+    of_figure = {state.change.identity: state.acceptance for state in states}
+    new = {change.id for change in judged.tonight}
+    found: tuple[list[ChangeEntry], list[ChangeEntry]] = [], []
     for change in judged.tonight:
         covering = accepting(change, accepted, now)
-        if change.identity in states and not change.is_step and not change.irreproducible:
-            covering = states[change.identity]
-        found.append(change_entry(change, judged.by_name, covering, (confirmed or {}).get(change.id, "")))
-    return sorted(found, key=weight)
-
-
-def holding_entries(
-    judged: JudgedNight, accepted: Sequence[Acceptance], confirmed: Mapping[str, str] | None = None
-) -> list[ChangeEntry]:
-    """Entries of the states that are worse than they were since an earlier night, what needs a look first."""
-    tonight = {change.id for change in judged.tonight}
-    found = (
-        change_entry(state.change, judged.by_name, state.acceptance, (confirmed or {}).get(state.change.id, ""))
-        for state in standing(judged, accepted)
-        if state.change.id not in tonight
-    )
-    return sorted(found, key=weight)
+        if change.identity in of_figure and not change.is_step and not change.irreproducible:
+            covering = of_figure[change.identity]
+        found[0].append(change_entry(change, nights, covering, (confirmed or {}).get(change.id, "")))
+    for change, covering in ((state.change, state.acceptance) for state in states if state.change.id not in new):
+        found[1].append(change_entry(change, nights, covering, (confirmed or {}).get(change.id, "")))
+    return sorted(found[0], key=weight), sorted(found[1], key=weight)
 
 
 def standing_for(changes: Iterable[ChangeEntry]) -> Iterator[ChangeEntry]:

@@ -53,7 +53,7 @@ def write_junit(
     document.add_testsuite(plan_suite(facts, Error if FAILING[fail_on] else Skipped, need_history=need_history))
     cells, rejected = by_engine(figures), {(r.engine, r.scene): r.words for r in facts.rejected}
     changes: dict[tuple[str, str], list[ChangeEntry]] = defaultdict(list)
-    for change in (*facts.changes, *facts.standing):
+    for change in (*facts.standing, *facts.other_news):
         changes[change.engine or NO_ENGINE, change.scene or NO_SCENE].append(change)
         cells[change.engine or NO_ENGINE].setdefault(change.scene or NO_SCENE, [])
     for engine in sorted(cells):

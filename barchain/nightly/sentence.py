@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from barchain.nightly.judged import JudgedNight
-    from reports.tables.nights.facts import ChangeEntry, NightRun, RejectedEntry
+    from reports.tables.nights.facts import ChangeEntry, NightlyFile, NightRun, RejectedEntry
 
 
 SMALL = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
@@ -27,42 +27,24 @@ MOST_REASON = 120
 """Characters of a reason in the sentence; the page has all"""
 
 
-def opening(
-    judged: JudgedNight,
-    changes: Sequence[ChangeEntry],
-    standing: Sequence[ChangeEntry] = (),
-    held: int = 0,
-    baseline: str = "",
-    rejected: Sequence[RejectedEntry] = (),
-    run: NightRun | None = None,
-) -> str:
+def opening(judged: JudgedNight, facts: NightlyFile) -> str:
     """Sentences on a night: what is worse than accepted, what is new, and what was not measured and why.
 
     Parameters
     ----------
     judged : JudgedNight
-    changes : sequence of ChangeEntry
-        Of this night, accepted ones among them.
-    standing : sequence of ChangeEntry
-        What is worse than accepted since an earlier night.
-    held : int
-        Figures that are worse than they were since an earlier night, and accepted.
-    baseline : str
-        Name of the one night that it was judged against.
-    rejected : sequence of RejectedEntry
-        Verdicts of the night that are no pass.
-    run : NightRun, optional
-        What the night did of its plan.
+    facts : NightlyFile
+        Facts of the night, without their sentences.
     """
-    night = judged.night
+    night, changes, baseline = judged.night, facts.changes, facts.against.baseline
     if night.void:
         return f"This night is void: {night.void}."
-    unmeasured = not_measured(run, complete=night.complete)
+    unmeasured = not_measured(facts.run, complete=night.complete)
     if baseline and not judged.judged:
         return joined(unmeasured, f"Nothing was compared: {baseline} has no figure of this night.")
     if not judged.compared_with:
         return joined(
-            unmeasured, no_pass(rejected), "This is the first night: there is no earlier one to compare it with."
+            unmeasured, no_pass(facts.rejected), "This is the first night: there is no earlier one to compare it with."
         )
     since = f" since {baseline}" if baseline else " tonight"
     told = [change for change in changes if change.accepted is None]
@@ -72,12 +54,13 @@ def opening(
         plain([change for change in told if not change.irreproducible], since, judged.judged),
         accepted_words(figures(changes) - figures(told), since, judged.judged, alone=not told),
     )
-    quiet = "Nothing is new tonight." if standing else f"Nothing changed{since} among {judged.judged} figures."
+    quiet = "Nothing is new tonight." if facts.standing else f"Nothing changed{since} among {judged.judged} figures."
     if not judged.judged:
         quiet = NOT_JUDGED
-    broken = "" if news or standing else no_pass(rejected)
+    broken = "" if news or facts.standing else no_pass(facts.rejected)
+    held = figures(facts.held)
     return joined(
-        standing_words(standing, night.started), news, unmeasured, broken, "" if news else quiet,
+        standing_words(facts.standing, night.started), news, unmeasured, broken, "" if news else quiet,
         f"{amount(held, 'figure').capitalize()} {is_or_are(held)} worse than before, and accepted." if held else "",
         renamed_words(judged.renamed), plan_words(judged, baseline),
     )  # fmt: skip
@@ -97,15 +80,19 @@ def standing_words(standing: Sequence[ChangeEntry], tonight: datetime.datetime) 
         names = ", ".join(suspect.short for suspect in change.suspects[:MOST_SUSPECTS])
         groups[change.since[:10], names] += 1 + change.also
     count = figures(standing)
-    largest = max((change.factor or 0.0 for change in standing), default=0.0)
-    by = f" by {'up to ' if count > 1 else ''}{ratio_words(largest)}" if largest > 1.0 else ""
-    what = f"{amount(count, 'figure').capitalize()} {is_or_are(count)} worse than accepted{by}"
+    what = f"{amount(count, 'figure').capitalize()} {is_or_are(count)} worse than accepted{by_words(standing)}"
     if len(groups) == 1:
         return f"{what} {group_words(*next(iter(groups)), tonight)}."
     shown = groups.most_common(MOST_CAUSES)
     words = [f"{amount(number)} {group_words(*group, tonight)}" for group, number in shown]
     more = count - sum(number for _, number in shown)
     return f"{what}: {listed([*words, f'{amount(more)} since other nights'] if more else words)}."
+
+
+def by_words(worse: Sequence[ChangeEntry]) -> str:
+    """`` by up to ×6``; empty without a factor."""
+    largest = max((change.factor or 0.0 for change in worse), default=0.0)
+    return f" by {'up to ' if figures(worse) > 1 else ''}{ratio_words(largest)}" if largest > 1.0 else ""
 
 
 def group_words(day: str, names: str, tonight: datetime.datetime) -> str:
@@ -192,7 +179,8 @@ def plain(changes: Sequence[ChangeEntry], since: str, judged: int) -> str:
     if not changes:
         return ""
     found = {d: figures([change for change in changes if change.direction == d]) for d in DIRECTIONS}
-    words = [f"{amount(found[d])} {words}" for d, words in DIRECTIONS.items() if found[d]]
+    sizes = {"worse": by_words([change for change in changes if change.direction == "worse"])}
+    words = [f"{amount(found[d])} {words}{sizes.get(d, '')}" for d, words in DIRECTIONS.items() if found[d]]
     count = figures(changes)
     many = f"{amount(count, 'figure').capitalize()} of {judged} changed{since}"
     how = listed(words) if len(words) > 1 else f"{'all ' if count > 1 else ''}{words[0].partition(' ')[2]}"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from markupsafe import Markup, escape
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    from collections.abc import Mapping, Sequence
 
     from reports.tables.nights.trends import CalendarNight
 
@@ -26,8 +26,8 @@ WEEKDAYS = ("Mon", "", "Wed", "", "Fri", "", "Sun")
 MONTHS = ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"]
 
 
-def year_blocks(nights: Sequence[CalendarNight], pages: Collection[str] = ()) -> list[tuple[int, Markup]]:
-    """Calendars of all years with nights, the latest first; days of nights with a page beside this one are links."""
+def year_blocks(nights: Sequence[CalendarNight], pages: Mapping[str, str]) -> list[tuple[int, Markup]]:
+    """Calendars of all years with nights, the latest first; days of nights with a page are links."""
     days: dict[datetime.date, list[CalendarNight]] = defaultdict(list)
     for night in nights:
         days[datetime.datetime.fromisoformat(night.date).date()].append(night)
@@ -35,7 +35,7 @@ def year_blocks(nights: Sequence[CalendarNight], pages: Collection[str] = ()) ->
     return [(year, block({d: n for d, n in days.items() if d.year == year}, pages)) for year in years]
 
 
-def block(days: dict[datetime.date, list[CalendarNight]], pages: Collection[str]) -> Markup:
+def block(days: dict[datetime.date, list[CalendarNight]], pages: Mapping[str, str]) -> Markup:
     """One year, from the first week with a night to the last."""
     year, first, last = min(days).year, week_of(min(days)), week_of(max(days))
     columns = (last - first).days // 7 + 1
@@ -72,7 +72,7 @@ def month_words(first: datetime.date, columns: int, year: int) -> list[str]:
     return found
 
 
-def cell(day: datetime.date, place: int, nights: Sequence[CalendarNight], pages: Collection[str] = ()) -> str:
+def cell(day: datetime.date, place: int, nights: Sequence[CalendarNight], pages: Mapping[str, str]) -> str:
     """One day."""
     x, y = LEFT + CELL * (place // 7), TOP + CELL * (place % 7)
     box = f'x="{x + 1:g}" y="{y + 1:g}" width="{CELL - 2:g}" height="{CELL - 2:g}" rx="2"'
@@ -88,7 +88,7 @@ def cell(day: datetime.date, place: int, nights: Sequence[CalendarNight], pages:
         f'<g class="{state}"><title>{day.isoformat()}: {many}{words}{told}</title><rect {box}/>'
         f'<text x="{x + CELL / 2:g}" y="{y + CELL / 2 + 4:g}" text-anchor="middle">{sign}</text></g>'
     )
-    return f'<a href="../{gravest.name}/nightly.html">{drawn}</a>' if gravest.name in pages else drawn
+    return f'<a href="{escape(pages[gravest.name])}">{drawn}</a>' if gravest.name in pages else drawn
 
 
 def described(days: dict[datetime.date, list[CalendarNight]]) -> str:

@@ -17,7 +17,7 @@ from reports.tables.nights.facts import NOT_TRIED
 from reports.tables.writing import write_atomically
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from reports.tables.nights.facts import NightlyFile
@@ -29,7 +29,7 @@ TEMPLATE = "nightly/page.html.j2"
 
 def write_page(
     folder: Path, facts: NightlyFile, trends: Sequence[TrendChart], nights: Sequence[CalendarNight],
-    pages: Collection[str] = (), reports: Mapping[str, str] = MappingProxyType({}),
+    pages: Mapping[str, str] = MappingProxyType({}), reports: Mapping[str, str] = MappingProxyType({}),
 ) -> None:  # fmt: skip
     """Render the page of a night into a folder.
 
@@ -40,8 +40,8 @@ def write_page(
     trends : sequence of TrendChart
         Of all figures over all nights.
     nights : sequence of CalendarNight
-    pages : collection of str
-        Names of the nights whose pages lie in folders beside this one.
+    pages : mapping
+        Addresses of the pages of nights, by name.
     reports : mapping
         Addresses of the pages of the parts of the plan, by name.
     """

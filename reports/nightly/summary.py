@@ -35,13 +35,11 @@ def message(facts: NightlyFile, link: str = "") -> str:
 
     Figures that follow each other and have the same suspects are followed by these once.
     """
-    every, said = (*facts.standing, *facts.changes), []
+    every, said = (*facts.standing, *facts.other_news), []
     for change, after in zip_longest(every[:MOST_NAMED], every[1:MOST_NAMED]):
         suspects = ", ".join(suspect.short for suspect in change.suspects) or "no part that differs"
         again = after is not None and after.suspects == change.suspects
-        accepted = "accepted, " if change.accepted else ""
-        since = f"since {change.since[:10]}, " if change.since != facts.night.name and change in facts.standing else ""
-        said.append(f"{since}{accepted}{change.words}{'' if again else f' ({suspects})'}")
+        said.append(f"{change.dated(facts.night.name)}{'' if again else f' ({suspects})'}")
     if len(every) > MOST_NAMED:
         said.append(f"and {len(every) - MOST_NAMED} more")
     changed = {(change.scene, change.engine) for change in every}

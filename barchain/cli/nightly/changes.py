@@ -14,6 +14,7 @@ import click
 from barchain.cli.common.numbers import WORDS
 from barchain.cli.common.options import json_option
 from barchain.cli.common.terminal import say, show_rows
+from barchain.cli.nightly.documents import facts_of, show_some
 from barchain.cli.nightly.options import history_option, opened
 
 if TYPE_CHECKING:
@@ -38,18 +39,20 @@ def changes(night: str, every: bool, url: str | None, as_json: bool) -> None:
 
     need_extra()
     from barchain.nightly.acceptances import accepted  # noqa: PLC0415
-    from barchain.nightly.facts import holding_entries, tonight_entries  # noqa: PLC0415
+    from barchain.nightly.facts import change_entries  # noqa: PLC0415
     from barchain.nightly.judging import judge  # noqa: PLC0415
 
     with opened(url) as store:
         judged, known = judge(store, night), accepted(store)
-        earlier = holding_entries(judged, known)
-        entries = [*tonight_entries(judged, known), *(earlier if every else ())]
-        holding = any(entry.accepted is None for entry in earlier)
+        tonight, earlier = change_entries(judged, known)
+        entries = [*tonight, *(earlier if every else ())]
+        facts = facts_of(store, judged, store.night(judged.night.name))
     if as_json:
         say(json.dumps([entry.model_dump(mode="json") for entry in entries], indent=2))
         return
-    say(sentence(judged) + ("; earlier changes for the worse still hold (--all)" if holding else ""))
+    say(f"{judged.night.name}: {facts.sentence}")
+    if facts.standing and not every:
+        say("--all lists what is worse since earlier nights, too")
     if entries:
         show_rows(HEADINGS, [
             (e.id, e.figure, *e.results, e.direction, e.since, e.suspect_words, e.accepted.words if e.accepted else "")
@@ -86,20 +89,24 @@ def accept_change(
         keep_judgement(store, judged)  # a step keeps the name under which it is accepted
         known = accepted(store)
         every = {name: changes_named(judged, name) for name in names}  # a wrong name accepts nothing
-        acceptances_of([change for own in every.values() for change in own], user(), now, reason, end)  # all, or none
-        for name, chosen in every.items():
-            causes = {change.id: ", ".join(s.words for s in suspicion(change, judged.by_name).suspects)
-                      for change in chosen}  # fmt: skip
-            entries = accept(store, chosen, user(), reason, end, name if "*" in name else "", causes)
-            for made in entries:
-                say(f"accepted: {made.words}")
-            say(f"{plural(len(chosen), 'figure')} accepted; {covered(chosen)}")
-            replaced = {(made.pattern, made.since) for made in entries}
-            earlier = filter(None, (accepting(change, known, now) for change in chosen))
-            for one in {each.words: each for each in earlier}.values():
-                same = (one.pattern, one.since) in replaced
-                say(f"{'replaces' if same else 'stands beside'}: {one.words}", err=True)
-        left_open(store, judged, {change.identity.name for own in every.values() for change in own})
+        chosen = [change for own in every.values() for change in own]
+        acceptances_of(chosen, user(), now, reason, end)  # all, or none
+        nights = judged.by_name
+        causes = {change.id: ", ".join(s.words for s in suspicion(change, nights).suspects) for change in chosen}
+        made = [
+            entry for name, own in every.items()
+            for entry in accept(store, own, user(), reason, end, name if "*" in name else "", causes)
+        ]  # fmt: skip
+        say(f"{plural(len({change.identity for change in chosen}), 'figure')} accepted; {covered(chosen)}")
+        show_some([f"accepted: {entry.words}" for entry in made], "`barchain history accepted` lists them")
+        replaced = {(entry.pattern, entry.since) for entry in made}
+        earlier = {one.words: one for change in chosen if (one := accepting(change, known, now)) is not None}
+        lines = [
+            f"{'replaces' if (one.pattern, one.since) in replaced else 'stands beside'}: {words}"
+            for words, one in earlier.items()
+        ]
+        show_some(lines, "earlier acceptances of these figures", err=True)
+        left_open(store, judged, {change.identity.name for change in chosen})
     if left := irreproducible(judged, names):
         say(f"left out: {plural(left, 'run')} that {'is' if left == 1 else 'are'} not reproducible", err=True)
 
@@ -122,12 +129,14 @@ def left_open(store: NightStore, judged: JudgedNight, names: Collection[str]) ->
     from barchain.nightly.standing import standing  # noqa: PLC0415
     from reports.tables.nights.facts import ratio_words  # noqa: PLC0415
 
+    lines = []
     for state in standing(judged, accepted(store)):
         change = state.change
         if state.acceptance is None and change.identity.name in names and not change.is_step:
             factor = f" {ratio_words(change.factor)}" if change.factor else ""
-            say(f"still worse than accepted:{factor} since {change.since}, which this change is a step of; "
-                f"`barchain history accept {change.identity.name}` accepts all of it", err=True)  # fmt: skip
+            lines.append(f"still worse than accepted:{factor} since {change.since}, which this change is a step of; "
+                         f"`barchain history accept {change.identity.name}` accepts all of it")  # fmt: skip
+    show_some(lines, "still worse than accepted", err=True)
 
 
 @click.command("accepted")
@@ -167,16 +176,3 @@ def user() -> str:
         return getpass.getuser()
     except (OSError, KeyError):
         return os.environ.get("USER") or UNKNOWN_USER
-
-
-def sentence(judged: JudgedNight) -> str:
-    """Judgement of a night in one sentence."""
-    from scenarios.plural import plural  # noqa: PLC0415
-
-    night = judged.night
-    if night.void:
-        return f"{night.name} is void and not judged: {night.void}"
-    if not judged.compared_with:
-        return f"{night.name}: {night.figures} figures; there is no earlier night"
-    told = f"{plural(len(judged.tonight), 'change')} among {judged.judged} figures with an earlier night"
-    return f"{night.name}: {told}; {judged.same} differ within rounding or their intervals"

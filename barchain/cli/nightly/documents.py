@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -104,23 +105,23 @@ def show_night(facts: NightlyFile, page: Path) -> None:
     """Print the night's sentences, what is worse, what is new, the verdicts that are no pass, and the page's place."""
     say(facts.sentence)
     for part in facts.run.parts if facts.run else ():
-        if part.missing:
+        if part.missing and part.missing not in facts.sentence:
             say(f"  {part.name}: {part.missing}")
     show_some([f"left out: {name}: {reason}" for name, reason in facts.left_out.items()], "nights left out")
-    show_some([f"worse than accepted since {c.since[:10]}: {c.words}" for c in facts.standing], "worse since earlier")
-    show_some([f"tonight, {c.words}" for c in facts.changes], "changed tonight")
+    show_some([change.dated(facts.night.name) for change in facts.standing], "worse since earlier nights")
+    show_some([change.dated(facts.night.name) for change in facts.other_news], "changed tonight")
     show_some([rejected.words for rejected in facts.rejected], "verdicts that are no pass")
     if facts.so_far:
         say(f"  {facts.so_far}")
     say(f"page: {page}")
 
 
-def show_some(lines: Sequence[str], what: str) -> None:
+def show_some(lines: Sequence[str], what: str, *, err: bool = False) -> None:
     """Print the first of some lines, and how many more there are."""
     for line in lines[:MOST_SHOWN]:
-        say(f"  {line}")
+        say(f"  {line}", err=err)
     if len(lines) > MOST_SHOWN:
-        say(f"  {len(lines) - MOST_SHOWN} more: {what}")
+        say(f"  {len(lines) - MOST_SHOWN} more: {what}", err=err)
 
 
 def publish(folder: Path, out: Path) -> None:
@@ -170,10 +171,18 @@ def write_documents(
     write_atomically(out / FILE, facts.model_dump_json(indent=1) + "\n")
     write_summary(out, facts)
     told = calendar(nights, kept_judgements(store, datetime.datetime.now(datetime.UTC)))
-    pages = {each.name for each in nights if (out.absolute().parent / each.name / PAGE).is_file()}
+    folders = [out.absolute().parent, *([store.place.local] if store.place.local else [])]
+    pages = night_pages(out.absolute(), folders, [each.name for each in nights])
     write_page(out, facts, charts, told, pages, part_pages(out.absolute()))
     write_junit(junit or out / JUNIT, facts, night.figures, fail_on, need_history=need_history)
     return facts
+
+
+def night_pages(out: Path, folders: Sequence[Path], names: Sequence[str]) -> dict[str, str]:
+    """Pages of nights, by name, in the first of some folders that has one, relative to a page in a night's folder."""
+    places = {name: [folder / name / PAGE for folder in folders] for name in names}
+    found = ((name, next(filter(Path.is_file, own), None)) for name, own in places.items())
+    return {name: Path(os.path.relpath(page, out)).as_posix() for name, page in found if page is not None}
 
 
 def part_pages(out: Path) -> dict[str, str]:

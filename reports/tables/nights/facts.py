@@ -103,20 +103,28 @@ class ChangeEntry(Entry):
     confirmed: str = Field("", description="result of an attribution by real runs; empty without one")
     accepted: AcceptanceEntry | None = None
 
-    @property
-    def words(self) -> str:
-        """Change in one line."""
-        factor = f" ({ratio_words(self.factor)}{self.steps_words})" if self.factor else ""
-        more = f", and {self.also} more of this run" if self.also else ""
-        return f"{self.direction}: {self.figure}: {' → '.join(self.results)}{factor}{more}"
-
     steps: int = Field(1, description="number of steps that lead from the old value to the new one")
     also: int = Field(0, description="further figures of the same run that are missing since then: one event")
+    fresh: float | None = Field(None, description="factor of tonight's step, of what is worse since an earlier night")
+
+    @property
+    def words(self) -> str:
+        """Change in one line, without its direction."""
+        factor = f" ({ratio_words(self.factor)}{self.steps_words})" if self.factor else ""
+        more = f", and {self.also} more of this run" if self.also else ""
+        return f"{self.figure}: {' → '.join(self.results)}{factor}{more}"
+
+    def dated(self, night: str) -> str:
+        """Change in one line that says since when it holds, on the page of a night."""
+        when = "tonight" if self.since == night else f"since {self.since[:10]}"
+        accepted = ", accepted" if self.accepted else ""
+        return f"{self.direction} {when}{accepted}: {self.words}"
 
     @property
     def steps_words(self) -> str:
-        """Number of steps, where there are several."""
-        return f" in {self.steps} steps" if self.steps > 1 else ""
+        """Number of steps, where there are several, and the factor of tonight's one."""
+        tonight = f", {ratio_words(self.fresh)} tonight" if self.fresh else ""
+        return f" in {self.steps} steps{tonight}" if self.steps > 1 else ""
 
     @property
     def results(self) -> tuple[str, str]:
@@ -375,6 +383,12 @@ class NightlyFile(Entry):
     def worse(self) -> bool:
         """Whether a figure is worse than accepted, since tonight or an earlier night."""
         return self.counts.worse > 0 or bool(self.standing)
+
+    @property
+    def other_news(self) -> tuple[ChangeEntry, ...]:
+        """Changes of tonight, other than steps of figures that are worse since an earlier night."""
+        states = {change.figure for change in self.standing}
+        return tuple(change for change in self.changes if change.figure not in states or change.irreproducible)
 
     @property
     def compared(self) -> bool:

@@ -120,7 +120,7 @@ def test_changes_are_listed_accepted_and_then_shown_as_accepted(
     assert "accepted: paper/fig05" in capsys.readouterr().out
     assert run(["history", "changes"]) == 0
     text = capsys.readouterr().out
-    assert "1 change among 2 figures with an earlier night" in text
+    assert "One figure of 2 changed tonight" in text
     assert "a looser tolerance" in text
 
 

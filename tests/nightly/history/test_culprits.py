@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from barchain.nightly.changes import Direction
-from barchain.nightly.facts import suspicion, tonight_entries
+from barchain.nightly.facts import change_entries, suspicion
 from barchain.nightly.figures import Figure, FigureKind, NightPart
 from barchain.nightly.standing import every_change
 from tests.nightly.history.histories import history_of, judged_last
@@ -162,7 +162,7 @@ def test_what_nothing_explains_says_so() -> None:
     history = history_of(measured(None), measured(PLANTED["tolerance x 3 in mujoco"]), parts={0: PARTS, 1: PARTS})
     judged = judged_last(history)
     assert judged.tonight[0].irreproducible
-    entry = tonight_entries(judged, ())[0]
+    entry = change_entries(judged, ())[0][0]
     assert entry.suspect_words == "none: all parts that the figure depends on are the same"
 
 

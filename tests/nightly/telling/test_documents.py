@@ -487,9 +487,9 @@ def test_a_night_is_told_in_a_few_lines_for_a_chat(history: str, tmp_path: Path)
     lines = CliRunner().invoke(cli, words).output.splitlines()
     assert "one for the worse" in lines[0]
     assert lines[1].startswith(
-        "worse: paper/fig05:mujoco:steps_per_orbit=1000:attitude.max: 1e-05 rad → 2e-05 rad (×2)"
+        "worse tonight: paper/fig05:mujoco:steps_per_orbit=1000:attitude.max: 1e-05 rad → 2e-05 rad (×2)"
     )
-    assert lines[2].startswith("changed: ")
+    assert lines[2].startswith("changed tonight: ")
     assert lines[2].endswith("(engine:mujoco)")
     assert lines[3:] == ["https://example.org/nightly.html"]
 
@@ -523,9 +523,9 @@ def test_the_console_dates_what_is_worse_and_says_how_much_more_there_is(history
     words = ["history", "report", "--history", history, "--out", str(tmp_path)]
     shown = CliRunner().invoke(cli, words).output
     assert shown.startswith("Seven figures are worse than accepted by ")
-    assert shown.count("  worse than accepted since 2026-01-02: worse: ") == 5
+    assert shown.count("  worse since 2026-01-02: ") == 5
     assert "  2 more: worse since earlier" in shown
-    assert shown.count("  tonight, worse: ") == 1
+    assert shown.count("  worse tonight: ") == 1
 
 
 def test_the_message_for_a_chat_gives_a_reason_of_what_changed(history: str) -> None:
@@ -534,6 +534,20 @@ def test_the_message_for_a_chat_gives_a_reason_of_what_changed(history: str) -> 
         add(history, night(error(1e-5 * factor), rejected, number=number))
     said = CliRunner().invoke(cli, ["history", "tell", "--history", history]).output
     assert "mujoco on paper/fig05: inconsistent: the torque is doubled" in said
+
+
+def test_a_figure_that_is_worse_since_earlier_and_moves_tonight_is_one_line(history: str, tmp_path: Path) -> None:
+    add(history, usual(number=0), usual(5.0, number=1), usual(6.0, number=2))
+    words = ["history", "report", "--history", history, "--out", str(tmp_path / "out")]
+    shown = CliRunner().invoke(cli, words).output
+    (line,) = [line for line in shown.splitlines() if "attitude.max" in line]
+    assert line.startswith("  worse since 2026-01-02: ")
+    assert line.endswith("(×6 in 2 steps, ×1.2 tonight)")
+    told = CliRunner().invoke(cli, ["history", "tell", "--history", history]).output
+    assert told.count("attitude.max") == 1
+    (case,) = [case for suite in JUnitXml.fromfile(str(tmp_path / "out" / "junit.xml")) for case in suite if case.result
+               and suite.name != "plan"]  # fmt: skip
+    assert "(×6 in 2 steps, ×1.2 tonight)" in case.result[0].message
 
 
 def test_the_page_of_a_night_links_the_pages_of_its_parts_and_of_other_nights(history: str, tmp_path: Path) -> None:
@@ -549,3 +563,6 @@ def test_the_page_of_a_night_links_the_pages_of_its_parts_and_of_other_nights(hi
     page = (results / "nightly.html").read_text("utf-8")
     assert f'href="../{last}/core/index.html"' in page
     assert f'href="../{first}/nightly.html"' in page
+    (tmp_path / "nights" / first / "nightly.html").rename(Path(history) / first / "nightly.html")
+    report(history, results)
+    assert f'href="../../history/{first}/nightly.html"' in (results / "nightly.html").read_text("utf-8")

@@ -47,10 +47,12 @@ def said(*changes: ChangeEntry, **more: Any) -> str:
         replanned="replanned" in more,
     )  # fmt: skip
     judged.new, judged.left_out = more.get("replanned", (0, 0))
-    return opening(
-        judged, changes, more.get("standing", ()), more.get("held", 0), more.get("baseline", ""),
-        more.get("rejected", ()), more.get("run"),
+    facts: Any = SimpleNamespace(
+        changes=changes, standing=more.get("standing", ()), held=(change(),) * more.get("held", 0),
+        against=SimpleNamespace(baseline=more.get("baseline", "")), rejected=more.get("rejected", ()),
+        run=more.get("run"),
     )  # fmt: skip
+    return opening(judged, facts)
 
 
 def since(day: str, count: int = 1, factor: float = 5.0, suspect: SuspectEntry = MUJOCO) -> list[ChangeEntry]:
