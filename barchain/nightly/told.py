@@ -124,7 +124,9 @@ def keep_judgement(store: NightStore, judged: JudgedNight) -> None:
         for state in standing(judged)
         if state.change.id not in tonight
     )
-    content = asdict(ToldNight(judged.judged, now(), changes, open_states))
+    worse = sum(change.direction is Direction.WORSE for change in judged.tonight)
+    counted = {"worse": worse, "changed": len(judged.tonight)}  # which barchain 0.7.0 asks for, in a shared history
+    content = counted | asdict(ToldNight(judged.judged, now(), changes, open_states))
     store.place.write(f"{night.name}/{FILE}", json.dumps(content, indent=1, ensure_ascii=False).encode())
 
 
