@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import importlib
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from reports.chapters.crossval.report import write_report
 from reports.page import fitting, surroundings, templates
-from reports.tables import cost, crossval, effects, ensemble, roundoff, scaling, stability
+from reports.tables import crossval
 from reports.tables.crossval import read_results
-from reports.tables.faults import campaign, selftest
-from reports.tables.measured import no_results
-from reports.tables.nights import releases
+from reports.tables.measured import STUDIES, no_results
 from reports.tables.writing import write_atomically
 from reports.text.glossary import Glossary
 
@@ -22,59 +19,25 @@ if TYPE_CHECKING:
     from reports.tables.files import StudyFiles
 
 
-@dataclass(frozen=True)
-class Chapter:
-    """One study's chapter.
+def view_of(files: StudyFiles, folder: Path) -> Any:
+    """View of a study's results: everything that its chapter shows, with the study's record.
 
-    Its template ``templates/<name>/chapter.html.j2`` sees the chapter as ``chapter``, the view under the study's name,
-    and the page's ``glossary``.
+    The template ``templates/<study>/chapter.html.j2`` sees it under the study's name, the study as ``chapter``, and the
+    page's ``glossary``.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the folder does not hold the study.
+    DamagedResultsError
+        If its rows and record are damaged, or don't fit together.
     """
-
-    files: StudyFiles
-    """Study whose rows it shows"""
-    title: str
-    """Heading, entry in the report's navigation, and title of the study's own page"""
-    view: str
-    """Function ``module:name`` that makes the view of a result folder; a view has the study's record"""
-    in_report: bool = True
-    """Whether the report of a comparison in the same folder includes the chapter"""
-    command: str = ""
-    """Command that writes the tables, if it is not called as the study is"""
-
-    @property
-    def name(self) -> str:
-        """Name of the study, of its page, and id of its heading."""
-        return self.files.study
-
-    def view_of(self, folder: Path) -> Any:
-        """View of a result folder: everything that the chapter's templates show.
-
-        Raises
-        ------
-        FileNotFoundError
-            If the folder does not hold the study.
-        DamagedResultsError
-            If its rows and record are damaged, or don't fit together.
-        """
-        if not self.files.has_record(folder):
-            command = f"barchain {self.command or self.name}"
-            raise FileNotFoundError(f"{folder}: no results of {self.name} there; give a folder that {command} wrote")
-        module, _, name = self.view.partition(":")
-        made = getattr(importlib.import_module(f"reports.chapters.{module}"), name)
-        return fitting(self.files.record_path(folder), lambda: made(folder))
-
-
-CHAPTERS = (
-    Chapter(cost.FILES, "Cost of accuracy", "cost:view_cost"),
-    Chapter(scaling.FILES, "Cost against the number of bars", "scaling:view_scaling"),
-    Chapter(roundoff.FILES, "Round-off in absolute and relative coordinates", "roundoff.view:view_roundoff"),
-    Chapter(effects.FILES, "Relevance of each effect", "effects:view_effects"),
-    Chapter(selftest.FILES, "Detection of inserted faults", "selftest:view_selftest", in_report=False),
-    Chapter(campaign.FILES, "Random campaign", "campaign:view_campaign", False, "selftest --random N"),
-    Chapter(stability.FILES, "Numerical stability on hard scenes", "stability:view_stability", in_report=False),
-    Chapter(releases.FILES, "Releases of an engine", "releases:view_releases", in_report=False),
-    Chapter(ensemble.FILES, "Ensemble of perturbed runs", "ensemble:view_ensemble", in_report=False),
-)
+    if not files.has_record(folder):
+        command = f"barchain {files.command or files.study}"
+        raise FileNotFoundError(f"{folder}: no results of {files.study} there; give a folder that {command} wrote")
+    module, _, name = files.view.partition(":")
+    made = getattr(importlib.import_module(f"reports.chapters.{module}"), name)
+    return fitting(files.record_path(folder), lambda: made(folder))
 
 
 class Rendered(NamedTuple):
@@ -85,7 +48,7 @@ class Rendered(NamedTuple):
     view: Any
 
 
-def views_in(folder: Path, *, but: str = "", in_report: bool = True) -> dict[Chapter, Any]:
+def views_in(folder: Path, *, but: str = "", in_report: bool = True) -> dict[StudyFiles, Any]:
     """Views of the studies in a result folder, in the registry's order.
 
     Parameters
@@ -96,8 +59,8 @@ def views_in(folder: Path, *, but: str = "", in_report: bool = True) -> dict[Cha
     in_report : bool
         Whether only those are wanted that a comparison's report includes.
     """
-    wanted = (c for c in CHAPTERS if c.name != but and (c.in_report or not in_report))
-    return {chapter: chapter.view_of(folder) for chapter in wanted if chapter.files.has_record(folder)}
+    wanted = (s for s in STUDIES if s.view and s.study != but and (s.in_report or not in_report))
+    return {files: view_of(files, folder) for files in wanted if files.has_record(folder)}
 
 
 def check_others(name: str, folder: Path) -> None:
@@ -116,18 +79,18 @@ def check_others(name: str, folder: Path) -> None:
         If other results in the folder could not be rendered.
     """
     if name != "crossval":
-        joins = any(c.name == name and c.in_report for c in CHAPTERS)
+        joins = any(s.study == name and s.in_report for s in STUDIES)
         if not (joins and crossval.FILES.has_record(folder)):
             return
         read_results(folder)
     views_in(folder, but=name)
 
 
-def write_page(folder: Path, chapter: Chapter, view: Any) -> Path:
+def write_page(folder: Path, chapter: StudyFiles, view: Any) -> Path:
     """Write a study's own page, ``<study>.html``, and return it."""
-    page, template = folder / f"{chapter.name}.html", templates().get_template("study_page.html.j2")
-    shown = {"chapter": chapter, chapter.name: view, "glossary": Glossary()} | surroundings(view.record)
-    write_atomically(page, fitting(chapter.files.record_path(folder), lambda: template.render(shown)))
+    page, template = folder / chapter.pages[0], templates().get_template("study_page.html.j2")
+    shown = {"chapter": chapter, chapter.study: view, "glossary": Glossary()} | surroundings(view.record)
+    write_atomically(page, fitting(chapter.record_path(folder), lambda: template.render(shown)))
     return page
 
 
@@ -155,10 +118,10 @@ def render_study(name: str, folder: Path) -> Rendered:
     FileNotFoundError
         If the folder does not hold the study.
     """
-    chapter = next(c for c in CHAPTERS if c.name == name)
+    chapter = next(s for s in STUDIES if s.study == name)
     compared = chapter.in_report and crossval.FILES.has_record(folder)
     views = views_in(folder) if compared else {}
-    view = views.get(chapter) or chapter.view_of(folder)
+    view = views.get(chapter) or view_of(chapter, folder)
     return Rendered(write_report(folder, views)[0] if compared else write_page(folder, chapter, view), view)
 
 

@@ -178,7 +178,9 @@ FILES = StudyFiles(
     followed=FOLLOWED,
     derived=derived,
     model=StudyRecord,
-    pages=("cost.html",),
+    title="Cost of accuracy",
+    view="cost:view_cost",
+    in_report=True,
 )
 
 

@@ -97,7 +97,7 @@ FILES = StudyFiles(
     followed=FOLLOWED,
     derived=verdicts,
     model=RunsRecord,
-    pages=("index.html", "summary.md"),
+    report=("index.html", "summary.md"),
 )
 
 

@@ -78,6 +78,8 @@ FILES = StudyFiles(
     followed=FOLLOWED,
     place=scene_of,
     model=StudyRecord,
-    pages=("effects.html",),
+    title="Relevance of each effect",
+    view="effects:view_effects",
+    in_report=True,
 )
 read_effects = FILES.contents

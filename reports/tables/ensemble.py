@@ -66,7 +66,8 @@ FILES = StudyFiles(
     derived=counts,
     place=place_of,
     model=StudyRecord,
-    pages=("ensemble.html",),
+    title="Ensemble of perturbed runs",
+    view="ensemble:view_ensemble",
 )
 
 

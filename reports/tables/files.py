@@ -79,8 +79,22 @@ class StudyFiles:
     """Scene, engine and setting of all rows of the tables, by the record"""
     parts: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     """Tables of each part that can be run by itself, beside the tables of earlier runs of the others"""
-    pages: tuple[str, ...] = ()
-    """Files in the result folder that are rendered from the tables"""
+    title: str = ""
+    """Title of the study's page, heading of its chapter and entry in a report's navigation"""
+    view: str = ""
+    """Function ``module:name`` of :mod:`reports.chapters` that makes all that the chapter shows of a result folder;
+    empty of a study without a page"""
+    in_report: bool = False
+    """Whether the report of a comparison in the same folder includes the chapter"""
+    command: str = ""
+    """Command that runs the study, where it has another name"""
+    report: tuple[str, ...] = ()
+    """Files that are rendered instead of a page of the study's name"""
+
+    @property
+    def pages(self) -> tuple[str, ...]:
+        """Files in the result folder that are rendered from the rows."""
+        return (f"{self.study}.html",) if self.view else self.report
 
     @property
     def rows_name(self) -> str:

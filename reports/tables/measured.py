@@ -1,4 +1,4 @@
-"""All studies, and the rows of result folders: read by whoever asks."""
+"""The registry of studies, and the rows of result folders: read by whoever asks."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ STUDIES = (
     ensemble.FILES,
     releases.FILES,
 )
-"""All studies but those of one's own"""
+"""All studies but those of one's own, in the order in which pages and rows show them"""
 
 
 def studies_in(folder: Path) -> list[StudyFiles]:

@@ -142,6 +142,8 @@ FILES = StudyFiles(
     place=place_of,
     parts=PARTS,
     model=StudyRecord,
-    pages=("roundoff.html",),
+    title="Round-off in absolute and relative coordinates",
+    view="roundoff.view:view_roundoff",
+    in_report=True,
 )
 read_roundoff = FILES.contents

@@ -78,5 +78,7 @@ FILES = StudyFiles(
     derived=ratios,
     place=scene_of,
     model=StudyRecord,
-    pages=("scaling.html",),
+    title="Cost against the number of bars",
+    view="scaling:view_scaling",
+    in_report=True,
 )

@@ -132,6 +132,7 @@ FILES = StudyFiles(
     followed=FOLLOWED,
     derived=runs_of,
     model=RunsRecord,
-    pages=("stability.html",),
+    title="Numerical stability on hard scenes",
+    view="stability:view_stability",
 )
 read_stability = FILES.contents

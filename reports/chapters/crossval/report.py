@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from reports.plotting.panels import Panel
-    from reports.tables.files import StudyTables
+    from reports.tables.files import StudyFiles, StudyTables
     from reports.text.record import SceneRecord
 
 PAPER = "paper"
@@ -52,14 +52,14 @@ METRIC_HEADS = (
 """Heads of the numbers in the table of metrics"""
 
 
-def write_report(folder: Path, chapters: Mapping[Any, Any]) -> tuple[Path, Path]:
+def write_report(folder: Path, chapters: Mapping[StudyFiles, Any]) -> tuple[Path, Path]:
     """Write ``index.html`` and ``summary.md`` into a result folder, from its stored tables alone.
 
     Parameters
     ----------
     folder : Path
         As described in :mod:`reports.tables.crossval`.
-    chapters : mapping of Chapter to its view
+    chapters : mapping of StudyFiles to view
         Chapters of studies that the report includes, in this order.
 
     Returns
@@ -80,10 +80,10 @@ def write_report(folder: Path, chapters: Mapping[Any, Any]) -> tuple[Path, Path]
     return page, text
 
 
-def rendered(results: StudyTables, chapters: Mapping[Any, Any]) -> tuple[str, str]:
+def rendered(results: StudyTables, chapters: Mapping[StudyFiles, Any]) -> tuple[str, str]:
     """HTML and Markdown of a comparison's report."""
     summary = summarise(results)
-    shared = context(results, summary) | {"chapters": list(chapters)} | {c.name: v for c, v in chapters.items()}
+    shared = context(results, summary) | {"chapters": list(chapters)} | {c.study: v for c, v in chapters.items()}
     groups = engine_groups(summary)
     pictures = {
         "views": [scene_view(results, summary, s) for s in summary.scenes],

@@ -102,6 +102,8 @@ FILES = StudyFiles(
     followed=FOLLOWED,
     derived=none_tried,
     model=StudyRecord,
-    pages=("campaign.html",),
+    title="Random campaign",
+    view="campaign:view_campaign",
+    command="selftest --random N",
 )
 read_campaign = FILES.contents

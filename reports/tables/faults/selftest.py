@@ -77,6 +77,7 @@ FILES = StudyFiles(
     followed=FOLLOWED,
     place=host_of,
     model=StudyRecord,
-    pages=("selftest.html",),
+    title="Detection of inserted faults",
+    view="selftest:view_selftest",
 )
 read_selftest = FILES.contents

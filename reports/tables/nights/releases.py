@@ -59,5 +59,5 @@ TABLES = {
 }
 
 
-FILES = StudyFiles("releases", TABLES, model=StudyRecord, pages=("releases.html",))
+FILES = StudyFiles("releases", TABLES, model=StudyRecord, title="Releases of an engine", view="releases:view_releases")
 read_releases = FILES.contents
