@@ -33,7 +33,7 @@ from reports.tables import measured
 from reports.tables.crossval import FILES as COMPARISON
 from reports.tables.crossval import is_engine
 from reports.tables.reading import brief, damaged
-from reports.tables.rows import BITS, NOT_COMPARED, NOT_RUN, RELATIVE_TO, is_count, parsed_tags, records
+from reports.tables.rows import BITS, NOT_COMPARED, NOT_RUN, RELATIVE_TO, is_count, parsed_tags, records, was_run
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -129,7 +129,7 @@ def word(identity: FigureIdentity, row: Row, parts: Key) -> Figure:
     """Figure of a digest or an outcome; without one it is missing, for the row's reason."""
     if identity.kind is FigureKind.BITS:
         found, reason = row["text"], "" if row["text"] else row["reason"] or row["outcome"]
-    elif row["outcome"] == NOT_RUN:
+    elif not was_run(row["outcome"]):
         found, reason = "", reason_of(row)
     else:
         found, reason = row["outcome"], row["reason"]
@@ -139,7 +139,7 @@ def word(identity: FigureIdentity, row: Row, parts: Key) -> Figure:
 def number(identity: FigureIdentity, row: Row, rule: Followed, every: Mapping[Key, Row], parts: Key) -> Figure:
     """Figure of a number; one that is not finite, or that tells nothing, is missing for the row's reason."""
     value = real(row["value"])
-    if value is None or row["outcome"] in {NOT_RUN, NOT_COMPARED}:
+    if value is None or row["outcome"] == NOT_COMPARED or not was_run(row["outcome"]):
         return Figure(identity, reason=brief(reason_of(row)) or NO_NUMBER, depends=parts)
     within = every.get(key_of(row, metric=rule.within)) if rule.within else None
     bits = every.get(key_of(row, tags="", quantity="", metric=BITS)) if rule.trajectory else None
@@ -151,7 +151,7 @@ def number(identity: FigureIdentity, row: Row, rule: Followed, every: Mapping[Ke
 
 def reason_of(row: Row) -> str:
     """Why a row has no result: its reason, else its outcome; of what was not run both."""
-    if row["outcome"] == NOT_RUN:
+    if not was_run(row["outcome"]):
         return f"{NOT_RUN}: {row['reason']}"
     return str(row["reason"] or row["outcome"])
 

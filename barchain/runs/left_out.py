@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from barchain.runs.asking import declarations_of, engine_fault
 from reports.tables.outcome import Outcome
-from reports.tables.rows import NOT_RUN
+from reports.tables.rows import NOT_RUN, NotRun, was_run
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Mapping
@@ -26,7 +26,7 @@ class LeftOut:
     reason: str
 
 
-NOT_TRIED = frozenset({Outcome.UNSUPPORTED, Outcome.MISSING, NOT_RUN})
+NOT_TRIED = frozenset({Outcome.UNSUPPORTED, Outcome.MISSING, NOT_RUN, *NotRun})
 """Outcomes of points that were not run; the reason is declared, or the limits that the study was given"""
 
 
@@ -62,7 +62,7 @@ def failures(points: Iterable[Mapping[str, Any]], named: Collection[str] = ()) -
 def said(point: Mapping[str, Any]) -> str:
     """Outcome of a point; of one that was not run with the reason."""
     outcome = str(point["outcome"])
-    return f"{outcome}: {point['reason']}" if outcome == NOT_RUN else outcome
+    return outcome if was_run(outcome) else f"{NOT_RUN}: {point['reason']}"
 
 
 def passed(points: Iterable[Mapping[str, Any]]) -> bool:

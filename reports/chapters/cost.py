@@ -14,7 +14,7 @@ from reports.plotting.palette import COLOURS
 from reports.plotting.series import decade_range
 from reports.tables.cost import BASELINE, INDEPENDENT, KINDS, busy_machine, read_cost
 from reports.tables.outcome import Outcome
-from reports.tables.rows import NOT_RUN, plain
+from reports.tables.rows import plain, was_run
 from reports.text.words import anchor
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ def chart_of(points: pd.DataFrame, quantity: str, cost: str, name: str, title: s
 
 def curve_of(own: pd.DataFrame, error: str, floor: str, cost: str) -> EngineCurve:
     """Points of one engine's accuracy sweep, coarse to fine; unresolved ones are hollow."""
-    run = own[own.outcome != NOT_RUN]
+    run = own[own.outcome.map(was_run)]
     errors = run[error].to_numpy(float)
     return EngineCurve(
         str(own.engine.iloc[0]),

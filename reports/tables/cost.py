@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from reports.tables.files import StudyFiles
-from reports.tables.rows import COUNT, NOT_COMPARED, NOT_RUN, RUNS_FOLLOWED, Followed, Rows, known, records
+from reports.tables.rows import COUNT, NOT_COMPARED, NOT_RUN, RUNS_FOLLOWED, Followed, Rows, known, records, was_run
 from reports.tables.schema import StudyRecord
 from reports.tables.table import Number, Table
 
@@ -139,7 +139,7 @@ def derived(tables: Frames, record: Mapping[str, Any]) -> Rows:
     cut = {
         (row["scene"], row["engine"]): row["reason"]
         for row in reversed(list(records(tables["points"]) if "points" in tables else ()))
-        if row["outcome"] == NOT_RUN
+        if not was_run(row["outcome"])
     }
     for row in records(tables["reach"]) if "reach" in tables else ():
         if row["measure"] == "seconds":

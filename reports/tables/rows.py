@@ -14,7 +14,7 @@ Each row is one number, one outcome or one text. ``study`` to ``metric`` are its
 ``limit``
     largest value that passes;
 ``outcome``, ``reason``
-    word of a closed set, and why; :data:`NOT_RUN` and :data:`NOT_COMPARED` are outcomes;
+    word of a closed set, and why; :data:`NOT_RUN`, :class:`NotRun` and :data:`NOT_COMPARED` are outcomes;
 ``text``
     a digest of bits, a method, a name;
 ``until_s``
@@ -26,6 +26,7 @@ from __future__ import annotations
 import hashlib
 import math
 import re
+from enum import StrEnum
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard
 
 import numpy as np
@@ -42,7 +43,7 @@ IDENTITY = ("study", "scene", "engine", "setting", "tags", "quantity", "metric")
 NUMBERS = ("value", "low", "high", "limit", "until_s")
 COLUMNS = (*IDENTITY, "value", "low", "high", "unit", "limit", "outcome", "reason", "text", "until_s")
 NOT_RUN = "not run"
-"""Outcome of what the time of a study did not suffice for"""
+"""Outcome of what a study left out, for the row's reason, and begin of :class:`NotRun`"""
 NOT_COMPARED = "not compared"
 """Outcome of a number that was measured and tells nothing, for the row's reason"""
 RELATIVE_TO = "relative_to"
@@ -50,6 +51,22 @@ MOST_WHOLE = 1e15
 """Numbers below are whole without a point"""
 TAG = re.compile(r"[a-z][a-z0-9_]*")
 Row = dict[str, Any]
+
+
+class NotRun(StrEnum):
+    """Outcomes of what a study left out, where the cause decides on other runs."""
+
+    LIMIT = "not run: time limit"
+    """It would take longer than a run may, or a coarser one did"""
+    BUDGET = "not run: budget"
+    """The time of the study is used, or so much of it that a run may take less"""
+    BLURRED = "not run: blurred"
+    """Its error would be below that of the solution which it is compared with"""
+
+
+def was_run(outcome: str) -> bool:
+    """Whether an outcome is that of a run."""
+    return not outcome.startswith(NOT_RUN)
 
 
 class RowError(ValueError):

@@ -18,13 +18,14 @@ from barchain.runs.pool import OneByOneSession
 from barchain.solutions.certified import certified
 from barchain.studies.cost.errors import errors_at_equal_steps, errors_of, under_floor
 from barchain.studies.cost.findings import orders_table, stopped
-from barchain.studies.cost.plan import SPENT, load_jobs, name_of, shortened, sweeps, too_fine, too_long
+from barchain.studies.cost.plan import load_jobs, name_of, shortened, sweeps, too_fine, too_long
 from barchain.studies.cost.study import CostRun, columns_of, cost_study, load_row, load_rows
 from barchain.studies.study import Reporter, run_study
 from barchain.studies.timing.statistics import fit_order
 from reports.render import render_study
 from reports.tables.cost import FILES, TABLES, read_cost
 from reports.tables.outcome import Outcome
+from reports.tables.rows import NotRun
 from scenarios import load_scene
 from tests.support.certified_stand_in import certified_stand_in
 from tests.support.results import read_table
@@ -275,11 +276,15 @@ def sweep_of(engine, values):
 
 def test_settings_past_the_time_limit_are_not_tried():
     coarse, fine, finer = sweep_of("exudyn", (1000, 2000, 4000))
-    rows = [(coarse, {"outcome": "pass", "reason": "", "seconds": 0.9})]
-    assert too_long(rows, fine, LIMIT_S) == ""
-    assert "about 3.6 s expected" in too_long(rows, finer, LIMIT_S)
-    assert too_long([(coarse, {"outcome": "timed_out", "reason": ""})], fine, LIMIT_S)
-    assert too_long([(coarse, {"outcome": "failed", "reason": "no step"})], fine, LIMIT_S) == ""
+    rows = [(coarse, {"outcome": "pass", "seconds": 0.9})]
+    assert too_long(rows, fine, LIMIT_S) is None
+    late = too_long(rows, finer, LIMIT_S)
+    assert late["outcome"] == NotRun.LIMIT
+    assert "about 3.6 s expected" in late["reason"]
+    assert too_long(rows, finer, LIMIT_S, hasty=True)["outcome"] == NotRun.BUDGET
+    for outcome, after in [("timed_out", NotRun.LIMIT), (NotRun.LIMIT, NotRun.LIMIT), (NotRun.BUDGET, NotRun.BUDGET)]:
+        assert too_long([(coarse, {"outcome": outcome})], fine, LIMIT_S)["outcome"] == after
+    assert too_long([(coarse, {"outcome": "failed"})], fine, LIMIT_S) is None
 
 
 @pytest.mark.parametrize("haste_s", one_in(3, [0.35, 0.0, 0.05, 1.0, 3.0]))
@@ -327,20 +332,19 @@ def test_after_the_budget_no_setting_but_the_coarsest_is_begun(tmp_path):
     sweep = sweeps(study.scenes[0], study.engines)[0]
     list(run_cases([("", run.first_pass(SimpleNamespace(scene=study.scenes[0]), sweep, 3.5))], ALL_CORES))
     assert [r["outcome"] for r in run.rows.values()].count("pass") == 4
-    left = {r["reason"] for r in run.rows.values() if r["outcome"] != "pass"}
-    assert left == {SPENT}
+    assert {r["outcome"] for r in run.rows.values()} == {"pass", NotRun.BUDGET}
     assert stopped(pd.DataFrame(r for r in run.rows.values() if r["engine"] == "exudyn")) == "not run: budget"
 
 
 def test_settings_finer_than_the_oracle_can_tell_are_not_tried():
-    told = {"reason": "", "attitude_error_rad": 1e-9, "com_error_m": 1e-3, "under_floor": "com"}
+    told = {"outcome": "pass", "attitude_error_rad": 1e-9, "com_error_m": 1e-3, "under_floor": "com"}
     blurred = told | {"under_floor": "attitude,com"}
-    assert too_fine([told, blurred]) == ""
-    assert too_fine([blurred, told]) == ""
-    reason = too_fine([blurred, blurred])
-    assert "certified solution's own error" in reason
-    assert too_fine([blurred, {"reason": reason}]) == reason
-    assert too_fine([{"reason": "failed"}, {"reason": "failed"}]) == ""
+    assert too_fine([told, blurred]) is None
+    assert too_fine([blurred, told]) is None
+    left = too_fine([blurred, blurred])
+    assert left["outcome"] == NotRun.BLURRED
+    assert too_fine([blurred, left]) == left
+    assert too_fine([{"outcome": "failed"}, {"outcome": "failed"}]) is None
 
 
 def test_runs_that_succeed_but_are_wrong_are_points_with_large_errors(solution):

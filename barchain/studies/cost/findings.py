@@ -11,7 +11,6 @@ import pandas as pd
 from adapters.engine import AccuracyParameter
 from barchain.runs.asking import declarations_of
 from barchain.studies.cost.errors import TELLS
-from barchain.studies.cost.plan import LONGER, SHORTENED, SPENT
 from barchain.studies.timing.statistics import (
     SCATTERED,
     STRAIGHT,
@@ -29,7 +28,7 @@ from barchain.studies.timing.statistics import (
 )
 from reports.tables.cost import BASELINE
 from reports.tables.outcome import Outcome
-from reports.tables.rows import NOT_RUN
+from reports.tables.rows import NotRun
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -222,12 +221,8 @@ def stopped(rows: pd.DataFrame) -> str:
     later = rows.iloc[int(good.nonzero()[0].max()) + 1 :] if good.any() else rows
     if not len(later):
         return ""
-    outcome, reason = str(later.outcome.iloc[0]), str(later.reason.iloc[0])
-    if outcome != NOT_RUN:
-        return outcome.replace("_", " ")
-    if SHORTENED in reason or SPENT in reason:
-        return f"{NOT_RUN}: budget"
-    return f"{NOT_RUN}: time limit" if LONGER in reason else ""
+    outcome = str(later.outcome.iloc[0])
+    return "" if outcome == NotRun.BLURRED else outcome.replace("_", " ")
 
 
 def floor_of(rows: pd.DataFrame, quantity: str) -> float:

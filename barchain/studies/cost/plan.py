@@ -15,6 +15,7 @@ from barchain.runs.left_out import LeftOut, cannot
 from barchain.studies.cost.errors import MEASURED
 from reports.tables.cost import INDEPENDENT, OWN_EQUATIONS
 from reports.tables.outcome import Outcome
+from reports.tables.rows import NotRun
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -24,10 +25,9 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 SAMPLES = 21  # few, so that no engine is timed at interpolating samples; certified solutions have these instants
-LONGER = "past the time limit"  # in the reason of a point that is not tried
-SHORTENED = "the time budget is half used"  # in that of one past the limit that is shortened then
-SPENT = "the time budget is used"  # in that of one that was not begun
-BLURRED = "lie under the certified solution's own error"
+SHORTENED = "the time budget is half used"
+"""Why a run may then take less time"""
+BLURRED = "coarser settings lie under the certified solution's own error"
 REPEATED_LOAD = "repeated_load"
 """Option of an engine that applies each load twice, at half strength. The motion stays the same up to round-off, and
 the additional time is that of the loads once more"""
@@ -78,18 +78,25 @@ def sweeps(scene: Scene, engines: dict[str, Registration]) -> tuple[dict[str, li
     return runs, out
 
 
-def too_long(coarser: list[tuple[Job, Row]], job: Job, limit_s: float, why: str = "") -> str:
-    """Reason to skip a run: a coarser run timed out, or this one is expected to; empty if there is none.
+def skipped(outcome: NotRun, reason: str) -> Row:
+    """Columns of a point that is not run."""
+    return {"outcome": str(outcome), "reason": reason}
 
-    `why` tells of a shortened limit.
+
+def too_long(coarser: list[tuple[Job, Row]], job: Job, limit_s: float, *, hasty: bool = False) -> Row | None:
+    """Columns of a run that is skipped: a coarser run timed out, or this one is expected to; None of one to be made.
+
+    `hasty` if the limit is one that was shortened for the budget.
     """
-    past = [row for _, row in coarser if row["outcome"] == Outcome.TIMED_OUT.value or LONGER in row["reason"]]
-    if past:
-        hasty = f", as {SHORTENED}" * any(SHORTENED in row["reason"] for row in past)
-        return f"a coarser setting is {LONGER} already{hasty}"
+    ends = {row["outcome"] for _, row in coarser}
+    if ends & {Outcome.TIMED_OUT.value, NotRun.LIMIT, NotRun.BUDGET}:
+        said = "a coarser setting is past the time limit already"
+        if NotRun.BUDGET in ends:
+            return skipped(NotRun.BUDGET, f"{said}, as {SHORTENED}")
+        return skipped(NotRun.LIMIT, said)
     timed = [(c, float(row["seconds"])) for c, row in coarser if row.get("seconds", 0.0) > 0.0]
     if not timed:
-        return ""
+        return None
     last, seconds = timed[-1]
     growth = 1.0
     if job.setting.parameter is AccuracyParameter.STEPS_PER_ORBIT:
@@ -98,15 +105,18 @@ def too_long(coarser: list[tuple[Job, Row]], job: Job, limit_s: float, why: str 
         growth = max(1.0, seconds / timed[-2][1])
     expected_s = seconds * growth
     if expected_s <= limit_s:
-        return ""
-    return f"{LONGER}, {limit_s:g} s{why}: about {expected_s:.2g} s expected"
+        return None
+    why = f", as {SHORTENED}" * hasty
+    said = f"past the time limit, {limit_s:g} s{why}: about {expected_s:.2g} s expected"
+    return skipped(NotRun.BUDGET if hasty else NotRun.LIMIT, said)
 
 
-def too_fine(coarser: list[Row]) -> str:
-    """Reason to skip a run: both coarser runs lie below the certified solution's own error; empty if there is none."""
-    if coarser and BLURRED in coarser[-1]["reason"]:
-        return f"coarser settings {BLURRED}"
-    return f"coarser settings {BLURRED}" if len(coarser) > 1 and all(map(blurred, coarser[-2:])) else ""
+def too_fine(coarser: list[Row]) -> Row | None:
+    """Columns of a run that is skipped: both coarser runs lie below the certified solution's own error; else None."""
+    before = coarser and coarser[-1]["outcome"] == NotRun.BLURRED
+    if before or (len(coarser) > 1 and all(map(blurred, coarser[-2:]))):
+        return skipped(NotRun.BLURRED, BLURRED)
+    return None
 
 
 def blurred(row: Row) -> bool:

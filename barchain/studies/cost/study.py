@@ -29,11 +29,11 @@ from barchain.studies.cost.findings import equal_steps_row, front_of, orders_tab
 from barchain.studies.cost.plan import (
     REPEATED_LOAD,
     SHORTENED,
-    SPENT,
     kind_of,
     load_jobs,
     name_of,
     shortened,
+    skipped,
     sweeps,
     too_fine,
     too_long,
@@ -44,7 +44,7 @@ from barchain.studies.timing.bench import LONG_S, OtherLoad, TimingBench
 from barchain.studies.timing.statistics import interval, median_time
 from reports.tables.cost import FILES
 from reports.tables.outcome import Outcome
-from reports.tables.rows import NOT_RUN
+from reports.tables.rows import NotRun
 from scenarios import Scene, load_scene, scene_names
 
 if TYPE_CHECKING:
@@ -213,9 +213,9 @@ class CostRun:
         scene's time is used no further one is begun.
         """
         for k, level in enumerate(by_setting(runs)):
-            limit_s, over = self.limit_s(solution.scene), SPENT if k and self.bench.spent_s > deadline else ""
+            limit_s, over = self.limit_s(solution.scene), bool(k) and self.bench.spent_s > deadline
             for job in level:
-                yield from self.first_turn(solution, job, runs[job.engine], limit_s, over)
+                yield from self.first_turn(solution, job, runs[job.engine], limit_s, over=over)
             self.store.write("points", self.points())
 
     def limit_s(self, scene: Scene) -> float:
@@ -233,18 +233,17 @@ class CostRun:
         return LONG_S
 
     def first_turn(
-        self, solution: BoundedSolution, job: Job, sweep: list[Job], limit_s: float, over: str = ""
+        self, solution: BoundedSolution, job: Job, sweep: list[Job], limit_s: float, *, over: bool = False
     ) -> Case[None]:
         """Errors of a point, and its first time; long runs are timed from here on.
 
-        `over` is the reason not to begin it.
+        It is not begun if the scene's time is `over`.
         """
         coarser = [(c, self.rows[name_of(c)]) for c in sweep[: sweep.index(job)]]
-        why = f", as {SHORTENED}" if limit_s < self.study.time_limit_s else ""
-        reason = over or too_long(coarser, job, limit_s, why) or too_fine([row for _, row in coarser])
-        if reason:
-            found: Row = {"outcome": NOT_RUN, "reason": reason}
-        else:
+        hasty = limit_s < self.study.time_limit_s
+        spent = skipped(NotRun.BUDGET, "the time budget is used") if over else None
+        found = spent or too_long(coarser, job, limit_s, hasty=hasty) or too_fine([row for _, row in coarser])
+        if found is None:
             (result,) = yield [self.bench.run(job, (1.0 + CHECK_SHARE) * 2.0 * self.study.time_limit_s)]
             found = columns_of(job, result, solution)
             if result.outcome is Outcome.PASS and result.seconds["simulate"] >= LONG_S:

@@ -15,7 +15,7 @@ from barchain.nightly.figures import Figure, FigureKind, NightPart
 from barchain.nightly.results import figures_of
 from reports.tables.cost import BUSY, FILES, FOLLOWED
 from reports.tables.reading import TABLES
-from reports.tables.rows import NOT_RUN
+from reports.tables.rows import NOT_RUN, NotRun
 from tests.nightly.history.histories import history_of, judged_last, news_of
 from tests.nightly.history.synthetic import NAMES, PARTS, count, identity, verdict
 from tests.support.results import write_results
@@ -125,7 +125,7 @@ def test_ratios_of_a_busy_machine_are_missing_with_the_reason(others: float | No
 def test_a_point_without_time_has_no_verdict_and_its_engine_no_word_on_finer_errors(study: Path) -> None:
     def without_time(points: pd.DataFrame) -> pd.DataFrame:
         last = points.index[(points["engine"] == "pymunk") & (points["outcome"] == "pass")][-1]
-        points.loc[last, ["outcome", "reason"]] = [NOT_RUN, "past the time limit, 2 s: about 2.1 s expected"]
+        points.loc[last, ["outcome", "reason"]] = [NotRun.LIMIT, "past the time limit, 2 s: about 2.1 s expected"]
         return points
 
     before = named(study)
