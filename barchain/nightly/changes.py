@@ -8,8 +8,10 @@ from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from barchain.nightly.figures import STEPPED, Figure, FigureIdentity, FigureKind, content_digest
+from reports.tables.crossval import COMPARISON
 from reports.tables.faults.campaign import CellClass
 from reports.tables.faults.selftest import FaultOutcome
+from reports.tables.measured import STUDIES
 from reports.tables.outcome import SEVERITY, Outcome
 from reports.tables.stability import Stability
 
@@ -197,7 +199,7 @@ WRONG = {str(o) for o in (Outcome.INCONSISTENT, Outcome.EXCEEDS_BOUND, Outcome.J
 RIGHT = {str(Outcome.PASS), str(Outcome.ROUNDOFF_LIMITED)}
 VERDICT = "verdict"
 """Quantity of a comparison's verdict; those of other studies have the study's name before them"""
-OTHER_STUDIES = {"cost", "stability", "roundoff", "selftest", "campaign", "scaling", "effects", "ensemble"}
+OTHER_STUDIES = {files.study for files in STUDIES if files.followed} - {COMPARISON}
 """First words of the quantities of all studies but the comparison"""
 
 

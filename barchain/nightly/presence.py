@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from barchain.nightly.changes import OTHER_STUDIES
+from reports.tables.crossval import COMPARISON
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
@@ -14,8 +17,6 @@ OCCASIONS = 2
 """Occasions in a row that must have a figure: some figures are measured only now and then"""
 SAMPLED = ("stability.", "selftest.", "campaign.")
 """Beginnings of the quantities of studies of which a night does a part only: scenes, or faults, of that night"""
-STUDIES = frozenset({"cost", "scaling", "stability", "effects", "roundoff", "selftest", "campaign"})
-COMPARISON = "comparison"
 Subject = tuple[str, str, str]
 """Study, scene and fault of a figure: what is done as a whole"""
 
@@ -46,7 +47,7 @@ class Presence:
 def study_of(identity: FigureIdentity) -> str:
     """Study that a figure is of."""
     first = identity.quantity.partition(".")[0]
-    return first if first in STUDIES else COMPARISON
+    return first if first in OTHER_STUDIES else COMPARISON
 
 
 def subject_of(identity: FigureIdentity) -> Subject:

@@ -10,7 +10,7 @@ import numpy as np
 from reports.plotting.palette import COLOURS
 from reports.plotting.panels import Panel, linear_span
 from reports.plotting.svg import Chart, across, upwards
-from reports.tables.ensemble import read_ensemble
+from reports.tables.ensemble import FILES
 from reports.text.record import SceneRecord
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ OPACITY = (0.22, 0.36)  # outer range, inner range: distinct in both themes and 
 
 def view_ensemble(folder: Path) -> SimpleNamespace:
     """Contents of the page, from the ensemble in a result folder."""
-    tables = read_ensemble(folder)
+    tables = FILES.contents(folder, "quantiles")
     about = tables.record.get("scene") or {}
     scene, table = SceneRecord(str(about.get("name") or ""), about), tables.quantiles
     groups = []

@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 
 QUANTITY_UNITS = UNITS | {"run": ""}
 """Units of all that has rows; ``run`` is the run as a whole"""
+COMPARISON = "comparison"
+"""Name of the study, and of its files"""
 SOLUTION, AMPLIFICATION = "solution", "amplification"
 JUDGING_SOLUTION = "(judging solution)"
 """Stands in the engine column for a scene's judging solution that could not be run"""
@@ -92,7 +94,7 @@ METRICS = Table(
 """One value a row"""
 METRIC_COLUMNS = METRICS.columns
 FILES = StudyFiles(
-    "comparison",
+    COMPARISON,
     {"metrics": METRICS},
     followed=FOLLOWED,
     derived=verdicts,

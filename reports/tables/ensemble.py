@@ -13,26 +13,17 @@ from typing import TYPE_CHECKING, Any
 
 from reports.tables.effects import scene_of
 from reports.tables.files import StudyFiles
-from reports.tables.rows import COUNT, Followed, Rows
+from reports.tables.rows import COUNT, Followed, records
 from reports.tables.schema import StudyRecord
-from reports.tables.table import Table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from pathlib import Path
 
-    from reports.tables.files import Frames, StudyTables
+    import pandas as pd
+
+    from reports.tables.rows import Rows
 
 QUANTILE_COLUMNS = ("t_s", "quantity", "item", "quantile", "value", "unit", "runs")
-
-
-LAST = Table(
-    ("quantity", "item", "quantile"),
-    "quantile",
-    {"value": "value", "unit": "unit", "until_s": "t_s"},
-    sizes=("item", "quantile"),
-)
-"""Quantiles at the last instant"""
 ENGINE = "reference-fast"
 FOLLOWED = {
     "quantile": Followed("value", "{quantity}.{item:g}.q{quantile:g}"),
@@ -46,31 +37,23 @@ def place_of(record: Mapping[str, Any]) -> dict[str, str]:
     return scene_of(record) | {"engine": ENGINE, "setting": setting}
 
 
-def counts(tables: Frames, record: Mapping[str, Any]) -> Rows:
-    """Counts of outcomes, and times."""
-    del tables
-    found = Rows(FILES.study)
+def add_rows(found: Rows, quantiles: pd.DataFrame, record: Mapping[str, Any]) -> None:
+    """Add the quantiles at the last instant, counts of outcomes, and times."""
     place: dict[str, Any] = {**place_of(record)}
-    for outcome, runs in (record.get("outcomes") or {}).items():
+    for row in records(quantiles[quantiles["t_s"] == quantiles["t_s"].max()]):
+        named = {name: row[name] for name in ("quantity", "item", "quantile")}
+        found.add("quantile", row["value"], row["unit"], until_s=row["t_s"], **named, **place)
+    for outcome, runs in record["outcomes"].items():
         found.add(COUNT, runs, quantity=outcome, **place)
-    for phase, seconds in (record.get("phases_s") or {}).items():
+    for phase, seconds in record["phases_s"].items():
         found.add("seconds", seconds, "s", quantity=phase, **place)
-    return found
 
 
 FILES = StudyFiles(
     "ensemble",
-    {"last": LAST},
-    {"quantiles": QUANTILE_COLUMNS, "runs": ()},
+    series={"quantiles": QUANTILE_COLUMNS, "runs": ()},
     followed=FOLLOWED,
-    derived=counts,
-    place=place_of,
     model=StudyRecord,
     title="Ensemble of perturbed runs",
     view="ensemble:view_ensemble",
 )
-
-
-def read_ensemble(folder: Path) -> StudyTables:
-    """Record and quantiles of the ensemble in a result folder, without its runs; errors as `FILES.contents`."""
-    return FILES.contents(folder, "quantiles")

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 SAMPLES = 21  # few, so that no engine is timed at interpolating samples; certified solutions have these instants
 SHORTENED = "the time budget is half used"
 """Why a run may then take less time"""
-BLURRED = "coarser settings lie under the certified solution's own error"
 REPEATED_LOAD = "repeated_load"
 """Option of an engine that applies each load twice, at half strength. The motion stays the same up to round-off, and
 the additional time is that of the loads once more"""
@@ -78,11 +77,6 @@ def sweeps(scene: Scene, engines: dict[str, Registration]) -> tuple[dict[str, li
     return runs, out
 
 
-def skipped(outcome: NotRun, reason: str) -> Row:
-    """Columns of a point that is not run."""
-    return {"outcome": str(outcome), "reason": reason}
-
-
 def too_long(coarser: list[tuple[Job, Row]], job: Job, limit_s: float, *, hasty: bool = False) -> Row | None:
     """Columns of a run that is skipped: a coarser run timed out, or this one is expected to; None of one to be made.
 
@@ -90,10 +84,7 @@ def too_long(coarser: list[tuple[Job, Row]], job: Job, limit_s: float, *, hasty:
     """
     ends = {row["outcome"] for _, row in coarser}
     if ends & {Outcome.TIMED_OUT.value, NotRun.LIMIT, NotRun.BUDGET}:
-        said = "a coarser setting is past the time limit already"
-        if NotRun.BUDGET in ends:
-            return skipped(NotRun.BUDGET, f"{said}, as {SHORTENED}")
-        return skipped(NotRun.LIMIT, said)
+        return late("a coarser setting is past the time limit already", hasty=NotRun.BUDGET in ends)
     timed = [(c, float(row["seconds"])) for c, row in coarser if row.get("seconds", 0.0) > 0.0]
     if not timed:
         return None
@@ -106,16 +97,23 @@ def too_long(coarser: list[tuple[Job, Row]], job: Job, limit_s: float, *, hasty:
     expected_s = seconds * growth
     if expected_s <= limit_s:
         return None
-    why = f", as {SHORTENED}" * hasty
-    said = f"past the time limit, {limit_s:g} s{why}: about {expected_s:.2g} s expected"
-    return skipped(NotRun.BUDGET if hasty else NotRun.LIMIT, said)
+    return late(f"past the time limit, {limit_s:g} s", f": about {expected_s:.2g} s expected", hasty=hasty)
+
+
+def late(said: str, more: str = "", *, hasty: bool) -> Row:
+    """Columns of a run that is skipped for the time limit, or for one that is shortened for the budget."""
+    outcome, why = (NotRun.BUDGET, f", as {SHORTENED}") if hasty else (NotRun.LIMIT, "")
+    return {"outcome": str(outcome), "reason": f"{said}{why}{more}"}
 
 
 def too_fine(coarser: list[Row]) -> Row | None:
     """Columns of a run that is skipped: both coarser runs lie below the certified solution's own error; else None."""
     before = coarser and coarser[-1]["outcome"] == NotRun.BLURRED
     if before or (len(coarser) > 1 and all(map(blurred, coarser[-2:]))):
-        return skipped(NotRun.BLURRED, BLURRED)
+        return {
+            "outcome": str(NotRun.BLURRED),
+            "reason": "coarser settings lie under the certified solution's own error",
+        }
     return None
 
 

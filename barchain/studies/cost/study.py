@@ -33,7 +33,6 @@ from barchain.studies.cost.plan import (
     load_jobs,
     name_of,
     shortened,
-    skipped,
     sweeps,
     too_fine,
     too_long,
@@ -241,7 +240,7 @@ class CostRun:
         """
         coarser = [(c, self.rows[name_of(c)]) for c in sweep[: sweep.index(job)]]
         hasty = limit_s < self.study.time_limit_s
-        spent = skipped(NotRun.BUDGET, "the time budget is used") if over else None
+        spent: Row = {"outcome": str(NotRun.BUDGET), "reason": "the time budget is used"} if over else {}
         found = spent or too_long(coarser, job, limit_s, hasty=hasty) or too_fine([row for _, row in coarser])
         if found is None:
             (result,) = yield [self.bench.run(job, (1.0 + CHECK_SHARE) * 2.0 * self.study.time_limit_s)]

@@ -29,7 +29,7 @@ from barchain.studies.ensemble.chunks import (
 )
 from barchain.studies.ensemble.population import Ensemble, check_effects, populations
 from barchain.studies.ensemble.variation import VariationError, parse
-from reports.tables.ensemble import FILES
+from reports.tables.ensemble import FILES, add_rows
 from scenarios import Scene, load_scene
 
 if TYPE_CHECKING:
@@ -120,11 +120,11 @@ class EnsembleStudy(Ensemble):
             made, quantiles, seconds = reduced(self, store.answers, done)
         tally = RunTally()
         store.write("quantiles", quantiles)
-        store.write("last", quantiles[quantiles["t_s"] == quantiles["t_s"].max()])
         write_runs(store, run_rows(made, tally))
         store.record["outcomes"] = dict(tally.outcomes.most_common())
         store.record["evaluations"] = tally.evaluations
         store.record["phases_s"] = seconds
+        add_rows(store.summary, quantiles, store.record)
         shutil.rmtree(store.answers)  # the tables say all; the samples may take gigabytes
         return EnsembleSummary(self.scene, quantiles, tally, seconds)
 
