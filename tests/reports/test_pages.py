@@ -36,7 +36,7 @@ def folder(tmp_path: Path) -> Path:
     spent = {"phases_s": {"run": 1.0, "reduce": 0.1}, "outcomes": {"finished": 4}}
     drawn = {"runs": 4, "rtol": 1e-10, "vary": ["mass"], "seed": 1, "evaluations": 1000}
     series = {"quantiles": pd.DataFrame(columns=list(ensemble.QUANTILE_COLUMNS))}
-    return write_results(tmp_path, ensemble.FILES, {"last": ()}, MADE | scene | spent | drawn, series)
+    return write_results(tmp_path, ensemble.FILES, {}, MADE | scene | spent | drawn, series)
 
 
 def test_every_page_is_rendered_once(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

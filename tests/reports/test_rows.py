@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from reports.tables import cost
+from reports.tables import cost, ensemble
 from reports.tables.measured import STUDIES
 from reports.tables.outcome import Outcome
 from reports.tables.rows import NOT_RUN, RowError, Rows, parsed_tags, spread, tag_text
@@ -132,6 +132,20 @@ def test_an_interrupted_cost_study_has_no_orders() -> None:
 
     assert rows(True).to_numpy().tolist() == [[4.0, 3.9, 4.1, "", ""]]
     assert rows(False).fillna(0.0).to_numpy().tolist() == [[0.0, 0.0, 0.0, NOT_RUN, cost.INTERRUPTED]]
+
+
+def test_rows_of_an_ensemble_have_the_last_instant_alone_with_counts_and_times() -> None:
+    at = {"quantity": "attitude", "item": 1, "quantile": 0.5, "unit": "rad", "runs": 3}
+    quantiles = pd.DataFrame([at | {"t_s": 0.0, "value": 1.0}, at | {"t_s": 10.0, "value": 2.0}])
+    record = {"scene": {"name": "some/scene"}, "outcomes": {"finished": 3}, "phases_s": {"run": 0.5}}
+    rows = Rows("ensemble")
+    ensemble.add_rows(rows, quantiles, record)
+    found = rows.frame()
+    assert found[["metric", "quantity", "value", "unit"]].to_numpy().tolist() == [
+        ["quantile", "attitude", 2.0, "rad"], ["count", "finished", 3.0, "1"], ["seconds", "run", 0.5, "s"],
+    ]  # fmt: skip
+    assert found["until_s"].iloc[0] == 10.0
+    assert set(found["scene"]) == {"some/scene"}
 
 
 def test_noise_in_times_does_not_change_whether_an_error_is_reached() -> None:
