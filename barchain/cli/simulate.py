@@ -21,8 +21,6 @@ from barchain.cli.common.progress import note
 from barchain.cli.common.result_folder import need_writable
 from barchain.cli.common.terminal import say
 from barchain.runs.job import TIME_LIMIT_S
-from scenarios.nearest import nearest
-from scenarios.text import shorten
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -37,6 +35,8 @@ def channel_names(context: click.Context, option: click.Parameter, given: tuple[
     """Names of channels of all lists, each once, before anything runs."""
     from scenarios.channels import STORED
     from scenarios.derived_channels import DERIVED
+    from scenarios.nearest import nearest
+    from scenarios.text import shorten
 
     del context, option
     names = tuple(dict.fromkeys(name.strip() for text in given for name in text.split(",")))

@@ -28,6 +28,7 @@ HEAVY = (
 COMMANDS = sorted(cli.commands)
 OWN_MEANING = {
     "--baseline",
+    "--columns",
     "--junit",
     "--list",
     "--part",

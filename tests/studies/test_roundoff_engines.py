@@ -8,7 +8,6 @@ import pytest
 
 import barchain.studies.roundoff.engines as module
 from adapters.common.initial_state import initial_state
-from adapters.exudyn.adapter import ExudynAbsoluteIndex3
 from adapters.reference.numpy_engines import Reference
 from adapters.registry import ENGINES, Registration, UnknownEngineError
 from barchain.record.environment import provenance
@@ -69,9 +68,11 @@ def test_index_3_closes_its_gaps_to_the_rounding_of_a_place(solution):
 def test_index_3_from_the_body_s_centre_does_not_stall_on_long_bars():
     """A bar turned by a gap of one rounding: reactions of tens of newtons then leave torques above the usual floor."""
     family = ScaledScene(load_scene("paper/fig15"), (1e-2,), 4, 1.0 / 256.0)
+    registration = ENGINES["exudyn-absolute-index3"]
+    declared = registration.declarations()
     for longitude in (0.3, 2.37, 4.0, 5.5):
         scene = scene_at(family, 1e-2, longitude)
-        found = attempt(ExudynAbsoluteIndex3, scene, setting_of(ExudynAbsoluteIndex3, scene, 32768))
+        found = attempt(registration, declared, scene, setting_of(declared, scene, 32768))
         assert not isinstance(found, module.RunFault), found
         assert found.gap_m.max() < 8.0 * np.spacing(scene.radius0_m)
 
