@@ -23,6 +23,8 @@ from barchain.cli.common.terminal import say
 from barchain.runs.job import TIME_LIMIT_S
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     import pandas as pd
 
     from adapters.trajectory import Trajectory
@@ -73,7 +75,7 @@ def simulate(
     from barchain.record.claim import claim
 
     claim([out], f"{out} is there", overwrite=overwrite)
-    trajectory = run(scene, engine, settings, time_limit_s, condition)
+    trajectory = run(scene, engine, settings, time_limit_s, condition=condition)
     write(chosen(trajectory, columns) if columns else trajectory.to_frame(), out)
     say(f"wrote {out}: {len(trajectory.t_s)} samples" + (f"; {trajectory.ended}" if trajectory.ended else ""))
 
@@ -89,7 +91,7 @@ def chosen(trajectory: Trajectory, columns: tuple[str, ...]) -> pd.DataFrame:
 
 
 def run(
-    scene: str, engine: str | None, settings: tuple[GivenSetting, ...], time_limit_s: float, condition: bool
+    scene: str, engine: str | None, settings: Iterable[GivenSetting], time_limit_s: float, *, condition: bool = False
 ) -> Trajectory:
     """Trajectory of a run; a scene that the engine does not support is bad usage."""
     from adapters.engine import SettingError
