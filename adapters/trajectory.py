@@ -15,7 +15,8 @@ from scenarios.channels import IN_COLUMN_ORDER, STORED, TIME, Of
 from scenarios.plural import plural
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
 
     import pandas as pd
     from matplotlib.figure import Figure
@@ -171,28 +172,57 @@ class Trajectory:
         joined: pd.DataFrame = compute(self, derived, frame)
         return joined
 
-    def plot(self) -> tuple[Figure, NDArray[np.object_]]:
-        """Draw attitude, magnitude of reactions, change of the CM's radius, and residual over time, in Matplotlib.
+    def plot(
+        self, channels: Sequence[str] = (), *, bars: Sequence[int] = (), joints: Sequence[int] = (), time: str = ""
+    ) -> tuple[Figure, NDArray[np.object_]]:
+        """Draw channels over time in Matplotlib, one chart for each component.
+
+        Parameters
+        ----------
+        channels : sequence of str
+            Stored or derived, e.g. ``["joint_angle", "tension"]`` (docs/reference/channels.md); by default attitude,
+            magnitude of reactions, change of the CM's radius, and residual, as far as the engine provides them.
+        bars, joints : sequence of int
+            Bars and joints that are drawn, from 1; all by default.
+        time : str
+            Unit of the time, ``s``, ``min``, ``h`` or ``orbits``; by default one that fits the run.
 
         Returns
         -------
         tuple of Figure and ndarray of Axes
-            One axes for each quantity that the engine provides: rad, N, m, m; time in s.
+            One axes for each component of a channel, with its unit.
 
         Raises
         ------
+        ValueError
+            If there is no such channel, bar, joint or unit, or the trajectory lacks what is drawn.
         RuntimeError
             Before any public name of barchain is used.
         """
-        from scenarios.display import renderer
-
-        draw = renderer("plot")
-        if draw is None:
-            raise RuntimeError(
-                "no renderer of plots is registered: use a public name of barchain first, e.g. barchain.Trajectory"
-            )
-        drawn: tuple[Figure, NDArray[np.object_]] = draw(self.to_frame())
+        drawn: tuple[Figure, NDArray[np.object_]] = drawing("plot")(self, channels, bars, joints, time)
         return drawn
+
+    def animate(self, path: str | Path, *, frame: str = "") -> Path:
+        """Write an animation of the chain about its centre of mass, and return its path; a file there is replaced.
+
+        Parameters
+        ----------
+        path : str or Path
+            Its ending chooses: ``.gif``, ``.mp4`` (needs ffmpeg), or ``.html``, a page that works offline.
+        frame : str
+            ``vertical``: y points away from the body; ``inertial``: axes z1 and z2. By default the vertical where there
+            is gravity.
+
+        Raises
+        ------
+        ValueError
+            If there is no such frame or ending, if the trajectory lacks angles or its scene, if bars turn too often,
+            or if ffmpeg is missing.
+        RuntimeError
+            Before any public name of barchain is used.
+        """
+        written: Path = drawing("animation")(self, path, frame)
+        return written
 
     def _repr_html_(self) -> str | None:
         """Charts and size for a notebook; None, so the text alone, before any public name of barchain is used."""
@@ -253,6 +283,24 @@ class Trajectory:
         arrays = {f.name: (getattr(self, f.name), getattr(later, f.name)) for f in dataclasses.fields(self)}
         joined = {name: np.concatenate(both) for name, both in arrays.items() if isinstance(both[0], np.ndarray)}
         return dataclasses.replace(self.replace(**joined), ended=later.ended)
+
+
+def drawing(kind: str) -> Callable[..., Any]:
+    """Function of a higher package that draws trajectories.
+
+    Raises
+    ------
+    RuntimeError
+        Before any public name of barchain is used.
+    """
+    from scenarios.display import renderer
+
+    found = renderer(kind)
+    if found is None:
+        raise RuntimeError(
+            "no renderer of plots is registered: use a public name of barchain first, e.g. barchain.Trajectory"
+        )
+    return found
 
 
 def to_frame(trajectory: Trajectory) -> pd.DataFrame:

@@ -76,10 +76,11 @@ RENDERERS = {
     "derived": "barchain.metrics.derived:with_derived",
     "scene": "reports.notebook.scene:html",
     "trajectory": "reports.notebook.trajectory:html",
-    "plot": "reports.notebook.trajectory:plot",
+    "plot": "barchain.drawing:plot",
+    "animation": "barchain.drawing:animate",
     "comparison": "reports.notebook.card:comparison_html",
 }
-"""Functions that add derived channels to tables, and draw scenes, trajectories and comparisons in notebooks"""
+"""Functions that add derived channels to tables, and draw scenes, trajectories and comparisons"""
 
 __all__ = [*sorted({"__version__", *MODULES})]  # noqa: PLE0604  # names, as text
 

@@ -28,6 +28,7 @@ from barchain.cli.nightly.attribute import attribute_night, bisect_figure
 from barchain.cli.nightly.commands import history
 from barchain.cli.nightly.nightly import nightly
 from barchain.cli.nightly.releases import releases
+from barchain.cli.plot import plot
 from barchain.cli.results import report, show
 from barchain.cli.scenes import scenes, schema, validate
 from barchain.cli.selftest import selftest
@@ -43,7 +44,7 @@ MOST_LINE = 4000  # characters of a line on standard error; the list of all scen
 MOST_SHOWN = 60  # characters of an argument that is shown
 
 SECTIONS = {
-    "Run and compare": (scenes, engines, simulate, compare, crossval, judge, show, report, explain, doctor),
+    "Run and compare": (scenes, engines, simulate, plot, compare, crossval, judge, show, report, explain, doctor),
     "Studies": (cost, scaling, roundoff, stability, effects, selftest, ensemble),
     "Nights": (nightly, history, attribute_night, bisect_figure, releases),
     "Scenes and engines of your own": (validate, schema, export, certified_solutions, new_engine, conform),

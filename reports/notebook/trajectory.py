@@ -2,66 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from markupsafe import Markup
 
+from reports.motion.charts import main_charts
+from reports.motion.figure import MOST_LABELS
 from reports.notebook.card import card, facts_table, picture
 from reports.plotting.palette import SERIES, Pen
 from reports.plotting.panels import ChartFrame, Line, linear_panel
-from reports.plotting.series import numbered
 from reports.text.numerals import significant
-from scenarios.channels import CHANNELS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
     import pandas as pd
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
+    from reports.motion.charts import TimeChart
     from reports.plotting.series import Array
 
-INCHES = (6.4, 2.2)
-"""Width, and height of each chart"""
 WIDTH_PX = 400.0
-MOST_LABELS = 8
-SHOWN = (*CHANNELS["attitude"].columns, *CHANNELS["reaction"].columns)
-"""Columns of angles, and of both components of reactions"""
-
-
-@dataclass(frozen=True)
-class TimeChart:
-    """One quantity over time."""
-
-    label: str
-    """Name and unit"""
-    values: Array
-    """(n, k)"""
-    each: str = ""
-    """Word for one column, e.g. ``bar``; empty for a single one"""
-
-
-def plot(table: pd.DataFrame) -> tuple[Figure, NDArray[np.object_]]:
-    """Draw attitude, magnitude of reactions, drift of the centre of mass and residual over time, in Matplotlib's style.
-
-    Parameters
-    ----------
-    table : DataFrame
-        Of :meth:`adapters.trajectory.Trajectory.to_frame`.
-
-    Returns
-    -------
-    tuple of Figure and ndarray of Axes
-        One axes for each quantity that the table holds.
-    """
-    import matplotlib.pyplot as plt  # noqa: PLC0415  # chooses a backend, which reports have no need of
-
-    found = charts(table)
-    made = plt.figure(figsize=(INCHES[0], INCHES[1] * len(found)))
-    return made, drawn(made, table["t_s"].to_numpy(float), found)
 
 
 def html(table: pd.DataFrame, ended: str, info: Mapping[str, object], run: tuple[str, str, str]) -> Markup:
@@ -77,7 +38,7 @@ def html(table: pd.DataFrame, ended: str, info: Mapping[str, object], run: tuple
     run : tuple of str
         Scene, engine and setting; empty where they are not known.
     """
-    t_s, found = table["t_s"].to_numpy(float), charts(table)
+    t_s, found = table["t_s"].to_numpy(float), main_charts(table)
     facts = [
         ("Samples", f"{len(t_s)}, from {t_s[0]:g} to {t_s[-1]:g} s" if len(t_s) else "none"),
         *([("Ended", ended)] if ended else []),
@@ -103,34 +64,3 @@ def drawing(t_s: Array, chart: TimeChart) -> Markup:
     entry = Markup('<span style="color:{}">\N{EM DASH} {} {}</span> ')
     legend = Markup("").join(entry.format(pen.colour.light, chart.each, k) for k, pen in named)
     return Markup("<div>{}{}</div>").format(picture(panel.svg, WIDTH_PX), legend)
-
-
-def charts(table: pd.DataFrame) -> list[TimeChart]:
-    """Quantities that a table holds, each with its unit."""
-    radius = np.linalg.norm(table[["com_x_m", "com_y_m"]].to_numpy(float), axis=1)
-    angle, x, y = (numbered(table, name) for name in SHOWN)
-    found = [] if angle is None else [TimeChart("attitude, rad", angle, "bar")]
-    if x is not None and y is not None:
-        found.append(TimeChart("magnitude of reactions, N", np.hypot(x, y), "joint"))
-    found.append(TimeChart("change of the CM's radius, m", (radius - radius[:1])[:, None]))
-    if "com_residual_m" in table:
-        found.append(TimeChart("centre-of-mass residual, m", table[["com_residual_m"]].to_numpy(float)))
-    return found
-
-
-def drawn(made: Figure, t_s: Array, found: Sequence[TimeChart]) -> NDArray[np.object_]:
-    """Draw quantities below each other with one axis of time, and return the axes."""
-    count = len(found)
-    room: dict[str, Any] = {"left": 0.13, "right": 0.97, "top": 1.0 - 0.17 / count, "bottom": 0.25 / count}
-    axes: NDArray[np.object_] = made.subplots(
-        count, 1, sharex=True, squeeze=False, gridspec_kw=room | {"hspace": 0.45}
-    )[:, 0]
-    for ax, chart in zip(axes, found, strict=True):
-        ax.plot(t_s, chart.values, linewidth=1.2)
-        ax.set_title(chart.label, loc="left", fontsize="medium")
-        if chart.each and chart.values.shape[1] <= MOST_LABELS:
-            names = [f"{chart.each} {j + 1}" for j in range(chart.values.shape[1])]
-            place = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.98), "borderaxespad": 0.0}
-            ax.legend(names, ncols=len(names), fontsize="small", frameon=False, handlelength=1.2, **place)
-    axes[-1].set_xlabel("time, s")
-    return axes

@@ -271,7 +271,13 @@ def frame_count(angle_rad: Array) -> int:
 
 
 def moving_chain(
-    name: str, drawn: Chart, end: Array, angle_rad: Array, length_px: Array, bodies: Sequence[int] = ()
+    name: str,
+    drawn: Chart,
+    end: Array,
+    angle_rad: Array,
+    length_px: Array,
+    bodies: Sequence[int] = (),
+    most_bytes: int = MOST_BYTES,
 ) -> Markup:
     """Group of SVG elements that moves while the page lets it; empty for one frame, or a chain of too many bars.
 
@@ -289,6 +295,8 @@ def moving_chain(
     length_px : ndarray, shape (N,)
     bodies : sequence of int
         Bars that are end bodies, counted from 1.
+    most_bytes : int
+        Beyond which the group is empty.
     """
     if len(end) < 2:
         return Markup("")
@@ -305,7 +313,7 @@ def moving_chain(
         bars = f'<g class="{tag}-{j + 1}" style="transform:{turns[j][0]}"><path d="M0 0H{x}"{block}/>{further}</g>'
     group = f'<g class="moving"><g class="{tag}-0" style="transform:{places[0]}">{bars}</g></g>'
     made = f"<style>{''.join(rules)}</style>{group}"
-    return Markup(made if len(made) <= MOST_BYTES else "")
+    return Markup(made if len(made) <= most_bytes else "")
 
 
 def keyframes(name: str, states: Sequence[str]) -> str:
