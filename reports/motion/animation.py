@@ -229,7 +229,7 @@ def moving_panel(name: str, chain: MovingChain, frame: str, half: float, unit: s
     drawn.axes(*AXES[frame])
     draw_chains(drawn, points[:1])
     length_px = 0.5 * SIDE / half * chain.geometry.length_m
-    moving = moving_chain(name, drawn, points[:, 0], chain.angle_rad, length_px, MOST_BYTES)
+    moving = moving_chain(name, drawn, points[:, 0], chain.angle_rad, length_px, most_bytes=MOST_BYTES)
     if not moving:
         raise DrawingError(f"{chain.run.name} has too many bars for an .html; write a .gif")
     span = f"{chain.times[0]:.4g} to {chain.times[-1]:.4g} {UNIT_WORDS[unit]}"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from adapters.engine import AccuracyParameter, Setting
 from barchain.judge.diagnosis.chance import foretells
 from barchain.judge.diagnosis.mistake import Explanation, Mistake
 from barchain.judge.diagnosis.motion.search import GAIN, least_squares
@@ -41,6 +42,9 @@ TELLING = 10.0
 """Differences over their tolerances from which on samples tell whether a trial comes nearer"""
 MOST_STEPS = 20_000
 """Steps of all runs together, after which nothing more is fitted: half a minute where faces turn"""
+EXPLICIT = "DOP853"
+IMPLICIT = 10.0
+"""Steps of the compiled reference in the time of one of SciPy's implicit method, which stiff springs need"""
 REFINED = 8
 """Trials of a kind that are fitted to the end, the best of all by their linear effects"""
 LONGER = (1.0, 1e3, 1e6)
@@ -49,6 +53,8 @@ RESOLVED = 1e-8
 """Least change of a quantity by a probe, relative to its size: rounding is a millionth of it"""
 GRID = 4000
 """Instants at which a clock is tried before it is fitted"""
+ROUGH = Setting(AccuracyParameter.RTOL, 1e-7)
+"""Accuracy of the motion on that grid, between whose instants lines are drawn"""
 LEAST_KNOWN = 0.5
 """Least share of the samples of which a motion must say something"""
 
@@ -155,7 +161,8 @@ class TrialSearch:
         right, rows = self.result.right, self.stage_rows(1.0, 1)
         end_s, t_s = float(self.result.scene.run.duration_s), right.t_s[rows]
         grid = np.linspace(0.0, t_s[-1] + end_s, GRID)
-        seen = right_motion(self.result.scene, grid)
+        seen = right_motion(self.result.scene, grid, ROUGH)
+        self.count(seen)
         if seen is None:
             return 0.0
         late_s = np.append(0.0, np.concatenate([grid - t_s[0], -grid[grid < t_s[-1]]]))
@@ -188,8 +195,14 @@ class TrialSearch:
         if self.steps > MOST_STEPS:
             return None
         seen = trial.run(amounts, self.result.right.t_s[rows])
-        self.steps += 0.0 if seen is None else float(seen.info.get("steps", 0.0))
+        self.count(seen)
         return None if seen is None else self.result.apart(seen, rows, self.weights).ravel()
+
+    def count(self, seen: Trajectory | None) -> None:
+        """Add the steps of a run, those of an implicit method by the explicit ones that take as long."""
+        if seen is not None:
+            as_many = 1.0 if seen.info.get("method") == EXPLICIT else IMPLICIT
+            self.steps += as_many * float(seen.info.get("steps", 0.0))
 
     def slopes(self, trial: Trial, amounts: Array, here: Array, rows: NDArray[np.intp]) -> Array | None:
         """Change of the weighted differences by each amount, (k, m); None where there is no motion, or no change."""

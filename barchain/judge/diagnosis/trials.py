@@ -74,7 +74,7 @@ class Trial:
     """Whether the amounts are ones that a slip would give"""
 
 
-def motion_from(scene: Scene, start: InitialState, t_s: Array) -> Trajectory | None:
+def motion_from(scene: Scene, start: InitialState, t_s: Array, setting: Setting = SETTING) -> Trajectory | None:
     """Motion of a scene from a start, at rising instants (n,) s from 0 on; None where there is none.
 
     It goes on below the surface of the body, as a wrong result may.
@@ -83,7 +83,7 @@ def motion_from(scene: Scene, start: InitialState, t_s: Array) -> Trajectory | N
     instants = t_s if t_s[0] == 0.0 else np.append(0.0, t_s)
     try:
         with np.errstate(all="ignore"):
-            seen = reference_run(scene, SETTING, t_s=instants, start=start, model=model)
+            seen = reference_run(scene, setting, t_s=instants, start=start, model=model)
     except (EngineError, ValueError, ArithmeticError, np.linalg.LinAlgError):
         return None
     if len(seen.t_s) < len(instants):
@@ -91,9 +91,9 @@ def motion_from(scene: Scene, start: InitialState, t_s: Array) -> Trajectory | N
     return seen if len(instants) == len(t_s) else seen.samples(slice(1, None))
 
 
-def right_motion(scene: Scene, t_s: Array) -> Trajectory | None:
+def right_motion(scene: Scene, t_s: Array, setting: Setting = SETTING) -> Trajectory | None:
     """The right motion at rising instants (n,) s."""
-    return motion_from(scene, initial_state(scene), t_s)
+    return motion_from(scene, initial_state(scene), t_s, setting)
 
 
 def of_scene(
