@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from barchain.cli.common.numbers import NamedPath
+from barchain.cli.common.numbers import MOST_BARS, NamedPath
 from barchain.cli.common.options import (
     ENGINE,
     SCENE,
@@ -46,9 +46,9 @@ FRAMES = ("vertical", "inertial")
 @click.option("--channel", "channels", metavar="NAME", multiple=True, callback=channel_names,
               help="Draw this channel, stored or derived, e.g. joint_angle; `barchain explain channels` lists them. "
               "May be repeated, or a list with commas; default: attitude, reactions, radius and residual.")  # fmt: skip
-@click.option("--bar", "bars", metavar="N", multiple=True, type=click.IntRange(1),
+@click.option("--bar", "bars", metavar="N", multiple=True, type=click.IntRange(1, MOST_BARS),
               help="Draw this bar, from 1. May be repeated; default: all.")  # fmt: skip
-@click.option("--joint", "joints", metavar="N", multiple=True, type=click.IntRange(1),
+@click.option("--joint", "joints", metavar="N", multiple=True, type=click.IntRange(1, MOST_BARS),
               help="Draw this joint, from 1. May be repeated; default: all.")  # fmt: skip
 @click.option("--engine", "names", metavar="NAME", multiple=True, type=ENGINE,
               help="Simulate each SCENE in this engine. May be repeated: runs lie over each other; default: "

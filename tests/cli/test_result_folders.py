@@ -27,11 +27,12 @@ HELD = {
     "releases scipy --out OUT": "rows/releases.parquet",
     f"judge {QUICK} {CERTIFIED_SOLUTIONS / QUICK}.csv --out OUT": "record/comparison.json",
     f"simulate {QUICK} --out OUT/run.csv": "run.csv",
+    f"plot {QUICK} --out OUT/run.svg": "run.svg",
     f"export {QUICK} --out OUT": f"{QUICK}/README.md",
     f"certified {QUICK} --out OUT": f"{QUICK}.csv",
 }
 NO_RELEASES = ReleasesStudy("scipy", "scipy", (), (QUICK,))
-CAN_NOT_GO_ON = {"simulate", "certified", "judge", "export"}
+CAN_NOT_GO_ON = {"simulate", "plot", "certified", "judge", "export"}
 
 
 @pytest.mark.parametrize(("command", "held"), HELD.items(), ids=lambda text: text.partition(" ")[0])

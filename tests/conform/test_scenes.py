@@ -42,7 +42,7 @@ SCENARIOS = Path(__file__).parents[2] / "scenarios"
 SCENES = [name for scenes in STAGES.values() for name in scenes]
 APART = [name for name in SCENES if name not in STAGES[TOGETHER]]
 """Scenes of one effect at most: what they show, they show alone"""
-SLOW_ON_PURPOSE = {"conform/prescribed_orbital_joint"}
+SLOW_ON_PURPOSE = {"conform/prescribed_orbital_joint", "conform/joint_angle"}
 """A scene with a motor after an inner bar: fast bars come near positions in which it can't hold its law"""
 FOURTH_ORDER_ERROR_RAD = 1e-5
 """Error of the classical Runge-Kutta method with a thousand steps an orbit, 3e-6 rad, with slack"""
