@@ -301,7 +301,7 @@ class Scene:
 
     @property
     def speed_rate_rad_s(self) -> float:
-        """Rate |v0|/r0 that scales changes along the orbit, whatever the direction of the velocity."""
+        """Initial speed over r0, which scales changes along the orbit, whatever the direction of the velocity."""
         return self.speed0_m_s / self.radius0_m
 
     @property
