@@ -123,19 +123,19 @@ def initial_rates(scene: Scene, model: ChainModel, com_m: Array, com_velocity_m_
     relative = [p for p in laws if p.frame is not Frame.INERTIAL]
     if not relative:
         return rate
-    bars = [p.bar - 1 for p in relative]
+    bars = np.array([p.bar - 1 for p in relative])
     of_joint = np.array([p.frame is Frame.PREVIOUS_BAR for p in relative])
     position = com_m + relative_positions(model, angle_rad)
     r2 = np.sum(position**2, axis=-1)
     longitude_rate = cross(position, com_velocity_m_s + relative_velocities(model, angle_rad, rate)) / r2
-    base = np.where(of_joint, np.roll(rate, 1)[bars], longitude_rate[bars])
+    base = np.where(of_joint, rate[bars - 1], longitude_rate[bars])
     _, across = directions(angle_rad)
     system = np.eye(len(bars))
     for column, bar in enumerate(bars):
         unit = np.zeros((model.bars, 2))
         unit[bar] = model.half_m[bar] * across[bar]
         moved = cross(position, bar_centre_vectors(model, unit)) / r2
-        system[:, column] -= np.where(of_joint, np.array(bars) - 1 == bar, moved[bars])
+        system[:, column] -= np.where(of_joint, bars - 1 == bar, moved[bars])
     rate[bars] = np.linalg.solve(system, base)
     return rate
 

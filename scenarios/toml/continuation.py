@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
+from scenarios.channels import CHANNELS, TIME
 from scenarios.limits import MOST_KEY
 from scenarios.nearest import nearest
 from scenarios.text import shorten, visible
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
     Data = dict[str, Any]
     Row = Mapping[str, Any]
 
-TIME = "t_s"
-PLACE, VELOCITY = ("com_x_m", "com_y_m"), ("com_vx_m_s", "com_vy_m_s")
 OWN = ("angle_from", "centre_m", *ANGLE_KEYS, *RATE_KEYS)
 """Keys of `[chain]` that a state stands for"""
 SAME_INSTANT = 1e-9
@@ -72,12 +71,12 @@ def with_state(tables: Data, folder: Path) -> Data:
         raise IncompleteError(f"{twice[0]}: given beside [start], whose row has it; allowed: one of the two")
     row, bars = chosen_row(start, folder), chain.get("bars")
     bars = bars if isinstance(bars, int) else 0
-    angles, rates = (
-        [f"{name}_{j + 1}_{unit}" for j in range(bars)] for name, unit in (("angle", "rad"), ("rate", "rad_s"))
-    )
-    if f"angle_{bars + 1}_rad" in row:
+    (angle_j,), (rate_j,) = CHANNELS["attitude"].columns, CHANNELS["rate"].columns
+    angles, rates = ([column.format(j) for j in range(1, bars + 1)] for column in (angle_j, rate_j))
+    if angle_j.format(bars + 1) in row:
         raise IncompleteError(f"chain.bars: {bars} given, and {start.from_} has more bars; allowed: as many")
-    place, velocity, angle, rate = (numbers(start, row, names) for names in (PLACE, VELOCITY, angles, rates))
+    columns = (CHANNELS["com"].columns, CHANNELS["com_velocity"].columns, angles, rates)
+    place, velocity, angle, rate = (numbers(start, row, names) for names in columns)
     state = state_tables(numbers(start, row, [TIME])[0], place, velocity, angle, rate)
     run = tables["run"] if isinstance(tables.get("run"), dict) else {}
     others = {key: value for key, value in tables.items() if key != "start"}

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.integrate import DOP853
 
 from adapters.engine import AccuracyParameter, Setting
 from barchain.judge.diagnosis.chance import foretells
@@ -16,6 +17,7 @@ from barchain.judge.diagnosis.motion.search import GAIN, least_squares
 from barchain.judge.diagnosis.starts import ANGLES, RATES
 from barchain.judge.diagnosis.trials import clock_trials, further_trials, right_motion, start_trials, strength_trials
 from barchain.metrics.quantities import FIELDS, arrays
+from reference_impl.integrate.stiffness import METHOD_NAMES
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -42,7 +44,6 @@ TELLING = 10.0
 """Differences over their tolerances from which on samples tell whether a trial comes nearer"""
 MOST_STEPS = 20_000
 """Steps of all runs together, after which nothing more is fitted: half a minute where faces turn"""
-EXPLICIT = "DOP853"
 IMPLICIT = 10.0
 """Steps of the compiled reference in the time of one of SciPy's implicit method, which stiff springs need"""
 REFINED = 8
@@ -201,7 +202,7 @@ class TrialSearch:
     def count(self, seen: Trajectory | None) -> None:
         """Add the steps of a run, those of an implicit method by the explicit ones that take as long."""
         if seen is not None:
-            as_many = 1.0 if seen.info.get("method") == EXPLICIT else IMPLICIT
+            as_many = 1.0 if seen.info.get("method") == METHOD_NAMES[DOP853] else IMPLICIT
             self.steps += as_many * float(seen.info.get("steps", 0.0))
 
     def slopes(self, trial: Trial, amounts: Array, here: Array, rows: NDArray[np.intp]) -> Array | None:
