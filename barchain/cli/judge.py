@@ -105,7 +105,8 @@ def allowance(text: str) -> tuple[str, float]:
 
 def show(file: Path, result: FileResult) -> None:
     """Print the verdict, the reasons, what was done with the file, and the page."""
-    say(f"{file}: {result.scene}: {result.outcome}")
+    first = f", of the first {result.until_s:.6g} of {result.duration_s:.6g} s"
+    say(f"{file}: {result.scene}: {result.outcome}{first if result.until_s < result.duration_s else ''}")
     for line in filter(None, [*result.advice, result.mistakes, *result.reasons]):
         say(f"  {line}")
     for quantity, largest, unit in result.sizes:

@@ -50,6 +50,10 @@ class FileResult:
 
     scene: str
     outcome: Outcome
+    until_s: float
+    """Last instant of the file inside the scene, s"""
+    duration_s: float
+    """Of the scene, s"""
     advice: list[str]
     """Sentences on the file as a whole: another number of bars, an undeclared accuracy"""
     mistakes: str
@@ -137,6 +141,8 @@ def judge_files(
     return FileResult(
         loaded.name,
         found.verdict.outcome,
+        float(main.trajectory.t_s[-1]),
+        float(solution.trajectory.t_s[-1]),
         found.advice,
         "" if found.mistakes is None else str(found.mistakes),
         [f"{quantity}: {reason}" for quantity, reason in reasons.items()],
