@@ -148,9 +148,7 @@ static flag try_step(motion m, double end_s, flag *lost)
     *lost = advance(size, g->now, h, g->y, g->slopes, g->end, m);
     real error = error_norm(size, size, h, g->y, g->end, g->slopes, g->allowed, RTOL_FLOOR);
     flag accepted = error < 1.0;
-    real factor = SAFETY / eighth_root(error), grown = smaller(factor, every(LARGEST_FACTOR));
-    grown = choose(g->rejected, smaller(grown, every(1.0)), grown);
-    g->step = h * choose(accepted, grown, larger(factor, every(LEAST_FACTOR)));
+    g->step = h * step_factor(error, g->rejected);
     g->rejected = ~accepted;
     set_allowed_error(n, accepted, g->bars, g->rows, g->end, g->atol, g->allowed);
     flag clear = clears_surface(n, m.gravity, g->mu, h, g->y, g->end, g->radius, g->perigee, g->pull);
@@ -245,17 +243,13 @@ static void interpolate_lane(queue *q, int lane)
     const group *g = q->running.g;
     int64_t size = 2 * q->running.n + 4, room = q->samples + WIDTH, first = g->sampled[lane], last = first;
     double *states = states_of(q, lane), reached = g->reached[lane];
-    real t = load(q->t_s + first), x = (t - g->now[lane]) / g->taken[lane], rest = 1.0 - x;
+    real t = load(q->t_s + first), x = (t - g->now[lane]) / g->taken[lane];
     flag at_end = t >= reached;
     for (int64_t i = 0; i < size; i++) {
-        real total = g->powers[6 * size + i][lane] * x;
-        total = (total + g->powers[5 * size + i][lane]) * rest;
-        total = (total + g->powers[4 * size + i][lane]) * x;
-        total = (total + g->powers[3 * size + i][lane]) * rest;
-        total = (total + g->powers[2 * size + i][lane]) * x;
-        total = (total + g->powers[1 * size + i][lane]) * rest;
-        total = (total + g->powers[i][lane]) * x;
-        store(states + i * room + first, choose(at_end, every(g->end[i][lane]), g->y[i][lane] + total));
+        number powers[POWERS];
+        for (int k = 0; k < POWERS; k++)
+            powers[k] = g->powers[k * size + i][lane];
+        store(states + i * room + first, choose(at_end, every(g->end[i][lane]), g->y[i][lane] + interpolated_change(x, powers)));
     }
     while (last < room && q->t_s[last] <= reached && last < first + WIDTH)
         last++;

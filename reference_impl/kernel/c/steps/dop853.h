@@ -90,6 +90,13 @@ static real error_norm(int64_t size, int64_t count, real h, const real *restrict
     return choose((fifth == 0.0) & (third == 0.0), every(0.0), found);
 }
 
+/* Ratio of the next step's size to this one's, by SciPy's step control; a step whose error is not below 1 is tried again. */
+static real step_factor(real error, flag rejected)
+{
+    real factor = SAFETY / eighth_root(error), largest = choose(rejected, every(1.0), every(LARGEST_FACTOR));
+    return choose(error < 1.0, smaller(factor, largest), larger(factor, every(LEAST_FACTOR)));
+}
+
 /* Size of the first step, s (Hairer et al., II.4), from the rates in slopes[0]; one evaluation, into slopes[1]. */
 static real first_step(int64_t size, int64_t count, real t, double span_s, const real *y, real *slopes, real *end,
                        const real *atol, motion m)
@@ -134,6 +141,18 @@ static void interpolant(int64_t size, real t, real h, const real *restrict y, co
         powers[5 * size + i] = h * weighted(D[2], SLOPES, slopes + i, size);
         powers[6 * size + i] = h * weighted(D[3], SLOPES, slopes + i, size);
     }
+}
+
+/* Change of one component from the start of a step to its fraction x, by the component's powers of the interpolant. */
+static inline real interpolated_change(real x, const number powers[POWERS])
+{
+    real rest = 1.0 - x, total = powers[6] * x;
+    total = (total + powers[5]) * rest;
+    total = (total + powers[4]) * x;
+    total = (total + powers[3]) * rest;
+    total = (total + powers[2]) * x;
+    total = (total + powers[1]) * rest;
+    return (total + powers[0]) * x;
 }
 
 #endif

@@ -46,15 +46,11 @@ static bool advance_exactly(int64_t size, real t, real h, const real *y, const r
 static void interpolate(int64_t size, real x, const real *restrict y, const real *restrict powers,
                         real *restrict found)
 {
-    real rest = 1.0 - x;
     for (int64_t i = 0; i < size; i++) {
-        real total = powers[6 * size + i] * x;
-        total = (total + powers[5 * size + i]) * rest;
-        total = (total + powers[4 * size + i]) * x;
-        total = (total + powers[3 * size + i]) * rest;
-        total = (total + powers[2 * size + i]) * x;
-        total = (total + powers[1 * size + i]) * rest;
-        found[i] = y[i] + (total + powers[i]) * x;
+        number own[POWERS];
+        for (int k = 0; k < POWERS; k++)
+            own[k] = powers[k * size + i];
+        found[i] = y[i] + interpolated_change(x, own);
     }
 }
 
@@ -113,10 +109,9 @@ static int64_t take_step(real end_s, const vector *atol, stepper *s, motion m)
         if (lost)
             return LOST_JOINT;
         real error = error_norm(size, count, h, y, end, slopes, s->allowed.value, exact ? 0.0 : RTOL_FLOOR);
-        real factor = SAFETY / eighth_root(error);
+        real next = h * step_factor(error, rejected);
         if (error < 1.0) {
-            factor = error == 0.0 ? LARGEST_FACTOR : smaller(factor, LARGEST_FACTOR);
-            clock[STEP] = h * (rejected ? smaller(factor, 1.0) : factor);
+            clock[STEP] = next;
             clock[NOW] = reached;
             clock[TAKEN] = h;
             clock[STEPS] += 1.0;
@@ -128,7 +123,7 @@ static int64_t take_step(real end_s, const vector *atol, stepper *s, motion m)
             allow_error(atol, s, m);
             return ARRIVED;
         }
-        h *= isfinite(error) ? larger(factor, LEAST_FACTOR) : LEAST_FACTOR;
+        h = next;
         rejected = true;
     }
     return COLLAPSED;
