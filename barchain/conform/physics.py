@@ -163,12 +163,15 @@ def in_agreement(
             motions[name] = OwnMotion(solved(engine.scene(name)).scene, run, None)
     agreeing = agreed(found, motions)
     common = in_common([engine.scene(name) for name in found], map(engine.scene, right))
-    alone = " The name rests on this scene alone." if len(motions) == 1 else ""
     for check in checks:
         diagnosis = agreeing.get(check.scene)
         if diagnosis is None or check.state is not FAILED or check.words == DEPENDENT:
             yield check
         else:
+            others = [d for name, d in agreeing.items() if name != check.scene]
+            unnamed = any(not d.explanations for d in others)
+            shared = any(names in d.names for d in others for names in diagnosis.names)
+            alone = " The name rests on this scene alone." if len(motions) == 1 or (unnamed and not shared) else ""
             yield diagnosed(engine, check.scene, diagnosis, alone if diagnosis.explanations else common)
 
 

@@ -411,6 +411,8 @@ POINTS: tuple[tuple[str, str, Point], ...] = (
      lambda m: (m.places.mean(axis=1), m.speeds.mean(axis=1))),
 )  # fmt: skip
 HELD = ("angles", "rates", "reactions", "track")
+STRAIGHT = (2, 10)
+"""Numbers of samples between which a program may draw straight lines"""
 FROM_START: tuple[tuple[str, str, Change], ...] = (
     ("centre-of-mass", "count from", lambda v, m: v - m.start.com_m),
     ("velocity", "are relative to", lambda v, m: v - m.start.com_velocity_m_s),
@@ -576,10 +578,31 @@ def sampled_readings() -> Iterator[Reading]:
     for part in ("angles", "rates", "reactions", "torques", "centre-of-mass", "velocity"):
         yield of(part, "repeated-at-end", "repeat at the last sample those of the one before",
                  lambda v, _: np.concatenate([v[:-1], v[-2:-1]]))  # fmt: skip
+    for every in STRAIGHT:
+        which = "every second sample" if every == 2 else f"every {every}th sample"
+        words = f"straight lines between {which}"
+        yield Reading(f"result-straight-between-{every}", f"the samples are {words}", "samples",
+                      dict.fromkeys(ALL, straight(every)))  # fmt: skip
+        for part in ("angles-and-rates", "angles", "rates", "reactions", "track"):
+            yield of(part, f"straight-between-{every}", f"are {words}", straight(every))
     for part in HELD:
         who, fields, _ = PARTS[part]
         yield Reading(f"{part}-held-at-start", f"the {who} stay as at the first sample", "samples",
                       dict.fromkeys(fields, lambda v, _: np.repeat(v[:1], len(v), axis=0)))  # fmt: skip
+
+
+def straight(every: int) -> Change:
+    """Samples of a longer interval, with straight lines between; the last one stays beyond it."""
+
+    def change(values: Array, _: Right) -> Array:
+        rows = np.arange(len(values))
+        begin = rows // every * every
+        end = np.minimum(begin + every, begin[-1])
+        share = ((rows - begin) / every).reshape(-1, *(1,) * (values.ndim - 1))
+        found: Array = values[begin] + share * (values[end] - values[begin])
+        return found
+
+    return change
 
 
 READINGS: tuple[Reading, ...] = (
