@@ -335,7 +335,7 @@ def from_frame(frame: pd.DataFrame, *, ended: str = "") -> Trajectory:
     torques = {c: m for c in frame.columns if (m := re.fullmatch(r"torque_(bar_|law_|)([0-9]+)_N_m", c))}
     arrays = {c.array: array_of(c, frame) for c in STORED if c.of is not Of.LAWS}
     if "angle_1_rad" in frame and "angle_2_rad" not in frame:
-        joints = [c for c in STORED if c.of is Of.JOINTS and not c.effect and arrays[c.array] is None]
+        joints = [c for c in STORED if c.of is Of.JOINTS and not c.effects and arrays[c.array] is None]
         arrays |= {c.array: np.empty((len(frame), 0, 2) if len(c.stems) > 1 else (len(frame), 0)) for c in joints}
     return Trajectory(
         t_s=frame[TIME].to_numpy(float),

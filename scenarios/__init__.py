@@ -9,6 +9,7 @@ from scenarios.effect_types import Frame as Frame
 from scenarios.effect_types import Gravity as Gravity
 from scenarios.effect_types import Impulse as Impulse
 from scenarios.effect_types import JointSpringDamper as JointSpringDamper
+from scenarios.effect_types import JointTorque as JointTorque
 from scenarios.effect_types import Oblateness as Oblateness
 from scenarios.effect_types import PrescribedRotation as PrescribedRotation
 from scenarios.effect_types import SolarPressure as SolarPressure

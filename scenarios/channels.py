@@ -69,8 +69,8 @@ class Channel:
     """Whether an engine may declare errors of it that do not fall with the step"""
     observable: str = ""
     """Observable by which an engine declares it; empty of what is never declared"""
-    effect: str = ""
-    """Effect without which a scene has no such channel"""
+    effects: tuple[str, ...] = ()
+    """Effects without any of which a scene has no such channel; empty of a channel of every scene"""
     section: str = ""
     """Of docs/explanation/engine_conventions.md"""
     share_of: str = ""
@@ -101,9 +101,13 @@ class Channel:
         """Column of a number that belongs to the whole channel, e.g. ``reaction_error_N`` of ``error``."""
         return f"{self.name}{what and '_'}{what}{self.ending}"
 
+    def absent_from(self, scene: Scene) -> bool:
+        """Whether a scene has none of the effects without which there is no such channel."""
+        return bool(self.effects) and not any(getattr(scene.effects, effect) for effect in self.effects)
+
     def numbers(self, scene: Scene) -> list[int]:
-        """Numbers of its bars or joints in a scene; empty of a scene without its effect, and where none are counted."""
-        if not self.of.numbered or (self.effect and not getattr(scene.effects, self.effect)):
+        """Numbers of its bars or joints in a scene; empty without its effects, and where none are counted."""
+        if not self.of.numbered or self.absent_from(scene):
             return []
         if self.of is Of.LAWS:
             return [law.bar for law in scene.effects.prescribed_rotation]
@@ -171,12 +175,12 @@ TABLE = (
     Channel(
         "torque", "N m", "torques", "Torque on bar b that its prescribed rotation takes, positive counter-clockwise.",
         Of.LAWS, ("torque_bar_{}",), "torque_N_m", judged=DIFFERENCE, noise=True, observable="torque",
-        effect="prescribed_rotation", section="torques",
+        effects=("prescribed_rotation",), section="torques",
     ),
     Channel(
         "impulse", "N s", "impulses", "Sum of the impulsive reactions on bar j from bar j+1 so far, in inertial axes.",
         Of.JOINTS, ("impulse_{}_x", "impulse_{}_y"), "impulse_N_s", judged=DIFFERENCE, noise=True,
-        observable="impulse", effect="impulse", section="impulses",
+        observable="impulse", effects=("impulse",), section="impulses",
     ),
     Channel(
         "gap", "m", "joint gaps", "Distance between the two bar ends at joint j.",

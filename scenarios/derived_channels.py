@@ -83,16 +83,16 @@ DERIVED = (
         "turned by +90°.", Of.BARS, of_bars("shear", ("left", "right")),
     ),
     Channel(
-        "joint_torque", "N m", "torques of springs and dampers", "Torque of spring and damper on bar j from bar j+1.",
-        Of.JOINTS, ("joint_torque_{}",), effect="joint_spring_damper",
+        "joint_torque", "N m", "torques in the joints", "Torque of spring, damper and motor of `joint_torque` on bar j "
+        "from bar j+1.", Of.JOINTS, ("joint_torque_{}",), effects=("joint_spring_damper", "joint_torque"),
     ),
     Channel(
-        "joint_power", "W", "powers of springs and dampers", "Power of spring and damper into the bars: negative where "
-        "they take energy from the motion.", Of.JOINTS, ("joint_power_{}",), effect="joint_spring_damper",
+        "joint_power", "W", "powers in the joints", "Power of that torque into the bars: negative where it takes "
+        "energy from the motion.", Of.JOINTS, ("joint_power_{}",), effects=("joint_spring_damper", "joint_torque"),
     ),
     Channel(
         "torque_power", "W", "powers of the torques", "Power of the torque of bar b's prescribed rotation: of a motor "
-        "in a joint on both of its bars.", Of.LAWS, ("torque_power_bar_{}",), effect="prescribed_rotation",
+        "in a joint on both of its bars.", Of.LAWS, ("torque_power_bar_{}",), effects=("prescribed_rotation",),
     ),
     Channel(
         "effect_force", "N", "forces of effects", "Force of each effect on each bar, gravity among them, in inertial "

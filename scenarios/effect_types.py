@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 
 class Gravity(StrEnum):
@@ -246,6 +250,47 @@ class JointSpringDamper:
     rest_rad: tuple[float, ...]
 
 
+def size_at(t_s: float, times_s: tuple[float, ...], sizes: tuple[float, ...]) -> float:
+    """Piecewise linear size at an instant, the one-sided limit from inside at the table's ends; 0 outside the table."""
+    for (t0, f0), (t1, f1) in itertools.pairwise(zip(times_s, sizes, strict=True)):
+        if t0 <= t_s <= t1 and t0 < t1:
+            return f0 + (f1 - f0) * ((t_s - t0) / (t1 - t0))
+    return 0.0
+
+
+@dataclass(frozen=True)
+class JointTorque:
+    """Torque of a motor in a joint; its size is piecewise linear in time, and zero outside the table.
+
+    Attributes
+    ----------
+    joint : int
+        Between bar `joint` and the next one; counted from 1.
+    times_s : tuple of float
+        Instants of the table, s; two equal ones are a jump. The torque jumps at the first and the last.
+    torque_N_m : tuple of float
+        Torque on the joint's second bar at those instants, and the opposite one on its first, N m.
+    """
+
+    joint: int
+    times_s: tuple[float, ...]
+    torque_N_m: tuple[float, ...]
+
+    @property
+    def breaks_s(self) -> tuple[float, ...]:
+        """Instants at which the torque or its slope jumps, s."""
+        return self.times_s
+
+    @property
+    def sizes(self) -> tuple[float, ...]:
+        """Sizes at the instants of the table, N m."""
+        return self.torque_N_m
+
+    def size_N_m(self, t_s: float) -> float:
+        """Size at an instant, N m; see :func:`size_at`."""
+        return size_at(t_s, self.times_s, self.torque_N_m)
+
+
 @dataclass(frozen=True)
 class Thrust:
     """Force on one end of a bar; its size is piecewise linear in time, and zero outside the table.
@@ -278,12 +323,14 @@ class Thrust:
         """Instants at which the force or its slope jumps, s."""
         return self.times_s
 
+    @property
+    def sizes(self) -> tuple[float, ...]:
+        """Sizes at the instants of the table, N."""
+        return self.force_N
+
     def size_N(self, t_s: float) -> float:
-        """Size at an instant, N; at the first and the last instant of the table the one-sided limit from inside."""
-        for (t0, f0), (t1, f1) in itertools.pairwise(zip(self.times_s, self.force_N, strict=True)):
-            if t0 <= t_s <= t1:
-                return f0 + (f1 - f0) * ((t_s - t0) / (t1 - t0))
-        return 0.0
+        """Size at an instant, N; see :func:`size_at`."""
+        return size_at(t_s, self.times_s, self.force_N)
 
 
 @dataclass(frozen=True)
@@ -314,7 +361,9 @@ class Impulse:
     at_s: float
 
 
-SINGLE_NAME_EFFECTS = ("oblateness", "third_body", "drag", "solar_pressure", "joint_spring_damper", "impulse")
+SINGLE_NAME_EFFECTS = (
+    "oblateness", "third_body", "drag", "solar_pressure", "joint_spring_damper", "joint_torque", "impulse",
+)  # fmt: skip
 """Effects that engines declare by one name, without variants"""
 EXTENDED_GRAVITY = (Gravity.QUADRUPOLE, Gravity.SLENDER)
 """Models of gravity in which the force on a bar is not that on a point mass"""
@@ -340,6 +389,8 @@ class Effects:
         Sunlight; None without.
     joint_spring_damper : JointSpringDamper or None
         Springs and dampers in the joints; None without.
+    joint_torque : tuple of JointTorque
+        Torques of motors in joints.
     thrust : tuple of Thrust
         Forces at ends of bars.
     impulse : tuple of Impulse
@@ -353,6 +404,7 @@ class Effects:
     drag: Drag | None = None
     solar_pressure: SolarPressure | None = None
     joint_spring_damper: JointSpringDamper | None = None
+    joint_torque: tuple[JointTorque, ...] = ()
     thrust: tuple[Thrust, ...] = ()
     impulse: tuple[Impulse, ...] = ()
 
@@ -369,10 +421,24 @@ class Effects:
         return frozenset(found)
 
     @property
+    def tables(self) -> tuple[Thrust | JointTorque, ...]:
+        """Effects whose sizes are tables in time."""
+        return (*self.thrust, *self.joint_torque)
+
+    def at_instants(self, moved: Callable[[float], float]) -> Effects:
+        """Effects whose tables in time and impulses have other instants, each a function of the present one."""
+        return replace(
+            self,
+            thrust=tuple(replace(p, times_s=tuple(map(moved, p.times_s))) for p in self.thrust),
+            joint_torque=tuple(replace(p, times_s=tuple(map(moved, p.times_s))) for p in self.joint_torque),
+            impulse=tuple(replace(p, at_s=moved(p.at_s)) for p in self.impulse),
+        )
+
+    @property
     def breaks_s(self) -> tuple[float, ...]:
         """Instants at which an effect is not smooth in time, s, increasing: no step may contain them."""
         found = {t for law in self.prescribed_rotation for t in law.breaks_s}
-        found |= {t for thrust in self.thrust for t in thrust.breaks_s}
+        found |= {t for table in self.tables for t in table.breaks_s}
         return tuple(sorted(found | {p.at_s for p in self.impulse}))
 
     @property

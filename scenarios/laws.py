@@ -68,6 +68,11 @@ LAWS: dict[str, str] = {
         "Joint j turns bar j+1 by -stiffness (D - rest_rad) - damping D', D = theta_{j+1} - theta_j (not wrapped), and "
         "bar j by the opposite."
     ),
+    "joint_torque": (
+        "A motor in joint `joint` (from 1) turns the bar behind it by a torque and the bar before it by the opposite. "
+        "The torque is linear between the points (times_s, torque_N_m), jumps where two instants are equal, and is "
+        "zero outside."
+    ),
     "thrust": (
         "Force at an end of bar `bar` (from 1): right Z + h u, left Z - h u. Its size is linear between the points "
         "(times_s, force_N) and zero outside. A sample where it jumps shows the motion just before; at t = 0, just "

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adapters.bar_loads.fields import FieldLoad, InversePowerField, SecondMomentLoad, SlenderLoad, oblateness_field
-from adapters.bar_loads.forces import DragLoad, SpringLoad, SunlightLoad, ThrustLoad
+from adapters.bar_loads.forces import DragLoad, MotorLoad, SpringLoad, SunlightLoad, ThrustLoad
 from adapters.bar_loads.gravity import AbsoluteLoads, MovingLoads
 from adapters.bar_loads.interface import FaceDependentLoad, bars_of
 from adapters.engine import GRAVITY_MODELS
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from scenarios import Scene
 
 SUPPORTED = frozenset({
-    *GRAVITY_MODELS, "oblateness", "third_body", "drag", "solar_pressure", "joint_spring_damper", "thrust.body",
-    "thrust.inertial", "impulse",
+    *GRAVITY_MODELS, "oblateness", "third_body", "drag", "solar_pressure", "joint_spring_damper", "joint_torque",
+    "thrust.body", "thrust.inertial", "impulse",
 })  # fmt: skip
 """Names of the effects that these loads support"""
 
@@ -101,6 +101,8 @@ def effects_of(scene: Scene, bars: list[BarProperties], *, falling: bool) -> Ite
         yield SunlightLoad(bars, called.solar_pressure)
     if called.joint_spring_damper:
         yield SpringLoad(bars, called.joint_spring_damper)
+    if called.joint_torque:
+        yield MotorLoad(bars, called.joint_torque)
     if called.thrust:
         yield ThrustLoad(bars, called.thrust)
 

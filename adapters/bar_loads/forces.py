@@ -1,4 +1,4 @@
-"""Forces on bars besides gravity, the same in every frame: drag, sunlight, joint springs, thrusts; and impulses.
+"""Forces on bars besides gravity, the same in every frame: drag, sunlight, springs, motors, thrusts; and impulses.
 
 Laws and symbols as in docs/effects.
 """
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from adapters.bar_loads.interface import BarPosition, BarProperties, BarRate, FrameState, Load
-    from scenarios import Drag, Impulse, JointSpringDamper, SolarPressure, Thrust
+    from scenarios import Drag, Impulse, JointSpringDamper, JointTorque, SolarPressure, Thrust
 
 
 class DragLoad(FaceDependentLoad):
@@ -143,6 +143,24 @@ class SpringLoad(BarLoad):
         return [(0.0, 0.0, (a - b) / J) for a, b, J in zip(before, after, self.inertia, strict=True)]
 
 
+class MotorLoad(BarLoad):
+    """Torques of motors in joints."""
+
+    def __init__(self, bars: list[BarProperties], motors: tuple[JointTorque, ...]) -> None:
+        """Motors of a scene."""
+        self.inertia, self.motors = [bar.inertia_kg_m2 for bar in bars], motors
+
+    def __call__(self, frame: FrameState, positions: Sequence[BarPosition], rates: Sequence[BarRate]) -> list[Load]:
+        """Load of each bar."""
+        del positions, rates
+        torque = [0.0] * len(self.inertia)
+        for motor in self.motors:
+            size = size_on_segment(motor, frame.t_s, frame.inside_s)
+            torque[motor.joint - 1] -= size
+            torque[motor.joint] += size
+        return [(0.0, 0.0, one / J) for one, J in zip(torque, self.inertia, strict=True)]
+
+
 class ThrustLoad(BarLoad):
     """Thrusts on bars' ends."""
 
@@ -155,15 +173,15 @@ class ThrustLoad(BarLoad):
         del rates
         found = [(0.0, 0.0, 0.0)] * len(self.bars)
         for thrust in self.thrusts:
-            j, size = thrust.bar - 1, size_N(thrust, frame.t_s, frame.inside_s)
+            j, size = thrust.bar - 1, size_on_segment(thrust, frame.t_s, frame.inside_s)
             if size:
                 found[j] = sum_of_loads(found[j], end_force_load(thrust, size, positions[j][2], self.bars[j]))
         return found
 
 
-def size_N(thrust: Thrust, t_s: float, inside_s: float) -> float:
-    """Force at `t_s` on the straight segment of the table around `inside_s`, N."""
-    for (t0, f0), (t1, f1) in pairwise(zip(thrust.times_s, thrust.force_N, strict=True)):
+def size_on_segment(table: Thrust | JointTorque, t_s: float, inside_s: float) -> float:
+    """Force, N, or torque, N m, at `t_s` on the straight segment of the table around `inside_s`."""
+    for (t0, f0), (t1, f1) in pairwise(zip(table.times_s, table.sizes, strict=True)):
         if t0 < inside_s < t1:
             return f0 + (f1 - f0) * ((t_s - t0) / (t1 - t0))
     return 0.0

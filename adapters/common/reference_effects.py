@@ -8,6 +8,7 @@ import numpy as np
 
 from reference_impl.effects.drag import DragEffect
 from reference_impl.effects.joint_spring_damper import JointSpringDamperEffect
+from reference_impl.effects.joint_torque import JointTorqueEffect
 from reference_impl.effects.oblateness import OblatenessEffect
 from reference_impl.effects.quadrupole import QuadrupoleEffect
 from reference_impl.effects.slender import SlenderBarEffect
@@ -67,9 +68,11 @@ def found_effects(scene: Scene) -> Iterator[ChainEffect]:
         yield JointSpringDamperEffect(
             np.array(s.stiffness_N_m_rad), np.array(s.damping_N_m_s_rad), np.array(s.rest_rad)
         )
+    for motor in e.joint_torque:
+        yield JointTorqueEffect(np.array(motor.times_s), np.array(motor.torque_N_m), motor.joint - 1)
     for t in e.thrust:
         inertial = t.axes is Axes.INERTIAL
-        yield ThrustEffect(t.bar - 1, t.end.sign, inertial, t.direction_rad, np.array(t.times_s), np.array(t.force_N))
+        yield ThrustEffect(np.array(t.times_s), np.array(t.force_N), t.bar - 1, t.end.sign, inertial, t.direction_rad)
 
 
 def impulses_of(scene: Scene) -> tuple[BarImpulse, ...]:

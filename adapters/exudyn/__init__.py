@@ -16,8 +16,8 @@ connector acts on points, without the gradient's torque. The cost study measures
 
 Supported: all gravity models, oblateness, third bodies, drag, solar pressure without shadow, joint springs and dampers,
 thrusts; prescribed rotations except by the tree, and except by a motor in a joint at index 3 in absolute coordinates.
-Not supported: impulses, the shadow's edge, bars that turn their other face to the wind or the Sun, thrust tables with
-corners inside a step, and thrusts that start or end during a run with prescribed rotations.
+Not supported: impulses, the shadow's edge, bars that turn their other face to the wind or the Sun, tables in time with
+corners inside a step, and forces or torques that jump during a run with prescribed rotations.
 
 In `effects/slews` the comparison of `exudyn`, `exudyn-index3` and `exudyn-absolute` ends as `too_coarse`: beyond
 the predictability limit, 620 to 635 s, their rates are too uncertain to predict 21 of 22 segments. With 20 000

@@ -48,8 +48,8 @@ if TYPE_CHECKING:
 OBSERVED = frozenset({Observable.COM, Observable.ATTITUDE, Observable.RATE, Observable.REACTION})
 START_TOLERANCE = 1e-12  # rad, and relative to the largest coordinate, between the first sample and the initial state
 SUPPORTED = frozenset({
-    *GRAVITY_MODELS, "oblateness", "third_body", "drag", "solar_pressure", "joint_spring_damper", "thrust.body",
-    "thrust.inertial",
+    *GRAVITY_MODELS, "oblateness", "third_body", "drag", "solar_pressure", "joint_spring_damper", "joint_torque",
+    "thrust.body", "thrust.inertial",
 })  # fmt: skip
 UNSUPPORTED = {
     "solar_pressure.shadow": NO_SHADOW,
@@ -62,7 +62,7 @@ AT_ITS_TOLERANCE = (
     "of absolute positions, which over a step squared is a force"
 )
 RESTARTED = (
-    "thrust with a prescribed rotation is not supported: the run restarts where the thrust starts or ends, "
+    "a thrust or a joint's torque with a prescribed rotation is not supported: the run restarts where it jumps, "
     "and Exudyn computes wrong accelerations there"
 )
 BRIEF = 1e-12  # duration over a step: a run so short that the state does not change in its last digit
@@ -83,7 +83,7 @@ class ExudynEngine(Engine):
 
     @classmethod
     def unsupported(cls, scene: Scene) -> str | None:
-        """Reason why the engine does not support `scene`: corners of a thrust's table inside a step included."""
+        """Reason why the engine does not support `scene`: corners of a table in time inside a step included."""
         off = off_step_s(scene)
         return super().unsupported(scene) or (None if off is None else straddled_words(scene, off))
 

@@ -7,6 +7,7 @@ difference of large numbers.
 
 from __future__ import annotations
 
+import itertools
 import math
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Any, final
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from adapters.exudyn.frames import BarMotion, ReferenceFrame
     from adapters.exudyn.timetable import Steps
     from adapters.trajectory import Array
-    from scenarios import Gravity, Scene, ThirdBody, Thrust
+    from scenarios import Gravity, JointTorque, Scene, ThirdBody, Thrust
 
 Vector = tuple[Number, Number]
 BarForce = tuple[Number, Number, Number | None]
@@ -282,29 +283,60 @@ class ExudynThrust(ExudynLoad):
         return inputs[0] * x, inputs[0] * y, inputs[0] * (self.arm * across)
 
 
-def sizes(thrust: Thrust, at_s: Array, inside_s: Array) -> Array:
-    """Force at instants (k,) on the straight segment around other instants (k,), N; 0 outside the table."""
-    t, f = np.array(thrust.times_s), np.array(thrust.force_N)
+@final
+class ExudynMotor(ExudynLoad):
+    """Motor in a joint: a torque on its second bar and the opposite one on its first, as a function of time."""
+
+    time_input_count = 1
+
+    def __init__(self, scene: Scene, frame: ReferenceFrame, motor: JointTorque) -> None:
+        """Load of one motor."""
+        super().__init__(scene, frame)
+        self.motor = motor
+
+    def acts_on(self, bar: int) -> bool:
+        """Whether the joint is at an end of `bar`."""
+        return bar in (self.motor.joint - 1, self.motor.joint)
+
+    def time_inputs(self, at_s: Array, inside_s: Array) -> Array:
+        """Torque on the second bar."""
+        return sizes(self.motor, at_s, inside_s)[:, None]
+
+    def load(self, bar: int, view: BarMotion, inputs: Sequence[Number], xp: Any) -> BarForce:
+        """Torque alone."""
+        del xp
+        zero = 0.0 * view.x_m
+        return zero, zero, inputs[0] if bar == self.motor.joint else -1.0 * inputs[0]
+
+
+def sizes(table: Thrust | JointTorque, at_s: Array, inside_s: Array) -> Array:
+    """Size at instants (k,) on the straight segment around other instants (k,), N or N m; 0 outside the table."""
+    t, f = np.array(table.times_s), np.array(table.sizes)
     i = np.searchsorted(t, inside_s) - 1
     within = (i >= 0) & (i < len(t) - 1)
     i = np.clip(i, 0, len(t) - 2)
-    line: Array = f[i] + (f[i + 1] - f[i]) * ((at_s - t[i]) / (t[i + 1] - t[i]))
+    within &= t[i + 1] > t[i]
+    line: Array = f[i] + (f[i + 1] - f[i]) * ((at_s - t[i]) / np.where(within, t[i + 1] - t[i], 1.0))
     return np.where(within, line, 0.0)
 
 
 def jumps_s(scene: Scene) -> list[float]:
-    """Instants inside the run at which a thrust starts or ends with a jump."""
-    ends = {(t.times_s[i], t.force_N[i]) for t in scene.effects.thrust for i in (0, -1)}
-    return sorted({t for t, force in ends if force and 0.0 < t < scene.run.duration_s})
+    """Instants inside the run at which a force or a torque that is a table in time jumps."""
+    found: set[float] = set()
+    for table in scene.effects.tables:
+        times, sizes = (table.times_s[0], *table.times_s, table.times_s[-1]), (0.0, *table.sizes, 0.0)
+        pairs = itertools.pairwise(zip(times, sizes, strict=True))
+        found |= {t1 for (t0, before), (t1, after) in pairs if t0 == t1 and before != after}
+    return sorted(t for t in found if 0.0 < t < scene.run.duration_s)
 
 
 def jump_steps(scene: Scene, steps: Steps) -> list[int]:
-    """Steps that end where a thrust starts or ends, without the last step."""
+    """Steps that end where a force or a torque jumps, without the last step."""
     return sorted({steps.index(t) for t in jumps_s(scene)} - {0, steps.count})
 
 
 def off_step_s(scene: Scene) -> float | None:
-    """First instant of a thrust's table that some number of steps leaves inside a step; None if there is none."""
+    """First instant of a table in time that some number of steps leaves inside a step; None if there is none."""
     half = half_interval_s(scene)
-    inside = sorted(t for p in scene.effects.thrust for t in p.times_s if 0.0 < t < scene.run.duration_s)
+    inside = sorted(t for p in scene.effects.tables for t in p.times_s if 0.0 < t < scene.run.duration_s)
     return next((t for t in inside if abs(t / half - round(t / half)) > WHOLE), None)

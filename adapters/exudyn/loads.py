@@ -19,6 +19,7 @@ import numpy as np
 
 from adapters.exudyn.effects import (
     ExudynDrag,
+    ExudynMotor,
     ExudynOblateness,
     ExudynQuadrupole,
     ExudynSlender,
@@ -148,6 +149,7 @@ def effects_of(scene: Scene, frame: ReferenceFrame) -> list[ExudynLoad]:
         found.append(ExudynDrag(scene, frame))
     if effects.solar_pressure:
         found.append(ExudynSunlight(scene, frame))
+    found += [ExudynMotor(scene, frame, motor) for motor in effects.joint_torque]
     return found + [ExudynThrust(scene, frame, thrust) for thrust in effects.thrust]
 
 

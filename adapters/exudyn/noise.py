@@ -185,12 +185,11 @@ def transients(scene: Scene, step_s: float, method: Method, t_s: Array) -> Array
     """
     chain = scene.chain
     rate = free_rate_rad_s(scene)
-    thrusts = scene.effects.thrust
-    if thrusts:
-        rate = max(rate, thrust_rate_rad_s(scene))
+    if scene.effects.tables:
+        rate = max(rate, pushed_rate_rad_s(scene))
     force_N = turning_mass(scene, scene.size_m) * rate**2
     found = start_transient(force_N, rate, step_s, method, t_s)
-    for start in jumps_s(scene) if thrusts else ():
+    for start in jumps_s(scene):
         found = np.maximum(found, start_transient(force_N, rate, step_s, method, t_s - start))
     for p in scene.effects.prescribed_rotation:
         own, rate = p.bar - 1, math.pi / p.duration_s
@@ -203,13 +202,12 @@ def transients(scene: Scene, step_s: float, method: Method, t_s: Array) -> Array
     return found
 
 
-def thrust_rate_rad_s(scene: Scene) -> float:
-    """Rate at which the strongest thrust, normal to its bar, turns the bar by a radian."""
-    chain = scene.chain
-    return max(
-        math.sqrt(max(map(abs, p.force_N)) * 0.5 * chain.length_m[p.bar - 1] / chain.inertia_kg_m2[p.bar - 1])
-        for p in scene.effects.thrust
-    )
+def pushed_rate_rad_s(scene: Scene) -> float:
+    """Rate at which the strongest thrust, normal to its bar, or torque of a joint's motor turns a bar by a radian."""
+    chain, effects = scene.chain, scene.effects
+    torques = [(p.bar - 1, 0.5 * chain.length_m[p.bar - 1] * max(map(abs, p.force_N))) for p in effects.thrust]
+    torques += [(p.joint - 1 + k, max(map(abs, p.torque_N_m))) for p in effects.joint_torque for k in (0, 1)]
+    return max(math.sqrt(torque / chain.inertia_kg_m2[bar]) for bar, torque in torques)
 
 
 def start_transient(force_N: float, rate_rad_s: float, step_s: float, method: Method, t_s: Array) -> Array:

@@ -113,19 +113,28 @@ def end_force(shape: EndForceShape, direction: Symbol, size: Symbol, angle: Symb
 
 def thrust_load(shape: EndForceShape, parameter: Parameter, k: int, bar: SymbolicBar, angle: Symbol) -> Load:
     """Load of thrust k, its force linear in time."""
-    import heyoka as hy
-
-    size = parameter(f"thrust_{k}_size")
-    if shape.sloped:
-        size = size + parameter(f"thrust_{k}_slope") * (hy.time - parameter(f"thrust_{k}_since"))
+    size = size_in_time(parameter, f"thrust_{k}", sloped=shape.sloped)
     force = end_force(shape, parameter(f"thrust_{k}_direction"), size, angle)
     return bar.pushed(force, shape.side * cross(bar.reach, force))
 
 
-def spring_torques(parameter: Parameter, angle: list[Symbol], rate: list[Symbol]) -> list[Symbol]:
-    """Torque of the joint springs and dampers on each bar."""
+def size_in_time(parameter: Parameter, name: str, *, sloped: bool = True) -> Symbol:
+    """Size on the present segment of a table in time."""
+    import heyoka as hy
+
+    size = parameter(f"{name}_size")
+    return size + parameter(f"{name}_slope") * (hy.time - parameter(f"{name}_since")) if sloped else size
+
+
+def joint_torques(structure: Structure, angle: list[Symbol], rate: list[Symbol]) -> list[Symbol]:
+    """Torque of the joint springs, dampers and motors on each bar."""
     torque: list[Symbol] = [0.0] * len(angle)
-    for j in range(len(angle) - 1):
+    parameter = structure.parameter
+    for k, j in enumerate(structure.motors):
+        motor = size_in_time(parameter, f"motor_{k}")
+        torque[j] = torque[j] - motor
+        torque[j + 1] = torque[j + 1] + motor
+    for j in range(len(angle) - 1 if structure.springs else 0):
         bend = angle[j + 1] - angle[j] - parameter(f"spring_rest_{j}")
         bending = rate[j + 1] - rate[j]
         straightening = -parameter(f"spring_stiffness_{j}") * bend - parameter(f"spring_damping_{j}") * bending
@@ -165,7 +174,8 @@ class SymbolicLoads:
         self.flattening = self.oblateness() if structure.oblate else None
         self.air = SymbolicDrag(self.parameter, state.centre, r2) if structure.drag else None
         self.light = SymbolicSunlight(self.parameter, structure.shadow) if structure.light else None
-        self.springs = spring_torques(self.parameter, state.angle, state.rate) if structure.springs else None
+        driven = structure.springs or structure.motors
+        self.joints = joint_torques(structure, state.angle, state.rate) if driven else None
         self.seen: list[SymbolicBar] = []
 
     def oblateness(self) -> Flattening:
@@ -205,8 +215,8 @@ class SymbolicLoads:
         """Loads besides the central body's main field."""
         fields = [*self.companions, *(x for x in (self.flattening, self.air, self.light) if x)]
         found = [x.load(bar) for x in fields]
-        if self.springs:
-            found.append(Load((0.0, 0.0), self.springs[bar.index]))
+        if self.joints:
+            found.append(Load((0.0, 0.0), self.joints[bar.index]))
         angle = self.state.angle[bar.index]
         found += [
             thrust_load(shape, self.parameter, k, bar, angle)

@@ -16,9 +16,9 @@ from adapters.heyoka.structure import (
     Numbers,
     impulse_size,
     parameters_of,
+    segments_of,
     start_of,
     structure_of,
-    thrust_segment,
     units_of,
 )
 from adapters.trajectory import ENDED, Trajectory
@@ -101,7 +101,7 @@ class HeyokaRun:
 
     @property
     def breaks(self) -> list[Any]:
-        """Instants of events known beforehand: ends of laws, corners of thrusts, impulses; in order."""
+        """Instants of events known beforehand: ends of laws, corners of tables in time, impulses; in order."""
         return [self.scaled_time(t) for t in self.scene.effects.breaks_s]
 
     def segment(self, begin: Any, end: Any) -> TimeSegment:
@@ -113,15 +113,13 @@ class HeyokaRun:
         return TimeSegment(marks, slice(first, last), self.parameters_on(begin, end))
 
     def parameters_on(self, begin: Any, end: Any) -> Numbers:
-        """Parameters of a segment: amplitudes of the laws that act in it, and straight segments of the thrusts."""
+        """Parameters of a segment: amplitudes of the laws that act in it, and straight segments of tables in time."""
         found, middle = self.parameters.copy(), 0.5 * (begin + end)
         for k, p in enumerate(self.scene.effects.prescribed_rotation):
             if self.scaled_time(p.breaks_s[0]) < middle < self.scaled_time(p.breaks_s[1]):
                 found[self.structure.slots[f"law_{k}_amplitude"]] = self.number(p.amplitude_rad / 16.0)
-        for k, thrust in enumerate(self.scene.effects.thrust):
-            line = thrust_segment(thrust, float(middle) * self.units.time_s, self.units, self.number)
-            for what, number in zip(("size", "slope", "since"), line, strict=True):
-                found[self.structure.slots[f"thrust_{k}_{what}"]] = number
+        for name, number in segments_of(self.scene, float(middle) * self.units.time_s, self.units, self.number):
+            found[self.structure.slots[name]] = number
         return found
 
     def walk(self) -> None:

@@ -23,7 +23,17 @@ from scenarios import Actuator, Axes, Gravity
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from scenarios import Drag, Impulse, JointSpringDamper, Oblateness, Scene, SolarPressure, ThirdBody, Thrust
+    from scenarios import (
+        Drag,
+        Impulse,
+        JointSpringDamper,
+        JointTorque,
+        Oblateness,
+        Scene,
+        SolarPressure,
+        ThirdBody,
+        Thrust,
+    )
 
     Named = Iterator[tuple[str, Any]]
     Number = Callable[[Any], Any]
@@ -37,7 +47,9 @@ BODY = ("pull", "distance", "longitude", "rate")
 AIR = ("density", "radius", "height", "turn", "normal", "tangential")
 SUN = ("absorbed", "mirrored", "longitude", "rate")
 SPRING = ("stiffness", "damping", "rest")
-THRUST = ("direction", "size", "slope", "since")
+SIZE = ("size", "slope", "since")
+"""Parameters of a size that is linear in time; zeros outside its table"""
+THRUST = ("direction", *SIZE)
 IMPULSE = ("direction", "size")
 Numbers = Any
 """Array in the working precision"""
@@ -101,6 +113,8 @@ class Structure:
     light: bool = False
     shadow: bool = False
     springs: bool = False
+    motors: tuple[int, ...] = ()
+    """Joints with torques, counted from 0"""
     thrusts: tuple[EndForceShape, ...] = ()
     impulses: tuple[EndForceShape, ...] = ()
 
@@ -130,6 +144,7 @@ class Structure:
         names += [f"light_area_{j}" for j in bars if self.light]
         names += [f"spring_{x}_{j}" for x in SPRING for j in range(self.bars - 1) if self.springs]
         names += self.modes
+        names += [f"motor_{k}_{x}" for k in range(len(self.motors)) for x in SIZE]
         names += [f"thrust_{k}_{x}" for k in range(len(self.thrusts)) for x in THRUST]
         names += [f"impulse_{k}_{x}" for k in range(len(self.impulses)) for x in IMPULSE]
         return {name: i for i, name in enumerate(names)}
@@ -161,6 +176,7 @@ def structure_of(scene: Scene) -> Structure:
         light=light is not None,
         shadow=light is not None and light.shadow and scene.central_body.radius_m > 0.0,
         springs=effects.joint_spring_damper is not None,
+        motors=tuple(motor.joint - 1 for motor in effects.joint_torque),
         thrusts=tuple(end_force_shape(p, sloped=len(set(p.force_N)) > 1) for p in effects.thrust),
         impulses=tuple(end_force_shape(p) for p in effects.impulse),
     )
@@ -197,7 +213,7 @@ def start_of(scene: Scene, units: HeyokaUnits, number: Number) -> Numbers:
 
 
 def parameters_of(scene: Scene, units: HeyokaUnits, number: Number) -> Numbers:
-    """Parameters of the equations in the working precision and units; modes, thrusts and impulses are 0.
+    """Parameters of the equations in the working precision and units; modes, tables in time and impulses are 0.
 
     `number` converts a float or a decimal string.
     """
@@ -300,16 +316,23 @@ def spring_parameters(springs: JointSpringDamper, units: HeyokaUnits, number: Nu
     return {f"spring_{x}_{j}": v for x, col in zip(SPRING, columns, strict=True) for j, v in enumerate(col)}
 
 
-def thrust_segment(thrust: Thrust, middle_s: float, units: HeyokaUnits, number: Number) -> tuple[Any, Any, Any]:
-    """Force, slope and start of the straight segment of a thrust's table around an instant; zeros outside the table."""
-    zero, table = number(0.0), list(zip(thrust.times_s, thrust.force_N, strict=True))
+def segments_of(scene: Scene, middle_s: float, units: HeyokaUnits, number: Number) -> Named:
+    """Parameters of the straight segments of all tables in time around an instant."""
     force = units.time_s**2 / units.length_m
-    for (t0, f0), (t1, f1) in itertools.pairwise(table):
+    for k, thrust in enumerate(scene.effects.thrust):
+        yield from ((f"thrust_{k}_{x}", v) for x, v in segment_of(thrust, middle_s, units, force, number))
+    for k, motor in enumerate(scene.effects.joint_torque):
+        torque = force / units.length_m
+        yield from ((f"motor_{k}_{x}", v) for x, v in segment_of(motor, middle_s, units, torque, number))
+
+
+def segment_of(table: Thrust | JointTorque, middle_s: float, units: HeyokaUnits, unit: float, number: Number) -> Named:
+    """Size in `unit`, slope and start of the straight segment of a table around an instant; zeros outside the table."""
+    for (t0, f0), (t1, f1) in itertools.pairwise(zip(table.times_s, table.sizes, strict=True)):
         if t0 < middle_s < t1:
-            since, until = number(t0 / units.time_s), number(t1 / units.time_s)
-            size = number(f0 * force)
-            return size, (number(f1 * force) - size) / (until - since), since
-    return zero, zero, zero
+            since, until, size = number(t0 / units.time_s), number(t1 / units.time_s), number(f0 * unit)
+            return zip(SIZE, (size, (number(f1 * unit) - size) / (until - since), since), strict=True)
+    return zip(SIZE, (number(0.0),) * 3, strict=True)
 
 
 def impulse_size(impulse: Impulse, units: HeyokaUnits, number: Number) -> Any:

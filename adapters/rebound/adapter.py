@@ -151,7 +151,8 @@ class Rebound(Engine):
     order = None
     sweep = AccuracySweep(AccuracyParameter.RTOL, (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12), default=1e-12)
     effects = frozenset({
-        *GRAVITY_MODELS, *PRESCRIBED_ROTATIONS, "oblateness", "third_body", "joint_spring_damper", "thrust.inertial",
+        *GRAVITY_MODELS, *PRESCRIBED_ROTATIONS, "oblateness", "third_body", "joint_spring_damper", "joint_torque",
+        "thrust.inertial",
         "impulse",
     })  # fmt: skip
     observables = frozenset({Observable.COM})

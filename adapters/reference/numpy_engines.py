@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 EVERYTHING = frozenset({
     *GRAVITY_MODELS, *PRESCRIBED_ROTATIONS, "oblateness", "third_body", "drag", "solar_pressure",
-    "solar_pressure.shadow", "joint_spring_damper", "thrust.body", "thrust.inertial", "impulse",
+    "solar_pressure.shadow", "joint_spring_damper", "joint_torque", "thrust.body", "thrust.inertial", "impulse",
 })  # fmt: skip
 FEW_STEPS = 10.0  # largest component over the norm of step control, and interpolation between steps
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from adapters.engine import Declarations
     from adapters.registry import Registration
-    from scenarios import Scene, Thrust
+    from scenarios import Scene
 
 MAX_SUGGESTED_SAMPLES = 20_001
 """Largest number of samples of a suggested run"""
@@ -145,14 +145,9 @@ def unchecked_attitudes(
 
 
 def with_run(scene: Scene, run: Run) -> Scene:
-    """`scene` over another run; a thrust that lasts to the old end lasts to the new one."""
+    """`scene` over another run; a thrust or a torque that lasts to the old end lasts to the new one."""
     end_s = scene.run.duration_s
-
-    def until(thrust: Thrust) -> Thrust:
-        times = tuple(run.duration_s if t == end_s else t for t in thrust.times_s)
-        return dataclasses.replace(thrust, times_s=times)
-
-    effects = dataclasses.replace(scene.effects, thrust=tuple(map(until, scene.effects.thrust)))
+    effects = scene.effects.at_instants(lambda t: run.duration_s if t == end_s else t)
     return dataclasses.replace(scene, run=run, effects=effects)
 
 
@@ -181,7 +176,7 @@ def common_denominator(values: list[Fraction]) -> int:
 
 
 def aligned(scene: Scene) -> Scene:
-    """`scene` with its thrusts, impulses and manoeuvres at the nearest samples."""
+    """`scene` with its tables in time, impulses and manoeuvres at the nearest samples."""
     every = scene.run.duration_s / (scene.run.samples - 1)
 
     def near(t_s: float) -> float:
@@ -189,9 +184,7 @@ def aligned(scene: Scene) -> Scene:
 
     effects = scene.effects
     moved = dataclasses.replace(
-        effects,
-        thrust=tuple(dataclasses.replace(p, times_s=tuple(map(near, p.times_s))) for p in effects.thrust),
-        impulse=tuple(dataclasses.replace(p, at_s=near(p.at_s)) for p in effects.impulse),
+        effects.at_instants(near),
         prescribed_rotation=tuple(
             dataclasses.replace(p, start_s=near(p.start_s), duration_s=max(near(p.duration_s), every))
             for p in effects.prescribed_rotation

@@ -15,7 +15,7 @@ contract                `Engine`, `EngineError`, `UnsupportedMotionError`, `Sett
 results                 `Trajectory`, `Observable`, `Array`, `ENDED`; ``Trajectory.info["steps"]``: steps of the run
 scene                   `Scene`, `Chain`, `Orbit`, `CentralBody`, `Run`, `load_scene`
 effects                 `Effects`, `Gravity`, `Oblateness`, `ThirdBody`, `Drag`, `SolarPressure`, `JointSpringDamper`,
-                        `PrescribedRotation`, `Thrust`, `Impulse`, `all_effect_names`
+                        `JointTorque`, `PrescribedRotation`, `Thrust`, `Impulse`, `all_effect_names`
 kinds of effects        `End` and `Axes` of thrusts and impulses, `Frame` and `Actuator` of prescribed rotations
 start                   `initial_state`, `InitialState`
 joint coordinates       `to_joint_coordinates`, `from_joint_coordinates`, `bar_accelerations`, `bar_angles`,
@@ -72,6 +72,7 @@ from scenarios import (
     Gravity,
     Impulse,
     JointSpringDamper,
+    JointTorque,
     Oblateness,
     PrescribedRotation,
     Scene,
@@ -111,6 +112,7 @@ __all__ = [
     "Impulse",
     "InitialState",
     "JointSpringDamper",
+    "JointTorque",
     "LandedError",
     "Oblateness",
     "Observable",

@@ -137,9 +137,7 @@ def all_stretched(scene: Scene, size: float) -> Scene:
     """Scene that lasts longer, and all that is timed in it: a fast clock shows its samples at the right instants."""
     k, called = 1.0 + size, scene.effects
     slews = [replace(p, start_s=k * p.start_s, duration_s=k * p.duration_s) for p in called.prescribed_rotation]
-    thrusts = [replace(p, times_s=tuple(k * t for t in p.times_s)) for p in called.thrust]
-    impulses = [replace(p, at_s=k * p.at_s) for p in called.impulse]
-    effects = replace(called, prescribed_rotation=tuple(slews), thrust=tuple(thrusts), impulse=tuple(impulses))
+    effects = replace(called.at_instants(lambda t: k * t), prescribed_rotation=tuple(slews))
     return replace(stretched(scene, size), effects=effects)
 
 
@@ -178,6 +176,7 @@ FAULTS = (
     Fault("slew-late", "slews that start late", "a step that straddles a break", EVENTS, size=SECOND,
           nothing=reasons.SLEW, scene=effect("prescribed_rotation", later)),
     *late("thrust", "thrusts that start and end", "a step that straddles a break", lambda one: one.times_s[0]),
+    *late("joint_torque", "torques of joints' motors", "a step that straddles a break", lambda one: one.times_s[0]),
     *late("impulse", "impulses that act", "an impulse at the end of a step", lambda one: one.at_s),
     Fault("switch-late", "shadow's edges and turned faces met late", "an event located at the end of a step", EVENTS,
           code=switches_late, size=SECOND, nothing=reasons.flips),

@@ -132,6 +132,7 @@ BODIES = reasons.needs("third_body", "third body")
 DRAG = reasons.needs("drag", "drag")
 LIGHT = reasons.needs("solar_pressure", "sunlight")
 SPRINGS = reasons.needs("joint_spring_damper", "springs or dampers")
+MOTORS = reasons.needs("joint_torque", "torque of a joint's motor")
 THRUST = reasons.needs("thrust", "thrust")
 FORCES = FaultGroup.FORCES
 FAULTS = (
@@ -164,6 +165,8 @@ FAULTS = (
           scene=stronger("joint_spring_damper", "stiffness_N_m_rad"), size=PERCENT, nothing=SPRINGS),
     Fault("dampers", "joint dampers too strong", "a wrong coefficient", FORCES,
           scene=stronger("joint_spring_damper", "damping_N_m_s_rad"), size=PERCENT, nothing=SPRINGS),
+    Fault("joint-torque", "torques of joints' motors too strong", "a wrong gear ratio", FORCES,
+          scene=stronger("joint_torque", "torque_N_m"), size=PERCENT, nothing=MOTORS),
     Fault("thrust", "thrust too strong", "a wrong calibration", FORCES, scene=stronger("thrust", "force_N"),
           size=PERCENT, nothing=THRUST),
     Fault("thrust-axes", "thrust's direction in the other axes", "body axes for inertial ones", FORCES,

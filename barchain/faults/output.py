@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 IN_NAMES = {"com_velocity": "com-velocity"}
 """Channels that names of faults, which records hold, write in another way"""
-JUDGED = sorted((c for c in STORED if c.judged), key=lambda channel: bool(channel.effect))
+JUDGED = sorted((c for c in STORED if c.judged), key=lambda channel: bool(channel.effects))
 """Channels of every scene, then those of an effect: the order of the catalogue, from which seeds choose"""
 CHANNELS = {IN_NAMES.get(c.name, c.name): c.array for c in JUDGED}
 ALWAYS = tuple(IN_NAMES.get(c.name, c.name) for c in JUDGED if c.of is Of.TRACK)

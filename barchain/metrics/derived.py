@@ -127,20 +127,6 @@ class Motion:
         return np.pad(self.array("reaction"), ((0, 0), (1, 1), (0, 0)))
 
     @cached_property
-    def springs(self) -> JointSpringDamperEffect:
-        """Springs and dampers of the joints.
-
-        Raises
-        ------
-        DerivedError
-            If the scene has none.
-        """
-        found = next((e for e in self.model.effects if isinstance(e, JointSpringDamperEffect)), None)
-        if found is None:
-            raise DerivedError(f"needs the effect joint_spring_damper, which {self.scene.name} has not")
-        return found
-
-    @cached_property
     def wrenches(self) -> dict[str, tuple[ComplexArray, Array]]:
         """Force (n, N) N, as complex numbers, and torque (n, N) N m on each bar, by the name of the effect.
 
@@ -234,8 +220,22 @@ def vertical_angle(motion: Motion) -> Array:
 
 
 def joint_torque(motion: Motion) -> Array:
-    """Torque of spring and damper on the bar before each joint, (n, N-1) N m."""
-    return motion.springs.torque(motion.angle, motion.rate)
+    """Torque of spring, damper and motor on the bar before each joint, (n, N-1) N m; at a jump, just before it.
+
+    Raises
+    ------
+    DerivedError
+        If the scene has neither.
+    """
+    called = motion.scene.effects
+    if not (called.joint_spring_damper or called.joint_torque):
+        raise DerivedError(f"needs the effect joint_spring_damper or joint_torque, which {motion.scene.name} has not")
+    found = np.zeros_like(motion.angle[:, :-1])
+    for springs in (e for e in motion.model.effects if isinstance(e, JointSpringDamperEffect)):
+        found += springs.torque(motion.angle, motion.rate)
+    for motor in called.joint_torque:
+        found[:, motor.joint - 1] -= [motor.size_N_m(t) for t in motion.trajectory.t_s.tolist()]
+    return found
 
 
 def torque_power(m: Motion) -> Array:

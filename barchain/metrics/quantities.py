@@ -236,7 +236,7 @@ def balanced(scene: Scene) -> bool:
     """Whether only fields, and springs between bars, act beside gravity, so that the balance can be computed."""
     called, springs = scene.effects, scene.effects.joint_spring_damper
     damped = springs is not None and any(springs.damping_N_m_s_rad)
-    driven = called.prescribed_rotation or called.impulse or called.thrust or called.drag or called.solar_pressure
+    driven = called.prescribed_rotation or called.impulse or called.tables or called.drag or called.solar_pressure
     return called.gravity is not Gravity.NONE and not driven and not damped
 
 

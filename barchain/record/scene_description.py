@@ -46,6 +46,11 @@ def effect_words(scene: Scene) -> list[str]:
         stiffest, strongest = max(springs.stiffness_N_m_rad), max(springs.damping_N_m_s_rad)
         found.append(f"joint springs up to {stiffest:g} N m/rad, dampers up to {strongest:g} N m s/rad")
     found += [
+        f"torque of up to {max(map(abs, m.torque_N_m)):g} N m in joint {m.joint}, "
+        f"from {m.times_s[0]:g} to {m.times_s[-1]:g} s"
+        for m in called.joint_torque
+    ]
+    found += [
         f"thrust of up to {max(map(abs, t.force_N)):g} N on {push_words(t)}, "
         f"from {t.times_s[0]:g} to {t.times_s[-1]:g} s"
         for t in called.thrust
@@ -83,6 +88,7 @@ def losses(scene: Scene) -> list[Loss]:
         (called.thrust, Loss("a thrust has no potential")),
         (called.impulse, Loss("an impulse has no potential")),
         (springs and any(springs.damping_N_m_s_rad), Loss("dampers dissipate energy", angular_momentum=False)),
+        (called.joint_torque, Loss("motors in joints do work", angular_momentum=False)),
         (laws, Loss("prescribed rotations do work", angular_momentum=False)),
         (outside, Loss("their torques are external", energy=False)),
         (called.third_body, Loss("a third body's potential rotates with it")),

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from adapters.trajectory import Array, Trajectory
     from scenarios import Scene
 
-OF_EFFECTS = [channel for channel in STORED if channel.effect]
+OF_EFFECTS = [channel for channel in STORED if channel.effects]
 TIME_SLACK = 1e-9  # of the run: round-off of an engine's clock in the sample instants
 LOOSE_JOINT = 0.1  # of the shorter bar: ends farther apart are not joined by any standard
 
@@ -46,7 +46,7 @@ def arrays(trajectory: Trajectory) -> dict[str, Array]:
 
 def missing_channel(scene: Scene, engine: Declarations, trajectory: Trajectory) -> Fault | None:
     """Find quantities that the engine declares and does not return."""
-    wanted = set(engine.observables) - {c.observable for c in OF_EFFECTS if not getattr(scene.effects, c.effect)}
+    wanted = set(engine.observables) - {c.observable for c in OF_EFFECTS if c.absent_from(scene)}
     lacking = sorted(wanted - trajectory.observables)
     return (Outcome.INCOMPLETE, f"declares but does not return: {', '.join(lacking)}") if lacking else None
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 EFFECTS = {
     "gravity": "gravity", "oblateness": "oblateness", "third body": "third_body", "drag": "drag",
     "light": r"solar_pressure$", "shadow": r"solar_pressure\.shadow", "springs": "joint_spring_damper",
-    "rotation": "prescribed_rotation", "thrust": "thrust", "impulse": "impulse",
+    "motors": "joint_torque", "rotation": "prescribed_rotation", "thrust": "thrust", "impulse": "impulse",
 }  # fmt: skip
 """Kinds of effects, and patterns of the names that engines declare"""
 WITH_KEYS = (
@@ -25,6 +25,8 @@ WITH_KEYS = (
     "drag",
     "solar_pressure",
     "joint_spring_damper",
+    "joint_spring_damper.set_point",
+    "joint_torque",
     "prescribed_rotation",
     "thrust",
     "impulse",

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     from reference_impl.effects.drag import DragEffect
     from reference_impl.effects.joint_spring_damper import JointSpringDamperEffect
+    from reference_impl.effects.joint_torque import JointTorqueEffect
     from reference_impl.effects.oblateness import OblatenessEffect
     from reference_impl.effects.solar_pressure import SolarPressureEffect
     from reference_impl.effects.third_body import ThirdBodyEffect
@@ -80,6 +81,23 @@ class CompiledSprings(EffectConstants):
     def shapes(self, bars: int) -> dict[str, tuple[int, ...]]:
         """One column for each joint."""
         return {"table": (3, bars - 1)}
+
+
+@dataclass(frozen=True)
+class CompiledJointTorque(EffectConstants):
+    """Torque of a joint's motor in compiled code."""
+
+    joint: int
+    table: Matrix
+    """(2, k) rows of instants, s, and torques, N m"""
+    mode: Vector
+    """(1,) segment of the table; -1: none"""
+
+    def shapes(self, bars: int) -> dict[str, tuple[int, ...]]:
+        """Two or more columns of the table."""
+        if not 0 <= self.joint < bars - 1:
+            raise ValueError(f"torque in joint {self.joint}, allowed: 0 to {bars - 2}")
+        return {"table": (2, max(2, self.table.shape[1])), "mode": (1,)}
 
 
 @dataclass(frozen=True)
@@ -177,6 +195,12 @@ def springs(effect: JointSpringDamperEffect, number: Number) -> CompiledSprings:
     return CompiledSprings(np.array(rows, dtype=number))
 
 
+def joint_torque(effect: JointTorqueEffect, number: Number) -> CompiledJointTorque:
+    """Joint, and the table of instants, s, and torques, N m."""
+    table = np.array([effect.times_s, effect.sizes], dtype=number)
+    return CompiledJointTorque(effect.joint, table, np.full(1, -1.0, number))
+
+
 def oblateness(effect: OblatenessEffect, _: Number) -> CompiledOblateness:
     """Strength and switches."""
     return CompiledOblateness(effect.strength_m5_s2, int(effect.turns), int(effect.turns and effect.second_moment))
@@ -222,7 +246,7 @@ def thrust(effect: ThrustEffect, number: Number) -> CompiledThrust:
         effect.side,
         int(effect.inertial),
         turned,
-        np.array([effect.times_s, effect.force_N], dtype=number),
+        np.array([effect.times_s, effect.sizes], dtype=number),
         np.full(1, -1.0, number),
     )
 
@@ -230,6 +254,7 @@ def thrust(effect: ThrustEffect, number: Number) -> CompiledThrust:
 KINDS: dict[str, Callable[[Any, Number], EffectConstants]] = {
     "drag": drag,
     "joint_spring_damper": springs,
+    "joint_torque": joint_torque,
     "oblateness": oblateness,
     "quadrupole": field_of_bars,
     "slender": field_of_bars,

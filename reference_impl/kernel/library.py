@@ -39,9 +39,9 @@ STRUCTS: dict[str, type[Struct]] = {
     "effect": effects.CompiledEffect, "chain": layout.CompiledChain, "workspace": layout.Workspace,
     "stepper": layout.Stepper, "surface_bounds": layout.SurfaceBounds, "batch_members": layout.BatchMembers,
     "batch_results": layout.MemberResults, "cvode_data": layout.CvodeData, "drag": effects.CompiledDrag,
-    "joint_spring_damper": effects.CompiledSprings, "oblateness": effects.CompiledOblateness,
-    "solar_pressure": effects.CompiledSunlight, "third_body": effects.CompiledThirdBody,
-    "thrust": effects.CompiledThrust,
+    "joint_spring_damper": effects.CompiledSprings, "joint_torque": effects.CompiledJointTorque,
+    "oblateness": effects.CompiledOblateness, "solar_pressure": effects.CompiledSunlight,
+    "third_body": effects.CompiledThirdBody, "thrust": effects.CompiledThrust,
 }  # fmt: skip
 """Structs by their names in C"""
 NAMES = {"POINT": layout.GRAVITY_CODES["point"], "SLOPES": layout.SLOPE_ROWS, "POWERS": layout.POWER_ROWS}

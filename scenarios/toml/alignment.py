@@ -38,16 +38,17 @@ def on_sample(t_s: float, times_s: Array, *, beyond: float = 0.0) -> float:
 
 
 def table_on_samples(instants_s: Iterable[float], times_s: Array) -> tuple[float, ...]:
-    """Instants of a thrust's table, moved to samples next to them.
+    """Instants of a table of sizes, moved to samples next to them.
 
     Raises
     ------
     ValueError
-        If two of them are next to the same sample.
+        If two of them that differ are next to the same sample.
     """
-    found = tuple(on_sample(t, times_s) for t in instants_s)
-    for before, after in itertools.pairwise(found):
-        if after <= before:
+    given = tuple(instants_s)
+    found = tuple(on_sample(t, times_s) for t in given)
+    for (a, before), (b, after) in itertools.pairwise(zip(given, found, strict=True)):
+        if after <= before and a != b:
             raise ValueError(too_near(before, times_s))
     return found
 

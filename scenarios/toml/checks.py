@@ -57,11 +57,25 @@ def joint_of_motor(bar: int) -> int:
 
 
 def check_bars(scene: SceneTables) -> Iterator[str]:
-    """Check that prescribed rotations, thrusts and impulses are on bars of the chain."""
+    """Check that prescribed rotations, thrusts and impulses are on bars of the chain, and motors in its joints."""
     for name in ("prescribed_rotation", "thrust", "impulse"):
         for i, p in enumerate(getattr(scene.effects, name)):
             if p.bar > scene.chain.bars:
                 yield f"effects.{name}[{i}].bar: {p.bar} given, allowed: 1 to {scene.chain.bars}"
+    springs, joints = scene.effects.joint_spring_damper, scene.chain.bars - 1
+    driven = [motor.joint for motor in scene.effects.joint_torque]
+    moved = [point.joint for point in springs.set_point] if springs and joints else []
+    for name, numbers in (("joint_torque", driven), ("joint_spring_damper.set_point", moved)):
+        for i, joint in enumerate(numbers):
+            if joint > joints:
+                allowed = f"1 to {joints}" if joints else "two bars or more; the chain has one and no joint"
+                yield f"effects.{name}[{i}].joint: {joint} given, allowed: {allowed}"
+    for i, joint in enumerate(moved):
+        if joint in moved[:i]:
+            yield (
+                f"effects.joint_spring_damper.set_point[{i}].joint: {joint} has a set point already; "
+                "allowed: one for each joint"
+            )
 
 
 def check_lists(scene: SceneTables) -> Iterator[str]:

@@ -7,13 +7,22 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 if TYPE_CHECKING:
     from scenarios.effect_types import Effects
-    from scenarios.toml.effect_tables import EffectsTable, ImpulseTable, PrescribedRotationTable, ThrustTable
+    from scenarios.toml.effect_tables import (
+        EffectsTable,
+        ImpulseTable,
+        JointSpringDamperTable,
+        JointTorqueTable,
+        PrescribedRotationTable,
+        ThrustTable,
+    )
+
+    Sizes = TypeVar("Sizes", ThrustTable, JointTorqueTable)
 
 
 def later(table: EffectsTable, start_s: float) -> EffectsTable:
@@ -26,7 +35,9 @@ def later(table: EffectsTable, start_s: float) -> EffectsTable:
     """
     if not start_s:
         return table
-    thrusts = [later_thrust(one, start_s) for one in table.thrust]
+    thrusts = [later_sizes(one, "force_N", start_s) for one in table.thrust]
+    motors = [later_sizes(one, "torque_N_m", start_s) for one in table.joint_torque]
+    springs = table.joint_spring_damper
     for i, impulse in enumerate(table.impulse):
         if math.isclose(impulse.at_s, start_s, rel_tol=1e-9):
             raise ValueError(
@@ -35,6 +46,8 @@ def later(table: EffectsTable, start_s: float) -> EffectsTable:
             )
     return table.model_copy(update={
         "prescribed_rotation": [later_turn(i, law, start_s) for i, law in enumerate(table.prescribed_rotation)],
+        "joint_spring_damper": springs and later_set_points(springs, start_s),
+        "joint_torque": [one for one in motors if one is not None],
         "thrust": [one for one in thrusts if one is not None],
         "impulse": [later_impulse(one, start_s) for one in table.impulse if one.at_s > start_s],
     })  # fmt: skip
@@ -58,23 +71,29 @@ def later_turn(number: int, law: PrescribedRotationTable, start_s: float) -> Pre
     return law.model_copy(update={"start_s": 0.0, "amplitude_deg": 0.0})
 
 
-def later_thrust(thrust: ThrustTable, start_s: float) -> ThrustTable | None:
-    """Thrust from a later start on; None if it is over."""
-    if thrust.times_s is None:
-        begins_s = (thrust.start_s or 0.0) - start_s
-        if thrust.duration_s is None:
-            return thrust.model_copy(update={"start_s": max(begins_s, 0.0)})
-        ends_s = begins_s + thrust.duration_s
+def later_set_points(springs: JointSpringDamperTable, start_s: float) -> JointSpringDamperTable:
+    """Springs whose set points count from a later start; instants before it stay, as negative numbers."""
+    moved = [one.model_copy(update={"times_s": [t - start_s for t in one.times_s]}) for one in springs.set_point]
+    return springs.model_copy(update={"set_point": moved})
+
+
+def later_sizes(table: Sizes, key: str, start_s: float) -> Sizes | None:
+    """Sizes `key` of a thrust or a joint's torque from a later start on; None if it is over."""
+    if table.times_s is None:
+        begins_s = (table.start_s or 0.0) - start_s
+        if table.duration_s is None:
+            return table.model_copy(update={"start_s": max(begins_s, 0.0)})
+        ends_s = begins_s + table.duration_s
         first_s = max(begins_s, 0.0)
-        return thrust.model_copy(update={"start_s": first_s, "duration_s": ends_s - first_s}) if ends_s > 0.0 else None
-    times = [t - start_s for t in thrust.times_s]
+        return table.model_copy(update={"start_s": first_s, "duration_s": ends_s - first_s}) if ends_s > 0.0 else None
+    times = [t - start_s for t in table.times_s]
     if times[-1] <= 0.0:
         return None
-    force = np.asarray(thrust.force_N, dtype=float).tolist()
-    after = [(t, f) for t, f in zip(times, force, strict=True) if t > 0.0]
+    sizes = np.asarray(getattr(table, key), dtype=float).tolist()
+    after = [(t, f) for t, f in zip(times, sizes, strict=True) if t > 0.0]
     if times[0] <= 0.0:
-        after.insert(0, (0.0, float(np.interp(0.0, times, force))))
-    return thrust.model_copy(update={"times_s": [t for t, _ in after], "force_N": [f for _, f in after]})
+        after.insert(0, (0.0, float(np.interp(0.0, times, sizes))))
+    return table.model_copy(update={"times_s": [t for t, _ in after], key: [f for _, f in after]})
 
 
 def turned(effects: Effects, start_s: float) -> Effects:

@@ -162,12 +162,60 @@ class JointSpringDamperTable(Table):
     rest_deg: FiniteEach = Field(
         0.0, description="angle of a joint's second bar less that of its first at rest, degrees"
     )
+    set_point: list[SetPointTable] = Field(
+        default_factory=list, max_length=MOST_TABLES, description="rest angles that move in time, of single joints"
+    )
 
     @model_validator(mode="after")
     def something(self) -> JointSpringDamperTable:
         """Reject a table without stiffness and damping; a written zero is allowed."""
         if not self.model_fields_set & {"stiffness_N_m_rad", "damping_N_m_s_rad"}:
             raise ValueError("give stiffness_N_m_rad, damping_N_m_s_rad, or both")
+        return self
+
+
+ConstantStart = Annotated[NotNegative | None, Field(description="when a constant one starts, s; 0 by default")]
+ConstantDuration = Annotated[
+    Positive | None, Field(description="how long it lasts, s; to the end of the run by default")
+]
+TableInstants = Annotated[
+    list[NotNegative] | None,
+    Field(max_length=MOST_POINTS, description="increasing instants of a table, s; 0 outside it"),
+]
+
+
+class SetPointTable(Table):
+    """Rest angle of one joint's spring and damper that moves in time: the set point of a PD control."""
+
+    joint: int = Field(ge=1, description="which joint, counted from 1: joint j ties bar j to bar j+1")
+    times_s: list[NotNegative] = Field(max_length=MOST_POINTS, description="increasing instants, s")
+    angle_deg: list[Finite] = Field(
+        description="rest angle at these instants, degrees: linear between them, the first before and the last after"
+    )
+
+    @model_validator(mode="after")
+    def equally_many(self) -> SetPointTable:
+        """Check that there are as many angles as increasing instants."""
+        check_instants("angle_deg", self.times_s, self.angle_deg)
+        return self
+
+
+class JointTorqueTable(Table):
+    """Torque of a motor in a joint: constant over an interval, or a table of sizes with linear interpolation."""
+
+    joint: int = Field(ge=1, description="which joint, counted from 1: joint j ties bar j to bar j+1")
+    torque_N_m: FiniteEach = Field(
+        description="torque on the joint's second bar, counter-clockwise, and the opposite one on its first, N m: "
+        "a number, or one for each of times_s, of which two may be equal: a jump"
+    )
+    start_s: ConstantStart = None
+    duration_s: ConstantDuration = None
+    times_s: TableInstants = None
+
+    @model_validator(mode="after")
+    def constant_or_table(self) -> JointTorqueTable:
+        """Check that the torque is a number, or a table."""
+        check_sizes("torque_N_m", self, jumps=True)
         return self
 
 
@@ -184,22 +232,14 @@ class ThrustTable(AtEnd):
     """Force on one end of a bar: constant over an interval, or a table of sizes with linear interpolation."""
 
     force_N: FiniteEach = Field(description="size, N: a number, or one for each of times_s")
-    start_s: NotNegative | None = Field(None, description="when a constant force starts, s; 0 by default")
-    duration_s: Positive | None = Field(None, description="how long it lasts, s; to the end of the run by default")
-    times_s: list[NotNegative] | None = Field(
-        None, max_length=MOST_POINTS, description="increasing instants of a table, s; no force outside"
-    )
+    start_s: ConstantStart = None
+    duration_s: ConstantDuration = None
+    times_s: TableInstants = None
 
     @model_validator(mode="after")
     def constant_or_table(self) -> ThrustTable:
-        """Check that a table has as many sizes as increasing instants, and neither start nor duration."""
-        if isinstance(self.force_N, list) != (self.times_s is not None):
-            raise ValueError("give a number as force_N, or lists as both force_N and times_s")
-        if self.times_s is None:
-            return self
-        if self.start_s is not None or self.duration_s is not None:
-            raise ValueError("times_s gives the start and the end of the force; leave out start_s and duration_s")
-        check_table(self.times_s, self.force_N)
+        """Check that the force is a number, or a table."""
+        check_sizes("force_N", self)
         return self
 
 
@@ -230,6 +270,9 @@ class EffectsTable(Table):
     drag: DragTable | None = Field(None, description="drag in an atmosphere that turns with the central body")
     solar_pressure: SolarPressureTable | None = Field(None, description="pressure of sunlight on the bars")
     joint_spring_damper: JointSpringDamperTable | None = Field(None, description="springs and dampers in the joints")
+    joint_torque: list[JointTorqueTable] = Field(
+        default_factory=list, max_length=MOST_TABLES, description="torques of motors in joints"
+    )
     thrust: list[ThrustTable] = Field(
         default_factory=list, max_length=MOST_TABLES, description="forces on ends of bars"
     )
@@ -238,11 +281,23 @@ class EffectsTable(Table):
     )
 
 
-def check_table(times_s: list[float], force_N: Any) -> None:
-    """Check a thrust's table: as many sizes as instants, at least two, the instants increasing."""
-    if len(times_s) != len(force_N) or len(times_s) < 2:
+def check_sizes(key: str, table: ThrustTable | JointTorqueTable, *, jumps: bool = False) -> None:
+    """Check that the size `key` is a number, or a table alone; whether it may jump."""
+    sizes, times_s = getattr(table, key), table.times_s
+    if isinstance(sizes, list) != (times_s is not None):
+        raise ValueError(f"give a number as {key}, or lists as both {key} and times_s")
+    if times_s is None:
+        return
+    if table.start_s is not None or table.duration_s is not None:
+        raise ValueError("times_s gives the start and the end; leave out start_s and duration_s")
+    check_instants(key, times_s, sizes, jumps=jumps)
+
+
+def check_instants(key: str, times_s: list[float], sizes: list[float], *, jumps: bool = False) -> None:
+    """Check that a table has as many sizes as increasing instants, two or more; at a jump two instants are equal."""
+    if len(times_s) != len(sizes) or len(times_s) < 2:
         raise ValueError(
-            f"times_s and force_N have {len(times_s)} and {len(force_N)} values; allowed: equally many, two or more"
+            f"times_s and {key} have {len(times_s)} and {len(sizes)} values; allowed: equally many, two or more"
         )
-    if any(b <= a for a, b in itertools.pairwise(times_s)):
+    if any(b < a or (a == b and not jumps) for a, b in itertools.pairwise(times_s)) or times_s[0] == times_s[-1]:
         raise ValueError("times_s must increase from one instant to the next")

@@ -7,9 +7,12 @@ from the run, is computed here.
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
 
 from scenarios.effect_types import (
     Actuator,
@@ -21,6 +24,7 @@ from scenarios.effect_types import (
     Gravity,
     Impulse,
     JointSpringDamper,
+    JointTorque,
     Oblateness,
     PrescribedRotation,
     SolarPressure,
@@ -40,7 +44,14 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scenarios.scene import Array, Orbit
-    from scenarios.toml.effect_tables import EffectsTable, Table, ThirdBodyTable, ThrustTable
+    from scenarios.toml.effect_tables import (
+        EffectsTable,
+        JointSpringDamperTable,
+        JointTorqueTable,
+        Table,
+        ThirdBodyTable,
+        ThrustTable,
+    )
     from scenarios.toml.file import SceneFile
     from scenarios.toml.scene_tables import ChainTable, RunTable
 
@@ -201,8 +212,12 @@ def resolve_effects(table: EffectsTable, body: CentralBody, radius0_m: float, ba
         third_body=tuple(bodies),
         drag=None if table.drag is None else converted(Drag, table.drag, bars),
         solar_pressure=None if table.solar_pressure is None else converted(SolarPressure, table.solar_pressure, bars),
-        joint_spring_damper=None if springs is None else converted(JointSpringDamper, springs, bars - 1),
-        thrust=tuple(resolve_thrust(f"effects.thrust[{i}]", t, times_s) for i, t in enumerate(table.thrust)),
+        joint_spring_damper=None if springs is None else resolve_springs(springs, bars - 1),
+        joint_torque=(
+            *(() if springs is None else set_points(springs, bars - 1, times_s)),
+            *(resolve_sizes(JointTorque, "joint_torque", i, t, times_s) for i, t in enumerate(table.joint_torque)),
+        ),
+        thrust=tuple(resolve_sizes(Thrust, "thrust", i, t, times_s) for i, t in enumerate(table.thrust)),
         impulse=tuple(impulses),
     )
 
@@ -224,14 +239,48 @@ def resolve_third_body(table: ThirdBodyTable, central: CentralBody, radius0_m: f
     return ThirdBody(table.body, mu, distance, math.radians(table.longitude_deg), rate)
 
 
-def resolve_thrust(where: str, table: ThrustTable, times_s: Array) -> Thrust:
-    """Thrust as a table in time, a constant one with two equal sizes; its instants are moved to samples next to them.
+def resolve_springs(table: JointSpringDamperTable, joints: int) -> JointSpringDamper:
+    """Springs and dampers; the rest angle of a joint with a set point is the point's first angle."""
+    found = converted(JointSpringDamper, table, joints)
+    rest_rad = list(found.rest_rad)
+    for point in table.set_point:
+        rest_rad[point.joint - 1] = math.radians(point.angle_deg[0])
+    return dataclasses.replace(found, rest_rad=tuple(rest_rad))
+
+
+def set_points(table: JointSpringDamperTable, joints: int, times_s: Array) -> Iterator[JointTorque]:
+    """Torques k (s - rest) + c s' that move the rest angles of springs and dampers along their set points s(t).
+
+    Where the slope of s changes, a damper's torque jumps.
+    """
+    springs, run_s = resolve_springs(table, joints), float(times_s[-1])
+    for i, point in enumerate(table.set_point):
+        with located(f"effects.joint_spring_damper.set_point[{i}]"):
+            instants = table_on_samples(point.times_s, times_s)
+        k = point.joint - 1
+        stiffness, damping, rest = (
+            each[k] for each in (springs.stiffness_N_m_rad, springs.damping_N_m_s_rad, springs.rest_rad)
+        )
+        angles = np.radians(point.angle_deg)
+        knots = [0.0, *(t for t in instants if 0.0 < t < run_s), run_s]
+        times, torques = [], []
+        for (t0, s0), (t1, s1) in itertools.pairwise(zip(knots, np.interp(knots, instants, angles), strict=True)):
+            moving = damping * (s1 - s0) / (t1 - t0)
+            times += [t0, t1]
+            torques += [float(stiffness * (s - rest) + moving) for s in (s0, s1)]
+        if any(torques):
+            yield JointTorque(point.joint, tuple(times), tuple(torques))
+
+
+def resolve_sizes(kind: type[T], name: str, i: int, table: ThrustTable | JointTorqueTable, times_s: Array) -> T:
+    """Table in time of an effect, a constant one with two equal sizes; its instants are moved to samples next to them.
 
     Raises
     ------
     IncompleteError
-        If the thrust does not begin before the end of the run, or two instants are next to one sample.
+        If it does not begin before the end of the run, or two instants are next to one sample.
     """
+    where, size = f"effects.{name}[{i}]", {"thrust": "force_N", "joint_torque": "torque_N_m"}[name]
     run_s, start_s = float(times_s[-1]), table.start_s or 0.0
     end_s = run_s if table.duration_s is None else start_s + table.duration_s
     instants_s = (start_s, end_s) if table.times_s is None else tuple(map(float, table.times_s))
@@ -243,4 +292,5 @@ def resolve_thrust(where: str, table: ThrustTable, times_s: Array) -> Thrust:
         )
     with located(where):
         aligned_s = table_on_samples(instants_s, times_s)
-    return converted(Thrust, table, times_s=aligned_s, force_N=each(table.force_N, len(instants_s)))
+    found: dict[str, Any] = {"times_s": aligned_s, size: each(getattr(table, size), len(instants_s))}
+    return converted(kind, table, **found)

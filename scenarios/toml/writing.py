@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     Data = dict[str, Any]
 
-TABLES = ("prescribed_rotation", "third_body", "thrust", "impulse")
+TABLES = ("prescribed_rotation", "third_body", "joint_torque", "thrust", "impulse")
 """Effects of which there may be several"""
 BODY = ("mass_kg", "inertia_kg_m2", "joint_m")
 DERIVED = {"third_body": ("rate_rad_s",)}

@@ -9,7 +9,7 @@ import pytest
 
 from adapters.bar_loads.chain_loads import ChainLoads
 from adapters.bar_loads.falling_frame import free_fall, orbit_noise
-from adapters.bar_loads.forces import impulse_jumps, size_N
+from adapters.bar_loads.forces import impulse_jumps, size_on_segment
 from adapters.bar_loads.gravity import AbsoluteLoads, MovingLoads
 from adapters.bar_loads.interface import FrameState, bars_of
 from adapters.bar_loads.joint_tree import tree_positions, tree_rates
@@ -228,12 +228,12 @@ def test_a_thrust_pushes_and_turns_its_bar_only():
 
 def test_a_thrusts_size_at_a_jump_is_that_of_the_side_meant():
     thrust = Thrust(1, End.RIGHT, Axes.BODY, 0.0, (10.0, 20.0, 40.0), (1.0, 3.0, 5.0))
-    assert size_N(thrust, 10.0, 9.0) == 0.0
-    assert size_N(thrust, 10.0, 11.0) == 1.0
-    assert size_N(thrust, 20.0, 19.0) == size_N(thrust, 20.0, 21.0) == 3.0
-    assert size_N(thrust, 40.0, 39.0) == 5.0
-    assert size_N(thrust, 40.0, 41.0) == 0.0
-    assert size_N(thrust, 15.0, 15.0) == 2.0
+    assert size_on_segment(thrust, 10.0, 9.0) == 0.0
+    assert size_on_segment(thrust, 10.0, 11.0) == 1.0
+    assert size_on_segment(thrust, 20.0, 19.0) == size_on_segment(thrust, 20.0, 21.0) == 3.0
+    assert size_on_segment(thrust, 40.0, 39.0) == 5.0
+    assert size_on_segment(thrust, 40.0, 41.0) == 0.0
+    assert size_on_segment(thrust, 15.0, 15.0) == 2.0
 
 
 def test_blows_at_one_instant_add():

@@ -67,7 +67,7 @@ def thrust_along_first_bar(thrust: ThrustEffect, at: EffectState, mode: Any) -> 
     segment = thrust.segment_at(at.t_s) if mode is None else mode
     difference, spin, k = np.zeros(at.model.bars, complex), np.zeros(at.model.bars), thrust.bar
     way = cmath.rect(1.0, thrust.direction_rad) * (1.0 if thrust.inertial else at.unit[0])
-    force = float(thrust.interpolated_force_N(segment, at.t_s)[0]) * way
+    force = float(thrust.interpolated(segment, at.t_s)[0]) * way
     difference[k] = force / at.model.mass_kg[k]
     spin[k] = thrust.side * at.model.lever[k] * (at.unit[k].conjugate() * force).imag
     return EffectAccelerations(0j, difference, spin)

@@ -14,6 +14,7 @@ import numpy as np
 
 from reference_impl.effects.drag import DragEffect
 from reference_impl.effects.joint_spring_damper import JointSpringDamperEffect
+from reference_impl.effects.joint_torque import JointTorqueEffect
 from reference_impl.effects.oblateness import OblatenessEffect
 from reference_impl.effects.solar_pressure import SolarPressureEffect
 from reference_impl.effects.third_body import ThirdBodyEffect
@@ -45,6 +46,8 @@ class Bounds:
 
 def bounds(effect: ChainEffect, model: ChainModel, state: State) -> Bounds:
     """Sizes of an effect's terms at a state."""
+    if isinstance(effect, JointTorqueEffect):
+        return Bounds(0.0, 0.0, float(np.abs(effect.sizes).max() / model.inertia_kg_m2[effect.joint :][:2].min()))
     if isinstance(effect, (DragEffect, SolarPressureEffect, JointSpringDamperEffect, ThrustEffect)):
         return pushes(effect, model, state)
     r, reach, gyration = distance_m(state) - reach_m(state), reach_m(state), float(model.gyration2.max())
@@ -73,7 +76,7 @@ def pushes(
         return Bounds(2.0 * light, 2.0 * light, 0.0)
     if isinstance(effect, JointSpringDamperEffect):
         return Bounds(0.0, 0.0, wound(effect, model, state))
-    force = float(np.abs(effect.force_N).max())
+    force = float(np.abs(effect.sizes).max())
     push = force / float(model.mass_kg[effect.bar])
     return Bounds(push, push, force * float(model.lever[effect.bar]))
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from reference_impl.effects.drag import DragEffect
 from reference_impl.effects.joint_spring_damper import JointSpringDamperEffect
+from reference_impl.effects.joint_torque import JointTorqueEffect
 from reference_impl.effects.oblateness import OblatenessEffect
 from reference_impl.effects.quadrupole import QuadrupoleEffect
 from reference_impl.effects.slender import SlenderBarEffect
@@ -117,6 +118,9 @@ def pushed(effect: ChainEffect, state: State, t_s: float, j: int, bar: Bar) -> t
         return lit(effect, point(state.com_m), bar, mp.mpf(t_s)), mp.mpf(0)
     if isinstance(effect, JointSpringDamperEffect):
         return mp.mpc(0), sprung(effect, state, j) / bar.inertia
+    if isinstance(effect, JointTorqueEffect):
+        sign = {effect.joint: -1, effect.joint + 1: 1}.get(j, 0)
+        return mp.mpc(0), sign * size_in_table(effect, mp.mpf(t_s)) / bar.inertia
     assert isinstance(effect, ThrustEffect)
     return thrust(effect, mp.mpf(t_s), bar) if j == effect.bar else (mp.mpc(0), mp.mpf(0))
 
@@ -216,15 +220,20 @@ def sprung(effect: JointSpringDamperEffect, state: State, j: int) -> Any:
 
 
 def thrust(effect: ThrustEffect, t: Any, bar: Bar) -> tuple[Any, Any]:
-    """Force at an end, by the table read anew."""
-    table = list(zip(map(mp.mpf, effect.times_s.tolist()), map(mp.mpf, effect.force_N.tolist()), strict=True))
+    """Force at an end."""
+    force = size_in_table(effect, t) * mp.expj(mp.mpf(effect.direction_rad)) * (1 if effect.inertial else bar.unit)
+    arm = mp.mpf(effect.side) * bar.length / 2 * bar.unit
+    return force / bar.mass, (mp.conj(arm) * force).imag / bar.inertia
+
+
+def size_in_table(effect: ThrustEffect | JointTorqueEffect, t: Any) -> Any:
+    """Size at an instant, by the table read anew."""
+    table = list(zip(map(mp.mpf, effect.times_s.tolist()), map(mp.mpf, effect.sizes.tolist()), strict=True))
     size = mp.mpf(0)
     for (t0, f0), (t1, f1) in itertools.pairwise(table):
         if t0 < t <= t1:
             size = (f0 * (t1 - t) + f1 * (t - t0)) / (t1 - t0)
-    force = size * mp.expj(mp.mpf(effect.direction_rad)) * (1 if effect.inertial else bar.unit)
-    arm = mp.mpf(effect.side) * bar.length / 2 * bar.unit
-    return force / bar.mass, (mp.conj(arm) * force).imag / bar.inertia
+    return size
 
 
 def energy(effect: ChainEffect, model: ChainModel, state: State) -> float:

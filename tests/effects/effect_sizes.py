@@ -112,11 +112,20 @@ def joint_spring_damper(e: Any, model: ChainModel, state: State, t_s: float) -> 
 def thrust(e: Any, model: ChainModel, state: State, t_s: float) -> tuple[Array, Array, float]:
     """The size between two knots is a sum of both."""
     force = np.zeros(model.bars)
-    force[e.bar] = 2.0 * np.abs(e.force_N).max()
+    force[e.bar] = 2.0 * np.abs(e.sizes).max()
     return force / model.mass_kg, force * model.lever, 0.0
+
+
+def joint_torque(e: Any, model: ChainModel, state: State, t_s: float) -> tuple[Array, Array, float]:
+    """The size between two knots is a sum of both."""
+    torque = np.zeros(model.bars)
+    torque[e.joint : e.joint + 2] = 2.0 * np.abs(e.sizes).max()
+    return np.zeros(model.bars), torque / model.inertia_kg_m2, 0.0
 
 
 SIZES = {
     f.__name__: f
-    for f in (quadrupole, slender, oblateness, third_body, drag, solar_pressure, joint_spring_damper, thrust)
-}
+    for f in (
+        quadrupole, slender, oblateness, third_body, drag, solar_pressure, joint_spring_damper, joint_torque, thrust,
+    )
+}  # fmt: skip

@@ -17,6 +17,7 @@ from barchain.studies.ensemble.study import ensemble
 from barchain.studies.ensemble.variation import VariationError
 from reference_impl.effects.drag import DragEffect
 from reference_impl.effects.joint_spring_damper import JointSpringDamperEffect
+from reference_impl.effects.joint_torque import JointTorqueEffect
 from reference_impl.effects.oblateness import OblatenessEffect
 from reference_impl.effects.quadrupole import QuadrupoleEffect
 from reference_impl.effects.slender import SlenderBarEffect
@@ -57,19 +58,20 @@ def effect(name: str, random: np.random.Generator) -> ChainEffect:
         "drag": lambda: DragEffect(1e-10, RADIUS + 300e3, 6e5, 7.3e-5, width, 2.2, 1.8),
         "solar_pressure": lambda: SolarPressureEffect(4.5e-6, angle, 2e-7, width, 0.3, RADIUS),
         "joint_spring_damper": lambda: JointSpringDamperEffect(*random.uniform(0.0, 1e3, (3, joints))),
-        "thrust": lambda: ThrustEffect(2, -1.0, second, 0.7, np.array([0.0, 20.0, 90.0]), np.array([0.1, 5.0, 2.0])),
+        "joint_torque": lambda: JointTorqueEffect(np.array([0.0, 20.0, 20.0, 90.0]), np.array([0.1, 5.0, 2.0, 3.0]), 2),
+        "thrust": lambda: ThrustEffect(np.array([0.0, 20.0, 90.0]), np.array([0.1, 5.0, 2.0]), 2, -1.0, second, 0.7),
     }  # fmt: skip
     return made[name]()
 
 
 ALONE = (
     "quadrupole", "slender", "oblateness", "oblateness_point", "third_body", "drag", "solar_pressure",
-    "joint_spring_damper", "thrust",
+    "joint_spring_damper", "joint_torque", "thrust",
 )  # fmt: skip
 TOGETHER = (
     ("oblateness", "thrust", "thrust"),
     ("third_body", "joint_spring_damper", "third_body", "drag"),
-    ("slender", "oblateness", "third_body", "drag", "solar_pressure", "joint_spring_damper", "thrust"),
+    ("slender", "oblateness", "third_body", "drag", "solar_pressure", "joint_spring_damper", "joint_torque", "thrust"),
 )
 
 
@@ -250,8 +252,8 @@ def test_pieces_of_a_thrust_meet_where_the_table_says() -> None:
     """A mode is the piece of a table: at its own knots two neighbours push alike."""
     thrust = effect("thrust", np.random.default_rng(0))
     assert isinstance(thrust, ThrustEffect)
-    for piece, ((_, b), (_, f)) in enumerate(zip(pairwise(thrust.times_s), pairwise(thrust.force_N), strict=True)):
-        assert thrust.interpolated_force_N(np.array([piece]), b) == pytest.approx(f, rel=4 * U)
+    for piece, ((_, b), (_, f)) in enumerate(zip(pairwise(thrust.times_s), pairwise(thrust.sizes), strict=True)):
+        assert thrust.interpolated(np.array([piece]), b) == pytest.approx(f, rel=4 * U)
 
 
 @pytest.mark.exhaustive

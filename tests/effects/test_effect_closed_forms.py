@@ -287,7 +287,7 @@ TABLE = np.array([3.0, 11.0, 17.0, 40.0]), np.array([4.0, 20.0, 20.0, -6.0])
 
 
 def pushed(inertial: bool, effects: tuple[ThrustEffect, ...] | None = None, gravity: str = "none") -> ChainModel:
-    one = ThrustEffect(1, 1.0, inertial, 0.8, *TABLE)
+    one = ThrustEffect(*TABLE, 1, 1.0, inertial, 0.8)
     return replace(uniform(3, 10.0, gravity), effects=(one,) if effects is None else effects)
 
 
@@ -317,7 +317,7 @@ def test_a_table_is_met_at_every_instant_as_if_each_piece_were_a_run_of_its_own(
     state, marks = start, [0.0, *TABLE[0], 50.0]
     for i, (a, b) in enumerate(itertools.pairwise(marks)):
         inside = 0 < i < len(marks) - 2
-        piece = ThrustEffect(1, 1.0, inertial, 0.8, TABLE[0][i - 1 : i + 1], TABLE[1][i - 1 : i + 1])
+        piece = ThrustEffect(TABLE[0][i - 1 : i + 1], TABLE[1][i - 1 : i + 1], 1, 1.0, inertial, 0.8)
         alone = pushed(inertial, (piece,) if inside else (), "gradient")
         state = at_sample(model, ran(alone, state, np.array([a, b]), rtol=0.1 * RTOL), -1)
     turn = fastest(model, h)
@@ -352,7 +352,7 @@ def test_a_prescribed_bar_keeps_its_law_under_effects_that_are_not_central(
         "springs",
     ]
     effects = tuple(effect_cases.KINDS[name](random, model) for name in named)
-    strong = ThrustEffect(1, 1.0, False, 1.2, np.array([0.0, 100.0]), np.array([0.4, 0.1]))
+    strong = ThrustEffect(np.array([0.0, 100.0]), np.array([0.4, 0.1]), 1, 1.0, False, 1.2)
     model = replace(model, prescriptions=(law,), effects=(*effects, strong))
     r = RADIUS + 3e5
     n = math.sqrt(MU / r**3)

@@ -140,7 +140,7 @@ def test_a_sample_on_an_instant_shows_what_was_just_before(samples: int, at: int
     t = np.linspace(0.0, 1.0, samples)
     instant = float(f"{at / (samples - 1):.6g}")
     blow = BarImpulse(0, -1.0, False, 1.0, 5.0, instant)
-    push = ThrustEffect(2, 1.0, False, 1.2, np.array([instant, 2.0]), np.array([5.0, 5.0]))
+    push = ThrustEffect(np.array([instant, 2.0]), np.array([5.0, 5.0]), 2, 1.0, False, 1.2)
     model, state = free((push,), (blow,))
     quiet, _ = free()
     h, before = ran(model, state, t, rtol=1e-9), ran(quiet, state, t, rtol=1e-9)
@@ -159,8 +159,8 @@ def test_a_sample_on_an_instant_shows_what_was_just_before(samples: int, at: int
 def test_a_sample_on_the_end_of_a_thrust_still_shows_it(samples: int, at: int) -> None:
     t = np.linspace(0.0, 1.0, samples)
     instant = float(f"{at / (samples - 1):.6g}")
-    model, state = free((ThrustEffect(2, 1.0, False, 1.2, np.array([0.0, instant]), np.array([5.0, 5.0])),))
-    longer, _ = free((ThrustEffect(2, 1.0, False, 1.2, np.array([0.0, 2.0]), np.array([5.0, 5.0])),))
+    model, state = free((ThrustEffect(np.array([0.0, instant]), np.array([5.0, 5.0]), 2, 1.0, False, 1.2),))
+    longer, _ = free((ThrustEffect(np.array([0.0, 2.0]), np.array([5.0, 5.0]), 2, 1.0, False, 1.2),))
     h, through = ran(model, state, t, rtol=1e-9), ran(longer, state, t, rtol=1e-9)
     np.testing.assert_allclose(h.reaction_N[: at + 1], through.reaction_N[: at + 1], atol=1e-9, rtol=1e-9)
     assert np.abs(h.reaction_N[at + 1] - through.reaction_N[at + 1]).max() > 1e-3

@@ -17,7 +17,8 @@ KEYS = {
     "third_body": ["third_body"],
     "drag": ["drag"],
     "solar_pressure": ["solar_pressure"],
-    "joint_spring_damper": ["joint_spring_damper"],
+    "joint_spring_damper": ["joint_spring_damper", "joint_spring_damper.set_point"],
+    "joint_torque": ["joint_torque"],
     "prescribed_rotation": ["prescribed_rotation"],
     "thrust": ["thrust", "impulse"],
 }

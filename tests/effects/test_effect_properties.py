@@ -15,6 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from reference_impl.effects.joint_spring_damper import JointSpringDamperEffect
+from reference_impl.effects.joint_torque import JointTorqueEffect
 from reference_impl.effects.quadrupole import QuadrupoleEffect
 from reference_impl.effects.slender import SlenderBarEffect
 from reference_impl.effects.third_body import ThirdBodyEffect
@@ -145,8 +146,9 @@ def working(name: str) -> tuple[ChainModel, State, float]:
     added: dict[str, tuple[ChainEffect, ...]] = {
         "drag": (effect_cases.drag(random, model),),
         "solar pressure": (replace(effect_cases.sunlight(random, model), pressure_Pa=1e-2),),
-        "thrust": (ThrustEffect(2, 1.0, False, 1.0, np.array([100.0, 300.0, 500.0]), np.array([0.1, 0.3, 0.2])),),
+        "thrust": (ThrustEffect(np.array([100.0, 300.0, 500.0]), np.array([0.1, 0.3, 0.2]), 2, 1.0, False, 1.0),),
         "springs": (JointSpringDamperEffect(np.array([5.0, 2.0]), np.array([400.0, 300.0]), np.array([0.1, -0.2])),),
+        "motor": (JointTorqueEffect(np.array([0.0, 300.0, 700.0]), np.array([0.5, -0.3, 0.2]), 1),),
         "prescribed": (),
     }
     added["everything"] = tuple(e for es in added.values() for e in es)
@@ -191,13 +193,15 @@ def power_given(model: ChainModel, t_s: float, state: State, a: Accelerations, m
             )
             total -= float((effect.pressure_Pa * effect.width_m * model.length_m) @ (np.conj(light) * v).real)
         elif name == "thrust":
-            size = np.interp(t_s, effect.times_s, effect.force_N) if mode is None or mode[0] >= 0.0 else 0.0
+            size = np.interp(t_s, effect.times_s, effect.sizes) if mode is None or mode[0] >= 0.0 else 0.0
             force = size * np.exp(1j * effect.direction_rad) * (1.0 if effect.inertial else u[effect.bar])
             end = (
                 v[effect.bar]
                 + 1j * effect.side * model.half_m[effect.bar] * state.rate_rad_s[effect.bar] * u[effect.bar]
             )
             total += float((np.conj(force) * end).real)
+        elif name == "joint_torque":
+            total += float(np.interp(t_s, effect.times_s, effect.sizes) * np.diff(state.rate_rad_s)[effect.joint])
         elif name == "joint_spring_damper":
             total -= float(effect.damping_N_m_s_rad @ np.diff(state.rate_rad_s) ** 2)
     for p, torque in zip(model.prescriptions, a.torque_N_m, strict=True):
@@ -205,7 +209,7 @@ def power_given(model: ChainModel, t_s: float, state: State, a: Accelerations, m
     return total
 
 
-@pytest.mark.parametrize("name", one_in(4, ["everything", "solar pressure", "thrust", "drag"]))
+@pytest.mark.parametrize("name", one_in(4, ["everything", "solar pressure", "thrust", "motor", "drag"]))
 def test_the_energy_gained_is_the_work_done(name: str) -> None:
     """E(t) - E(0) = W(t), the work integrated beside the motion; both to the integrator's tolerance."""
     model, state, n = working(name)

@@ -11,6 +11,7 @@ from adapters.common.initial_state import chain_model
 from adapters.engine import AccuracyParameter, Setting
 from adapters.registry import ENGINES
 from adapters.trajectory import Trajectory
+from barchain.metrics.derived import Motion, columns_of
 from reference_impl.model import invariants
 from scenarios import Gravity, Scene, load_scene
 
@@ -86,8 +87,7 @@ def test_motors_give_the_chain_the_energy_of_their_power(engine: str) -> None:
     scene = arm(4)
     seen, model = moved(scene, engine), chain_model(scene)
     energy = invariants.relative_kinetic_energy(model, seen.angle_rad, seen.rate_rad_s)
-    frame = seen.to_frame(derived=["torque_power"])
-    power = sum(frame[f"torque_power_bar_{law.bar}_W"].to_numpy() for law in scene.effects.prescribed_rotation)
+    power = sum(columns_of(Motion(seen), "torque_power").values())
     middle = len(seen.t_s) // 2 // 2 * 2  # inside the law, where the arm moves
     step = seen.t_s[1]
     work = step / 3.0 * (power[0] + 4.0 * power[1:middle:2].sum() + 2.0 * power[2:middle:2].sum() + power[middle])

@@ -9,6 +9,7 @@ import numpy as np
 
 from reference_impl.effects.drag import DragEffect
 from reference_impl.effects.joint_spring_damper import JointSpringDamperEffect
+from reference_impl.effects.joint_torque import JointTorqueEffect
 from reference_impl.effects.oblateness import OblatenessEffect
 from reference_impl.effects.quadrupole import QuadrupoleEffect
 from reference_impl.effects.slender import SlenderBarEffect
@@ -80,11 +81,16 @@ def springs(random: np.random.Generator, model: ChainModel, *, damped: bool = Tr
     return JointSpringDamperEffect(stiffness, damping * damped, random.uniform(-0.5, 0.5, joints))
 
 
+def motor(random: np.random.Generator, model: ChainModel) -> JointTorqueEffect:
+    times, joint = np.sort(random.uniform(0.0, 2.0 * T_S, 4)), int(random.integers(max(model.bars - 1, 1)))
+    return JointTorqueEffect(times, random.uniform(-0.1, 0.1, 4), joint)
+
+
 def thrust(random: np.random.Generator, model: ChainModel) -> ThrustEffect:
     bar, side = int(random.integers(model.bars)), float(random.choice([-1.0, 1.0]))
     times = np.sort(random.uniform(0.0, 2.0 * T_S, 4))
     inertial, direction = bool(random.integers(2)), float(random.uniform(-np.pi, np.pi))
-    return ThrustEffect(bar, side, inertial, direction, times, random.uniform(-0.02, 0.02, 4))
+    return ThrustEffect(times, random.uniform(-0.02, 0.02, 4), bar, side, inertial, direction)
 
 
 KINDS: dict[str, Callable[[np.random.Generator, ChainModel], ChainEffect]] = {
@@ -99,6 +105,7 @@ KINDS: dict[str, Callable[[np.random.Generator, ChainModel], ChainEffect]] = {
     "drag": drag,
     "solar pressure": sunlight,
     "springs": springs,
+    "motor": motor,
     "thrust": thrust,
 }
 """Every effect, in every form it takes with the kinds of gravity"""

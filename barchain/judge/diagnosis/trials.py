@@ -51,9 +51,14 @@ STRENGTHS = {
 """Strength of each effect that a scene has once: field, and noun"""
 EACH_STRENGTH = {
     "third_body": ("mu_m3_s2", "pull of the {}"), "thrust": ("force_N", "thrust{}"),
+    "joint_torque": ("torque_N_m", "torque of a joint's motor{}"),
     "impulse": ("impulse_N_s", "impulse{}"),
 }  # fmt: skip
 """The same of effects that it may have several times"""
+ALL_STRENGTHS = {
+    "third_body": "the pull of all third bodies", "joint_torque": "the torque of all joints' motors",
+}  # fmt: skip
+"""Nouns of the strengths of all effects of a kind, where these are no forces"""
 
 
 @dataclass(frozen=True)
@@ -259,7 +264,7 @@ def strengths(scene: Scene) -> Iterator[Number]:
             yield Number(name, f"the {noun.format(which)}", LOADS, scene, (path,))
         if len(given) > 1:
             every = tuple(("effects", effect, k, field) for k in range(len(given)))
-            subject = "the pull of all third bodies" if effect == "third_body" else f"the force of all {effect}s"
+            subject = ALL_STRENGTHS.get(effect, f"the force of all {effect}s")
             yield Number(f"{effect}s-{field}", subject, LOADS, scene, every)
 
 

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from barchain.studies.effects.atmosphere import Heights
     from scenarios import Scene
 
-DESIGN = ("joint_spring_damper", "thrust", "impulse")
+DESIGN = ("joint_spring_damper", "joint_torque", "thrust", "impulse")
 """Effects without a default: they are the design's, not nature's. A prescribed rotation is none of them: it is the task
 of the scene, and nobody can leave it out."""
 TITLES = {
@@ -42,6 +42,7 @@ TITLES = {
     "solar_pressure": "Solar pressure",
     "solar_pressure.shadow": "Shadow",
     "joint_spring_damper": "Joint springs and dampers",
+    "joint_torque": "Motors in joints",
     "thrust": "Thrust",
     "impulse": "Impulse",
 }
@@ -261,7 +262,7 @@ def design(scene: Scene) -> Iterator[Switch]:
         own = getattr(scene.effects, effect)
         if not own:
             continue
-        off, pushes = (() if isinstance(own, tuple) else None), effect in ("joint_spring_damper", "thrust")
+        off, pushes = (() if isinstance(own, tuple) else None), effect != "impulse"
         part = alone(scene, **{effect: own}) if pushes else None
         said = f"{len(own)} of them" if isinstance(own, tuple) and len(own) > 1 else IN_SCENE
         other = switched(scene, **{effect: off})

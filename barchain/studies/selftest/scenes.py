@@ -281,9 +281,7 @@ def everything() -> Scene:
     scene = load_scene("effects/everything")
     called, k = scene.effects, SHRUNK
     effects = replace(
-        called,
-        thrust=tuple(replace(t, times_s=tuple(k * s for s in t.times_s)) for t in called.thrust),
-        impulse=tuple(replace(p, at_s=k * p.at_s) for p in called.impulse),
+        called.at_instants(lambda t: k * t),
         prescribed_rotation=tuple(
             replace(p, start_s=k * p.start_s, duration_s=k * p.duration_s) for p in called.prescribed_rotation
         ),

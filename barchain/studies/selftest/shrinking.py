@@ -243,6 +243,9 @@ def drop_bars(data: Data, bars: int) -> None:
     for name in ("thrust", "impulse"):
         for one in effects.get(name, ()):
             one["bar"] = min(one["bar"], bars)
+    motors = [one for one in effects.pop("joint_torque", ()) if one["joint"] < bars]
+    if motors:
+        effects["joint_torque"] = motors
     kept = [one for one in effects.pop("prescribed_rotation", ()) if one["bar"] <= bars]
     if kept:
         effects["prescribed_rotation"] = kept
@@ -267,8 +270,8 @@ def retime(data: Data, scene: Scene, form: Form, *, on_grid: bool) -> None:
     for law in data["effects"].get("prescribed_rotation", ()):
         law["start_s"] = nearest(law["start_s"] * factor, times)
         law["duration_s"] = rounded(law["duration_s"] * factor, form.digits)
-    for thrust in data["effects"].get("thrust", ()):
-        thrust["times_s"] = [nearest(t * factor, times) for t in thrust["times_s"]]
+    for table in (*data["effects"].get("thrust", ()), *data["effects"].get("joint_torque", ())):
+        table["times_s"] = [nearest(t * factor, times) for t in table["times_s"]]
     for impulse in data["effects"].get("impulse", ()):
         impulse["at_s"] = nearest(impulse["at_s"] * factor, times[1:-1])
 

@@ -75,6 +75,7 @@ EFFECTS: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("stiffness_N_m_rad", "stiffness", FACTOR), ("damping_N_m_s_rad", "damping", FACTOR),
         ("rest_rad", "rest angle", FACTOR),
     ),
+    "joint_torque": (("times_s", "table of instants", TIME), ("torque_N_m", "torque", FACTOR)),
     "thrust": (
         ("direction_rad", "direction", ANGLE), ("times_s", "table of instants", TIME), ("force_N", "force", FACTOR),
     ),
@@ -84,7 +85,10 @@ EFFECTS: dict[str, tuple[tuple[str, str, str], ...]] = {
     ),
 }  # fmt: skip
 """Numbers of effects: field, noun, and what is fitted"""
-OWNERS = {"third_body": ("", "third bodies"), "prescribed_rotation": ("prescribed rotation", "prescribed rotations")}
+OWNERS = {
+    "third_body": ("", "third bodies"), "prescribed_rotation": ("prescribed rotation", "prescribed rotations"),
+    "joint_torque": ("joint's motor", "joints' motors"),
+}  # fmt: skip
 """Nouns of an effect of which a scene may have several, where they are not its name"""
 PLACES = {"joint_spring_damper": "joint", "drag": "bar", "solar_pressure": "bar"}
 """What the entries of an effect's tuples belong to"""

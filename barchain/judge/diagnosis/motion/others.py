@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -11,25 +10,21 @@ import numpy as np
 
 from adapters.common.initial_state import initial_state
 from barchain.judge.diagnosis.motion.numbers import KNOWN, body_words
+from barchain.judge.diagnosis.motion.pushes import of_motors, of_pushes
+from barchain.judge.diagnosis.motion.some_effects import other, sets, with_effects
 from barchain.judge.diagnosis.motion.words import BODIES, GRAVITY, LOADS
-from scenarios import Actuator, Axes, End, Frame, Gravity
+from scenarios import Actuator, Frame, Gravity
 from scenarios.toml.checks import joint_of_motor
 from scenarios.toml.effect_tables import DragTable, SolarPressureTable, slender_inertia
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
 
+    from barchain.judge.diagnosis.motion.some_effects import Made
     from scenarios import Scene
-
-    Made = Iterator[tuple[str, str, Scene]]
-    Fields = Callable[[Any], dict[str, Any]]
-    """New fields of a part of a scene"""
 
 LEVEL_M = 1e15
 """Scale height of an atmosphere whose density is the same at all heights"""
-JUMP_S = 1e-4
-"""Duration of a jump in a table; its effect on the motion is of second order"""
-FORCES = (("kilograms-force", 9.80665), ("pounds-force", 4.4482216152605), ("kilonewtons", 1e3))
 SPRINGS = (("stiffness_N_m_rad", "stiffness"), ("damping_N_m_s_rad", "damping"), ("rest_rad", "rest angle"))
 MODELS = {
     Gravity.NONE: "the gravity is missing",
@@ -56,6 +51,7 @@ def others(scene: Scene) -> Iterator[Other]:
         (BODIES, of_chain(scene)),
         (GRAVITY, ((f"gravity-{g}", words, with_effects(scene, gravity=g)) for g, words in MODELS.items())),
         (LOADS, of_pushes(scene)),
+        (LOADS, of_motors(scene)),
         (LOADS, of_drag(scene)),
         (LOADS, of_light(scene)),
         (LOADS, of_joints(scene)),
@@ -67,21 +63,11 @@ def others(scene: Scene) -> Iterator[Other]:
                 yield Other(name, words, section, new)
 
 
-def with_effects(scene: Scene, **values: Any) -> Scene:
-    """Scene with other effects."""
-    return dataclasses.replace(scene, effects=dataclasses.replace(scene.effects, **values))
-
-
 def with_fields(scene: Scene, effect: str, prefix: str, rows: tuple[tuple[str, str, dict[str, Any]], ...]) -> Made:
     """Scenes with other fields of a single effect: ending of the name, words after "the", and values."""
     given = getattr(scene.effects, effect)
     for name, words, values in rows:
         yield f"{prefix}-{name}", f"the {words}", with_effects(scene, **{effect: dataclasses.replace(given, **values)})
-
-
-def other(choice: Any) -> Any:
-    """The other of two choices."""
-    return next(c for c in type(choice) if c is not choice)
 
 
 def of_chain(scene: Scene) -> Made:
@@ -122,172 +108,6 @@ def of_chain(scene: Scene) -> Made:
     ):  # fmt: skip
         chain = dataclasses.replace(c, mass_kg=values[0], length_m=values[1], inertia_kg_m2=values[2])
         yield name, f"the {words}", dataclasses.replace(scene, chain=chain)
-
-
-class Some(NamedTuple):
-    """Some of several thrusts, impulses or prescribed rotations of a scene."""
-
-    scene: Scene
-    kind: str
-    places: tuple[int, ...]
-    who: str
-    name: str
-    s: str
-    """Ending of a verb"""
-
-    @property
-    def every(self) -> tuple[Any, ...]:
-        """All of the kind."""
-        found: tuple[Any, ...] = getattr(self.scene.effects, self.kind)
-        return found
-
-    def changed(self, change: Callable[[Any], tuple[Any, ...]]) -> Scene:
-        """Scene with others in place of each of these, which come last."""
-        kept = [p for k, p in enumerate(self.every) if k not in self.places]
-        new = [p for k in self.places for p in change(self.every[k])]
-        return with_effects(self.scene, **{self.kind: (*kept, *new)})
-
-    def each(self, change: Fields) -> Scene:
-        """Scene with fields of these changed."""
-        new = (dataclasses.replace(p, **change(p)) if k in self.places else p for k, p in enumerate(self.every))
-        return with_effects(self.scene, **{self.kind: tuple(new)})
-
-
-def sets(scene: Scene, kind: str) -> Iterator[Some]:
-    """All thrusts, impulses or prescribed rotations together, and each alone."""
-    count, noun = len(getattr(scene.effects, kind)), kind.replace("_", " ")
-    s = "s" if count > 1 else ""
-    for places in [tuple(range(count)), *((k,) for k in range(count) if count > 1)] if count else ():
-        alone = len(places) == 1
-        who = f"{noun}{s}" if len(places) == count else f"{noun} {places[0] + 1}"
-        yield Some(scene, kind, places, f"the {who}", who.replace(" ", "-"), "s" if alone else "")
-
-
-def of_pushes(scene: Scene) -> Made:
-    """Thrusts and impulses at another point, in other axes, on another bar, or missing."""
-    angle = initial_state(scene).angle_rad
-    yield from of_one_instant(scene, "thrust", lambda p: p.times_s[0])
-    yield from of_one_instant(scene, "impulse", lambda p: p.at_s)
-    loaded = ("thrust", "impulse", "prescribed_rotation")
-    by_digit = {kind: tuple(dataclasses.replace(p, bar=int(str(p.bar)[0])) for p in getattr(scene.effects, kind))
-                for kind in loaded}  # fmt: skip
-    yield ("bars-by-first-digit", "the loads on bars from 10 on act on the bar of the number's first digit",
-           with_effects(scene, **by_digit))  # fmt: skip
-    for some in (*sets(scene, "thrust"), *sets(scene, "impulse")):
-        name, who, s, first = some.name, some.who, some.s, some.every[some.places[0]]
-        yield f"{name}-missing", f"{who} {'is' if s else 'are'} missing", some.changed(lambda _: ())
-        yield f"{name}-at-other-end", f"{who} act{s} at the bar's other end", some.each(lambda p: {"end": other(p.end)})
-        for end, where in ((End.LEFT, "left"), (End.RIGHT, "right")):
-            if len({p.end for p in some.every}) > 1:
-                yield f"{name}-at-{where}-ends", f"{who} act{s} at the {where} end always", some.each(at_end(end))
-        axes = f"{other(first.axes)} axes"
-        yield (f"{name}-in-{axes.replace(' ', '-')}", f"{who} count{s} the direction in {axes}, the other ones",
-               some.each(lambda p: {"axes": other(p.axes)}))  # fmt: skip
-
-        def frozen(p: Any) -> dict[str, Any]:
-            turned = float(angle[p.bar - 1]) if p.axes is Axes.BODY else 0.0
-            return {"axes": Axes.INERTIAL, "direction_rad": p.direction_rad + turned}
-
-        yield (f"{name}-clockwise", f"{who} count{s} the direction clockwise",
-               some.each(lambda p: {"direction_rad": -p.direction_rad}))  # fmt: skip
-        yield (
-            f"{name}-from-normal",
-            f"{who} count{s} a direction in body axes from the bar's normal",
-            some.each(lambda p: {"direction_rad": p.direction_rad + (0.5 * math.pi if p.axes is Axes.BODY else 0.0)}),
-        )
-        yield f"{name}-frozen", f"{who} keep{s} the direction of the bar at t = 0", some.each(frozen)
-        for shift in range(1, scene.bars):
-            there = some.each(on_next(shift, scene.bars))
-            where = {1: "the next bar", scene.bars - 1: "the previous bar"}.get(shift, f"the bar {shift} places on")
-            if s:
-                where = f"bar {getattr(there.effects, some.kind)[some.places[0]].bar}"
-            yield f"{name}-on-{where.removeprefix('the ').replace(' ', '-')}", f"{who} act{s} on {where}", there
-        yield f"{name}-at-centre", f"{who} act{s} at the bar's centre", some.changed(halves)
-        yield f"{name}-of-positive-size", f"{who} lose{s} the sign of a negative size", some.each(positive)
-        if some.kind == "thrust":
-            yield from of_tables(some)
-
-
-def of_one_instant(scene: Scene, kind: str, at_s: Callable[[Any], float]) -> Made:
-    """Thrusts or impulses of the first or of the last instant alone."""
-    every = getattr(scene.effects, kind)
-    instants = {at_s(push) for push in every}
-    for which, rest, instant in (("first", "later", min), ("last", "earlier", max)) if len(instants) > 1 else ():
-        kept = tuple(push for push in every if at_s(push) == instant(instants))
-        words = f"the {kind}s of the {which} instant act, and the {rest} ones are missing"
-        yield f"{kind}s-of-{which}-instant", words, with_effects(scene, **{kind: kept})
-
-
-def halves(push: Any) -> tuple[Any, ...]:
-    """Half a push at each end."""
-    half = times(0.5)(push) if hasattr(push, "force_N") else {"impulse_N_s": 0.5 * push.impulse_N_s}
-    return tuple(dataclasses.replace(push, end=end, **half) for end in End)
-
-
-def at_end(end: End) -> Fields:
-    """Push at an end, whichever the scene has."""
-    return lambda _: {"end": end}
-
-
-def on_next(shift: int, bars: int) -> Fields:
-    """Bar that is some places on, round the chain."""
-    return lambda push: {"bar": (push.bar - 1 + shift) % bars + 1}
-
-
-def positive(push: Any) -> dict[str, Any]:
-    """Push of a size without its sign."""
-    if hasattr(push, "force_N"):
-        return {"force_N": tuple(map(abs, push.force_N))}
-    return {"impulse_N_s": abs(push.impulse_N_s)}
-
-
-def times(factor: float) -> Fields:
-    """Force of a thrust times a factor."""
-    return lambda thrust: {"force_N": tuple(factor * f for f in thrust.force_N)}
-
-
-def of_tables(some: Some) -> Made:
-    """Thrusts with another course in time, or another unit."""
-    name, who, s, end_s = some.name, some.who, some.s, some.scene.run.duration_s
-    for unit, factor in FORCES:
-        yield (f"{name}-in-{unit}", f"{who} take{s} newtons as {unit}",
-               some.each(times(factor)))  # fmt: skip
-    for which, words, before, after in (
-        ("from-the-start", f"act{s} from the start of the run on", True, False),
-        ("without-end", f"act{s} without end", False, True),
-        ("all-along", f"act{s} from the start to the end of the run", True, True),
-    ):
-
-        def longer(p: Any, before: bool = before, after: bool = after) -> dict[str, Any]:
-            early = before and p.times_s[0] > 0.0
-            late = after and p.times_s[-1] < end_s
-            return {
-                "times_s": (*((0.0,) if early else ()), *p.times_s, *((end_s,) if late else ())),
-                "force_N": (*(p.force_N[:1] if early else ()), *p.force_N, *(p.force_N[-1:] if late else ())),
-            }
-
-        yield f"{name}-{which}", f"{who} {words}", some.each(longer)
-    for which, words, size in (
-        ("table-held", "size from one instant of the table to the next", held),
-        ("table-ahead", "size of the next instant of the table, up to it", lambda p: held(p, 0.0)),
-        ("table-of-means", "mean of two sizes between their instants in the table", lambda p: held(p, 0.5)),
-        ("mean-size", "mean size of the table",
-         lambda p: {"force_N": (sum(p.force_N) / len(p.force_N),) * len(p.force_N)}),
-        ("first-size", "first size of the table", lambda p: {"force_N": p.force_N[:1] * len(p.force_N)}),
-    ):  # fmt: skip
-        yield f"{name}-{which}", f"{who} keep{s} the {words}", some.each(size)
-
-
-def held(thrust: Any, share: float = 1.0) -> dict[str, Any]:
-    """Table of a thrust whose size jumps at each instant: between two, a share of the first, the rest of the next."""
-    if len(set(thrust.force_N)) == 1:
-        return {}
-    steps = [share * a + (1.0 - share) * b for a, b in itertools.pairwise(thrust.force_N)]
-    times_s, sizes = [thrust.times_s[0]], [steps[0]]
-    for at_s, before, after in zip(thrust.times_s[1:-1], steps, steps[1:], strict=False):
-        times_s += [at_s - 0.5 * JUMP_S, at_s + 0.5 * JUMP_S]
-        sizes += [before, after]
-    return {"times_s": (*times_s, thrust.times_s[-1]), "force_N": (*sizes, steps[-1])}
 
 
 def of_drag(scene: Scene) -> Made:

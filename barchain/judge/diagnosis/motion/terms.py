@@ -66,12 +66,15 @@ def pieces(b: Balance) -> Iterator[tuple[str, str, Load]]:
     yield "the tidal force", GRAVITY, e.tide
     yield "the torque of the gravity gradient", GRAVITY, e.gradient
     bodies, several = iter(body_words(b.scene)), len(b.scene.effects.thrust) > 1
+    motors = iter(b.scene.effects.joint_torque)
     thrusts: list[Load] = []
     pulls: list[Load] = []
     for effect, load in zip(e.model.effects, e.effects, strict=True):
         if effect.name == "thrust":
             thrusts.append(load)
             yield f"the thrust {len(thrusts)}" if several else "the thrust", LOADS, load
+        elif effect.name == "joint_torque":
+            yield f"the torque of the motor in joint {next(motors).joint}", LOADS, load
         elif effect.name == "third_body":
             pulls.append(load)
             yield f"the attraction of the {next(bodies)}", LOADS, load

@@ -4,6 +4,7 @@
 
 #include "drag.h"
 #include "joint_spring_damper.h"
+#include "joint_torque.h"
 #include "oblateness.h"
 #include "quadrupole.h"
 #include "slender.h"
@@ -19,6 +20,7 @@ static const struct {
 } EFFECTS[] = {
     {"drag", add_drag, drag_mode_ended},
     {"joint_spring_damper", add_joint_spring_damper, NULL},
+    {"joint_torque", add_joint_torque, NULL},
     {"oblateness", add_oblateness, NULL},
     {"quadrupole", add_quadrupole, NULL},
     {"slender", add_slender, NULL},

@@ -2,7 +2,7 @@
 #ifndef THRUST_H
 #define THRUST_H
 
-#include "effect.h"
+#include "timed.h"
 
 typedef struct {
     int64_t bar;
@@ -18,12 +18,8 @@ static void add_thrust(const void *constants, real t_s, const real *y, const sce
 {
     (void)y;
     const thrust *own = constants;
-    int64_t piece = (int64_t)own->mode.value[0], i = own->bar;
-    if (piece < 0 || piece > own->table.columns - 2)
-        return;
-    const real *time = own->table.value + piece, *force = own->table.value + own->table.columns + piece;
-    real share = (t_s - time[0]) / (time[1] - time[0]);
-    real size = force[0] + (force[1] - force[0]) * share;
+    int64_t i = own->bar;
+    real size = size_in_time(&own->table, &own->mode, t_s);
     real ux = s->ux[i], uy = s->uy[i];
     real push_x = size * own->direction.value[0], push_y = size * own->direction.value[1];
     if (!own->inertial) {
