@@ -278,7 +278,7 @@ def test_what_a_particle_has_not_is_told_and_its_orbit_is_there() -> None:
 
 
 def test_what_a_scene_has_not_is_told(five_bars: Trajectory) -> None:
-    with pytest.raises(DerivedError, match="joint_torque needs the effect joint_spring_damper, which paper/fig05"):
+    with pytest.raises(DerivedError, match="needs the effect joint_spring_damper or joint_torque, which paper/fig05"):
         columns_of(Motion(five_bars), "joint_torque")
     free = moved(load_scene("conform/one_bar_free"), samples=3)
     for name, lacking in (("joint_angle", "joints"), ("effect_force", "effects"), ("eccentricity", "gravity")):
