@@ -28,7 +28,7 @@ from barchain.engine import (
 )
 
 if TYPE_CHECKING:
-    from barchain.engine import Array, Impulse, Scene, Setting, Thrust
+    from barchain.engine import Array, Impulse, JointTorque, Scene, Setting, Thrust
 
 EARTH_MU = 3.986004418e14
 NOISE_RAD = {
@@ -194,7 +194,9 @@ class Right(Engine):
         if self.e.joint_spring_damper and not (thrusting and self.wrong("SpringsOffInThrust")):
             torque += self.springs(s)
         for thrust in self.e.thrust[: 2 if self.wrong("TwoThrusts") else None]:
-            add(self.end_force(s, thrust, self.size_N(thrust, s.t_s, inside_s)))
+            add(self.end_force(s, thrust, self.size(thrust, s.t_s, inside_s)))
+        for motor in self.e.joint_torque:
+            torque[motor.joint - 1 : motor.joint + 1] += self.size(motor, s.t_s, inside_s) * np.array([-1.0, 1.0])
         return force, torque
 
     def gravity(self, s: State) -> tuple[Array, Array]:
@@ -337,12 +339,12 @@ class Right(Engine):
             each[2:] = 0.0
         return np.append(each, 0.0) - np.append(0.0, each)
 
-    def size_N(self, thrust: Thrust, t_s: float, inside_s: float) -> float:
-        """Size of a thrust between the events around `inside_s`."""
-        for k in range(len(thrust.times_s) - 1):
-            begin, end = thrust.times_s[k : k + 2]
+    def size(self, table: Thrust | JointTorque, t_s: float, inside_s: float) -> float:
+        """Size of a thrust or a motor's torque between the events around `inside_s`."""
+        for k in range(len(table.times_s) - 1):
+            begin, end = table.times_s[k : k + 2]
             if begin < inside_s < end:
-                one, other = thrust.force_N[k : k + 2]
+                one, other = table.sizes[k : k + 2]
                 size = one + (other - one) * (t_s - begin) / (end - begin)
                 weaker = 5e-7 * self.wrong("NoiseHidesThrust") + 5e-6 * self.wrong("NoiseEndsJudgement")
                 return abs(size) if self.wrong("ThrustsArePositive") else (1.0 - weaker) * size
