@@ -64,6 +64,6 @@ def cells(supported: frozenset[str], every: frozenset[str]) -> Iterator[str]:
 
 TABLES: dict[str, Callable[[], str]] = {
     "effects-of-engines": effects_of_engines,
-    **{f"keys-{effect}": partial(effect_keys, effect) for effect in WITH_KEYS},
+    **{f"keys-{effect.replace('.', '-')}": partial(effect_keys, effect) for effect in WITH_KEYS},
 }
 """Tables by their names"""
