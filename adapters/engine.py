@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, ClassVar, final
 
-from scenarios.effect_types import Actuator, Frame, Gravity
+from scenarios.effect_types import LAW_FORMS, Gravity
 from scenarios.nearest import nearest
 from scenarios.text import shorten
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 GRAVITY_MODELS = tuple(f"gravity.{gravity}" for gravity in Gravity)
-PRESCRIBED_ROTATIONS = tuple(f"prescribed_rotation.{form}" for form in (*Frame, *Actuator))
+PRESCRIBED_ROTATIONS = tuple(f"prescribed_rotation.{form}" for form in LAW_FORMS)
 """Names of effects in the declarations of engines"""
 
 

@@ -2,6 +2,7 @@
 
 from scenarios.effect_types import Actuator as Actuator
 from scenarios.effect_types import Axes as Axes
+from scenarios.effect_types import Course as Course
 from scenarios.effect_types import Drag as Drag
 from scenarios.effect_types import Effects as Effects
 from scenarios.effect_types import End as End
@@ -15,6 +16,7 @@ from scenarios.effect_types import PrescribedRotation as PrescribedRotation
 from scenarios.effect_types import SolarPressure as SolarPressure
 from scenarios.effect_types import ThirdBody as ThirdBody
 from scenarios.effect_types import Thrust as Thrust
+from scenarios.effect_types import Turn as Turn
 from scenarios.load import SHIPPED as SHIPPED
 from scenarios.load import SceneError as SceneError
 from scenarios.load import change_scene as change_scene

@@ -9,7 +9,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
 
 class Gravity(StrEnum):
@@ -84,9 +84,66 @@ class Axes(StrEnum):
     """From the z1 axis."""
 
 
+class Course(StrEnum):
+    """Course of a turn in time, from rest to rest."""
+
+    PAPER = "paper"
+    """The paper's eq. (28), smooth to the third derivative: 1/2 - 9/16 cos(pi s) + 1/16 cos(3 pi s)"""
+    QUINTIC = "quintic"
+    """10 s³ - 15 s⁴ + 6 s⁵, smooth to the second derivative"""
+
+    def share(self, s: float) -> tuple[float, float, float]:
+        """Share of a turn at the share `s` of its duration, and two derivatives by `s`; the ends' beyond them."""
+        s = min(max(s, 0.0), 1.0)
+        if self is Course.QUINTIC:
+            rest = 1.0 - s
+            return s**3 * (10.0 - 15.0 * s + 6.0 * s * s), 30.0 * (s * rest) ** 2, 60.0 * s * rest * (rest - s)
+        if s in (0.0, 1.0):
+            return s, 0.0, 0.0
+        w, x = math.pi, math.pi * s
+        return (
+            (math.cos(3 * x) - 9 * math.cos(x) + 8) / 16.0,
+            w * (9 * math.sin(x) - 3 * math.sin(3 * x)) / 16.0,
+            w * w * (9 * math.cos(x) - 9 * math.cos(3 * x)) / 16.0,
+        )
+
+
+@dataclass(frozen=True)
+class Turn:
+    """A turn from rest to rest.
+
+    Attributes
+    ----------
+    amplitude_rad : float
+        Angle turned through, rad.
+    duration_s : float
+        Duration, s.
+    start_s : float
+        Start, s.
+    course : Course
+        Course in time.
+    """
+
+    amplitude_rad: float
+    duration_s: float
+    start_s: float
+    course: Course = Course.PAPER
+
+    @property
+    def end_s(self) -> float:
+        """End, s."""
+        return self.start_s + self.duration_s
+
+    def law(self, t_s: float) -> tuple[float, float, float]:
+        """Angle gained (rad), its rate (rad/s) and acceleration (rad/s²)."""
+        angle, rate, acceleration = self.course.share((t_s - self.start_s) / self.duration_s)
+        a, w = self.amplitude_rad, 1.0 / self.duration_s
+        return a * angle, a * w * rate, a * w * w * acceleration
+
+
 @dataclass(frozen=True)
 class PrescribedRotation:
-    """Rotation of one bar by the law of eq. (28): held, turned by `amplitude_rad` in `duration_s`, held.
+    """Rotation of one bar by a law: held, turned by `amplitude_rad` in `duration_s`, held, perhaps turned again.
 
     Attributes
     ----------
@@ -102,6 +159,10 @@ class PrescribedRotation:
         Axes against which the angle is prescribed.
     actuator : Actuator
         Source of the torque.
+    course : Course
+        Course of the turn in time.
+    further : tuple of Turn
+        Turns after the first, in the order of time, none beginning before another's end.
     """
 
     bar: int
@@ -110,25 +171,28 @@ class PrescribedRotation:
     start_s: float
     frame: Frame
     actuator: Actuator
+    course: Course = Course.PAPER
+    further: tuple[Turn, ...] = ()
 
     @property
-    def breaks_s(self) -> tuple[float, float]:
-        """Start and end, s, where a high derivative of the law jumps."""
-        return self.start_s, self.start_s + self.duration_s
+    def turns(self) -> tuple[Turn, ...]:
+        """All turns, in the order of time."""
+        return (Turn(self.amplitude_rad, self.duration_s, self.start_s, self.course), *self.further)
+
+    def with_turns(self, changed: Callable[[Turn], Turn]) -> PrescribedRotation:
+        """Law with every turn changed."""
+        first, *further = map(changed, self.turns)
+        return replace(self, **vars(first), further=tuple(further))
+
+    @property
+    def breaks_s(self) -> tuple[float, ...]:
+        """Starts and ends of the turns, s, where a high derivative of the law jumps."""
+        return tuple(t for turn in self.turns for t in (turn.start_s, turn.end_s))
 
     def law(self, t_s: float) -> tuple[float, float, float]:
-        """Angle gained since the start (rad), its rate (rad/s) and acceleration (rad/s²), eq. (28)."""
-        s = (t_s - self.start_s) / self.duration_s
-        if s <= 0.0:
-            return 0.0, 0.0, 0.0
-        if s >= 1.0:
-            return self.amplitude_rad, 0.0, 0.0
-        a, w, x = self.amplitude_rad / 16.0, math.pi / self.duration_s, math.pi * s
-        return (
-            a * (math.cos(3 * x) - 9 * math.cos(x) + 8),
-            a * w * (9 * math.sin(x) - 3 * math.sin(3 * x)),
-            a * w * w * (9 * math.cos(x) - 9 * math.cos(3 * x)),
-        )
+        """Angle gained since the start (rad), its rate (rad/s) and acceleration (rad/s²)."""
+        angle, rate, acceleration = zip(*(turn.law(t_s) for turn in self.turns), strict=True)
+        return sum(angle), sum(rate), sum(acceleration)
 
 
 @dataclass(frozen=True)
@@ -365,6 +429,8 @@ SINGLE_NAME_EFFECTS = (
     "oblateness", "third_body", "drag", "solar_pressure", "joint_spring_damper", "joint_torque", "impulse",
 )  # fmt: skip
 """Effects that engines declare by one name, without variants"""
+LAW_FORMS = (*Frame, *Actuator, Course.QUINTIC, "several_turns")
+"""Variants of prescribed rotations that engines declare by name"""
 EXTENDED_GRAVITY = (Gravity.QUADRUPOLE, Gravity.SLENDER)
 """Models of gravity in which the force on a bar is not that on a point mass"""
 
@@ -413,7 +479,7 @@ class Effects:
         """Names by which an engine declares the effects that it supports, e.g. ``gravity.gradient``."""
         found = {f"gravity.{self.gravity}"}
         for p in self.prescribed_rotation:
-            found |= {f"prescribed_rotation.{p.frame}", f"prescribed_rotation.{p.actuator}"}
+            found |= {f"prescribed_rotation.{form}" for form in forms_of(p)}
         found |= {name for name in SINGLE_NAME_EFFECTS if getattr(self, name)}
         if self.solar_pressure and self.solar_pressure.shadow:
             found.add("solar_pressure.shadow")
@@ -426,9 +492,15 @@ class Effects:
         return (*self.thrust, *self.joint_torque)
 
     def at_instants(self, moved: Callable[[float], float]) -> Effects:
-        """Effects whose tables in time and impulses have other instants, each a function of the present one."""
+        """Effects with other instants of laws, tables in time and impulses, each a function of the present one."""
+
+        def later(turn: Turn) -> Turn:
+            start_s = moved(turn.start_s)
+            return replace(turn, start_s=start_s, duration_s=moved(turn.end_s) - start_s)
+
         return replace(
             self,
+            prescribed_rotation=tuple(law.with_turns(later) for law in self.prescribed_rotation),
             thrust=tuple(replace(p, times_s=tuple(map(moved, p.times_s))) for p in self.thrust),
             joint_torque=tuple(replace(p, times_s=tuple(map(moved, p.times_s))) for p in self.joint_torque),
             impulse=tuple(replace(p, at_s=moved(p.at_s)) for p in self.impulse),
@@ -447,6 +519,15 @@ class Effects:
         return any(getattr(self, name) for name in (*SINGLE_NAME_EFFECTS, "thrust")) or self.gravity in EXTENDED_GRAVITY
 
 
+def forms_of(law: PrescribedRotation) -> Iterator[str]:
+    """Those of :data:`LAW_FORMS` that a law has."""
+    yield from (law.frame, law.actuator)
+    if any(turn.course is Course.QUINTIC for turn in law.turns):
+        yield Course.QUINTIC
+    if law.further:
+        yield "several_turns"
+
+
 def all_effect_names() -> frozenset[str]:
     """Every name that :attr:`Effects.names`, and an engine's ``effects``, may hold.
 
@@ -455,11 +536,10 @@ def all_effect_names() -> frozenset[str]:
     frozenset of str
         E.g. ``gravity.gradient``, ``prescribed_rotation.joint``, ``impulse``.
     """
-    laws = [*Frame, *Actuator]
     return frozenset(
         {
             *(f"gravity.{gravity}" for gravity in Gravity),
-            *(f"prescribed_rotation.{law}" for law in laws),
+            *(f"prescribed_rotation.{form}" for form in LAW_FORMS),
             *SINGLE_NAME_EFFECTS,
             "solar_pressure.shadow",
             *(f"thrust.{axes}" for axes in Axes),

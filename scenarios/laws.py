@@ -34,8 +34,9 @@ LAWS: dict[str, str] = {
         "K = 2 mu m p q l^2/(a b S (S^2 - l^2))."
     ),
     "prescribed_rotation": (
-        "Bar `bar` (from 1) turns by a law: with x = pi (t - start_s)/duration_s, clipped to 0..pi, its angle is the "
-        "one at t = 0 plus (amplitude_rad/16) (cos 3x - 9 cos x + 8). frame = inertial: the angle is theta. "
+        "Bar `bar` (from 1) turns by a law: with s = (t - start_s)/duration_s, clipped to 0..1, its angle is the one "
+        "at t = 0 plus amplitude_rad times (cos 3 pi s - 9 cos pi s + 8)/16 (course = paper) or "
+        "10 s^3 - 15 s^4 + 6 s^5 (quintic), plus the same of each turn in `further`. frame = inertial: it is theta. "
         "frame = local_horizontal: it is theta - omega, omega the longitude of the bar's own centre. "
         "frame = previous_bar: it is theta less theta of the bar before. The torque that makes the bar follow is "
         "unknown like the reactions. actuator = external: it acts on the bar alone; joint: a motor in the joint to the "

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.display import html, renderer
-from scenarios.effect_types import Effects, Gravity
+from scenarios.effect_types import Course, Effects, Gravity
 from scenarios.plural import plural
 from scenarios.text import check_scene_name
 
@@ -361,7 +361,7 @@ class Scene:
     def fastest_rate_rad_s(self) -> float:
         """Largest of the orbital, the circular and the bars' initial rates, and of the manoeuvres' own."""
         turning = max(1.0, *(abs(a) for a in self.chain.rate_factor)) * self.orbital_rate_rad_s
-        slews = [math.pi / p.duration_s for p in self.effects.prescribed_rotation]
+        slews = [math.pi / turn.duration_s for p in self.effects.prescribed_rotation for turn in p.turns]
         return max(2.0 * math.pi / self.step_period_s, turning, self.spring_rate_rad_s, *slews)
 
     @property
@@ -417,6 +417,9 @@ class Scene:
             del physics["chain"]["end_bodies"]
         if "effects" in physics:
             called = physics["effects"]
+            for law in called["prescribed_rotation"]:
+                if law["course"] == Course.PAPER and not law["further"]:  # as before there were others
+                    del law["course"], law["further"]
             always = ("gravity", "prescribed_rotation")
             physics["effects"] = {k: v for k, v in called.items() if v or k in always}
         return hashlib.sha256(json.dumps(physics, sort_keys=True).encode()).hexdigest()[:16]

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.model.chain import ChainModel, GravityModel, Prescription
+from reference_impl.model.chain import BarTurn, ChainModel, GravityModel, Prescription
 from reference_impl.model.kinematics import (
     bar_centre_vectors,
     cross,
@@ -21,7 +21,7 @@ from reference_impl.model.kinematics import (
     relative_positions,
     relative_velocities,
 )
-from scenarios import Actuator, Frame, Gravity, PrescribedRotation
+from scenarios import Actuator, Course, Frame, Gravity, PrescribedRotation
 
 if TYPE_CHECKING:
     from reference_impl.model.arrays import Array
@@ -168,9 +168,7 @@ def prescription(p: PrescribedRotation) -> Prescription:
     neighbour = p.bar - 2 if p.bar > 1 else 1  # counted from 0
     return Prescription(
         bar=p.bar - 1,
-        amplitude_rad=p.amplitude_rad,
-        duration_s=p.duration_s,
-        start_s=p.start_s,
+        turns=tuple(BarTurn(t.amplitude_rad, t.duration_s, t.start_s, t.course is Course.QUINTIC) for t in p.turns),
         frame=p.frame.value,
         reacts_on=neighbour if p.actuator is Actuator.JOINT else None,
     )

@@ -191,12 +191,12 @@ def transients(scene: Scene, step_s: float, method: Method, t_s: Array) -> Array
     found = start_transient(force_N, rate, step_s, method, t_s)
     for start in jumps_s(scene):
         found = np.maximum(found, start_transient(force_N, rate, step_s, method, t_s - start))
-    for p in scene.effects.prescribed_rotation:
-        own, rate = p.bar - 1, math.pi / p.duration_s
+    for own, turn in ((p.bar - 1, turn) for p in scene.effects.prescribed_rotation for turn in p.turns):
+        rate = math.pi / turn.duration_s
         moved = max(chain.mass_kg[max(own - 1, 0) : own + 2]) * chain.length_m[own]
         turning = max(moved, chain.inertia_kg_m2[own] / chain.length_m[own])
-        force_N = turning * LAW_PEAK * abs(p.amplitude_rad) * rate**2
-        for start in p.breaks_s:
+        force_N = turning * LAW_PEAK * abs(turn.amplitude_rad) * rate**2
+        for start in (turn.start_s, turn.end_s):
             again = start_transient(force_N * step_s * rate, rate, step_s, method, t_s - start)
             found = np.maximum(found, again)
     return found

@@ -113,7 +113,8 @@ def scales_of(scene: Scene, *, absolute: bool) -> Scales:
     rate = max(scene.orbital_rate_rad_s, scene.mean_motion_rad_s)
     rate *= max(1.0, *map(abs, chain.rate_factor))
     least = min(m * length for m, length in zip(chain.mass_kg, chain.length_m, strict=True)) * rate**2
-    slews = [abs(p.amplitude_rad) * (math.pi / p.duration_s) ** 2 for p in scene.effects.prescribed_rotation]
+    turns = [turn for law in scene.effects.prescribed_rotation for turn in law.turns]
+    slews = [abs(turn.amplitude_rad) * (math.pi / turn.duration_s) ** 2 for turn in turns]
     force = max(chain.mass_kg) * scene.size_m * (rate**2 + max(slews, default=0.0))
     if not absolute:
         away = departure(scene)

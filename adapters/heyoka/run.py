@@ -19,6 +19,7 @@ from adapters.heyoka.structure import (
     segments_of,
     start_of,
     structure_of,
+    turns_of,
     units_of,
 )
 from adapters.trajectory import ENDED, Trajectory
@@ -115,11 +116,10 @@ class HeyokaRun:
     def parameters_on(self, begin: Any, end: Any) -> Numbers:
         """Parameters of a segment: amplitudes of the laws that act in it, and straight segments of tables in time."""
         found, middle = self.parameters.copy(), 0.5 * (begin + end)
-        for k, p in enumerate(self.scene.effects.prescribed_rotation):
-            if self.scaled_time(p.breaks_s[0]) < middle < self.scaled_time(p.breaks_s[1]):
-                found[self.structure.slots[f"law_{k}_amplitude"]] = self.number(p.amplitude_rad / 16.0)
-        for name, number in segments_of(self.scene, float(middle) * self.units.time_s, self.units, self.number):
-            found[self.structure.slots[name]] = number
+        middle_s = float(middle) * self.units.time_s
+        for parts in (turns_of, segments_of):
+            for name, number in parts(self.scene, middle_s, self.units, self.number):
+                found[self.structure.slots[name]] = number
         return found
 
     def walk(self) -> None:

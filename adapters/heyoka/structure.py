@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adapters.common.initial_state import initial_state
-from scenarios import Actuator, Axes, Gravity
+from scenarios import Actuator, Axes, Course, Gravity
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -42,7 +42,7 @@ PI = "3.14159265358979323846264338327950288419716939937510582097494459"
 BAR = ("mass", "share", "half", "inertia", "end_inertia", "slender")
 """Parameters of a bar: m, m/M, l/2, J about its centre and about an end, and 3 J/(l/2)², a slender bar's mass"""
 LAW = ("amplitude", "rate", "start")
-"""Parameters of a prescribed rotation: amplitude over 16 (zero while the bar is held), pi/t_m, start"""
+"""Parameters of a law's present turn: amplitude over 16 (zero while the bar is held), pi/t_m, start"""
 BODY = ("pull", "distance", "longitude", "rate")
 AIR = ("density", "radius", "height", "turn", "normal", "tangential")
 SUN = ("absorbed", "mirrored", "longitude", "rate")
@@ -82,6 +82,8 @@ class LawShape:
     frame: str
     joint: bool
     """Whether a motor in a joint exerts the torque"""
+    courses: frozenset[str]
+    """Courses of its turns; parameters are in the order of their names"""
 
 
 @dataclass(frozen=True)
@@ -135,7 +137,7 @@ class Structure:
         """Index of each parameter by its name, in order."""
         bars = range(self.bars)
         names = ["mu", "surface", *(f"{x}_{j}" for x in BAR for j in bars)]
-        names += [f"law_{k}_{x}" for k in range(len(self.laws)) for x in LAW]
+        names += [f"law_{k}_{c}_{x}" for k, law in enumerate(self.laws) for c in sorted(law.courses) for x in LAW]
         names += ["oblateness"] if self.oblate else []
         names += [f"body_{k}_{x}" for k in range(self.third_bodies) for x in BODY]
         names += [f"drag_{x}" for x in AIR if self.drag]
@@ -167,7 +169,8 @@ def structure_of(scene: Scene) -> Structure:
         scene.bars,
         str(effects.gravity),
         laws=tuple(
-            LawShape(p.bar - 1, str(p.frame), p.actuator is Actuator.JOINT) for p in effects.prescribed_rotation
+            LawShape(p.bar - 1, str(p.frame), p.actuator is Actuator.JOINT, frozenset(str(t.course) for t in p.turns))
+            for p in effects.prescribed_rotation
         ),
         lands=may_land(scene),
         oblate=effects.oblateness is not None,
@@ -235,7 +238,7 @@ def parameters_of(scene: Scene, units: HeyokaUnits, number: Number) -> Numbers:
 
 
 def chain_parameters(scene: Scene, units: HeyokaUnits, number: Number) -> dict[str, Any]:
-    """Parameters of the central body, the bars, and the laws of prescribed bars, which are held."""
+    """Parameters of the central body and the bars."""
     length, time, chain = units.length_m, units.time_s, scene.chain
     mass = [number(m) for m in chain.mass_kg]
     total = sum(mass[1:], mass[0])
@@ -254,9 +257,21 @@ def chain_parameters(scene: Scene, units: HeyokaUnits, number: Number) -> dict[s
         "surface": number(scene.central_body.radius_m / length),
     }
     found |= {f"{name}_{j}": v for name, values in zip(BAR, parts, strict=True) for j, v in enumerate(values)}
-    for k, p in enumerate(scene.effects.prescribed_rotation):
-        found |= {f"law_{k}_rate": number(PI) / number(p.duration_s / time), f"law_{k}_start": number(p.start_s / time)}
     return found
+
+
+def turns_of(scene: Scene, middle_s: float, units: HeyokaUnits, number: Number) -> Named:
+    """Parameters of the turns that prescribed bars make at an instant."""
+    for k, law in enumerate(scene.effects.prescribed_rotation):
+        for turn in law.turns:
+            if turn.start_s < middle_s < turn.end_s:
+                length = number(turn.duration_s / units.time_s)
+                start, name = number(turn.start_s / units.time_s), f"law_{k}_{turn.course}"
+                paper = turn.course is Course.PAPER
+                whole, rate = (1.0 / 16.0, number(PI) / length) if paper else (1.0, number(1.0) / length)
+                yield from zip(
+                    (f"{name}_{x}" for x in LAW), (number(turn.amplitude_rad * whole), rate, start), strict=True
+                )
 
 
 def oblateness_parameters(oblate: Oblateness, mu: Any, units: HeyokaUnits, number: Number) -> dict[str, Any]:

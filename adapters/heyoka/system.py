@@ -11,6 +11,7 @@ from adapters.heyoka.bars import SymbolicBar, cross
 from adapters.heyoka.equations import chain_motion
 from adapters.heyoka.loads import SymbolicLoads, SymbolicState, end_force
 from adapters.heyoka.structure import IMPULSE, LAW
+from scenarios import Course
 
 if TYPE_CHECKING:
     from adapters.heyoka.bars import Pair, Symbol
@@ -122,12 +123,17 @@ def centre_offsets(structure: Structure, reach: list[Symbol]) -> list[Symbol]:
 
 
 def law_acceleration(structure: Structure, k: int) -> Symbol:
-    """Second derivative of eq. (28) for law k."""
+    """Second derivative of law k: of eq. (28), of 10 s³ - 15 s⁴ + 6 s⁵, or their sum, of which one is zero."""
     import heyoka as hy
 
-    amplitude, w, start = (structure.parameter(f"law_{k}_{x}") for x in LAW)
-    x = w * (hy.time - start)
-    return 9.0 * amplitude * w * w * (hy.cos(x) - hy.cos(3.0 * x))
+    found = []
+    for course in sorted(structure.laws[k].courses):
+        amplitude, w, start = (structure.parameter(f"law_{k}_{course}_{x}") for x in LAW)
+        x = w * (hy.time - start)
+        paper = course == Course.PAPER
+        shape = 9.0 * (hy.cos(x) - hy.cos(3.0 * x)) if paper else 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x)
+        found.append(amplitude * w * w * shape)
+    return sum(found[1:], found[0])
 
 
 def surface(structure: Structure, bars: list[SymbolicBar]) -> tuple[list[Symbol], list[Symbol], list[Symbol]]:

@@ -20,7 +20,7 @@ from barchain.solutions.reference import at_own_samples, closely_sampled
 from barchain.solutions.shipped import shipped_solution
 from reports.tables.outcome import Outcome
 from scenarios import Gravity, load_scene
-from scenarios.effect_types import SINGLE_NAME_EFFECTS, all_effect_names
+from scenarios.effect_types import SINGLE_NAME_EFFECTS, all_effect_names, forms_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -54,7 +54,7 @@ STAGES = {
         "slender_alone quadrupole_alone oblateness_alone third_body_alone drag_alone solar_pressure_alone "
         "solar_shadow_alone joint_springs_alone joint_torque_alone joint_set_point thrust_body thrust_inertial "
         "impulse_alone prescribed_orbital prescribed_inertial prescribed_orbital_joint "
-        "prescribed_inertial_external joint_angle"
+        "prescribed_inertial_external joint_angle prescribed_turns"
     ),
     TOGETHER: in_folder(
         "one_bar_law one_bar_loads eleven_bars_loads prescribed_neighbours second_moments "
@@ -117,7 +117,7 @@ def without(scene: Scene, lacking: frozenset[str]) -> Scene:
     if e.solar_pressure and "solar_pressure.shadow" in lacking and "solar_pressure" not in lacking:
         kept["solar_pressure"] = dataclasses.replace(e.solar_pressure, shadow=False)
     laws = (p for p in e.prescribed_rotation
-            if not lacking & {f"prescribed_rotation.{p.frame}", f"prescribed_rotation.{p.actuator}"})  # fmt: skip
+            if not lacking & {f"prescribed_rotation.{form}" for form in forms_of(p)})  # fmt: skip
     simpler = EXACT_FIRST[EXACT_FIRST.index(e.gravity) :]
     effects = dataclasses.replace(
         e,

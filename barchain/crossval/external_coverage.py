@@ -145,7 +145,7 @@ def unchecked_attitudes(
 
 
 def with_run(scene: Scene, run: Run) -> Scene:
-    """`scene` over another run; a thrust or a torque that lasts to the old end lasts to the new one."""
+    """`scene` over another run; what lasts to the old end lasts to the new one."""
     end_s = scene.run.duration_s
     effects = scene.effects.at_instants(lambda t: run.duration_s if t == end_s else t)
     return dataclasses.replace(scene, run=run, effects=effects)
@@ -182,12 +182,7 @@ def aligned(scene: Scene) -> Scene:
     def near(t_s: float) -> float:
         return every * round(t_s / every)
 
-    effects = scene.effects
-    moved = dataclasses.replace(
-        effects.at_instants(near),
-        prescribed_rotation=tuple(
-            dataclasses.replace(p, start_s=near(p.start_s), duration_s=max(near(p.duration_s), every))
-            for p in effects.prescribed_rotation
-        ),
-    )
-    return dataclasses.replace(scene, effects=moved)
+    effects = scene.effects.at_instants(near)
+    laws = (law.with_turns(lambda t: dataclasses.replace(t, duration_s=t.duration_s or every))
+            for law in effects.prescribed_rotation)  # fmt: skip
+    return dataclasses.replace(scene, effects=dataclasses.replace(effects, prescribed_rotation=tuple(laws)))

@@ -37,8 +37,9 @@ def later(one: Any, size: float) -> Any:
     """Effect that starts later."""
     if hasattr(one, "times_s"):
         return replace(one, times_s=tuple(t + size for t in one.times_s))
-    name = "at_s" if hasattr(one, "at_s") else "start_s"
-    return replace(one, **{name: getattr(one, name) + size})
+    if hasattr(one, "at_s"):
+        return replace(one, at_s=one.at_s + size)
+    return one.with_turns(lambda turn: replace(turn, start_s=turn.start_s + size))
 
 
 def beyond_end(name: str, first: Callable[[Any], float], late_s: float) -> NotApplicable:
@@ -136,8 +137,7 @@ def stretched(scene: Scene, size: float) -> Scene:
 def all_stretched(scene: Scene, size: float) -> Scene:
     """Scene that lasts longer, and all that is timed in it: a fast clock shows its samples at the right instants."""
     k, called = 1.0 + size, scene.effects
-    slews = [replace(p, start_s=k * p.start_s, duration_s=k * p.duration_s) for p in called.prescribed_rotation]
-    effects = replace(called.at_instants(lambda t: k * t), prescribed_rotation=tuple(slews))
+    effects = called.at_instants(lambda t: k * t)
     return replace(stretched(scene, size), effects=effects)
 
 

@@ -146,13 +146,14 @@ def scene_facts(scene: Scene) -> dict[str, Any]:
         "prescribed": [
             {
                 "bar": p.bar,
-                "amplitude_deg": math.degrees(p.amplitude_rad),
-                "start_s": p.start_s,
-                "duration_s": p.duration_s,
+                "amplitude_deg": math.degrees(turn.amplitude_rad),
+                "start_s": turn.start_s,
+                "duration_s": turn.duration_s,
                 "frame": str(p.frame),
                 "actuator": str(p.actuator),
             }
             for p in scene.effects.prescribed_rotation
+            for turn in p.turns
         ],
     }
 

@@ -91,7 +91,7 @@ def dense_parts(scene: Scene, duration_s: float, intervals: int, most_s: float =
     No part is longer than `most_s`, unless there were too many.
     """
     spacing = 1.0 / (FINE_PER_RADIAN * MODES_PER_BAR * scene.bars * own_rate(scene))
-    slews = [p.duration_s / FINE_PER_SLEW for p in scene.effects.prescribed_rotation]
+    slews = [turn.duration_s / FINE_PER_SLEW for p in scene.effects.prescribed_rotation for turn in p.turns]
     wanted = math.ceil(duration_s / (intervals * min([spacing, most_s, *slews])))
     most = max(MOST_FINE, min(MOST_FINE_SHORT, MOST_FINE_ANGLES // scene.bars))
     return max(1, min(wanted, most // intervals))

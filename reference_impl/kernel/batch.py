@@ -9,7 +9,6 @@ import numpy as np
 from reference_impl.kernel.layout import (
     GIVEN_BACK,
     ILL_CONDITIONED,
-    LAW_COLUMNS,
     BatchMembers,
     MemberResults,
     new_stepper,
@@ -107,7 +106,7 @@ def members_of(batch: Batch) -> BatchMembers:
         batch.mu_m3_s2,
         batch.gravity,
         batch.bars.reshape(-1, bars),
-        batch.laws.reshape(-1, LAW_COLUMNS),
+        batch.laws.reshape(-1, batch.laws.shape[2]),
         batch.effects,
         np.stack(bounds, axis=1),
         batch.y0,

@@ -18,7 +18,7 @@ from reference_impl.model.chain import LAW_FRAMES, ill_conditioned
 
 if TYPE_CHECKING:
     from reference_impl.model.arrays import Array
-    from reference_impl.model.chain import ChainModel, GravityModel
+    from reference_impl.model.chain import ChainModel, GravityModel, Prescription
 
 GRAVITY_CODES: dict[GravityModel, int] = {"none": 0, "point": 1, "gradient": 2}
 NO_GRAVITY, GRADIENT = GRAVITY_CODES["none"], GRAVITY_CODES["gradient"]
@@ -30,8 +30,9 @@ CONSTANT_ROWS, SCRATCH_ROWS = 10, 25
 # rows of Workspace.bars that Python reads: c/chain/layout.h
 GX, GY, RX, RY = 4, 5, 14, 15
 # columns of CompiledChain.laws: c/chain/laws.h
-BAR, REACTS_ON, FRAME, AMPLITUDE, DURATION, START, UNIT = range(7)
-LAW_COLUMNS = 7
+BAR, REACTS_ON, FRAME, UNIT, FIRST_TURN = range(5)
+AMPLITUDE, DURATION, START, QUINTIC, TURN_COLUMNS = range(5)
+NO_TURN = (0.0, 1.0, 0.0, 0.0)
 INERTIAL, LOCAL_HORIZONTAL, PREVIOUS_BAR = map(LAW_FRAMES.index, ("inertial", "local_horizontal", "previous_bar"))
 # items of Stepper.clock, and return codes of the stepper: c/steps/stepper.h
 NOW, STEP, TAKEN, STEPS, SAMPLED, EVALUATIONS, EXACT = range(7)
@@ -54,7 +55,9 @@ class CompiledChain(Struct):
     refined, else 0
     """
     laws: Matrix
-    """(P, 7) columns BAR, REACTS_ON (-1: none), FRAME, AMPLITUDE rad, DURATION s, START s, UNIT sqrt(J)"""
+    """(P, 4+4T) columns BAR, REACTS_ON (-1: none), FRAME, UNIT sqrt(J); of each of T turns AMPLITUDE rad, DURATION s,
+    START s, QUINTIC (1; 0: eq. (28))
+    """
     effects: tuple[CompiledEffect, ...]
     """Effects of the chain"""
 
@@ -202,15 +205,21 @@ class CvodeData(Struct):
 
 def compiled_chain(model: ChainModel, number: Number = DOUBLE) -> CompiledChain:
     """Arrays of `model`, of one type of numbers."""
-    laws = [
-        (p.bar, -1 if p.reacts_on is None else p.reacts_on, LAW_FRAMES.index(p.frame),
-         p.amplitude_rad, p.duration_s, p.start_s, model.inertia_kg_m2[p.bar] ** 0.5)
-        for p in model.prescriptions
-    ]  # fmt: skip
-    table = np.array(laws, dtype=number).reshape(len(laws), 7)
+    most = max((len(p.turns) for p in model.prescriptions), default=1)
+    table = np.array([law_row(model, p, most) for p in model.prescriptions], dtype=number)
+    table = table.reshape(len(model.prescriptions), FIRST_TURN + most * TURN_COLUMNS)
     bars = bar_rows(*(each.astype(number) for each in (model.mass_kg, model.length_m, model.inertia_kg_m2)))
     effects = tuple(compiled_effect(effect, number) for effect in model.effects)
     return CompiledChain(float(model.mu_m3_s2), GRAVITY_CODES[model.gravity], bars, table, effects)
+
+
+def law_row(model: ChainModel, p: Prescription, most: int) -> list[float]:
+    """Row of `CompiledChain.laws` with `most` turns."""
+    turns = [(turn.amplitude_rad, turn.duration_s, turn.start_s, float(turn.quintic)) for turn in p.turns]
+    turns += [NO_TURN] * (most - len(turns))
+    reacts_on = -1 if p.reacts_on is None else p.reacts_on
+    unit = float(model.inertia_kg_m2[p.bar]) ** 0.5
+    return [p.bar, reacts_on, LAW_FRAMES.index(p.frame), unit, *(x for turn in turns for x in turn)]
 
 
 def refined(chain: CompiledChain) -> CompiledChain:

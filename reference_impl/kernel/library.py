@@ -155,7 +155,7 @@ def check_chain(chain: CompiledChain, work: Workspace) -> tuple[int, int]:
     bars, laws, number = chain.bars.shape[1], len(chain.laws), chain.number
     loaded = bool(chain.effects)
     check("chain.bars", chain.bars, (layout.CONSTANT_ROWS, max(bars, 1)), number)
-    check("chain.laws", chain.laws, (laws, layout.LAW_COLUMNS), number)
+    check("chain.laws", chain.laws, (laws, columns_of_laws(chain.laws)), number)
     if laws and not ((chain.laws[:, layout.BAR] >= 0) & (chain.laws[:, layout.BAR] < bars)).all():
         raise ValueError(f"chain.laws: bars {chain.laws[:, layout.BAR]}, allowed: 0 to {bars - 1}")
     for effect in chain.effects:
@@ -335,6 +335,12 @@ def check_stepper(s: Stepper, chain: CompiledChain) -> None:
         check(f"stepper.{name}", getattr(s, name), shape, chain.number)
 
 
+def columns_of_laws(laws: Matrix) -> int:
+    """Columns that laws with as many whole turns have, at least one."""
+    turns: int = max((laws.shape[1] - layout.FIRST_TURN) // layout.TURN_COLUMNS, 1)
+    return layout.FIRST_TURN + turns * layout.TURN_COLUMNS
+
+
 def check_batch(members: BatchMembers, t_s: Vector, results: MemberResults) -> CompiledChain:
     """First chain of a batch; rejects one whose arrays do not fit its results.
 
@@ -348,7 +354,8 @@ def check_batch(members: BatchMembers, t_s: Vector, results: MemberResults) -> C
     if runs < 1 or size < 2 * bars + 4:
         raise ValueError(f"{runs} runs of {size} numbers, allowed: 1 or more, of 2N+4 = {2 * bars + 4} or more")
     for name, array, shape in (
-        ("bars", members.bars, (layout.CONSTANT_ROWS * runs, bars)), ("laws", members.laws, (laws * runs, 7)),
+        ("bars", members.bars, (layout.CONSTANT_ROWS * runs, bars)),
+        ("laws", members.laws, (laws * runs, columns_of_laws(members.laws))),
         ("bounds", members.bounds, (runs, 3)), ("y0", members.y0, (runs, size)), ("atol", members.atol, (runs, size)),
         ("angle_rad", results.angle_rad, (runs * len(t_s), bars)),
         ("reaction_N", results.reaction_N, (runs * len(t_s), bars - 1)),

@@ -31,40 +31,70 @@ def ill_conditioned(inverse_mass: Array, compliance: Array) -> NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
-class Prescription:
-    """Rotation of bar `bar` (counted from 0) by the law of eq. (28); its torque is an unknown of the equations."""
+class BarTurn:
+    """A turn from rest to rest: by eq. (28), or by 10 s³ - 15 s⁴ + 6 s⁵."""
 
-    bar: int
     amplitude_rad: float
     duration_s: float
     start_s: float
+    quintic: bool = False
+
+    def angle_rad(self, t_s: float) -> float:
+        """Angle gained, eq. (28)."""
+        s = self._progress(t_s)
+        if self.quintic:
+            return self.amplitude_rad * s**3 * (10.0 - 15.0 * s + 6.0 * s * s)
+        x = math.pi * s
+        return self.amplitude_rad / 16.0 * (math.cos(3.0 * x) - 9.0 * math.cos(x) + 8.0)
+
+    def rate_rad_s(self, t_s: float) -> float:
+        """First derivative."""
+        s = self._progress(t_s)
+        if self.quintic:
+            return self.amplitude_rad / self.duration_s * 30.0 * (s * (1.0 - s)) ** 2
+        x, w = math.pi * s, math.pi / self.duration_s
+        return self.amplitude_rad / 16.0 * w * (9.0 * math.sin(x) - 3.0 * math.sin(3.0 * x))
+
+    def acceleration_rad_s2(self, t_s: float) -> float:
+        """Second derivative, continuous and zero at both ends."""
+        s = self._progress(t_s)
+        if self.quintic:
+            return self.amplitude_rad / self.duration_s**2 * 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s)
+        x, w = math.pi * s, math.pi / self.duration_s
+        return self.amplitude_rad / 16.0 * w * w * 9.0 * (math.cos(x) - math.cos(3.0 * x))
+
+    def _progress(self, t_s: float) -> float:
+        return min(max((t_s - self.start_s) / self.duration_s, 0.0), 1.0)
+
+
+@dataclass(frozen=True)
+class Prescription:
+    """Rotation of bar `bar` (counted from 0) by a law; its torque is an unknown of the equations."""
+
+    bar: int
+    turns: tuple[BarTurn, ...]
+    """One after the other"""
     frame: LawFrame
     """From what the angle is measured; the local horizontal is that through the bar's own centre of mass"""
     reacts_on: int | None
     """Bar under the opposite torque (a motor in the joint between both bars); None: external torque"""
 
     def angle_rad(self, t_s: float) -> float:
-        """Angle since the start of the law, eq. (28)."""
-        x = math.pi * self._progress(t_s)
-        return self.amplitude_rad / 16.0 * (math.cos(3.0 * x) - 9.0 * math.cos(x) + 8.0)
+        """Angle since the start of the law."""
+        return sum(turn.angle_rad(t_s) for turn in self.turns)
 
     def rate_rad_s(self, t_s: float) -> float:
-        """First derivative of eq. (28)."""
-        x, w = math.pi * self._progress(t_s), math.pi / self.duration_s
-        return self.amplitude_rad / 16.0 * w * (9.0 * math.sin(x) - 3.0 * math.sin(3.0 * x))
+        """First derivative of the law."""
+        return sum(turn.rate_rad_s(t_s) for turn in self.turns)
 
     def acceleration_rad_s2(self, t_s: float) -> float:
-        """Second derivative of eq. (28), continuous and zero at both ends."""
-        x, w = math.pi * self._progress(t_s), math.pi / self.duration_s
-        return self.amplitude_rad / 16.0 * w * w * 9.0 * (math.cos(x) - math.cos(3.0 * x))
+        """Second derivative of the law."""
+        return sum(turn.acceleration_rad_s2(t_s) for turn in self.turns)
 
     @property
-    def breaks_s(self) -> tuple[float, float]:
+    def breaks_s(self) -> tuple[float, ...]:
         """Instants at which a high derivative is discontinuous; no integration step may straddle them."""
-        return self.start_s, self.start_s + self.duration_s
-
-    def _progress(self, t_s: float) -> float:
-        return min(max((t_s - self.start_s) / self.duration_s, 0.0), 1.0)
+        return tuple(t for turn in self.turns for t in (turn.start_s, turn.start_s + turn.duration_s))
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reference_impl.model.chain import ChainModel, Prescription
+from reference_impl.model.chain import BarTurn, ChainModel, Prescription
 from reference_impl.model.kinematics import consistent_state
 from reference_impl.paper.form import NotSquareError, PaperSolution, solve
 from reference_impl.paper.misprints import ERRATA, Misprint, MisprintConsequence
@@ -87,7 +87,7 @@ def generic_solution(model: ChainModel, as_printed: frozenset[Misprint]) -> Pape
 
 def rejection(misprint: Misprint) -> str:
     """Error message of the paper's formulation for a prescribed rotation with this misprint."""
-    slewed = Prescription(4, np.pi / 4, 60.0, 0.0, frame="local_horizontal", reacts_on=None)
+    slewed = Prescription(4, (BarTurn(np.pi / 4, 60.0, 0.0),), frame="local_horizontal", reacts_on=None)
     try:
         generic_solution(replace(generic_model(), prescriptions=(slewed,)), frozenset({misprint}))
     except NotSquareError as error:

@@ -54,9 +54,10 @@ def recorded(scene: Scene) -> SceneRecord:
         "radius0_m": scene.radius0_m,
         "body_radius_m": scene.central_body.radius_m,
         "prescribed": [
-            {"bar": p.bar, "amplitude_deg": math.degrees(p.amplitude_rad), "duration_s": p.duration_s}
-            | {"start_s": p.start_s, "frame": str(p.frame), "actuator": str(p.actuator)}
+            {"bar": p.bar, "amplitude_deg": math.degrees(turn.amplitude_rad), "duration_s": turn.duration_s}
+            | {"start_s": turn.start_s, "frame": str(p.frame), "actuator": str(p.actuator)}
             for p in scene.effects.prescribed_rotation
+            for turn in p.turns
         ],
     }
     return SceneRecord(scene.name, data)

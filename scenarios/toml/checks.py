@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scenarios.scene import Orbit
+    from scenarios.toml.effect_tables import PrescribedRotationTable
     from scenarios.toml.scene_tables import SceneTables
 
 SLENDER_SLACK = 1e-9  # of m l²/12: a moment of inertia written with nine digits is that of a slender bar
@@ -33,16 +34,27 @@ def check_all(scene: SceneTables) -> Iterator[str]:
 
 
 def check_prescriptions(scene: SceneTables) -> Iterator[str]:
-    """Check that each bar has at most one law, and a neighbour if a motor in a joint drives it."""
-    seen: set[int] = set()
+    """Check that the turns of a bar make one law, and that it has a neighbour if a motor in a joint drives it."""
+    seen: dict[int, list[PrescribedRotationTable]] = {}
     for i, p in enumerate(scene.effects.prescribed_rotation):
-        where = f"effects.prescribed_rotation[{i}].bar"
-        if p.bar in seen:
-            yield f"{where}: bar {p.bar} already has a prescribed rotation; allowed: one for each bar"
+        where, others = f"effects.prescribed_rotation[{i}]", seen.setdefault(p.bar, [])
+        if others and (p.frame, p.actuator) != (others[0].frame, others[0].actuator):
+            yield (
+                f'{where}: bar {p.bar} has a law already, with frame = "{others[0].frame}" and actuator = '
+                f'"{others[0].actuator}"; "{p.frame}" and "{p.actuator}" given, allowed: the same'
+            )
+        end_s = p.start_s + p.duration_s
+        beside = next((o for o in others if o.start_s < end_s and p.start_s < o.start_s + o.duration_s), None)
+        if beside is not None:
+            yield (
+                f"{where}.start_s: bar {p.bar} is turned by another table from {beside.start_s:g} to "
+                f"{beside.start_s + beside.duration_s:g} s; allowed: one turn after the other"
+            )
         if p.actuator == "joint" and scene.chain.bars == 1:
-            yield f'{where}: actuator "joint" needs a neighbouring bar, and the chain has one bar'
-        seen.add(p.bar)
-    joints = [joint_of_motor(p.bar) for p in scene.effects.prescribed_rotation if p.actuator == "joint"]
+            yield f'{where}.bar: actuator "joint" needs a neighbouring bar, and the chain has one bar'
+        others.append(p)
+    motors = {p.bar for p in scene.effects.prescribed_rotation if p.actuator == "joint"}
+    joints = [joint_of_motor(bar) for bar in sorted(motors)]
     for joint in sorted(set(joints)):
         if joints.count(joint) > 1:
             yield (

@@ -44,8 +44,10 @@ def later(table: EffectsTable, start_s: float) -> EffectsTable:
                 f"effects.impulse[{i}].at_s: {impulse.at_s:g} given, the instant of the start, run.start_s; allowed: "
                 "before it or after it"
             )
+    laws = [later_turn(i, law, start_s) for i, law in enumerate(table.prescribed_rotation)]
+    moving = {law.bar for law in laws if law.amplitude_deg}
     return table.model_copy(update={
-        "prescribed_rotation": [later_turn(i, law, start_s) for i, law in enumerate(table.prescribed_rotation)],
+        "prescribed_rotation": [law for law in laws if law.amplitude_deg or law.bar not in moving],
         "joint_spring_damper": springs and later_set_points(springs, start_s),
         "joint_torque": [one for one in motors if one is not None],
         "thrust": [one for one in thrusts if one is not None],

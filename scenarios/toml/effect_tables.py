@@ -58,12 +58,15 @@ class Table(BaseModel):
 
 
 class PrescribedRotationTable(Table):
-    """Rotation of one bar, or of a joint, given as the law of the paper's eq. (28)."""
+    """Turn of one bar, or of a joint, by a law. Several of one bar, one after the other, are one law."""
 
     bar: int = Field(ge=1, description="which bar, counted from 1")
     amplitude_deg: Finite = Field(description="angle turned through, degrees")
     duration_s: Positive = Field(description="time of the manoeuvre, s")
     start_s: NotNegative = Field(0.0, description="when it starts, s; the bar is held before and after")
+    course: Literal["paper", "quintic"] = Field(
+        "paper", description="course in time: that of the paper's eq. (28), or 10 s^3 - 15 s^4 + 6 s^5"
+    )
     frame: Literal["inertial", "local_horizontal", "previous_bar"] = Field(
         "local_horizontal",
         description="against what the angle is measured; previous_bar: the angle of the joint to the bar before it, "

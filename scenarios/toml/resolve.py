@@ -17,6 +17,7 @@ import numpy as np
 from scenarios.effect_types import (
     Actuator,
     Axes,
+    Course,
     Drag,
     Effects,
     End,
@@ -30,6 +31,7 @@ from scenarios.effect_types import (
     SolarPressure,
     ThirdBody,
     Thrust,
+    Turn,
 )
 from scenarios.limits import MOST_MAGNITUDE
 from scenarios.scene import ENDS, CentralBody, Chain, Run, Scene, orbital_rate_rad_s, period_s, start_radius_m
@@ -60,7 +62,7 @@ ANGLES = {
     "angle_rad", "longitude_rad", "flight_path_rad", "amplitude_rad", "direction_rad", "rest_rad", "sun_longitude_rad",
 }  # fmt: skip
 """Fields whose keys are in degrees"""
-WORDS = {kind.__name__: kind for kind in (Actuator, Axes, End, Frame)}
+WORDS = {kind.__name__: kind for kind in (Actuator, Axes, Course, End, Frame)}
 """Types of fields whose keys are words"""
 EACH = "tuple[float, ...]"
 """Type of fields with a value for each bar or joint, whose keys may have one for all"""
@@ -188,12 +190,14 @@ def rate_factors(rates_rad_s: tuple[float, ...], orbital_rad_s: float) -> tuple[
 def resolve_effects(table: EffectsTable, body: CentralBody, radius0_m: float, bars: int, times_s: Array) -> Effects:
     """Effects on a chain of some bars that starts `radius0_m` from the centre and is sampled at `times_s`, (n,)."""
     oblate, springs = table.oblateness, table.joint_spring_damper
-    rotations, bodies, impulses = [], [], []
+    turned: dict[int, list[PrescribedRotation]] = {}
+    bodies, impulses = [], []
     run_s = float(times_s[-1])
     for i, law in enumerate(table.prescribed_rotation):
         with located(f"effects.prescribed_rotation[{i}]"):
             start_s, duration_s = turn_on_samples(law.start_s, law.duration_s, times_s)
-        rotations.append(converted(PrescribedRotation, law, start_s=start_s, duration_s=duration_s))
+        one = converted(PrescribedRotation, law, start_s=start_s, duration_s=duration_s, further=())
+        turned.setdefault(law.bar, []).append(one)
     for i, third in enumerate(table.third_body):
         with located(f"effects.third_body[{i}].distance_m"):
             bodies.append(resolve_third_body(third, body, radius0_m))
@@ -207,7 +211,7 @@ def resolve_effects(table: EffectsTable, body: CentralBody, radius0_m: float, ba
         impulses.append(converted(Impulse, impulse, at_s=at_s))
     return Effects(
         gravity=Gravity(table.gravity),
-        prescribed_rotation=tuple(rotations),
+        prescribed_rotation=tuple(map(one_law, turned.values())),
         oblateness=None if oblate is None else Oblateness(oblate.j2, oblate.radius_m or body.radius_m),
         third_body=tuple(bodies),
         drag=None if table.drag is None else converted(Drag, table.drag, bars),
@@ -220,6 +224,13 @@ def resolve_effects(table: EffectsTable, body: CentralBody, radius0_m: float, ba
         thrust=tuple(resolve_sizes(Thrust, "thrust", i, t, times_s) for i, t in enumerate(table.thrust)),
         impulse=tuple(impulses),
     )
+
+
+def one_law(turns: list[PrescribedRotation]) -> PrescribedRotation:
+    """Law of one bar from those of its single turns."""
+    first, *others = sorted(turns, key=lambda one: one.start_s)
+    further = (Turn(o.amplitude_rad, o.duration_s, o.start_s, o.course) for o in others)
+    return dataclasses.replace(first, further=tuple(further))
 
 
 def resolve_third_body(table: ThirdBodyTable, central: CentralBody, radius0_m: float) -> ThirdBody:

@@ -7,6 +7,7 @@ import json
 import math
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from scenarios.effect_types import Course
 from scenarios.toml.file import SceneFile
 from scenarios.toml.reading import tables_of
 from scenarios.toml.resolve import ANGLES, resolve
@@ -15,11 +16,12 @@ from scenarios.toml.scene_tables import MATERIAL_KEYS
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from scenarios.effect_types import PrescribedRotation
     from scenarios.scene import Chain, Orbit, Scene
 
     Data = dict[str, Any]
 
-TABLES = ("prescribed_rotation", "third_body", "joint_torque", "thrust", "impulse")
+TABLES = ("third_body", "joint_torque", "thrust", "impulse")
 """Effects of which there may be several"""
 BODY = ("mass_kg", "inertia_kg_m2", "joint_m")
 DERIVED = {"third_body": ("rate_rad_s",)}
@@ -70,8 +72,10 @@ def scene_data(scene: Scene) -> Data:
     effects = {
         name: [table(one, name) for one in value] if name in TABLES else table(value, name)
         for name, value in vars(scene.effects).items()
-        if name != "gravity" and value
+        if name not in ("gravity", "prescribed_rotation") and value
     }
+    laws = [each for law in scene.effects.prescribed_rotation for each in turn_tables(law)]
+    effects |= {"prescribed_rotation": laws} if laws else {}
     return {
         "title": scene.title,
         "source": scene.source,
@@ -83,6 +87,16 @@ def scene_data(scene: Scene) -> Data:
         "effects": {"gravity": str(scene.effects.gravity)} | effects,
         "run": table(scene.run),
     }
+
+
+def turn_tables(law: PrescribedRotation) -> Iterator[Data]:
+    """Tables of the turns of a law; the paper's course is the default."""
+    for turn in law.turns:
+        found = table(dataclasses.replace(law, **vars(turn), further=()))
+        del found["further"]
+        if turn.course is Course.PAPER:
+            del found["course"]
+        yield found
 
 
 def orbit_table(orbit: Orbit) -> Data:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 def shape_of(model: ChainModel) -> Structure:
     """Structure of a chain of the reference's."""
-    laws = tuple(LawShape(p.bar, p.frame, p.reacts_on is not None) for p in model.prescriptions)
+    laws = tuple(LawShape(p.bar, p.frame, p.reacts_on is not None, frozenset({"paper"})) for p in model.prescriptions)
     return Structure(model.bars, model.gravity, laws)
 
 
@@ -39,7 +39,7 @@ def parameters(model: ChainModel, t_s: float, precision: Precision) -> Array:
         [number(3.0) * j / (h * h) for j, h in zip(inertia, half, strict=True)],
     )  # in the order of `BAR`
     found = [number(model.mu_m3_s2), number(model.body_radius_m), *(x for part in parts for x in part)]
-    for p in model.prescriptions:
+    for p in (turn for law in model.prescriptions for turn in law.turns):
         turning = p.start_s < t_s < p.start_s + p.duration_s
         found += [number(p.amplitude_rad / 16.0 if turning else 0.0), number(PI) / number(p.duration_s)]
         found += [number(p.start_s)]

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 from scipy.integrate import DOP853
 
 from adapters.registry import ENGINES
@@ -239,7 +240,10 @@ def test_an_engine_that_ignores_a_key_is_off_by_more_than_the_error_of_most_meth
     """Some scene shows the default in the place of the given value."""
     shown = []
     for name in (name for name in APART if any(key in entry for entry in entries(scene_file(name), table))):
-        altered = resolve(SceneFile.model_validate(without_key(scene_file(name), table, key)), name)
+        try:
+            altered = resolve(SceneFile.model_validate(without_key(scene_file(name), table, key)), name)
+        except ValidationError:  # turns of one bar, which would all begin at t = 0
+            continue
         if altered.bars == scene_of(name).bars:
             run_of = dataclasses.replace(altered, run=scene_of(name).run)
             shown.append(differences(solved(scene_of(name)).trajectory, run(run_of, 1e-12))["attitude"].max())

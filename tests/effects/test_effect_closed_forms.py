@@ -19,7 +19,7 @@ from reference_impl.effects.solar_pressure import SolarPressureEffect
 from reference_impl.effects.third_body import ThirdBodyEffect
 from reference_impl.effects.thrust import ThrustEffect
 from reference_impl.integrate.discrete_modes import DiscreteModes
-from reference_impl.model.chain import ChainModel, Prescription
+from reference_impl.model.chain import BarTurn, ChainModel, Prescription
 from reference_impl.model.kinematics import consistent_state, cross
 from reference_impl.model.relative import accelerations
 from scenarios import load_scene
@@ -123,7 +123,7 @@ def test_without_the_central_bodys_pull_a_bar_goes_round_the_third_body() -> Non
 def broadside(density_kg_m3: float, law: bool = True) -> tuple[ChainModel, State]:
     """A bar held upright against the wind of a circular orbit, in air that does not turn."""
     r = RADIUS + 250e3
-    held = Prescription(0, 0.0, 60.0, 0.0, frame="local_horizontal", reacts_on=None)
+    held = Prescription(0, (BarTurn(0.0, 60.0, 0.0),), frame="local_horizontal", reacts_on=None)
     air = DragEffect(density_kg_m3, r, 45e3, 0.0, np.array([0.1]), 2.2, 1.8)
     model = replace(uniform(1), prescriptions=(held,) * law, effects=(air,))
     return model, circular(model, r)
@@ -341,7 +341,10 @@ def test_a_prescribed_bar_keeps_its_law_under_effects_that_are_not_central(
     random = np.random.default_rng(7)
     model = chain(random, 3, 50.0, "gradient")
     law = Prescription(
-        1, 0.5, 60.0, 20.0, frame="local_horizontal" if local else "inertial", reacts_on=0 if motor else None
+        1,
+        (BarTurn(0.5, 60.0, 20.0),),
+        frame="local_horizontal" if local else "inertial",
+        reacts_on=0 if motor else None,
     )
     named = [
         "quadrupole",

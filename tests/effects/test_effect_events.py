@@ -17,7 +17,7 @@ from reference_impl.effects.thrust import ThrustEffect
 from reference_impl.integrate.coordinate_sets import MinimalCoordinates
 from reference_impl.integrate.discrete_modes import DiscreteModes
 from reference_impl.integrate.stepper import SampledRun
-from reference_impl.model.chain import BarImpulse, ChainModel, Prescription
+from reference_impl.model.chain import BarImpulse, BarTurn, ChainModel, Prescription
 from reference_impl.model.kinematics import consistent_state
 from scenarios import load_scene
 from scenarios.load import parse_scene
@@ -188,7 +188,7 @@ def test_impulses_at_one_instant_are_struck_together_and_each_instant_adds_its_r
 
 # at the edge of a mode
 
-HELD = Prescription(0, 0.0, 60.0, 0.0, frame="local_horizontal", reacts_on=None)
+HELD = Prescription(0, (BarTurn(0.0, 60.0, 0.0),), frame="local_horizontal", reacts_on=None)
 
 
 @pytest.mark.parametrize("law", [(HELD,), (replace(HELD, frame="inertial"),), ()])

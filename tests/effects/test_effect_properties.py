@@ -22,7 +22,7 @@ from reference_impl.effects.third_body import ThirdBodyEffect
 from reference_impl.effects.thrust import ThrustEffect
 from reference_impl.integrate.discrete_modes import DiscreteModes
 from reference_impl.model import absolute, relative
-from reference_impl.model.chain import ChainModel, Prescription
+from reference_impl.model.chain import BarTurn, ChainModel, Prescription
 from reference_impl.model.complex_vectors import unit_along
 from reference_impl.model.effect import ChainEffect, EffectState, Modes, total_accelerations
 from tests.effects.effect_runs import (
@@ -142,7 +142,7 @@ def working(name: str) -> tuple[ChainModel, State, float]:
     r = RADIUS + 3e5
     n = math.sqrt(MU / r**3)
     state = placed(model, r, n * r, np.array([1.2, 1.6, 1.9]), n * np.array([1.0, 0.5, 1.5]))
-    law = Prescription(1, 0.5, 200.0, 100.0, frame="local_horizontal", reacts_on=None)
+    law = Prescription(1, (BarTurn(0.5, 200.0, 100.0),), frame="local_horizontal", reacts_on=None)
     added: dict[str, tuple[ChainEffect, ...]] = {
         "drag": (effect_cases.drag(random, model),),
         "solar pressure": (replace(effect_cases.sunlight(random, model), pressure_Pa=1e-2),),

@@ -17,7 +17,7 @@ from reference_impl.integrate.simulate import Simulation
 from reference_impl.integrate.stepper import Integration
 from reference_impl.kernel import layout
 from reference_impl.kernel.library import evaluate
-from reference_impl.model.chain import ChainModel, Prescription
+from reference_impl.model.chain import BarTurn, ChainModel, Prescription
 from reference_impl.model.complex_vectors import unit_along
 from reference_impl.model.invariants import relative_angular_momentum, relative_kinetic_energy, tidal_energy
 from reference_impl.model.relative import accelerations, external_accelerations
@@ -104,7 +104,7 @@ def by_point_gravity(model: ChainModel, start: State, a: Accelerations) -> dict[
 
 def by_a_law(given, model: ChainModel, start: State, member: int) -> dict[str, np.ndarray]:
     """Torque and reactions where a bar is prescribed, less those of the exact chain under the same torque."""
-    law = Prescription(1, 1.0, 60.0, 0.0, frame="inertial", reacts_on=None)
+    law = Prescription(1, (BarTurn(1.0, 60.0, 0.0),), frame="inertial", reacts_on=None)
     t_s = 17.0
     moved = replace(model, prescriptions=(law,))
     a = accelerations(moved, t_s, start)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from reference_impl.model import relative
-from reference_impl.model.chain import ChainModel, Prescription
+from reference_impl.model.chain import BarTurn, ChainModel, Prescription
 from reference_impl.model.complex_vectors import unit_along
 from reference_impl.model.kinematics import consistent_state
 
@@ -20,13 +20,13 @@ AGREEMENT = 1e-13  # asked for: 450 units of round-off, for systems whose condit
 BLOCKS = ("com_m_s2", "angle_rad_s2", "position_m_s2", "reaction_N", "torque_N_m")
 LAWS = {
     "none": (),
-    "local, external": (Prescription(-1, 0.8, 60.0, 10.0, frame="local_horizontal", reacts_on=None),),
-    "local, joint": (Prescription(-1, 0.8, 60.0, 10.0, frame="local_horizontal", reacts_on=-2),),
-    "inertial, external": (Prescription(0, -0.8, 60.0, 10.0, frame="inertial", reacts_on=None),),
-    "inertial, joint": (Prescription(0, -0.8, 60.0, 10.0, frame="inertial", reacts_on=1),),
+    "local, external": (Prescription(-1, (BarTurn(0.8, 60.0, 10.0),), frame="local_horizontal", reacts_on=None),),
+    "local, joint": (Prescription(-1, (BarTurn(0.8, 60.0, 10.0),), frame="local_horizontal", reacts_on=-2),),
+    "inertial, external": (Prescription(0, (BarTurn(-0.8, 60.0, 10.0),), frame="inertial", reacts_on=None),),
+    "inertial, joint": (Prescription(0, (BarTurn(-0.8, 60.0, 10.0),), frame="inertial", reacts_on=1),),
     "both ends": (
-        Prescription(0, 0.3, 40.0, 0.0, frame="inertial", reacts_on=None),
-        Prescription(-1, 0.8, 60.0, 10.0, frame="local_horizontal", reacts_on=-2),
+        Prescription(0, (BarTurn(0.3, 40.0, 0.0),), frame="inertial", reacts_on=None),
+        Prescription(-1, (BarTurn(0.8, 60.0, 10.0),), frame="local_horizontal", reacts_on=-2),
     ),
 }
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from reference_impl.effects.impulse import apply_impulses
-from reference_impl.model.chain import BarImpulse, ChainModel, Prescription
+from reference_impl.model.chain import BarImpulse, BarTurn, ChainModel, Prescription
 from reference_impl.model.complex_vectors import unit_along
 from reference_impl.model.kinematics import consistent_state, cross
 from tests.support.effect_cases import chain, motion
@@ -22,11 +22,13 @@ if TYPE_CHECKING:
 
 LAWS = {
     "free": (),
-    "held in inertial axes": (Prescription(1, 0.4, 60.0, 0.0, frame="inertial", reacts_on=None),),
-    "held against the horizontal": (Prescription(1, 0.4, 60.0, 0.0, frame="local_horizontal", reacts_on=None),),
+    "held in inertial axes": (Prescription(1, (BarTurn(0.4, 60.0, 0.0),), frame="inertial", reacts_on=None),),
+    "held against the horizontal": (
+        Prescription(1, (BarTurn(0.4, 60.0, 0.0),), frame="local_horizontal", reacts_on=None),
+    ),
     "motors": (
-        Prescription(2, 0.4, 60.0, 0.0, frame="local_horizontal", reacts_on=1),
-        Prescription(0, 0.4, 60.0, 0.0, frame="inertial", reacts_on=None),
+        Prescription(2, (BarTurn(0.4, 60.0, 0.0),), frame="local_horizontal", reacts_on=1),
+        Prescription(0, (BarTurn(0.4, 60.0, 0.0),), frame="inertial", reacts_on=None),
     ),
 }
 BLOWS = [BarImpulse(2, 1.0, False, 1.1, 5.0, 0.0), BarImpulse(0, -1.0, True, -2.0, 3.0, 0.0)]

@@ -14,7 +14,7 @@ from adapters.reference.numpy_engines import Reference
 from reference_impl.integrate.simulate import History, Simulation
 from reference_impl.integrate.stepper import integrate
 from reference_impl.kernel.simulate import KernelSimulation
-from reference_impl.model.chain import ChainModel, Prescription
+from reference_impl.model.chain import BarTurn, ChainModel, Prescription
 from reference_impl.model.invariants import com_energy, relative_kinetic_energy, tidal_energy
 from reference_impl.model.kinematics import relative_positions
 from scenarios import Gravity, Scene, load_scene
@@ -334,7 +334,7 @@ def test_a_nan_in_a_chains_state_raises(field: str) -> None:
 
 
 def test_the_law_is_continuous_to_its_second_derivative() -> None:
-    law = Prescription(0, 0.8, 60.0, 10.0, frame="inertial", reacts_on=None)
+    law = Prescription(0, (BarTurn(0.8, 60.0, 10.0),), frame="inertial", reacts_on=None)
     assert [law.angle_rad(t) for t in (0.0, 10.0, 70.0, 99.0)] == pytest.approx([0.0, 0.0, 0.8, 0.8], abs=1e-15)
     for t in (10.0, 70.0):
         assert law.rate_rad_s(t) == pytest.approx(0.0, abs=1e-16)

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from reference_impl.integrate.simulate import Simulation
 from reference_impl.kernel.simulate import KernelSimulation
 from reference_impl.model import absolute, relative
-from reference_impl.model.chain import Prescription
+from reference_impl.model.chain import BarTurn, Prescription
 from reference_impl.model.complex_vectors import as_vectors, unit_along
 from reference_impl.model.invariants import (
     com_angular_momentum,
@@ -199,9 +199,7 @@ def driven(name: str, seed: int, bars: int, gravity: str, decades: float) -> Cas
         laws = tuple(
             Prescription(
                 j,
-                0.1 * (j + 1),
-                60.0,
-                5.0,
+                (BarTurn(0.1 * (j + 1), 60.0, 5.0),),
                 frame="local_horizontal" if j % 3 == 0 else "inertial",
                 reacts_on=j - 1 if j % 2 else None,
             )
@@ -314,7 +312,7 @@ def test_a_motor_that_loses_its_grip_stops_the_run_with_a_reason() -> None:
 
 
 def test_a_single_bar_has_no_reactions_and_a_driven_one_is_turned_by_its_torque_alone() -> None:
-    law = (Prescription(0, 0.8, 60.0, 0.0, frame="inertial", reacts_on=None),)
+    law = (Prescription(0, (BarTurn(0.8, 60.0, 0.0),), frame="inertial", reacts_on=None),)
     c = case(5, 1, "none", 0.0, law)
     a = accelerations(c)
     assert a.reaction_N.shape == (0, 2)

@@ -134,7 +134,7 @@ def test_a_wrong_scene_is_rejected_with_the_key_what_was_given_and_what_is_allow
     ("rotations", "words"),
     [
         (["bar = 4"], ["bar: 4 given, allowed: 1 to 3"]),
-        (["bar = 1", "bar = 1"], ["bar 1 already has a prescribed rotation"]),
+        (["bar = 1", "bar = 1"], ["bar 1 is turned by another table from 0 to 60 s", "one turn after the other"]),
         (['bar = 1\nactuator = "joint"', 'bar = 2\nactuator = "joint"'], ["joint 1 would carry two motors"]),
         (['bar = 1\nframe = "local"'], ["frame", "'local' given", "local_horizontal"]),
         (['bar = 1\nframe = "previous_bar"'], ["needs a bar before it"]),

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from reference_impl.model.arrays import Array
-    from reference_impl.model.chain import ChainModel, Prescription
+    from reference_impl.model.chain import BarTurn, ChainModel, Prescription
     from reference_impl.model.state import State
 
 DIGITS = 50
@@ -101,13 +101,20 @@ def gravity_torque(mu: Decimal, inertia: Decimal, place: Vector, along: Vector) 
 
 
 def law_acceleration(p: Prescription, t_s: float) -> Decimal:
-    """Second derivative of eq. (28), by a central difference with 50 digits; zero outside the manoeuvre."""
+    """Second derivative of a law, by a central difference with 50 digits; zero outside its turns."""
+    return sum((turn_acceleration(turn, t_s) for turn in p.turns), Decimal(0))
+
+
+def turn_acceleration(p: BarTurn, t_s: float) -> Decimal:
+    """The same of one turn."""
     duration, amplitude = exact(p.duration_s), exact(p.amplitude_rad)
     x = (exact(t_s) - exact(p.start_s)) / duration
     if not 0 < x < 1:
         return Decimal(0)
 
     def angle(s: Decimal) -> Decimal:
+        if p.quintic:
+            return amplitude * s**3 * (10 - 15 * s + 6 * s**2)
         return amplitude / 16 * (sine_cosine(3 * PI * s)[1] - 9 * sine_cosine(PI * s)[1] + 8)
 
     h = Decimal("1e-12")

@@ -262,7 +262,8 @@ def pull_on_gaps(scene: Scene, run: Trajectory, first: int, n: int) -> dict[str,
 def during_manoeuvre(scene: Scene, t_s: Array, first: int) -> bool:
     """Whether a bar is being turned at a sample, or equations of motion changed within two sample intervals before."""
     earliest, now = t_s[max(first - 2, 0)], t_s[first]
-    turned = any(p.breaks_s[0] <= now and earliest <= p.breaks_s[1] for p in scene.effects.prescribed_rotation)
+    turns = [turn for law in scene.effects.prescribed_rotation for turn in law.turns]
+    turned = any(turn.start_s <= now and earliest <= turn.end_s for turn in turns)
     return turned or any(earliest <= at <= now for at in scene.effects.breaks_s)
 
 

@@ -280,12 +280,7 @@ def everything() -> Scene:
     """All effects at once, their instants closer together, injected shortly before the shadow."""
     scene = load_scene("effects/everything")
     called, k = scene.effects, SHRUNK
-    effects = replace(
-        called.at_instants(lambda t: k * t),
-        prescribed_rotation=tuple(
-            replace(p, start_s=k * p.start_s, duration_s=k * p.duration_s) for p in called.prescribed_rotation
-        ),
-    )
+    effects = called.at_instants(lambda t: k * t)
     orbit = replace(scene.orbit, longitude_rad=math.radians(DUSK_DEG))
     return replace(
         scene, name=BRIEF, title="All effects at once, in less than three minutes", orbit=orbit, effects=effects

@@ -19,13 +19,13 @@ static const struct {
 } LAYOUT[] = {
     WORDS(effect), WORDS(chain), WORDS(workspace), WORDS(stepper), WORDS(surface_bounds), WORDS(batch_members),
     WORDS(batch_results), WORDS(cvode_data), WORDS(drag), WORDS(joint_spring_damper), WORDS(oblateness),
-    WORDS(solar_pressure), WORDS(third_body), WORDS(thrust),
+    WORDS(joint_torque), WORDS(solar_pressure), WORDS(third_body), WORDS(thrust),
     NUMBER(NO_GRAVITY), NUMBER(POINT), NUMBER(GRADIENT),
     NUMBER(HALF), NUMBER(WEIGHT), NUMBER(INVERSE_MASS), NUMBER(COMPLIANCE), NUMBER(LEVER), NUMBER(INVERSE_INERTIA),
     NUMBER(PASSED), NUMBER(FREED), NUMBER(ILL_CONDITIONED), NUMBER(REFINED), NUMBER(CONSTANT_ROWS),
     NUMBER(SCRATCH_ROWS), NUMBER(GX), NUMBER(GY), NUMBER(RX), NUMBER(RY),
-    NUMBER(BAR), NUMBER(REACTS_ON), NUMBER(FRAME), NUMBER(AMPLITUDE), NUMBER(DURATION), NUMBER(START), NUMBER(UNIT),
-    NUMBER(LAW_COLUMNS), NUMBER(INERTIAL), NUMBER(LOCAL_HORIZONTAL), NUMBER(PREVIOUS_BAR),
+    NUMBER(BAR), NUMBER(REACTS_ON), NUMBER(FRAME), NUMBER(UNIT), NUMBER(FIRST_TURN), NUMBER(AMPLITUDE),
+    NUMBER(DURATION), NUMBER(START), NUMBER(QUINTIC), NUMBER(TURN_COLUMNS), NUMBER(INERTIAL), NUMBER(LOCAL_HORIZONTAL), NUMBER(PREVIOUS_BAR),
     NUMBER(NOW), NUMBER(STEP), NUMBER(TAKEN), NUMBER(STEPS), NUMBER(SAMPLED), NUMBER(EVALUATIONS), NUMBER(EXACT),
     NUMBER(ARRIVED), NUMBER(CHECK_SURFACE), NUMBER(COLLAPSED), NUMBER(NOT_FINITE), NUMBER(LOST_JOINT),
     NUMBER(MODE_ENDED), NUMBER(SLOPES), NUMBER(POWERS),
@@ -103,7 +103,8 @@ static chain member_chain(const batch_members *members, int64_t r)
 {
     int64_t runs = members->mu_m3_s2.length, laws = members->laws.rows / runs;
     matrix bars = {members->bars.value + r * CONSTANT_ROWS * members->bars.columns, CONSTANT_ROWS, members->bars.columns};
-    matrix own_laws = {members->laws.value + r * laws * LAW_COLUMNS, laws, LAW_COLUMNS};
+    int64_t columns = members->laws.columns;
+    matrix own_laws = {members->laws.value + r * laws * columns, laws, columns};
     return (chain){
         members->mu_m3_s2.value[r], members->gravity, bars, own_laws, members->effects, members->effect_count,
     };

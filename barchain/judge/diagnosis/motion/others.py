@@ -13,7 +13,7 @@ from barchain.judge.diagnosis.motion.numbers import KNOWN, body_words
 from barchain.judge.diagnosis.motion.pushes import of_motors, of_pushes
 from barchain.judge.diagnosis.motion.some_effects import other, sets, with_effects
 from barchain.judge.diagnosis.motion.words import BODIES, GRAVITY, LOADS
-from scenarios import Actuator, Frame, Gravity
+from scenarios import Actuator, Course, Frame, Gravity
 from scenarios.toml.checks import joint_of_motor
 from scenarios.toml.effect_tables import DragTable, SolarPressureTable, slender_inertia
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from barchain.judge.diagnosis.motion.some_effects import Made
-    from scenarios import Scene
+    from scenarios import PrescribedRotation, Scene
 
 LEVEL_M = 1e15
 """Scale height of an atmosphere whose density is the same at all heights"""
@@ -234,7 +234,10 @@ def of_rotations(scene: Scene) -> Made:
         frame = "the local horizontal" if law.frame is Frame.INERTIAL else "inertial axes"
         yield (f"{name}-from-{other(law.frame)}", f"{who} count{s} the angle from {frame}, the other direction",
                some.each(lambda p: {"frame": other(p.frame)}))  # fmt: skip
-        yield f"{name}-from-the-start", f"{who} begin{s} at t = 0", some.each(lambda _: {"start_s": 0.0})
+        yield f"{name}-from-the-start", f"{who} begin{s} at t = 0", some.each(from_the_start)
+        yield f"{name}-of-first-turn", f"{who} make{s} the first turn alone", some.each(lambda _: {"further": ()})
+        course = "the paper's law" if law.course is Course.QUINTIC else "the quintic"
+        yield f"{name}-by-other-course", f"{who} follow{s} {course}, the other course", some.each(other_course)
         made = some.each(lambda p: {"actuator": other(p.actuator)})
         laws = made.effects.prescribed_rotation if scene.bars > 1 else ()
         motors = [joint_of_motor(p.bar) for p in laws if p.actuator is Actuator.JOINT]
@@ -242,3 +245,13 @@ def of_rotations(scene: Scene) -> Made:
             actuator = "an external torque" if law.actuator is Actuator.JOINT else "a joint's actuator"
             words = f"{who} ha{s or 've'} {actuator}: the torque on the neighbour is wrong"
             yield f"{name}-by-{other(law.actuator)}-actuator", words, made
+
+
+def from_the_start(law: PrescribedRotation) -> dict[str, Any]:
+    """Law whose first turn begins at t = 0, and the others earlier by as much."""
+    return vars(law.with_turns(lambda turn: dataclasses.replace(turn, start_s=turn.start_s - law.start_s)))
+
+
+def other_course(law: PrescribedRotation) -> dict[str, Any]:
+    """Law with the other course in all turns."""
+    return vars(law.with_turns(lambda turn: dataclasses.replace(turn, course=other(turn.course))))

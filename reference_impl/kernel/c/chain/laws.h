@@ -5,29 +5,48 @@
 #include "../effects/all.h"
 #include "cholesky.h"
 
-/* Columns of chain.laws. */
+/* Columns of chain.laws; from FIRST_TURN on those of turn_columns, of as many turns as the longest law has. */
 enum law_columns {
     BAR,
     REACTS_ON, /* bar under the opposite torque; -1: none */
     FRAME,     /* what the angle is counted from: law_frames */
-    AMPLITUDE, /* rad */
+    UNIT,      /* root(J), which makes the small system nondimensional */
+    FIRST_TURN
+};
+
+enum turn_columns {
+    AMPLITUDE, /* rad; 0 where a law has no further turn */
     DURATION,  /* s */
     START,     /* s */
-    UNIT,      /* root(J), which makes the small system nondimensional */
-    LAW_COLUMNS
+    QUINTIC,   /* 1: 10 s^3 - 15 s^4 + 6 s^5; 0: eq. (28) */
+    TURN_COLUMNS
 };
 
 enum law_frames { INERTIAL, LOCAL_HORIZONTAL, PREVIOUS_BAR };
 
-static inline const real *law_of(const chain *chain, int64_t k) { return chain->laws.value + k * LAW_COLUMNS; }
+static inline const real *law_of(const chain *chain, int64_t k) { return chain->laws.value + k * chain->laws.columns; }
 
-/* Second derivative of eq. (28), rad/s^2. */
-static real law_acceleration(const real *law, real t_s)
+/* Second derivative of a turn, rad/s^2. */
+static real turn_acceleration(const real *turn, real t_s)
 {
-    real progress = (t_s - law[START]) / law[DURATION];
+    real progress = (t_s - turn[START]) / turn[DURATION];
     progress = smaller(1.0, larger(0.0, progress));
-    real x = PI * progress, w = PI / law[DURATION];
-    return law[AMPLITUDE] / 16.0 * w * w * 9.0 * (cos_of(x) - cos_of(3.0 * x));
+    if (turn[QUINTIC] != 0.0) {
+        real rest = 1.0 - progress;
+        return turn[AMPLITUDE] / (turn[DURATION] * turn[DURATION]) * 60.0 * progress * rest * (rest - progress);
+    }
+    real x = PI * progress, w = PI / turn[DURATION];
+    return turn[AMPLITUDE] / 16.0 * w * w * 9.0 * (cos_of(x) - cos_of(3.0 * x));
+}
+
+/* Second derivative of a law, rad/s^2: the sum of its turns'. */
+static real law_acceleration(const chain *chain, int64_t k, real t_s)
+{
+    const real *law = law_of(chain, k);
+    real total = turn_acceleration(law + FIRST_TURN, t_s);
+    for (int64_t c = FIRST_TURN + TURN_COLUMNS; c < chain->laws.columns; c += TURN_COLUMNS)
+        total += turn_acceleration(law + c, t_s);
+    return total;
 }
 
 /* Angular acceleration of `bar` per unit torque of `law`, without reactions, 1/(kg m^2). */
@@ -145,10 +164,10 @@ static void bar_position_and_velocity(int64_t n, int64_t bar, const real *y, con
 
 /* Prescribed value of actual_angle_acceleration: the law's acceleration minus the velocity-dependent part of the
  * longitude's, 2 (Z.Z')(ZxZ')/r^4. */
-static real prescribed_angle_acceleration(const real *law, real t_s, pair z, pair v)
+static real prescribed_angle_acceleration(const chain *chain, int64_t k, real t_s, pair z, pair v)
 {
-    real law_s2 = law_acceleration(law, t_s);
-    if (law[FRAME] != LOCAL_HORIZONTAL)
+    real law_s2 = law_acceleration(chain, k, t_s);
+    if (law_of(chain, k)[FRAME] != LOCAL_HORIZONTAL)
         return law_s2;
     real r2 = z.x * z.x + z.y * z.y;
     return law_s2 - 2.0 * (z.x * v.x + z.y * v.y) * (z.x * v.y - z.y * v.x) / (r2 * r2);
@@ -197,7 +216,7 @@ static void apply_prescribed_torques(int64_t n, real t_s, const real *y, const c
         real angular = rows[ANGULAR * n + bar] + rotation_from_reactions(n, bar, free_x, free_y, bars, rows);
         if (law[FRAME] == PREVIOUS_BAR)
             angular -= rows[ANGULAR * n + bar - 1] + rotation_from_reactions(n, bar - 1, free_x, free_y, bars, rows);
-        real lacking = prescribed_angle_acceleration(law, t_s, z, v)
+        real lacking = prescribed_angle_acceleration(chain, k, t_s, z, v)
                          - actual_angle_acceleration(n, law, angular, free_x, free_y, z, bars);
         real *row = system + k * (count + 1);
         row[count] = law[UNIT] * lacking;
