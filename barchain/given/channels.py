@@ -10,7 +10,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from barchain.given.instants import TIME, check, one_row_an_instant
-from barchain.given.numbers import FULL, CellError, Numbers, decimal_comma, half_of, numbers_of, seconds_of_dates
+from barchain.given.numbers import (
+    FULL,
+    CellError,
+    Numbers,
+    decimal_comma,
+    half_of,
+    half_single,
+    numbers_of,
+    seconds_of_dates,
+)
 from barchain.given.table import MOST_NAME, MOST_NAMES, TableError, listed, read_table
 from barchain.given.units import UnitError, factor
 from scenarios.channels import COMPARED, STORED, unit_ending
@@ -260,6 +269,8 @@ def converted(table: Table, taken: Mapping[str, tuple[int, str]]) -> dict[str, N
         raise table.fault(taken[name][0], error) from None
     except ValueError as error:
         raise TableError(f"{table.file}: {error}") from None
+    if any(each.single for name, each in found.items() if name != TIME):  # what has one value alone tells nothing
+        found = {name: each if name == TIME else as_single(each) for name, each in found.items()}
     if max(each.digits for each in found.values()) < FULL:
         return found
     exact = 0.5 * 10.0**-FULL
@@ -267,6 +278,16 @@ def converted(table: Table, taken: Mapping[str, tuple[int, str]]) -> dict[str, N
         name: replace(each, half_unit=exact * np.abs(each.values)) if not each.single and is_constant(each) else each
         for name, each in found.items()
     }
+
+
+def as_single(numbers: Numbers) -> Numbers:
+    """Numbers of a file of single precision: those that may be of single precision have its error bar."""
+    if not numbers.maybe_single:
+        return numbers
+    half_unit = half_single(numbers.values)
+    if not is_constant(numbers):
+        half_unit = np.maximum(numbers.half_unit, half_unit)
+    return replace(numbers, half_unit=half_unit, single=True)
 
 
 def is_constant(numbers: Numbers) -> bool:

@@ -3,7 +3,8 @@
 The digits that were written are an error bar: half a unit in the last place. Zeros at the end may have been left out.
 The numbers of a column therefore have as many decimals, or as many digits, as the one that shows most of them: of both
 places the larger one counts. A column of one value says nothing about that: beside numbers in full, it is in full too.
-Numbers of single precision are known to half a unit in the last place of 24 bits, however many digits were written.
+Numbers of single precision are known to half a unit in the last place of 24 bits, however many digits were written. The
+digits of each number decide whether it is one: programs write as few as tell it from its neighbours.
 """
 
 from __future__ import annotations
@@ -41,8 +42,8 @@ MAYBE_THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}(?:,[0-9]{3})+")
 POINTS = "write numbers with a decimal point and without other separators"
 SINGLE_EVIDENCE = 12.0
 """Decimal logarithm of the odds against single precision by chance, from which on it is told"""
-SHOWN_BY_SINGLES = 8
-"""Digits above which a number of single precision shows more than it has"""
+SHOWN_BY_SINGLES = 7
+"""Digits above which a number of single precision may show more than it has: 24 bits are 7.2 digits"""
 FULL = 15
 """Digits that every double keeps: a table that shows as many holds doubles in full"""
 DATE = re.compile(r"[0-9]{1,4}[-/ ][0-9A-Za-z]{2,3}([-/ ][0-9]{2,4})?[T ]+[0-9]{1,2}:[0-9]{2}")
@@ -73,6 +74,8 @@ class Numbers:
     """Most significant digits of a number"""
     single: bool = False
     """Whether all are numbers of single precision that were written with the digits of double precision"""
+    maybe_single: bool = False
+    """Whether all may be numbers of single precision: too few tell, or have the digits that would"""
     started: str = ""
     """First date, of a column of dates; the numbers count seconds from it"""
 
@@ -139,8 +142,13 @@ def numbers_of(texts: Sequence[str], *, decimal_comma: bool) -> Numbers:
     if not np.any(parts[:, 1] == "e"):
         half = np.maximum(half, 0.5 * 10.0 ** -float(decimals.max()))
     shown = np.char.str_len(np.char.rstrip(figures, "0")) > SHOWN_BY_SINGLES
-    single = is_single(values[there], half[there], shown)
-    return Numbers(values, np.maximum(half, half_single(values)) if single else half, most, single)
+    exponents = np.where(parts[:, 2] == "", "0", parts[:, 2]).astype(float)
+    own_half = 0.5 * 10.0 ** (exponents - decimals)  # many programs write no more digits than a single needs
+    maybe = may_be_single(values[there], own_half)
+    single = maybe and is_single(values[there], own_half, shown)
+    if single:
+        values[there], half = as_singles(values[there]), np.maximum(half, half_single(values))
+    return Numbers(values, half, most, single, maybe)
 
 
 def half_of(values: Array, digits: int) -> Array:
@@ -158,21 +166,29 @@ def half_single(values: Array) -> Array:
     return found
 
 
+def may_be_single(values: Array, half: Array) -> bool:
+    """Whether each of some finite numbers is one of single precision to `half` a unit in its own last place, (n,)."""
+    if not np.abs(values).max() <= np.finfo(np.float32).max:
+        return False
+    return bool(np.all(np.abs(values - as_singles(values)) <= half + np.spacing(np.abs(values))))  # of ties, too
+
+
+def as_singles(values: Array) -> Array:
+    """Nearest numbers of single precision, (n,)."""
+    found: Array = values.astype(np.float32).astype(float)
+    return found
+
+
 def is_single(values: Array, half: Array, shown: NDArray[np.bool_]) -> bool:
-    """Whether numbers are ones of single precision, and show digits that it has not.
+    """Whether numbers that may be of single precision show digits that it has not, beyond chance.
 
     Parameters
     ----------
     values, half : ndarray, shape (n,)
-        Finite numbers, and half a unit in their last place written.
+        Finite numbers, and half a unit in the last place of each as it stands there.
     shown : ndarray of bool, shape (n,)
         Which show more digits than single precision has, zeros at the end not counted.
     """
-    if not np.abs(values).max() <= np.finfo(np.float32).max:
-        return False
-    rounded = values.astype(np.float32).astype(float)
-    if not np.all(np.abs(values - rounded) <= half):
-        return False
     _, first = np.unique(values, return_index=True)
     told = first[shown[first]]
     room = half_single(values[told]) / np.maximum(half[told], np.spacing(np.abs(values[told])))

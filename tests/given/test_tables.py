@@ -258,6 +258,23 @@ def test_single_precision_has_an_error_bar_of_its_own_however_many_digits_are_wr
     assert not any("single" in note for note in read(tmp_path, table()).notes)
 
 
+def test_single_precision_is_known_by_as_few_digits_as_programs_write_of_it(tmp_path):
+    angles = np.linspace(0.1, 1.4, 80).astype(np.float32)
+    rows = [[repr(10.0 * k), np.format_float_positional(a), "7697.078125"] for k, a in enumerate(angles)]
+    found = read(tmp_path, table(["t_s", "angle_1 [rad]", "com_vy [m/s]"], rows))
+    assert any("single precision in angle_1, com_vy" in note for note in found.notes)
+    assert np.array_equal(found.values["angle_1"], angles.astype(float))
+    written = 0.5e-8  # eight digits below 1
+    assert found.half_units["angle_1"] == pytest.approx(np.maximum(0.5 * np.spacing(angles), written), rel=1e-6)
+    assert found.half_units["com_vy"] == pytest.approx(0.5 * np.spacing(np.float32(7697.0)), rel=1e-6)
+
+
+def test_a_column_of_one_value_is_exact_beside_numbers_in_full(tmp_path):
+    rows = [[repr(10.0 * k), repr(a), "7697.078125"] for k, a in enumerate(np.linspace(0.1, 1.4, 40))]
+    found = read(tmp_path, table(["t_s", "angle_1 [rad]", "com_vy [m/s]"], rows))
+    assert found.half_units["com_vy"].max() < 1e-11
+
+
 def test_of_rows_at_an_event_that_differ_the_first_shows_the_motion_before_it(tmp_path):
     scene = load_scene("effects/impulse")
     at = scene.effects.breaks_s[0]
