@@ -44,6 +44,8 @@ SINGLE_EVIDENCE = 12.0
 """Decimal logarithm of the odds against single precision by chance, from which on it is told"""
 SHOWN_BY_SINGLES = 7
 """Digits above which a number of single precision may show more than it has: 24 bits are 7.2 digits"""
+LEAST_PLACE, MOST_PLACE = -300, 300
+"""Decimal places of last digits that are told from others: singles end at 1e-45 and 1e38"""
 FULL = 15
 """Digits that every double keeps: a table that shows as many holds doubles in full"""
 DATE = re.compile(r"[0-9]{1,4}[-/ ][0-9A-Za-z]{2,3}([-/ ][0-9]{2,4})?[T ]+[0-9]{1,2}:[0-9]{2}")
@@ -143,7 +145,8 @@ def numbers_of(texts: Sequence[str], *, decimal_comma: bool) -> Numbers:
         half = np.maximum(half, 0.5 * 10.0 ** -float(decimals.max()))
     shown = np.char.str_len(np.char.rstrip(figures, "0")) > SHOWN_BY_SINGLES
     exponents = np.where(parts[:, 2] == "", "0", parts[:, 2]).astype(float)
-    own_half = 0.5 * 10.0 ** (exponents - decimals)  # many programs write no more digits than a single needs
+    places = np.clip(exponents - decimals, LEAST_PLACE, MOST_PLACE)
+    own_half = 0.5 * 10.0**places  # many programs write no more digits than a single needs
     maybe = may_be_single(values[there], own_half)
     single = maybe and is_single(values[there], own_half, shown)
     if single:

@@ -97,6 +97,11 @@ class ErrorModel:
         self.amplification = solution.amplification[: self.n]
         self.run = run
 
+    @property
+    def by_change_alone(self) -> bool:
+        """Whether nothing but the change between two results tells the error."""
+        return False
+
     @cached_property
     def steps(self) -> float:
         """Count of steps that the run reports, as far as it is believed; 0 without one."""

@@ -98,6 +98,11 @@ class MeasuredErrors(WrittenErrors):
     own: Mapping[str, Array] = {}
     """Change to the finer result, (n,) for each quantity, in its unit; set before the first member is asked for"""
 
+    @property
+    def by_change_alone(self) -> bool:
+        """Whether there is a finer result: no request is known."""
+        return bool(self.own)
+
     @cached_property
     def attitude_rad(self) -> Array:
         """Error of the attitude, (n,) rad."""

@@ -13,7 +13,7 @@ from barchain.given.judging import judge_files
 from barchain.given.judging import solution_of as judging_solution
 from barchain.judge.local_errors import elastic_decay_1_s
 from barchain.judge.written import Declared
-from barchain.metrics.quantities import differences
+from barchain.metrics.quantities import differences, drifts
 from barchain.solutions.at_times import solution_at
 from barchain.solutions.reference import closely_sampled
 from barchain.solutions.shipped import shipped_solution
@@ -123,6 +123,15 @@ def test_a_file_that_diverges_at_its_end_agrees_at_no_request_and_is_told_from_w
     assert not found.passed
     assert not any("agrees at" in sentence for sentence in found.advice)
     assert f"departs at t = {frame.t_s.iloc[-5]:.4g} s" in found.mistakes
+
+
+def test_two_files_whose_invariants_drift_alike_by_chance_pass_as_their_states_do(judged):
+    coarse, fine = (simulate(FREE, "reference", rtol=rtol) for rtol in (1e-7, 1e-8))
+    one, two = (drifts(load_scene(FREE), run)["angular_momentum"][1] for run in (coarse, fine))
+    assert abs(one - two) < 0.1 * one, "the change says less than a fifth of the first sample's drift"
+    assert judged(coarse.to_frame(), finer=fine.to_frame()).passed
+    lost = fine.to_frame().assign(rate_2_rad_s=lambda f: f.rate_2_rad_s * (1.0 + 1e-7 * f.t_s / 2000.0))
+    assert not judged(lost, finer=lost.assign(angle_1_rad=lost.angle_1_rad + 1e-9)).passed
 
 
 @pytest.mark.parametrize("kind", ["angle", "rate", "reaction", "com_x"])

@@ -200,7 +200,7 @@ class OwnMotion:
             return r.apart_words
         begun = f", from t = {r.begin_s:.4g} s on" if r.begin_s > 0.0 else ""
         said = f" Against the right equations at its own states, the motion has {r.place} too much{begun}."
-        effects = [name for name in self.given_scene.effects.names if name != "gravity"]
+        effects = [name for name in self.given_scene.effects.names if name.partition(".")[0] != "gravity"]
         alone = (
             f" The scene's only effect beside gravity is {effects[0].replace('_', ' ')}." if len(effects) == 1 else ""
         )
