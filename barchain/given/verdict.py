@@ -64,6 +64,8 @@ UNCONTRADICTED = (Outcome.PASS, Outcome.TOO_COARSE)
 diverged end may be; a restart that tells nothing contradicts nothing"""
 COARSEST = LADDER[6]
 """Coarsest requested error, 1e-6, at which a file that declares none passes"""
+FAR_APART = 50.0
+"""Ratio of two requests, of decades, from which on some quantities are far less accurate than the others"""
 
 
 @dataclass(frozen=True)
@@ -129,6 +131,8 @@ def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declar
         advice.append(rounded)
     if found.outcome is Outcome.PASS and (short := falls_short(main, finer, declared, found)):
         found = with_outcome(found, main, setting, Outcome.TOO_COARSE, short, name)
+    start = other_start(main) if found.outcome is not Outcome.PASS and not (mistakes and mistakes.explanations) else ""
+    advice += [start] if start and not any(start in said for said in advice) else []
     if found.outcome is Outcome.PASS and declared.rtol is not None:
         notes += reached(name, main, declared, found)
     notes += [*limited(found, main), *looked_at(found, main)]
@@ -262,6 +266,9 @@ def reached(name: str, main: Samples, declared: Declared, found: Verdict) -> lis
     assert declared.rtol is not None
     best = next((r for r in LADDER if r < declared.rtol and passes(name, main, declared, r)), declared.rtol)
     notes = [f"requested: rtol={declared.rtol:g}; reached: rtol={best:g}"]
+    finer = {r: dataclasses.replace(declared, rtol=r) for r in LADDER if r < best}
+    verdicts = {r: one_verdict(name, main, None, at, {}, restarts=False)[0] for r, at in finer.items()}
+    notes += filter(None, [less_accurate(verdicts, best)])
     if start := other_start(main):
         notes.append(f"warning: {start}, which the bound at this request allows")
     model = error_model(main, declared, {})
@@ -284,6 +291,28 @@ def passes(name: str, main: Samples, declared: Declared, rtol: float) -> bool:
     return found.outcome is Outcome.PASS and one_verdict(name, main, None, at, {})[0].outcome in UNCONTRADICTED
 
 
+def less_accurate(finer: Mapping[float, Verdict], reached: float) -> str:
+    """Sentence on quantities that are far less accurate than the others; empty where all are alike.
+
+    Errors of a method reach all quantities of a motion. What one has alone is of its output, or of a few rows.
+
+    Parameters
+    ----------
+    finer : mapping
+        Verdicts at requests, in decades, that a file does not keep.
+    reached : float
+        Request that it keeps.
+    """
+    outside = {rtol: {row["quantity"] for row in v.rows if not Outcome(row["outcome"]).ok} for rtol, v in finer.items()}
+    if not outside:
+        return ""
+    last = outside[max(outside)]
+    best = min(rtol for rtol, names in outside.items() if names <= last)
+    if best * FAR_APART > reached:
+        return ""
+    return f"{', '.join(sorted(last))}: no better than rtol={reached:g}, while all else agrees at rtol={best:g}"
+
+
 def on_the_ladder(
     name: str, main: Samples, declared: Declared, found: Verdict
 ) -> tuple[Verdict, Setting, Diagnosis | None, str]:
@@ -296,13 +325,15 @@ def on_the_ladder(
     declared : Declared
         Without a requested error; stated error bars count.
     found : Verdict
-        By digits and error bars alone, no pass. It stays where the file agrees at no request, or at a coarse one, or
-        is outside of a stated error bar.
+        By digits and error bars alone, no pass. It stays where the file is outside of a stated error bar. Of what fails
+        else, the verdict at the coarsest request that is allowed tells what is wrong: digits alone allow no error.
     """
-    setting, mistakes, unexplained = declared.setting, None, None
+    finer: dict[float, Verdict] = {}
+    mistakes, unexplained = None, None
+    by_digits, setting, held = found, declared.setting, ""
     for rtol in LADDER:
         at = dataclasses.replace(declared, rtol=rtol)
-        verdict, *_ = one_verdict(name, main, None, at, {}, restarts=False)
+        finer[rtol] = verdict = one_verdict(name, main, None, at, {}, restarts=False)[0]
         if verdict.outcome is Outcome.PASS:
             whole, *_ = one_verdict(name, main, None, at, {})
             if whole.outcome in UNCONTRADICTED:
@@ -311,21 +342,27 @@ def on_the_ladder(
         if sought:
             seen = diagnosis(verdict, main)
             mistakes, unexplained = (seen, None) if seen.explanations else (None, seen if seen.wrong else unexplained)
+        if rtol <= COARSEST and needs_diagnosis(verdict):
+            found, setting, held = verdict, at.setting, f"; the ratios below are those at rtol={rtol:g}"
     else:
-        return found, setting, mistakes or unexplained, f"it does not agree at rtol={LADDER[-1]:g} either"
+        said = f"it does not agree at rtol={LADDER[-1]:g} either{held}"
+        return found, setting, mistakes or unexplained, said
     if mistakes is not None:
         return found, setting, mistakes, f"but for that it agrees at rtol={rtol:g}"
-    outside = {row["quantity"] for row in found.rows if not Outcome(row["outcome"]).ok} & declared.noise.keys()
+    outside = {row["quantity"] for row in by_digits.rows if not Outcome(row["outcome"]).ok} & declared.noise.keys()
     if outside:
-        return found, setting, None, f"outside of the stated error bar; it agrees at rtol={rtol:g}"
+        return by_digits, declared.setting, None, f"outside of the stated error bar; it agrees at rtol={rtol:g}"
     if start := other_start(main):
         return found, setting, unexplained, f"{start}; but for that it agrees at rtol={rtol:g}"
+    del finer[rtol]
+    apart = "".join(f"; {said}" for said in [less_accurate(finer, rtol)] if said)
     if rtol > COARSEST:
         said = f"it agrees at rtol={rtol:g}; a file that declares nothing has to at {COARSEST:g}: declare it (--rtol)"
+        said += apart
         return found, setting, None, said
     limits = [row["limit_s"] for row in whole.rows if row["metric"] == "max"]
     end_s = min(limits, default=float(main.trajectory.t_s[-1]))
-    said = f"agrees at rtol={rtol:g} up to t = {end_s:.6g} s; declare it (--rtol {rtol:g}) to demand it"
+    said = f"agrees at rtol={rtol:g} up to t = {end_s:.6g} s; declare it (--rtol {rtol:g}) to demand it{apart}"
     return whole, at.setting, None, said
 
 

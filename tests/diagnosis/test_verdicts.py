@@ -109,7 +109,7 @@ def test_the_sentence_addresses_the_author_and_gives_the_runner_up() -> None:
 
 
 def test_the_words_of_a_late_difference_give_its_instant() -> None:
-    wrong = WrongQuantity("com_velocity", 0.25, 7700.0, 3, 54.9)
+    wrong = WrongQuantity("com_velocity", 0.25, 7700.0, 7700.0, 3, 54.9)
     assert wrong.words == "0.25 m/s of 7.7e+03 m/s, from t = 54.9 s on"
 
 

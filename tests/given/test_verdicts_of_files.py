@@ -134,6 +134,29 @@ def test_two_files_whose_invariants_drift_alike_by_chance_pass_as_their_states_d
     assert not judged(lost, finer=lost.assign(angle_1_rad=lost.angle_1_rad + 1e-9)).passed
 
 
+def test_what_is_right_in_a_wrong_file_is_not_told_as_wrong(right, judged):
+    found = judged(right.assign(angle_1_rad=right.angle_1_rad + 1e-3 * (right.t_s > 1500.0)))
+    assert not found.passed
+    assert any("attitude" in reason for reason in found.reasons)
+    assert not any(reason.startswith(("rate", "reaction")) for reason in found.reasons)
+
+
+@pytest.mark.parametrize("declared", [NOTHING, Declared(rtol=1e-6)])
+def test_a_quantity_that_is_far_less_accurate_than_the_others_is_told(right, judged, declared):
+    found = judged(right.assign(reaction_1_x_N=right.reaction_1_x_N * (1.0 + 1e-4 * (right.t_s > 1000.0))), declared)
+    assert found.passed
+    assert any("reaction: no better than rtol=" in said for said in (*found.advice, *found.notes))
+    plain = judged(right, declared)
+    assert not any("no better than" in said for said in (*plain.advice, *plain.notes))
+
+
+@pytest.mark.parametrize("declared", [NOTHING, Declared(rtol=1e-9)])
+def test_another_start_of_a_file_that_fails_is_told(right, judged, declared):
+    found = judged(right.assign(angle_1_rad=right.angle_1_rad + 1e-2 * np.cos(right.t_s / 70.0)), declared)
+    assert not found.passed
+    assert "at t = 0 the attitude is 0.01 rad off the scene's start" in found.advice
+
+
 @pytest.mark.parametrize("kind", ["angle", "rate", "reaction", "com_x"])
 def test_two_diverged_files_are_no_estimate_of_each_others_error(right, judged, kind):
     for order in None, 2.0:

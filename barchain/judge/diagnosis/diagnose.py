@@ -287,5 +287,6 @@ def wrong_quantities(result: GivenResult) -> tuple[WrongQuantity, ...]:
             alone = result.n > FEW_SAMPLES and np.count_nonzero(over) == 1
             counted = over if alone else inside
             largest, whole = float(apart[name][counted].max()), float(size[name][inside].max(initial=0.0))
-            found.append(WrongQuantity(name, largest, whole, first, float(result.right.t_s[first]), alone))
+            when, scale = float(result.right.t_s[first]), result.scale.get(name, 0.0)
+            found.append(WrongQuantity(name, largest, whole, scale, first, when, alone))
     return tuple(found)

@@ -133,6 +133,8 @@ class WrongQuantity:
     """Largest difference from the judging solution, in the quantity's unit; that of the sample if it is alone"""
     size: float
     """Largest value of the judging solution, in the quantity's unit"""
+    scale: float
+    """Size of the quantity in the scene, in its unit: what residuals of mistakes are relative to"""
     first: int
     """First sample outside the tolerance, from 0"""
     first_s: float
@@ -166,7 +168,8 @@ def single_words(relative: float) -> str:
 
 def nearest_words(wrong: tuple[WrongQuantity, ...], nearest: Explanation) -> str:
     """Nearest explanation and its residual, if it makes the difference far smaller; else empty."""
-    if nearest.fit.relative_error > min(NEAR * relative_difference(wrong), 1.0):
+    without = max((w.difference / w.scale for w in wrong if w.scale > 0.0), default=0.0)  # measured as the fit is
+    if nearest.fit.relative_error > min(NEAR * without, 1.0):
         return ""
     left = f"{remainder(nearest)} of the quantity's size"
     return f" Near, but not inside the tolerances: {nearest.words} (leaves {left})."

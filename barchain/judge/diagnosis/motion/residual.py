@@ -30,6 +30,8 @@ LASTING = 5
 """Rows of which the median difference of two runs is noise there: forces may act in a part of the run alone"""
 ROUNDINGS, LAW_ROUNDINGS = 8.0, 1e4
 """Roundings of a momentum, and of an angle of a law, whose place is a difference"""
+BEGUN = 1e-3
+"""Share of a component's largest residual from which on it has begun: events leave small ones around them"""
 LEAST_NOISE = 1e-100  # its square is a number, and that of its reciprocal
 PLACES = {
     CENTRE: ("N", "at the centre of mass"),
@@ -174,9 +176,11 @@ class Residual:
 
     @property
     def begin_s(self) -> float:
-        """First instant from which on the residual of an interval is no noise, s; 0 without one."""
+        """First instant from which on the residual of an interval is no noise, and no trifle, s; 0 without one."""
         columns = self.balance.of_blocks(self.wrong)
-        over = np.abs(self.value[:, columns]) > WRONG * self.noise[:, columns]  # unknown ones compare as false
+        size = np.abs(self.value[:, columns])
+        least = BEGUN * np.nanmax(size, axis=0, initial=0.0)
+        over = size > np.maximum(WRONG * self.noise[:, columns], least)  # unknown ones compare as false
         rows = np.flatnonzero(over.any(axis=1))
         return float(self.motion.states.t_s[rows[0]]) if len(rows) else 0.0
 
@@ -196,6 +200,8 @@ class Residual:
             worst = int(np.argmax(each))
             size = each[worst] / float(np.diff(self.motion.states.t_s[:2])[0])
             unit, where = PLACES[name]
+            if name == JOINTS and self.motion.impulse is not None:
+                where = where.replace("reactions", "reactions or impulses")
             found.append(f"{size:.2g} {unit} {where.format(worst + 1)}")
         return ", ".join(found)
 
