@@ -11,6 +11,7 @@ from adapters.trajectory import to_frame
 from barchain import change_scene, load_scene, simulate
 from barchain.given.judging import judge_files
 from barchain.given.judging import solution_of as judging_solution
+from barchain.judge.diagnosis.trials import moved_start
 from barchain.judge.local_errors import elastic_decay_1_s
 from barchain.judge.written import Declared
 from barchain.metrics.quantities import differences, drifts
@@ -155,6 +156,14 @@ def test_another_start_of_a_file_that_fails_is_told(right, judged, declared):
     found = judged(right.assign(angle_1_rad=right.angle_1_rad + 1e-2 * np.cos(right.t_s / 70.0)), declared)
     assert not found.passed
     assert "at t = 0 the attitude is 0.01 rad off the scene's start" in found.advice
+
+
+def test_no_start_is_tried_whose_run_would_not_end():
+    scene = load_scene(FREE)
+    amounts = np.zeros(4 + 2 * scene.bars)
+    assert moved_start(scene, True, amounts, np.array([0.0, 10.0])) is not None
+    amounts[-1] = 1e9
+    assert moved_start(scene, True, amounts, np.array([0.0, 10.0])) is None
 
 
 @pytest.mark.parametrize("kind", ["angle", "rate", "reaction", "com_x"])

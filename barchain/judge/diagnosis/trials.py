@@ -59,6 +59,8 @@ ALL_STRENGTHS = {
     "third_body": "the pull of all third bodies", "joint_torque": "the torque of all joints' motors",
 }  # fmt: skip
 """Nouns of the strengths of all effects of a kind, where these are no forces"""
+MOST_RATE = 100.0
+"""Largest error of a rate at the start, relative to the fastest one: degrees for radians make 56"""
 
 
 @dataclass(frozen=True)
@@ -145,7 +147,12 @@ def clock_words(first_s: float, started: bool, amounts: Array) -> str:
 
 
 def moved_start(scene: Scene, state: bool, amounts: Array, t_s: Array) -> Trajectory | None:
-    """Motion from a start whose place and velocity, and angles and rates, are off by relative amounts."""
+    """Motion from a start whose place and velocity, and angles and rates, are off by relative amounts.
+
+    None where a rate is off by more than :data:`MOST_RATE`: a diverged result asks for any, and its run would not end.
+    """
+    if state and not np.all(np.abs(amounts[4 + scene.bars :]) <= MOST_RATE):
+        return None
     right = initial_state(scene)
     r0, v0 = scene.radius0_m, start_speed(scene)
     changes = {"com_m": right.com_m + r0 * amounts[:2], "com_velocity_m_s": right.com_velocity_m_s + v0 * amounts[2:4]}
