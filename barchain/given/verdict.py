@@ -124,7 +124,8 @@ def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declar
         mistakes = None if mistakes.inside_tolerances else mistakes
         if mistakes is not None and not mistakes.explanations:
             said = rounded or undeclared_noise(found, own) or promised_too_much(name, main, finer, declared)
-            mistakes, advice = (None, [said]) if said else (mistakes, advice)
+            shown = mistakes if mistakes.of_one_sample else None
+            mistakes, advice = (shown, [said]) if said else (mistakes, advice)
     if mistakes is not None:
         found = explained(found, mistakes)
     elif rounded and not advice:

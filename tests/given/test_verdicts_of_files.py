@@ -126,6 +126,15 @@ def test_a_file_that_diverges_at_its_end_agrees_at_no_request_and_is_told_from_w
     assert f"departs at t = {frame.t_s.iloc[-5]:.4g} s" in found.mistakes
 
 
+def test_one_wrong_cell_is_told_by_its_instant(right, judged):
+    wrong = right.copy()
+    wrong.loc[150, "angle_1_rad"] += 1e-3
+    found = judged(wrong, Declared(rtol=1e-9))
+    assert not found.passed
+    assert "One sample is off: angles 0.001 rad of" in found.mistakes
+    assert f"at t = {right.t_s[150]:.4g} s alone" in found.mistakes
+
+
 def test_two_files_whose_invariants_drift_alike_by_chance_pass_as_their_states_do(judged):
     coarse, fine = (simulate(FREE, "reference", rtol=rtol) for rtol in (1e-7, 1e-8))
     one, two = (drifts(load_scene(FREE), run)["angular_momentum"][1] for run in (coarse, fine))

@@ -101,11 +101,19 @@ class Diagnosis:
         left = "" if self.next_best is None else nearest_words(self.wrong, self.next_best)
         parts = "".join(f" {part_words(part)}." for part in self.parts)
         opening = f"No known mistake explains {'all of the' if LIKELY in self.nearest else 'the'} result."
-        return f"{opening}{self.nearest or left or self.departed}{parts}"
+        said = self.departed if self.of_one_sample else self.nearest or left or self.departed
+        return f"{opening}{said}{parts}"
+
+    @property
+    def of_one_sample(self) -> bool:
+        """Whether each wrong quantity is so at one sample alone: what writes results is wrong, and not the motion."""
+        return all(w.alone for w in self.wrong)
 
     @property
     def departed(self) -> str:
         """When the result first leaves its tolerances, and in which quantities."""
+        if self.of_one_sample:
+            return f" One sample is off: {', '.join(f'{WORDS[w.quantity]} {w.words}' for w in self.wrong)}."
         first = min(w.first for w in self.wrong)
         where = " and ".join(WORDS[w.quantity] for w in self.wrong if w.first == first)
         when = next(w.first_s for w in self.wrong if w.first == first)
