@@ -53,7 +53,7 @@ def rates_in_lanes(cases: list[Case]) -> Array:
     y0 = np.array([layout.pack(s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s) for s in states])
     members = layout.BatchMembers(
         np.array([c.mu_m3_s2 for c in chains]), chains[0].gravity, np.concatenate([c.bars for c in chains]),
-        np.zeros((0, 7)), (), np.zeros((runs, 3)), y0, np.ones_like(y0),
+        np.zeros((0, 8)), (), np.zeros((runs, 3)), y0, np.ones_like(y0),
     )  # fmt: skip
     rates = np.zeros((runs, 2 * bars + 4))
     evaluate_in_lanes(members, rates, np.zeros((runs, 2, bars - 1)))

@@ -205,7 +205,9 @@ def test_the_prescribed_bar_follows_its_law(kind: type, frame: str, actuator: st
     """Through both ends of the slew, to steps x rtol; a step across an end would leave far more."""
     scene = load_scene("paper/fig17" if frame == "local" else "paper/fig17_inertial")
     model, s, rtol = chain_model(scene), initial_state(scene), 1e-11
-    law = replace(model.prescriptions[0], start_s=37.0, reacts_on=3 if actuator == "joint" else None)
+    law = model.prescriptions[0]
+    turn = replace(law.turns[0], start_s=37.0)
+    law = replace(law, turns=(turn,), reacts_on=3 if actuator == "joint" else None)
     model = replace(model, prescriptions=(law,))
     run = kind(model, s.com_m, s.com_velocity_m_s, s.angle_rad, s.rate_rad_s, rtol=rtol)
     h = run.history(run.integrate(np.linspace(0.0, 300.0, 61)))
