@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from barchain.nightly.changes import (
@@ -23,10 +24,10 @@ from barchain.nightly.changes import (
     state_of,
     worst,
 )
-from barchain.nightly.figures import STEPPED, Figure, FigureKind, content_digest
+from barchain.nightly.figures import STEPPED, Figure, FigureKind
 from barchain.nightly.levels import FoldedNight, Level, LevelOf, LevelTable, Step, StepOf
-from barchain.nightly.presence import OCCASIONS, SAMPLED, Presence, place, subject_of
 from barchain.nightly.renames import SCENE, carried_on
+from reports.tables.crossval import COMPARISON
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -40,6 +41,12 @@ FOLLOWED_AFTER = 3
 was red on 8 of 12 nights, and a single zero was followed by a regression by a factor of 434"""
 STATES_KEPT = 8
 """States of the parts of a trajectory whose digests are kept"""
+OCCASIONS = 2
+"""Occasions in a row that must have a figure: some figures are measured only now and then"""
+SAMPLED = ("stability.", "selftest.", "campaign.")
+"""Beginnings of the quantities of studies of which a night does a part only: scenes, or faults, of that night"""
+Subject = tuple[str, str, str]
+"""Study, scene and fault of a figure: what is done as a whole"""
 MENDED = "the verdict became right: the earlier value was that of a wrong result"
 NO_WORSE = "no worse than its level"
 BACK = "back at its level"
@@ -51,17 +58,34 @@ class Tonight:
     """A night whose figures are followed."""
 
     night: NightSummary
+    here: Mapping[FigureIdentity, Figure]
     contents: Mapping[str, str]
     """Digests of scenes by name"""
     verdicts: Mapping[tuple[str, str], str]
     """Verdicts of the comparison, by scene and engine"""
     settings: Mapping[tuple[str, str], tuple[str, str]]
     """Old and new setting of engines that have another one since tonight, by scene and engine"""
-    presence: Presence
+
+    @cached_property
+    def done(self) -> frozenset[Subject]:
+        """Scenes that a study did to their end, with all engines.
+
+        The night left nothing of the scene; one without a run of a plan is complete.
+        """
+        subjects = frozenset(map(subject_of, self.here))
+        if self.night.run is None:
+            return subjects if self.night.complete else frozenset()
+        left = self.night.run.left
+        return frozenset(s for s in subjects if not {s[:2], (s[0], "")} & left)
+
+    @cached_property
+    def not_run(self) -> frozenset[tuple[str, ...]]:
+        """Studies, scenes, engines and settings of runs that had no time."""
+        return frozenset(run_of(identity) for identity, figure in self.here.items() if figure.not_run)
 
     def verdict_on(self, identity: FigureIdentity) -> str:
         """Verdict on the run of a comparison's error; empty for all other figures."""
-        if identity.kind is not FigureKind.ERROR or identity.quantity.partition(".")[0] in OTHER_STUDIES:
+        if identity.kind is not FigureKind.ERROR or study_of(identity) != COMPARISON:
             return ""
         return self.verdicts.get((identity.scene, identity.engine), "")
 
@@ -77,6 +101,23 @@ class Tonight:
     def step(self, change: Change) -> Step:
         """Step of a change."""
         return StepOf(change.last, change.since, change.now, change.settings)
+
+
+def study_of(identity: FigureIdentity) -> str:
+    """Study that a figure is of."""
+    first = identity.quantity.partition(".")[0]
+    return first if first in OTHER_STUDIES else COMPARISON
+
+
+def subject_of(identity: FigureIdentity) -> Subject:
+    """Study, scene and fault of a figure."""
+    study = study_of(identity)
+    return study, identity.scene, identity.setting if study in {"selftest", "campaign"} else ""
+
+
+def run_of(identity: FigureIdentity) -> tuple[str, ...]:
+    """Study, scene, engine and setting of a figure: a run that had no time lacks all of its figures."""
+    return study_of(identity), identity.scene, identity.engine, identity.setting
 
 
 def advance(
@@ -102,7 +143,7 @@ def advance(
     contents = {part.name.removeprefix(SCENE): part.digest for part in night.parts if part.name.startswith(SCENE)}
     renames = carried_on({} if late else before.rows, here, contents)
     verdicts = {(i.scene, i.engine): figure.word for i, figure in here.items() if i.quantity == VERDICT}
-    tonight = Tonight(night, contents, verdicts, renames.settings, Presence(night, here))
+    tonight = Tonight(night, here, contents, verdicts, renames.settings)
     folded = (*before.folded, (night.name, night.digest, late))
     if late:
         begun = {i: begin(figure, tonight) for i, figure in here.items() if not figure.not_run}
@@ -145,14 +186,14 @@ def begin(now: Figure, tonight: Tonight) -> Level:
         content=tonight.contents.get(now.identity.scene, ""),
     )  # fmt: skip
     if now.identity.kind is FigureKind.BITS and not now.missing:
-        row = replace(row, seen=seen_with(row, digest_of_state(tonight.night, now), now.word, name))
+        row = row._replace(seen=seen_with(row, state_of(tonight.night, now), now.word, name))
     return counted(row, now, tonight)
 
 
 def follow(row: Level, now: Figure, tonight: Tonight) -> tuple[Level, Change | None]:
     """State of a figure after a night that has it, and its change if the night tells one."""
     if now.not_run and (row.left_out + 1 < PATIENCE or now.identity.kind not in RULES):
-        return replace(row, left_out=row.left_out + 1, present=tonight.night.name), None
+        return row._replace(left_out=row.left_out + 1, present=tonight.night.name), None
     if now.identity.kind is FigureKind.BITS:
         moved, change = follow_bits(row, now, tonight)
     elif now.identity.kind in STEPPED:
@@ -166,16 +207,16 @@ def follow(row: Level, now: Figure, tonight: Tonight) -> tuple[Level, Change | N
 
 def measured(row: Level, now: Figure) -> Level:
     """State of a figure with a result that is no news."""
-    return replace(row, told=now, last=now, steps=())
+    return row._replace(told=now, last=now, steps=())
 
 
 def counted(row: Level, now: Figure, tonight: Tonight) -> Level:
     """State with the occasions that had the figure."""
     night = tonight.night
     occasions, complete = (row.occasions, row.complete) if row.plan == night.plan else (0, 0)
-    whole = tonight.presence.of_subject(subject_of(now.identity))
-    return replace(
-        row, last_night=row.last_night if now.missing else night.name, present=night.name, plan=night.plan,
+    whole = subject_of(now.identity) in tonight.done
+    return row._replace(
+        last_night=row.last_night if now.missing else night.name, present=night.name, plan=night.plan,
         left_out=row.left_out + 1 if now.not_run else 0, content=tonight.contents.get(now.identity.scene, row.content),
         occasions=min(occasions + whole, OCCASIONS), complete=min(complete + night.complete, OCCASIONS),
     )  # fmt: skip
@@ -189,23 +230,14 @@ def follow_bits(row: Level, now: Figure, tonight: Tonight) -> tuple[Level, Chang
     """
     if now.missing:
         return row, None
-    state = digest_of_state(tonight.night, now)
+    state = state_of(tonight.night, now)
     known = next(((word, night) for own, word, night in row.seen if own == state), None) if state else None
     change = None
     if known is not None and known[0] != now.word:
-        change = replace(
-            tonight.change(row, replace(now, word=known[0]), now, NOT_REPRODUCIBLE, known[1])
-        )  # fmt: skip
+        change = tonight.change(row, replace(now, word=known[0]), now, NOT_REPRODUCIBLE, known[1])
     elif not row.last.missing and row.last.word != now.word:
         change = tonight.change(row, row.last, now, OTHER_PARTS if state else UNKNOWN_PARTS)
-    moved = measured(row, now)
-    return replace(moved, seen=seen_with(row, state, now.word, tonight.night.name)), change
-
-
-def digest_of_state(night: NightSummary, figure: Figure) -> str:
-    """Digest of the parts that a figure depends on; empty if one of theirs is not known."""
-    state = state_of(night, figure)
-    return "" if state is None else content_digest(state)[:16]
+    return measured(row, now)._replace(seen=seen_with(row, state, now.word, tonight.night.name)), change
 
 
 def seen_with(row: Level, state: str, word: str, night: str) -> tuple[tuple[str, str, str], ...]:
@@ -233,9 +265,7 @@ def follow_result(row: Level, now: Figure, tonight: Tonight) -> tuple[Level, Cha
     elif change is not None:
         steps = (*steps, tonight.step(change))
     told = now if change else row.told
-    if now.missing:
-        return replace(row, told=told, steps=steps), change
-    return replace(row, told=told, steps=steps, last=now), change
+    return row._replace(told=told, steps=steps, last=row.last if now.missing else now), change
 
 
 def news_of(row: Level, now: Figure, *, above: bool, mended: bool) -> tuple[Figure, Judgement | None]:
@@ -266,13 +296,13 @@ def with_level(row: Level, now: Figure, tonight: Tonight, *, mended: bool, wrong
     level after some nights in a row, with the worst of them.
     """
     if mended or (row.level.missing and not now.missing):
-        return replace(row, level=now, since=tonight.night.name, right=not wrong, better=())
+        return row._replace(level=now, since=tonight.night.name, right=not wrong, better=())
     if not is_better(row.level, now) or (wrong and row.right):
-        return replace(row, better=())
+        return row._replace(better=())
     better = (*row.better, now)
     if len(better) < FOLLOWED_AFTER:
-        return replace(row, better=better)
-    return replace(row, level=worst(better), since=tonight.night.name, right=not wrong, better=())
+        return row._replace(better=better)
+    return row._replace(level=worst(better), since=tonight.night.name, right=not wrong, better=())
 
 
 def lost(rows: dict[FigureIdentity, Level], tonight: Tonight, occasions: int) -> list[Change]:
@@ -282,22 +312,22 @@ def lost(rows: dict[FigureIdentity, Level], tonight: Tonight, occasions: int) ->
     A figure of a run that had no time is not gone.
     """
     night, found = tonight.night, []
-    for identity in [identity for identity in rows if identity not in tonight.presence.here]:
+    for identity in [identity for identity in rows if identity not in tonight.here]:
         row = rows[identity]
-        if row.told.missing or row.plan != night.plan or place(identity) in tonight.presence.not_run:
+        if row.told.missing or row.plan != night.plan or run_of(identity) in tonight.not_run:
             continue
-        whole = tonight.presence.of_subject(subject_of(identity))
+        whole = subject_of(identity) in tonight.done
         if not whole and (not night.complete or identity.quantity.startswith(SAMPLED)):
             continue
         if (row.occasions if whole else row.complete) < occasions:
             if row.complete or (whole and row.occasions):
-                rows[identity] = replace(row, occasions=0 if whole else row.occasions, complete=0)
+                rows[identity] = row._replace(occasions=0 if whole else row.occasions, complete=0)
             continue
         reason = f"not measured, though each of the {occasions} nights before that did its scene had it"
         now = Figure(identity, reason=reason, depends=row.last.depends)
         judgement = compared(row.last, now)
         assert judgement is not None  # it is missing
         change = tonight.change(row, row.last, now, replace(judgement, reason=reason))
-        rows[identity] = replace(row, told=now, steps=(*row.steps, tonight.step(change)), occasions=0, complete=0)
+        rows[identity] = row._replace(told=now, steps=(*row.steps, tonight.step(change)), occasions=0, complete=0)
         found.append(change)
     return found

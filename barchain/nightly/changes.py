@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 
 ID_DIGITS = 10
+STATE_DIGITS = 16
 
 
 class Direction(StrEnum):
@@ -121,7 +122,6 @@ def results_words(change: Change) -> tuple[str, str]:
     return (was, now) if was != now else (result_words(figures[0], exact=True), result_words(figures[1], exact=True))
 
 
-State = tuple[tuple[str, str, str], ...]
 NOT_REPRODUCIBLE = Judgement(
     Direction.WORSE, "not reproducible: the same parts on the same class of machine gave other bits",
     irreproducible=True,
@@ -132,13 +132,13 @@ UNKNOWN_PARTS = Judgement(
 )
 
 
-def state_of(night: NightSummary, figure: Figure) -> State | None:
-    """Parts that a figure depends on, with their digests; None if a digest is unknown."""
+def state_of(night: NightSummary, figure: Figure) -> str:
+    """Digest of the parts that a figure depends on; empty if that of one is unknown."""
     named = night.part_named
-    parts = [named[name] for name in figure.depends if name in named]
-    if len(parts) < len(figure.depends) or not parts or not all(part.digest for part in parts):
-        return None
-    return tuple((part.name, "", part.digest) for part in parts)
+    known = {name: named[name].digest for name in figure.depends if name in named}
+    if len(known) < len(figure.depends) or not known or not all(known.values()):
+        return ""
+    return content_digest(known)[:STATE_DIGITS]
 
 
 LEAST_UNKNOWN = 0.01

@@ -7,13 +7,12 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from barchain.nightly.acceptances import NO_ACCEPTANCE, fits
-from barchain.nightly.advance import advance
+from barchain.nightly.advance import SAMPLED, advance
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import STEPPED, FigureSeries
 from barchain.nightly.fold import folded_night
 from barchain.nightly.judged import JudgedNight
 from barchain.nightly.levels import LevelTable
-from barchain.nightly.presence import SAMPLED
 from barchain.nightly.standing import every_change, standing
 from barchain.nightly.steps import FALSE_ALARMS, WINDOW, so_far, time_changes
 from barchain.nightly.told import steps_before, told_by

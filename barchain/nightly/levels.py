@@ -9,8 +9,8 @@ has none.
 from __future__ import annotations
 
 from collections.abc import Mapping  # noqa: TC003  # pydantic reads the annotations of files
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 from barchain.nightly.changes import Change  # noqa: TC001  # the same
 from barchain.nightly.figures import Figure, FigureIdentity
@@ -25,8 +25,7 @@ F = TypeVar("F")
 G = TypeVar("G")
 
 
-@dataclass(frozen=True, slots=True)
-class StepOf(Generic[F]):
+class StepOf(NamedTuple, Generic[F]):
     """News of a figure that is above its level."""
 
     last: str
@@ -38,9 +37,8 @@ class StepOf(Generic[F]):
     """Settings of the run before and since, where they differ"""
 
 
-@dataclass(frozen=True, slots=True)
-class LevelOf(Generic[F]):
-    """State of a figure after a night."""
+class LevelOf(NamedTuple, Generic[F]):
+    """State of a figure after a night; a named tuple, as each night replaces the states of all figures."""
 
     level: F
     """What the figure may be"""
@@ -82,9 +80,9 @@ class LevelOf(Generic[F]):
     def mapped(self, to: Callable[[F], G], **changes: Any) -> LevelOf[G]:
         """State with something else in the place of each figure, and perhaps with other changes."""
         row: Any = self
-        found: LevelOf[G] = replace(
-            row, level=to(row.level), told=to(row.told), last=to(row.last), better=tuple(map(to, row.better)),
-            steps=tuple(replace(step, now=to(step.now)) for step in row.steps), **changes,
+        found: LevelOf[G] = row._replace(
+            level=to(row.level), told=to(row.told), last=to(row.last), better=tuple(map(to, row.better)),
+            steps=tuple(step._replace(now=to(step.now)) for step in row.steps), **changes,
         )  # fmt: skip
         return found
 

@@ -141,7 +141,7 @@ def fork_earlier_names(
     for identity in begins:
         if identity in known and rows[known[identity]].content == contents.get(identity.scene, ""):
             row = rows[known[identity]]
-            there = replace(row, told=row.level, last=row.level, last_night=row.since, steps=(), better=(), seen=())
+            there = row._replace(told=row.level, last=row.level, last_night=row.since, steps=(), better=(), seen=())
             rows[identity] = renamed(there, identity, ())
 
 

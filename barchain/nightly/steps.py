@@ -155,7 +155,7 @@ def divided(
     x: Array, first: int, threshold: float, correlation: float, likely: Collection[int]
 ) -> list[tuple[int, float]]:
     """Places of steps and their probabilities: the clearest one, then those before and after."""
-    if len(x) < LEVEL_NIGHTS + FEWEST_NEW:
+    if threshold == 0.0 or len(x) < LEVEL_NIGHTS + FEWEST_NEW:
         return []
     probability = split_levels(x, correlation)
     best = int(np.argmin(probability))
