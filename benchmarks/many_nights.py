@@ -109,13 +109,13 @@ def main() -> None:
         print(f"{asked.nights} nights of {len(real.figures)} figures, {each:.2f} s to add one")
         print(f"size: {sum(file.stat().st_size for file in asked.history.rglob('*.*')) / 1e6:.0f} MB")
         name = real.figures[0].identity.name
-        timed("figures of all nights, without a cache", store.table)
+        timed("numbers of all nights, without a cache", store.numbers)
         store.loaded = None
-        timed("figures of all nights, with the cache", store.table)
+        timed("numbers of all nights, with the cache", store.numbers)
         timed("list of nights", store.nights)
-        timed("one figure over all nights", lambda: store.table().named(name))
+        timed("one figure over all nights", lambda: store.series(name))
         timed("one whole night", lambda: store.night("latest"))
-        timed("charted figures", lambda: trend_charts(store.table(), store.nights()))
+        timed("charted figures", lambda: trend_charts(store.numbers(), store.nights()))
         timed("judgement of the last night", lambda: judge(store))
         timed("judgement and all documents", lambda: write_documents(store, "latest", asked.out))
         print(f"peak memory: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3:.0f} MB")

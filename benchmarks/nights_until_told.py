@@ -14,36 +14,27 @@ import dataclasses
 from statistics import median
 from typing import TYPE_CHECKING
 
-from barchain.nightly.figures import FigureKind
 from barchain.nightly.history import open_store
-from barchain.nightly.steps import measured, time_changes
+from barchain.nightly.steps import time_changes
 
 if TYPE_CHECKING:
-    from barchain.nightly.figures import FigureSeries
+    from barchain.nightly.table import NumberSeries
 
 FACTORS = (1.03, 1.05, 1.1, 1.2)
 
 
-def until(series: FigureSeries, night: int) -> FigureSeries:
-    """Series up to a night."""
-    return dataclasses.replace(series, nights=series.nights[:night], figures=series.figures[:night])
-
-
-def slowed(series: FigureSeries, first: int, factor: float) -> FigureSeries:
+def slowed(series: NumberSeries, first: int, factor: float) -> NumberSeries:
     """Series with times multiplied from a night on."""
-    later = tuple(
-        dataclasses.replace(f, value=f.value * factor, low=None, high=None) if k >= first else f
-        for k, f in enumerate(series.figures)
-        if f.value is not None
-    )
-    return dataclasses.replace(series, figures=later)
+    values = series.table.values.copy()
+    values[series.rows[first:], series.at[first:]] *= factor
+    return dataclasses.replace(series, table=dataclasses.replace(series.table, values=values))
 
 
-def nights_until(every: list[FigureSeries], which: int, before: int, factor: float) -> int | None:
+def nights_until(every: list[NumberSeries], which: int, before: int, factor: float) -> int | None:
     """Nights until a slow-down of one series is told; None if it never is."""
     planted = [slowed(s, before, factor) if k == which else s for k, s in enumerate(every)]
-    for night in range(before + 1, len(every[which].nights) + 1):
-        _, fresh = time_changes([until(s, night) for s in planted])
+    for night in range(before + 1, len(every[which].at) + 1):
+        _, fresh = time_changes([s.within(None, night) for s in planted])
         if any(c.identity == every[which].identity and (c.factor or 0.0) > 1.0 for c in fresh):
             return night - before
     return None
@@ -56,15 +47,17 @@ def main() -> None:
     parser.add_argument("--before", type=int, default=20, help="nights before the slow-down")
     parser.add_argument("--kind", choices=["ratio", "memory"], default="ratio")
     asked = parser.parse_args()
-    table = open_store(asked.history).table()
-    found = table.series_at(table.where(table.nights, [FigureKind(asked.kind)]))
-    every = [one for one in map(measured, found) if len(one.nights) > asked.before + 2]
+    table = open_store(asked.history).numbers()
+    found = [table.series(identity) for identity in table.identities if identity.kind == asked.kind]
+    every = [one for one in found if len(one.at) > asked.before + 2]
     if not every:
         parser.error(f"no series of {asked.kind} has more than {asked.before + 2} nights with a number")
-    nights = min(len(one.nights) for one in every)
-    every = [until(one, nights) for one in every]
+    nights = min(len(one.at) for one in every)
+    every = [one.within(None, nights) for one in every]
     print(f"{len(every)} series, {nights} nights, {asked.before} of them before the slow-down")
-    alarms = sum(len(time_changes([until(s, night) for s in every])[1]) for night in range(asked.before, nights + 1))
+    alarms = sum(
+        len(time_changes([s.within(None, night) for s in every])[1]) for night in range(asked.before, nights + 1)
+    )
     print(f"false alarms without a slow-down: {alarms} on {nights - asked.before + 1} nights")
     for factor in FACTORS:
         told = [nights_until(every, k, asked.before, factor) for k in range(len(every))]

@@ -24,7 +24,7 @@ from barchain.nightly.changes import (
     state_of,
     worst,
 )
-from barchain.nightly.figures import STEPPED, Figure, FigureKind
+from barchain.nightly.figures import STEPPED, Figure, FigureKind, names_since
 from barchain.nightly.levels import FoldedNight, Level, LevelOf, LevelTable, Step, StepOf
 from barchain.nightly.renames import SCENE, carried_on
 from reports.tables.crossval import COMPARISON
@@ -95,7 +95,8 @@ class Tonight:
         return Change(
             identity, was, now, last or row.last_night, self.night.name, judgement.direction, judgement.reason,
             judgement.factor, irreproducible=judgement.irreproducible,
-            named=row.names_since(self.night.name), settings=self.settings.get((identity.scene, identity.engine), ()),
+            named=names_since(self.night.name, row.told.identity, row.earlier),
+            settings=self.settings.get((identity.scene, identity.engine), ()),
         )  # fmt: skip
 
     def step(self, change: Change) -> Step:

@@ -16,7 +16,7 @@ from reports.tables.nights.facts import NightRun  # noqa: TC001  # pydantic read
 from reports.tables.rows import NOT_RUN
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
 
 MOST_TEXT = 500
@@ -293,28 +293,10 @@ class NightSummary(HasParts):
         return f"void: {self.void}" if self.void else "complete" if self.complete else "incomplete"
 
 
-@dataclass(frozen=True)
-class FigureSeries:
-    """One figure over the nights that have it, in their order."""
+EarlierNames = tuple[tuple[FigureIdentity, str], ...]
+"""Names that a figure had before, in their order, each with its last night"""
 
-    identity: FigureIdentity
-    nights: tuple[NightSummary, ...]
-    figures: tuple[Figure, ...]
-    earlier: tuple[tuple[FigureIdentity, str], ...] = ()
-    """Names that the figure had before, in their order, each with its last night"""
 
-    def names_since(self, night: str) -> tuple[FigureIdentity, ...]:
-        """Names that the figure had on a night and has had since, in their order."""
-        return (*(name for name, last in self.earlier if last >= night), self.identity)
-
-    def other_settings(self, last: str, since: str) -> tuple[str, ...]:
-        """Settings on two nights; empty where they are the same."""
-        settings = tuple(self.names_since(night)[0].setting for night in (last, since))
-        return settings if settings[0] != settings[1] else ()
-
-    def at(self, places: Sequence[int]) -> FigureSeries:
-        """Series at some places."""
-        if len(places) == len(self.nights):
-            return self
-        nights, figures = [self.nights[k] for k in places], [self.figures[k] for k in places]
-        return FigureSeries(self.identity, tuple(nights), tuple(figures), self.earlier)
+def names_since(night: str, identity: FigureIdentity, earlier: EarlierNames) -> tuple[FigureIdentity, ...]:
+    """Names that a figure had on a night and has had since, in their order."""
+    return (*(name for name, last in earlier if last >= night), identity)

@@ -13,6 +13,7 @@ from barchain.nightly.advance import advance
 from barchain.nightly.figures import STEPPED
 from barchain.nightly.level_files import FILE, keep_levels, read_levels
 from barchain.nightly.levels import FoldedNight, LevelTable
+from barchain.nightly.table import read_figures
 from barchain.nightly.told import told_by
 
 if TYPE_CHECKING:
@@ -60,11 +61,12 @@ def folded_of_nights(
     missing = [night for night in own if night.name not in known]
     late = late_nights(missing, own, told_at(store) if len(missing) > 1 else {})
     late |= {night.name for night in missing if base is not None and night.started < base.started}
-    found, figures = FoldedNight(table), store.table()
-    for night in missing if missing[-1] in figures.nights else ():
+    found = FoldedNight(table)
+    for night, content in store.contents(missing):
         is_late = night.name in late and night.name != chosen.name
-        found = advance(found.table, night, figures.of_night(night.name), late=is_late)
-    keep_levels(store.place, found)
+        found = advance(found.table, night, read_figures(content), late=is_late)
+    if found.table.night == chosen.name:  # else it is damaged
+        keep_levels(store.place, found)
     return found
 
 

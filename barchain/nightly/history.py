@@ -8,36 +8,39 @@
     what the night told (:mod:`barchain.nightly.told`);
 ``accepted.toml``
     changes that somebody accepted (:mod:`barchain.nightly.acceptances`);
-``cache.parquet``
-    figures of many nights in one file, which may be deleted (:mod:`barchain.nightly.table`).
+``numbers.npz``
+    numbers of many nights in one file, which may be deleted (:mod:`barchain.nightly.table`).
 
 Nights are copied, merged and removed as folders; several machines may write into one history.
 """
 
 from __future__ import annotations
 
-import contextlib
 import datetime
 import hashlib
 import io
 import json
 import re
+from collections import defaultdict
+from fnmatch import fnmatchcase
 from functools import cache
 from typing import TYPE_CHECKING, Self
 
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import Night, NightSummary, content_digest
 from barchain.nightly.place import Place
-from barchain.nightly.table import AT_ONCE, COLUMNS, FIGURES, NUMBERS, FigureTable, figures_content, read_table
+from barchain.nightly.table import COLUMNS, FIGURES, NUMBERS, figures_content, read_figures, read_numbers
 from scenarios.nearest import nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping, Sequence
+    from collections.abc import Collection, Iterator, Mapping, Sequence
     from pathlib import Path
     from types import TracebackType
 
     from pydantic import TypeAdapter
 
+    from barchain.nightly.figures import Figure, FigureIdentity
+    from barchain.nightly.table import NumberTable
     from reports.tables.nights.facts import NightRun
 
 
@@ -48,6 +51,8 @@ FORMAT = 1
 NIGHT_NAME = re.compile(r"\d{4}-\d\d-\d\dT\d\d-\d\d-\d\d-\w+")
 TORN = f"it is being written, was copied in part, or its {RECORD} or {FIGURES} is damaged"
 DAMAGED = "it is damaged, as its figures are not those of its record; copy the night again, or remove its folder"
+AT_ONCE = 50
+"""Nights whose files are held together"""
 LATEST = "latest"
 """Name that stands for the last night"""
 
@@ -61,7 +66,7 @@ class NightStore:
         self.known: dict[str, tuple[bytes, NightSummary]] = {}
         self.broken: set[str] = set()
         """Names of nights whose figures were read and are damaged"""
-        self.loaded: tuple[list[tuple[str, str]], FigureTable] | None = None
+        self.loaded: tuple[list[tuple[str, str]], NumberTable] | None = None
 
     def __enter__(self) -> Self:
         """Store as it is."""
@@ -137,10 +142,8 @@ class NightStore:
 
         A damaged night is left out from then on, and costs itself alone.
         """
-        nights = self.nights()
-        for first in range(0, len(nights), AT_ONCE):
-            with contextlib.suppress(HistoryError):
-                self.figures_of(nights[first : first + AT_ONCE])
+        for _ in self.contents(self.nights()):
+            pass
         return self.left_out()
 
     def summary(self, name: str) -> NightSummary:
@@ -170,43 +173,70 @@ class NightStore:
         raise HistoryError(f"{name[:60]}: no such night{nearest(name, known)}; `barchain history list` shows all")
 
     def night(self, name: str) -> Night:
-        """Whole night; errors as :meth:`summary`."""
+        """Whole night; errors as :meth:`summary` and :meth:`figures`."""
         known = self.summary(name)
-        table = read_table([known], None, self.figures_of)
-        figures = tuple(one.figures[0] for one in table.series_at(table.cells >= 0))
         return Night(
             known.started, known.duration_s, known.plan, known.barchain, known.environment, known.parts,
-            figures, known.commit, known.complete, known.void, known.name.rpartition("-")[2],
+            tuple(self.figures(known)), known.commit, known.complete, known.void, known.name.rpartition("-")[2],
         )  # fmt: skip
 
-    def figures_of(self, nights: Sequence[NightSummary]) -> list[bytes]:
-        """Contents of the files of the figures of some nights.
+    def figures(self, night: NightSummary) -> list[Figure]:
+        """Figures of a night.
 
         Raises
         ------
         HistoryError
             If they are not those that the record describes.
         """
-        found = self.place.read_all([f"{night.name}/{FIGURES}" for night in nights])
-        wrong = [n.name for n in nights if digest_of(found.get(f"{n.name}/{FIGURES}", b"")) != n.digest]
-        self.broken |= set(wrong)
-        if wrong:
-            said = f"{wrong[0]}/{FIGURES} is damaged; copy the night again, or remove its folder"
-            raise HistoryError(f"{self}: {said}")
-        return [found[f"{night.name}/{FIGURES}"] for night in nights]
+        for _, content in self.contents([night]):
+            return read_figures(content)
+        said = f"{night.name}/{FIGURES} is damaged; copy the night again, or remove its folder"
+        raise HistoryError(f"{self}: {said}")
 
-    def table(self) -> FigureTable:
-        """Figures of all nights; a night that turns out to be damaged is left out."""
-        nights, broken = self.nights(), len(self.broken)
+    def contents(self, nights: Sequence[NightSummary]) -> Iterator[tuple[NightSummary, bytes]]:
+        """Nights with the files of their figures; a damaged one is left out from then on."""
+        for first in range(0, len(nights), AT_ONCE):
+            some = nights[first : first + AT_ONCE]
+            found = self.place.read_all([f"{night.name}/{FIGURES}" for night in some])
+            for night in some:
+                content = found.get(f"{night.name}/{FIGURES}", b"")
+                if digest_of(content) == night.digest:
+                    yield night, content
+                else:
+                    self.broken.add(night.name)
+
+    def numbers(self) -> NumberTable:
+        """Numbers of all nights, of the kinds that are looked at over many."""
+        nights = self.nights()
         key = [(night.name, night.digest) for night in nights]
         if self.loaded is None or self.loaded[0] != key:
-            try:
-                self.loaded = key, read_table(nights, self.place, self.figures_of)
-            except HistoryError:
-                if len(self.broken) == broken:
-                    raise
-                return self.table()
+            self.loaded = key, read_numbers(nights, self.place, self.contents)
         return self.loaded[1]
+
+    def series(self, pattern: str) -> dict[FigureIdentity, list[tuple[NightSummary, Figure]]]:
+        """Figures whose name is `pattern`, or fits it (``*`` and ``?`` stand for any text), with their nights.
+
+        Raises
+        ------
+        HistoryError
+            If no figure fits; the message gives the nearest name.
+        """
+        fitting: dict[FigureIdentity, bool] = {}
+        found: dict[FigureIdentity, list[tuple[NightSummary, Figure]]] = defaultdict(list)
+
+        def fits(identity: FigureIdentity) -> bool:
+            if identity not in fitting:
+                fitting[identity] = identity.name == pattern or fnmatchcase(identity.name, pattern)
+            return fitting[identity]
+
+        for night, content in self.contents(self.nights()):
+            for figure in read_figures(content, fits):
+                found[figure.identity].append((night, figure))
+        if not found:
+            names = [identity.name for identity in fitting]
+            there = f"{nearest(pattern, names)}; {len(names)} figures are there" if names else "; there are none"
+            raise HistoryError(f"{pattern[:80]}: no such figure{there}")
+        return found
 
     def prune(
         self, keep: int | None = None, before: datetime.datetime | None = None, spared: Collection[str] = ()
@@ -355,8 +385,8 @@ def export_parquet(store: NightStore, path: Path) -> int:
     types |= {"started": pa.timestamp("us", tz="UTC"), "complete": pa.bool_()}
     written = 0
     with replaced(path) as file, pq.ParquetWriter(file, pa.schema(types), compression="zstd") as writer:
-        for night in store.nights():
-            rows, machine = pq.read_table(io.BytesIO(store.figures_of([night])[0])), night.environment
+        for night, content in store.contents(store.nights()):
+            rows, machine = pq.read_table(io.BytesIO(content)), night.environment
             own = (night.name, night.started, night.plan, night.barchain, night.commit, night.complete, night.void,
                    machine.machine_class, machine.cpu, machine.python)  # fmt: skip
             columns = {

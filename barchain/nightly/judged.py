@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from barchain.nightly.changes import Change
-    from barchain.nightly.figures import FigureIdentity, NightSummary
-    from barchain.nightly.levels import EarlierNames, Level
+    from barchain.nightly.figures import EarlierNames, FigureIdentity, NightSummary
+    from barchain.nightly.levels import Level
 
 
 @dataclass(frozen=True, kw_only=True)

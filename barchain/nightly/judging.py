@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from barchain.nightly.acceptances import NO_ACCEPTANCE, fits
 from barchain.nightly.advance import SAMPLED, advance
 from barchain.nightly.faults import HistoryError
-from barchain.nightly.figures import STEPPED, FigureSeries
+from barchain.nightly.figures import STEPPED
 from barchain.nightly.fold import folded_night
 from barchain.nightly.judged import JudgedNight
 from barchain.nightly.levels import LevelTable
@@ -19,13 +19,11 @@ from barchain.nightly.told import steps_before, told_by
 from scenarios.nearest import nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from barchain.nightly.changes import Change
-    from barchain.nightly.figures import FigureIdentity, Night, NightSummary
+    from barchain.nightly.figures import Night
     from barchain.nightly.history import NightStore
-    from barchain.nightly.levels import Level
-    from barchain.nightly.table import FigureTable
 
 
 def judge(store: NightStore, name: str = "latest", *, false_alarms: float = FALSE_ALARMS) -> JudgedNight:
@@ -52,35 +50,16 @@ def judge(store: NightStore, name: str = "latest", *, false_alarms: float = FALS
     known = {night.name: night for night in every}
     nights = [known[name] for name, _, late in folded.table.folded if name in known and not late]
     alike = [n for n in nights if n.environment.machine_class == chosen.environment.machine_class][-WINDOW:]
-    series = noisy_series(store.table(), alike, folded.table.rows)
+    numbers = store.numbers().among(alike)
+    series = [
+        numbers.series(identity, row.earlier) for identity, row in folded.table.rows.items()
+        if identity.kind in STEPPED and (identity in numbers.row or row.earlier)
+    ]  # fmt: skip
     stepped, fresh = time_changes(series, false_alarms, steps_before(told_by(store), chosen.name))
     return JudgedNight(
         **vars(folded), night=chosen, compared_with=tuple(nights[:-1]), stepped=stepped, fresh=fresh,
         so_far=so_far(series),
     )  # fmt: skip
-
-
-def noisy_series(
-    table: FigureTable, nights: Sequence[NightSummary], rows: Mapping[FigureIdentity, Level]
-) -> list[FigureSeries]:
-    """Times and memory over some nights, each with the nights on which it had another name."""
-    found = {one.identity: one for one in table.series_at(table.where(nights, STEPPED))}
-    return [
-        joined(row, found) for identity, row in rows.items()
-        if identity.kind in STEPPED and (identity in found or row.earlier)
-    ]  # fmt: skip
-
-
-def joined(row: Level, found: Mapping[FigureIdentity, FigureSeries]) -> FigureSeries:
-    """Series of a figure with the nights of its earlier names."""
-    identity, since = row.told.identity, ""
-    pairs = []
-    for name, until in (*row.earlier, (identity, row.present)):
-        own = found.get(name)
-        rows = zip(own.nights, own.figures, strict=True) if own else ()
-        pairs += [(night, replace(figure, identity=identity)) for night, figure in rows if since < night.name <= until]
-        since = until
-    return FigureSeries(identity, tuple(n for n, _ in pairs), tuple(f for _, f in pairs), row.earlier)
 
 
 def judge_pair(before: Night, after: Night) -> JudgedNight:

@@ -13,13 +13,12 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 from barchain.nightly.changes import Change  # noqa: TC001  # the same
-from barchain.nightly.figures import Figure, FigureIdentity
+from barchain.nightly.figures import EarlierNames, Figure, FigureIdentity  # the same
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 
-EarlierNames = tuple[tuple[FigureIdentity, str], ...]
 F = TypeVar("F")
 """A figure; in a file its number"""
 G = TypeVar("G")
@@ -71,11 +70,6 @@ class LevelOf(NamedTuple, Generic[F]):
     left_out: int = 0
     """Nights in a row that had no time for the run"""
     earlier: EarlierNames = ()
-    """Earlier names of the figure, each with its last night"""
-
-    def names_since(self: Level, night: str) -> tuple[FigureIdentity, ...]:
-        """Names that the figure had on a night and has had since, in their order."""
-        return (*(name for name, last in self.earlier if last >= night), self.told.identity)
 
     def mapped(self, to: Callable[[F], G], **changes: Any) -> LevelOf[G]:
         """State with something else in the place of each figure, and perhaps with other changes."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from barchain.nightly.acceptances import accepting, fits, start
 from barchain.nightly.changes import Change, Direction, compared, is_above
+from barchain.nightly.figures import names_since
 from barchain.nightly.steps import LEAST_EFFECT
 
 if TYPE_CHECKING:
@@ -98,7 +99,9 @@ def reaches(acceptance: Acceptance, row: Level, night: str, since: str) -> bool:
     """Whether an acceptance is of a figure's step on a night, and of all steps since another night."""
     if start(acceptance.since) != start(night) or start(acceptance.first or acceptance.since) > start(since):
         return False
-    return any(fits(identity.name, acceptance.pattern) for identity in row.names_since(night))
+    return any(
+        fits(identity.name, acceptance.pattern) for identity in names_since(night, row.told.identity, row.earlier)
+    )
 
 
 def change_of(row: Level, was: Figure, steps: Sequence[Step]) -> Change:
@@ -109,7 +112,7 @@ def change_of(row: Level, was: Figure, steps: Sequence[Step]) -> Change:
         identity, was, first.now, first.last, first.night, Direction.WORSE, reason,
         judged.factor if judged is not None else None,
         latest=row.told, through=steps[-1].night if len(steps) > 1 else "", steps=len(steps),
-        named=row.names_since(first.night), settings=first.settings,
+        named=names_since(first.night, identity, row.earlier), settings=first.settings,
     )  # fmt: skip
 
 

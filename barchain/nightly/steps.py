@@ -12,6 +12,7 @@ import numpy as np
 from scipy.stats import false_discovery_control
 
 from barchain.nightly.changes import Change, Direction
+from barchain.nightly.figures import names_since
 from barchain.nightly.rank_test import FEWEST_NEW, FEWEST_OLD, LEVEL_NIGHTS, autocorrelations, split_levels
 from barchain.nightly.suspects import differing
 
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from barchain.nightly.figures import FigureSeries
+    from barchain.nightly.table import NumberSeries
 
     Array = NDArray[np.float64]
     ToldChanges = Mapping[str, Sequence[tuple[str, bool]]]
@@ -207,7 +208,7 @@ WINDOW = 200
 
 
 def time_changes(
-    series: Sequence[FigureSeries], false_alarms: float = FALSE_ALARMS, told: ToldChanges = MappingProxyType({})
+    series: Sequence[NumberSeries], false_alarms: float = FALSE_ALARMS, told: ToldChanges = MappingProxyType({})
 ) -> tuple[tuple[Change, ...], tuple[Change, ...]]:
     """Changes of times and memory.
 
@@ -224,11 +225,9 @@ def time_changes(
     tuple
         All changes, and those that the last night tells for the first time.
     """
-    present = [measured(one) for one in series]
-    last = max((night.started for one in series for night in one.nights), default=None)
-    before = [
-        one.at(range(len(one.nights) - 1)) if one.nights and one.nights[-1].started == last else one for one in present
-    ]
+    present = [one.within(-WINDOW, None) for one in series]
+    last = max((one.at[-1] for one in present if len(one.at)), default=0)
+    before = [one.within(None, -1) if len(one.at) and one.at[-1] == last else one for one in present]
     kept = []
     for one in present:
         place = {night.name: k for k, night in enumerate(one.nights)}  # as far as the nights are still there
@@ -251,11 +250,11 @@ SO_FAR = 0.2
 """Least relative change that is worth a word before there are enough nights for a step"""
 
 
-def so_far(series: Sequence[FigureSeries]) -> str:
+def so_far(series: Sequence[NumberSeries]) -> str:
     """What moved most among times and memory that have too few nights for a step; empty if nothing did."""
     found: list[tuple[float, str, int]] = []
-    for one in map(measured, series):
-        x = np.log(np.array([figure.value for figure in one.figures], float))
+    for one in series:
+        x = np.log(one.values)
         if FEWEST_NEW < len(x) < FEWEST_OLD + FEWEST_NEW:
             moved = float(np.median(x[-FEWEST_NEW:]) - np.median(x[:-FEWEST_NEW]))
             found.append((moved, one.identity.name, len(x)))
@@ -266,16 +265,11 @@ def so_far(series: Sequence[FigureSeries]) -> str:
     return f"{name}: ×{math.exp(moved):.3g} so far, {needed}"
 
 
-def measured(series: FigureSeries) -> FigureSeries:
-    """Nights of a series with a number, at most the last :data:`WINDOW`."""
-    return series.at([k for k, figure in enumerate(series.figures) if not figure.missing][-WINDOW:])
-
-
 def all_steps(
-    series: Sequence[FigureSeries], told: Sequence[Sequence[ToldStep]], false_alarms: float
+    series: Sequence[NumberSeries], told: Sequence[Sequence[ToldStep]], false_alarms: float
 ) -> list[tuple[Step, ...]]:
     """Steps of each series, with one threshold for all; what is held is no discovery, and does not widen it."""
-    values = [np.log(np.array([figure.value for figure in one.figures], float)) for one in series]
+    values = [np.log(one.values) for one in series]
     correlations = autocorrelations(values)
     held = [held_steps(x, r, own) for x, r, own in zip(values, correlations, told, strict=True)]
     between = [
@@ -313,24 +307,23 @@ def common_threshold(values: Sequence[Array], correlations: Sequence[float], fal
     return false_alarms * float(np.count_nonzero(adjusted <= false_alarms)) / len(tested)
 
 
-def part_changes(series: FigureSeries) -> set[int]:
+def part_changes(series: NumberSeries) -> set[int]:
     """Places at which a part that the figure depends on differs from the night before."""
-    return {
-        k
-        for k in range(1, len(series.nights))
-        if differing(series.nights[k - 1], series.nights[k], series.figures[k].depends)
-    }
+    pairs = enumerate(pairwise(series.nights), 1)
+    return {k for k, (last, since) in pairs if differing(last, since, series.depends(k))}
 
 
-def change_of(series: FigureSeries, step: Step) -> Change:
+def change_of(series: NumberSeries, step: Step) -> Change:
     """Change at a step; more time, or more memory, is worse."""
-    nights = len(series.figures) - step.place
+    nights = len(series.at) - step.place
     words = f"{step.factor:.3f} times the earlier level ({step.low:.3f} to {step.high:.3f})"
     chance = "told on an earlier night" if step.held else f"by chance with {step.probability:.1g}"
-    last, since = series.nights[step.place - 1].name, series.nights[step.place].name
+    last, since = (night.name for night in series.nights[step.place - 1 : step.place + 1])
+    names = [names_since(night, series.identity, series.earlier) for night in (last, since)]
+    settings = tuple(own[0].setting for own in names)
     return Change(
-        series.identity, series.figures[step.place - 1], series.figures[-1], last, since,
+        series.identity, series.figure(step.place - 1), series.figure(-1), last, since,
         Direction.WORSE if step.slower else Direction.BETTER,
         f"{words} in {nights} nights since; {chance}; least effect {LEAST_EFFECT:.0%}",
-        step.factor, step.low, step.high, named=series.names_since(since), settings=series.other_settings(last, since),
+        step.factor, step.low, step.high, named=names[1], settings=settings if settings[0] != settings[1] else (),
     )  # fmt: skip

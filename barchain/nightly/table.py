@@ -1,63 +1,52 @@
-"""Figures of many nights as one table, series × night, and the file of one night's figures.
+"""File of a night's figures, and the numbers over many nights that times and trends need.
 
-A history of a thousand nights has millions of figures, most of them the same on many nights. Each distinct result of a
-series is kept once, and a matrix says which night has which. ``cache.parquet`` in the history's folder holds the table
-of the nights that were there when it was written; without it, it only takes longer.
+Numbers of all nights are one matrix, figure × night. ``numbers.npz`` in the history's folder holds that of the nights
+that were there when it was written; without it, it only takes longer.
 """
 
 from __future__ import annotations
 
 import contextlib
-import fnmatch
 import io
-import itertools
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from barchain.nightly.faults import HistoryError
-from barchain.nightly.figures import (
-    Figure,
-    FigureIdentity,
-    FigureKind,
-    FigureSeries,
-    FigureUnit,
-    NightSummary,
-)
-from scenarios.nearest import nearest
+from barchain.nightly.figures import Figure, FigureIdentity, FigureKind, FigureUnit
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
-    import pyarrow as pa
     from numpy.typing import NDArray
 
-    from barchain.nightly.figures import Night
+    from barchain.nightly.figures import EarlierNames, Night, NightSummary
     from barchain.nightly.place import Place
 
-    Codes = NDArray[np.int32]
-    Mask = NDArray[np.bool_]
+    Array = NDArray[np.float64]
+    Places = NDArray[np.intp]
 
 
 FIGURES = "figures.parquet"
-CACHE = "cache.parquet"
-CACHE_FORMAT = b"nights, format 1"
-"""Entry of the cache's schema that names its nights with the digests of their figures"""
+CACHE = "numbers.npz"
 IDENTITY = ("scene", "engine", "setting", "quantity", "kind", "unit", "anchor")
 NUMBERS = ("value", "low", "high", "tolerance")
 WORDS = ("word", "trajectory", "reason", "depends")
 COLUMNS = (*IDENTITY, *NUMBERS, *WORDS, "versions")
 """Columns of a night's file; ``versions`` has those of the distributions behind a figure's engines, for readers"""
-TYPES = dict.fromkeys(NUMBERS, np.float64) | dict.fromkeys(WORDS, np.int32)
+KIND = IDENTITY.index("kind")
+CHARTED = (FigureKind.ERROR, FigureKind.RATIO, FigureKind.MEMORY, FigureKind.COUNT)
+"""Kinds whose numbers are looked at over many nights"""
 MOST_READ = 16
 """Nights beside the cache: with more it is written anew"""
-AT_ONCE = 50
-"""Nights whose files are held together"""
 ENGINE, PROGRAM = "engine:", "program:"
-BETWEEN, MEMBERS = "\t", "\n"
-"""Between the parts of a series' key, and the names of parts; no text of a figure holds them"""
+MEMBERS = "\n"
+"""Between the names of parts; none of them holds it"""
+FIGURES_KEPT = 2**14
+"""Figures that are made once, as most are the same on many nights"""
 
 
 def figures_content(night: Night) -> bytes:
@@ -83,87 +72,130 @@ def versions_of(figure: Figure, night: Night) -> str:
     return ", ".join(f"{part.name.partition(':')[2].partition(' (')[0]} {part.version}" for part in known)
 
 
+def columns_of(content: bytes, names: Sequence[str]) -> list[list[Any]]:
+    """Columns of a night's file; equal texts of a column are one object."""
+    import pyarrow.parquet as pq  # noqa: PLC0415
+
+    texts = [name for name in names if name not in NUMBERS]
+    rows = pq.ParquetFile(io.BytesIO(content), read_dictionary=texts).read(columns=list(names))
+    found = {name: rows[name].combine_chunks() for name in names}
+    for name in texts:
+        known = found[name].dictionary.to_pylist()
+        found[name] = [known[k] for k in np.from_dlpack(found[name].indices).tolist()]
+    return [found[name] if name in texts else found[name].to_pylist() for name in names]
+
+
+def read_figures(content: bytes, fits: Callable[[FigureIdentity], bool] | None = None) -> list[Figure]:
+    """Figures of a night's file; those alone whose identity fits, if that is asked."""
+    columns = columns_of(content, COLUMNS[:-1])
+    keys, results = zip(*columns[: len(IDENTITY)], strict=True), zip(*columns[len(IDENTITY) :], strict=True)
+    pairs = ((identity_of(*key), result) for key, result in zip(keys, results, strict=True))
+    return [figure_of(identity, *result) for identity, result in pairs if fits is None or fits(identity)]
+
+
+@lru_cache(FIGURES_KEPT)
+def identity_of(*key: str) -> FigureIdentity:
+    """Identity of a figure of its columns, in the order of :data:`IDENTITY`."""
+    scene, engine, setting, quantity, kind, unit, anchor = key
+    return FigureIdentity(scene, engine, setting, quantity, FigureKind(kind), FigureUnit(unit), anchor)
+
+
+@lru_cache(FIGURES_KEPT)
+def figure_of(identity: FigureIdentity, *result: Any) -> Figure:
+    """Figure of its identity and the columns of its result."""
+    value, low, high, tolerance, word, trajectory, reason, depends = result
+    return Figure(identity, value, word, low, high, tolerance, trajectory, parts_in(depends), reason)
+
+
+def parts_in(text: str) -> tuple[str, ...]:
+    """Names of parts in a text of the column ``depends``."""
+    return tuple(text.split(MEMBERS)) if text else ()
+
+
 @dataclass(frozen=True)
-class FigureTable:
-    """Figures of some nights."""
+class NumberTable:
+    """Numbers of the charted figures of some nights."""
 
     nights: tuple[NightSummary, ...]
+    """In their order"""
     identities: tuple[FigureIdentity, ...]
-    """Of the series"""
-    cells: Codes
-    """Places (series, nights) in the columns of `results`, -1 without a figure; equal places are equal results"""
-    results: Mapping[str, NDArray[Any]]
-    """Columns of the distinct results of all series: numbers, NaN where there is none, and places in `texts`"""
-    texts: Sequence[str]
-    made: dict[int, Figure] = field(default_factory=dict)
-    """Figures that were looked at"""
+    values: Array
+    """Shape (identities, nights), NaN without a number"""
+    depends: NDArray[np.int32]
+    """Places in `parts`, of the same shape"""
+    parts: Sequence[str]
+    """Names of the parts that a figure depends on"""
 
-    def where(self, known: Collection[NightSummary], kinds: Collection[FigureKind] = ()) -> Mask:
-        """Whether there is a figure (series, nights), of some nights and kinds only."""
-        found: Mask = (self.cells >= 0) & self.among(known)
-        if kinds:
-            found &= np.array([identity.kind in kinds for identity in self.identities], bool)[:, None]
+    @cached_property
+    def row(self) -> dict[FigureIdentity, int]:
+        """Numbers of the rows."""
+        return {identity: k for k, identity in enumerate(self.identities)}
+
+    @cached_property
+    def names(self) -> NDArray[np.str_]:
+        """Names of the nights."""
+        return np.array([night.name for night in self.nights], str)
+
+    def among(self, nights: Iterable[NightSummary]) -> NumberTable:
+        """Numbers of some of the nights."""
+        kept = np.isin(self.names, [night.name for night in nights])
+        own = tuple(night for night, there in zip(self.nights, kept, strict=True) if there)
+        return replace(self, nights=own, values=self.values[:, kept], depends=self.depends[:, kept])
+
+    def series(self, identity: FigureIdentity, earlier: EarlierNames = ()) -> NumberSeries:
+        """Numbers of a figure, up to the last night of each earlier name under that name."""
+        rows, at, since = [np.zeros(0, np.intp)], [np.zeros(0, np.intp)], 0
+        ends = [int(np.searchsorted(self.names, last, "right")) for _, last in earlier]
+        for name, end in zip((*(name for name, _ in earlier), identity), (*ends, len(self.nights)), strict=True):
+            if name in self.row:
+                at.append(since + np.flatnonzero(~np.isnan(self.values[self.row[name], since:end])))
+                rows.append(np.full(len(at[-1]), self.row[name], np.intp))
+            since = max(since, end)
+        return NumberSeries(self, identity, np.concatenate(rows), np.concatenate(at), earlier)
+
+
+@dataclass(frozen=True)
+class NumberSeries:
+    """Numbers of one figure over the nights that measured it, in their order."""
+
+    table: NumberTable
+    identity: FigureIdentity
+    rows: Places
+    """Of the table, shape (n,): other ones under earlier names"""
+    at: Places
+    """Numbers of the nights in the table, shape (n,)"""
+    earlier: EarlierNames = ()
+
+    @cached_property
+    def values(self) -> Array:
+        """Numbers, shape (n,)."""
+        found: Array = self.table.values[self.rows, self.at]
         return found
 
-    def among(self, known: Collection[NightSummary]) -> Mask:
-        """Whether a night (nights,) is one of some."""
-        names = {night.name for night in known}
-        return np.array([night.name in names for night in self.nights], bool)
+    @property
+    def nights(self) -> list[NightSummary]:
+        """Nights that measured the figure."""
+        return [self.table.nights[k] for k in self.at.tolist()]
 
-    def series_at(self, chosen: Mask) -> tuple[FigureSeries, ...]:
-        """Series of the chosen figures."""
-        found = []
-        for k in np.flatnonzero(chosen.any(axis=1)).tolist():
-            at = np.flatnonzero(chosen[k]).tolist()
-            figures = tuple(self.figure(k, code) for code in self.cells[k, at].tolist())
-            found.append(FigureSeries(self.identities[k], tuple(self.nights[n] for n in at), figures))
-        return tuple(found)
+    def depends(self, k: int) -> tuple[str, ...]:
+        """Names of the parts that the figure of one of these nights depends on."""
+        return parts_in(self.table.parts[self.table.depends[self.rows[k], self.at[k]]])
 
-    def figure(self, series: int, code: int) -> Figure:
-        """Figure of a result of a series."""
-        if code not in self.made:
-            numbers, words = ([self.results[name][code].item() for name in names] for names in (NUMBERS, WORDS))
-            value, low, high, tolerance = (None if x != x else x for x in numbers)  # noqa: PLR0124  # NaN
-            word, trajectory, reason, depends = (self.texts[k] for k in words)
-            self.made[code] = Figure(
-                self.identities[series],
-                value,
-                word,
-                low,
-                high,
-                tolerance,
-                trajectory,
-                tuple(depends.split(MEMBERS)) if depends else (),
-                reason,
-            )
-        return self.made[code]
+    def figure(self, k: int) -> Figure:
+        """Figure of one of these nights."""
+        return Figure(self.identity, float(self.values[k]), depends=self.depends(k))
 
-    def named(self, pattern: str) -> tuple[FigureSeries, ...]:
-        """Series of the figures whose name is `pattern`, or fits it (``*`` and ``?`` stand for any text).
-
-        Raises
-        ------
-        HistoryError
-            If no figure fits; the message gives the nearest name.
-        """
-        names = [identity.name for identity in self.identities]
-        fitting = np.array([name == pattern or fnmatch.fnmatchcase(name, pattern) for name in names], bool)
-        if not fitting.any():
-            there = f"{nearest(pattern, names)}; {len(names)} figures are there" if names else "; there are none"
-            raise HistoryError(f"{pattern[:80]}: no such figure{there}")
-        return self.series_at((self.cells >= 0) & fitting[:, None])
-
-    def of_night(self, name: str) -> list[Figure]:
-        """Figures of a night."""
-        codes = self.cells[:, next(k for k, night in enumerate(self.nights) if night.name == name)]
-        there = np.flatnonzero(codes >= 0)
-        return [self.figure(k, code) for k, code in zip(there.tolist(), codes[there].tolist(), strict=True)]
+    def within(self, first: int | None, last: int | None) -> NumberSeries:
+        """Series of some of its nights, from one to before another one."""
+        return replace(self, rows=self.rows[first:last], at=self.at[first:last])
 
 
-def read_table(
-    nights: Sequence[NightSummary], place: Place | None, figures_of: Callable[[Sequence[NightSummary]], list[bytes]]
-) -> FigureTable:
-    """Figures of all nights of a history: those of the cache, and of the nights that it lacks.
+def read_numbers(
+    nights: Sequence[NightSummary],
+    place: Place | None,
+    contents: Callable[[Sequence[NightSummary]], Iterable[tuple[NightSummary, bytes]]],
+) -> NumberTable:
+    """Numbers of all nights of a history: those of the cache, and of the nights that it lacks.
 
     Parameters
     ----------
@@ -171,148 +203,57 @@ def read_table(
         In their order.
     place : Place, optional
         Of the history, for its cache; none is used without.
-    figures_of : callable
-        Gives the files of the figures of some nights.
+    contents : callable
+        Gives those of some nights that are whole, each with the file of its figures.
     """
-    building = Building(nights)
+    keys: dict[tuple[str, ...], int] = {}
+    parts: dict[str, int] = {}
+    columns: dict[str, tuple[Any, Any, Any]] = {}
+    """Rows, values and places of the parts, by the name of the night"""
     with contextlib.suppress(Exception):  # a cache that is not there, damaged, or of another format is made again
-        building.take_cache(place.read(CACHE) or b"" if place else b"")
-    lacking = [night for night in nights if night.name not in building.known]
-    for first in range(0, len(lacking), AT_ONCE):
-        some = lacking[first : first + AT_ONCE]
-        for night, content in zip(some, figures_of(some), strict=True):
-            building.add(night, content)
-    table = building.table()
+        keys, parts, columns = cached_numbers(place.read(CACHE) or b"" if place else b"", nights)
+    lacking = [night for night in nights if night.name not in columns]
+    for night, content in contents(lacking):
+        *identity, value, members = columns_of(content, (*IDENTITY, "value", "depends"))
+        every = zip(zip(*identity, strict=True), value, members, strict=True)
+        found = [one for one in every if one[1] is not None and one[0][KIND] in CHARTED]
+        at = [keys.setdefault(key, len(keys)) for key, _, _ in found]
+        columns[night.name] = at, [v for _, v, _ in found], [parts.setdefault(own, len(parts)) for _, _, own in found]
+    whole = tuple(night for night in nights if night.name in columns)
+    values = np.full((len(keys), len(whole)), np.nan)
+    depends = np.zeros(values.shape, np.int32)
+    for k, night in enumerate(whole):
+        at, values[at, k], depends[at, k] = columns[night.name]
+    there = ~np.isnan(values).all(axis=1)
+    identities = tuple(identity_of(*key) for key, kept in zip(keys, there, strict=True) if kept)
+    table = NumberTable(whole, identities, values[there], depends[there], tuple(parts))
     if place is not None and len(lacking) > MOST_READ:
         with contextlib.suppress(HistoryError):  # without a cache it only takes longer
             place.write(CACHE, cache_content(table))
     return table
 
 
-class Building:
-    """Table to which the figures of one night after the other are added."""
-
-    def __init__(self, nights: Sequence[NightSummary]) -> None:
-        """Begin without figures."""
-        self.nights = tuple(nights)
-        self.place = {night.name: k for k, night in enumerate(nights)}
-        self.known: set[str] = set()
-        """Names of the nights whose figures are there"""
-        self.keys: dict[str, int] = {}
-        self.texts: dict[str, int] = {}
-        self.cells = np.full((0, len(nights)), -1, np.int32)
-        self.results: dict[str, list[NDArray[Any]]] = {name: [] for name in (*NUMBERS, *WORDS)}
-        self.count = 0
-        """Number of results"""
-        self.last = np.zeros(0, np.int32)
-        """Result of each series that was added last, -1 before"""
-        self.latest: dict[str, NDArray[Any]] = {name: np.zeros(0, kind) for name, kind in TYPES.items()}
-        """Its columns"""
-
-    def take_cache(self, content: bytes) -> None:
-        """Take the figures of a cache, of nights that are there and as they were."""
-        import pyarrow.parquet as pq  # noqa: PLC0415
-
-        rows = pq.ParquetFile(io.BytesIO(content), page_checksum_verification=True).read()
-        cached = json.loads(rows.schema.metadata[CACHE_FORMAT])
-        series = numbered(rows["series"], self.keys)
-        first, last = (np.from_dlpack(rows[name].combine_chunks()) for name in ("first", "last"))
-        begins, ends = series * len(cached) + first, series * len(cached) + last + 1
-        lengths = np.diff(np.stack([begins, ends], axis=1).ravel(), prepend=0, append=len(self.keys) * len(cached))
-        codes = np.full(len(lengths), -1, np.int32)
-        codes[1::2] = np.arange(len(rows), dtype=np.int32)
-        cells = np.repeat(codes, lengths).reshape(len(self.keys), len(cached))
-        counted = np.count_nonzero(cells >= 0, axis=0)
-        own = {(night.name, night.digest, night.figures): k for k, night in enumerate(self.nights)}
-        place = [own.get((name, digest, counted[k]), -1) for k, (name, digest) in enumerate(cached)]
-        kept = [k for k, there in enumerate(place) if there >= 0]
-        self.cells = np.full((len(self.keys), len(self.nights)), -1, np.int32)
-        self.cells[:, [place[k] for k in kept]] = cells[:, kept]
-        self.known = {cached[k][0] for k in kept}
-        columns, self.count = self.columns(rows), len(rows)
-        self.results = {name: [column] for name, column in columns.items()}
-        self.last = self.cells.max(axis=1, initial=-1)  # places of a series are in the order of its nights
-        self.latest = {name: column[self.last] for name, column in columns.items()}
-
-    def add(self, night: NightSummary, content: bytes) -> None:
-        """Add the figures of a night's file: of those that are as they were last, the result stands there already."""
-        import pyarrow.compute as pc  # noqa: PLC0415
-        import pyarrow.parquet as pq  # noqa: PLC0415
-
-        rows = pq.ParquetFile(io.BytesIO(content), read_dictionary=list(WORDS)).read()
-        keys = pc.binary_join_element_wise(*(rows[name] for name in IDENTITY), BETWEEN)
-        series = numbered(keys.dictionary_encode(), self.keys)
-        columns, more = self.columns(rows), len(self.keys) - len(self.cells)
-        if more:
-            self.cells = np.pad(self.cells, ((0, more), (0, 0)), constant_values=-1)
-            self.last = np.pad(self.last, (0, more), constant_values=-1)
-            self.latest = {name: np.pad(column, (0, more)) for name, column in self.latest.items()}
-        same = self.last[series] >= 0
-        for name, column in columns.items():
-            latest = self.latest[name][series]
-            same &= (column == latest) | ((column != column) & (latest != latest))  # noqa: PLR0124  # NaN
-        code = np.where(same, self.last[series], self.count - 1 + np.cumsum(~same, dtype=np.int32))
-        for name, column in columns.items():
-            self.results[name].append(column[~same])
-            self.latest[name][series] = column
-        self.last[series] = code
-        self.cells[series, self.place[night.name]] = code
-        self.count += int(np.count_nonzero(~same))
-        self.known.add(night.name)
-
-    def columns(self, rows: pa.Table) -> dict[str, NDArray[Any]]:
-        """Columns of results; texts as their numbers.
-
-        Arrays without nulls, as those of the cache, are taken by DLPack: `to_numpy` imports pandas, which takes longer
-        than all else here.
-        """
-        found = {
-            name: rows[name].to_numpy() if rows[name].null_count else np.from_dlpack(rows[name].combine_chunks())
-            for name in NUMBERS
-        }
-        return found | {name: numbered(rows[name], self.texts) for name in WORDS}
-
-    def table(self) -> FigureTable:
-        """Table of what was added; series that no night has any more are left out."""
-        there: Mask = np.any(self.cells >= 0, axis=1)
-        identities = []
-        for key in itertools.compress(self.keys, there):
-            scene, engine, setting, quantity, kind, unit, anchor = key.split(BETWEEN)
-            kinds = FigureKind(kind), FigureUnit(unit)
-            identities.append(FigureIdentity(scene, engine, setting, quantity, *kinds, anchor))
-        results = {name: np.concatenate([np.zeros(0, TYPES[name]), *own]) for name, own in self.results.items()}
-        return FigureTable(self.nights, tuple(identities), self.cells[there], results, tuple(self.texts))
+def cached_numbers(
+    content: bytes, nights: Sequence[NightSummary]
+) -> tuple[dict[Any, int], dict[str, int], dict[str, Any]]:
+    """Keys, parts and columns of a cache, of nights that are as they were when it was written."""
+    with np.load(io.BytesIO(content)) as file:
+        head, values, depends = json.loads(file["head"].tobytes()), file["values"], file["depends"]
+    own = {(night.name, night.digest) for night in nights}
+    columns = {}
+    for k, (name, digest) in enumerate(head["nights"]):
+        if (name, digest) in own:
+            at = np.flatnonzero(~np.isnan(values[:, k]))
+            columns[name] = at, values[at, k], depends[at, k]
+    keys, parts = ({key: k for k, key in enumerate(every)} for every in (map(tuple, head["keys"]), head["parts"]))
+    return keys, parts, columns
 
 
-def numbered(column: pa.ChunkedArray, known: dict[str, int]) -> Codes:
-    """Numbers of the texts of a column; new texts get the next numbers."""
-    own = column.combine_chunks()
-    numbers = [known.setdefault(text, len(known)) for text in own.dictionary.to_pylist()]
-    found: Codes = np.array(numbers, np.int32)[np.from_dlpack(own.indices)]
-    return found
-
-
-def cache_content(table: FigureTable) -> bytes:
-    """File of the cache: a row for each level of a series, with the places of its first and its last night."""
-    import pyarrow as pa  # noqa: PLC0415
-    import pyarrow.parquet as pq  # noqa: PLC0415
-
-    cells = np.pad(table.cells, ((0, 0), (1, 1)), constant_values=-1)
-    own = cells[:, 1:-1]
-    series, first = np.nonzero((own >= 0) & (own != cells[:, :-2]))
-    last = np.nonzero((own >= 0) & (own != cells[:, 2:]))[1]
-    code, keys = own[series, first], pa.array([key_of(identity) for identity in table.identities], pa.string())
-    texts = pa.array(table.texts, pa.string())
-    columns: dict[str, Any] = {"series": pa.DictionaryArray.from_arrays(series, keys), "first": first, "last": last}
-    columns |= {name: table.results[name][code] for name in NUMBERS}
-    columns |= {name: pa.DictionaryArray.from_arrays(table.results[name][code], texts) for name in WORDS}
-    nights = json.dumps([(night.name, night.digest) for night in table.nights])
+def cache_content(table: NumberTable) -> bytes:
+    """File of the cache."""
+    keys = [[str(getattr(identity, name)) for name in IDENTITY] for identity in table.identities]
+    head = {"nights": [(n.name, n.digest) for n in table.nights], "keys": keys, "parts": table.parts}
     sink = io.BytesIO()
-    rows = pa.table(columns).replace_schema_metadata({CACHE_FORMAT: nights})
-    pq.write_table(rows, sink, compression="zstd", write_page_checksum=True)
+    text = np.frombuffer(json.dumps(head).encode(), np.uint8)
+    np.savez_compressed(sink, head=text, values=table.values, depends=table.depends)
     return sink.getvalue()
-
-
-def key_of(identity: FigureIdentity) -> str:
-    """Key of a series."""
-    return BETWEEN.join(str(getattr(identity, name)) for name in IDENTITY)

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from barchain.nightly.figures import FigureKind
 from reports.tables.nights.trends import CalendarNight, TrendChart, TrendCurve
 
 if TYPE_CHECKING:
@@ -17,9 +16,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from barchain.nightly.figures import FigureIdentity, NightSummary
-    from barchain.nightly.levels import EarlierNames
-    from barchain.nightly.table import FigureTable
+    from barchain.nightly.figures import EarlierNames, FigureIdentity, NightSummary
+    from barchain.nightly.table import NumberSeries, NumberTable
     from barchain.nightly.told import ToldNight
 
     Key = tuple[str, str, str]
@@ -28,19 +26,17 @@ if TYPE_CHECKING:
 
 MOST_POINTS = 60
 """Points of a curve: of more nights, each earlier point is the median of a group"""
-SHOWN = (FigureKind.ERROR, FigureKind.RATIO, FigureKind.MEMORY, FigureKind.COUNT)
-"""Kinds that are drawn as factors relative to the median over the nights"""
 
 
 def trend_charts(
-    table: FigureTable, nights: Sequence[NightSummary], told: Told = MappingProxyType({}),
+    table: NumberTable, nights: Sequence[NightSummary], told: Told = MappingProxyType({}),
     names: Mapping[FigureIdentity, EarlierNames] = MappingProxyType({}),
 ) -> tuple[TrendChart, ...]:  # fmt: skip
-    """Charts of all engines and scenes.
+    """Charts of all engines and scenes: factors relative to the median over the nights.
 
     Parameters
     ----------
-    table : FigureTable
+    table : NumberTable
     nights : sequence of NightSummary
         Those that are drawn, in their order.
     told : mapping
@@ -50,7 +46,9 @@ def trend_charts(
     """
     curves: dict[Key, list[TrendCurve]] = defaultdict(list)
     still: Counter[Key] = Counter()
-    for identity, at, value in drawn(table, nights, names):
+    for one in drawn(table.among(nights), names):
+        identity, above_zero = one.identity, one.values > 0.0
+        at, value = one.at[above_zero], one.values[above_zero]
         curves[key_of(identity)] += []
         if (value == value[0]).all():
             still[key_of(identity)] += 1
@@ -76,29 +74,14 @@ def marked_nights(nights: Sequence[NightSummary], told: Told) -> dict[Key, set[i
     return found
 
 
-def drawn(
-    table: FigureTable, nights: Sequence[NightSummary], names: Mapping[FigureIdentity, EarlierNames]
-) -> Iterator[tuple[FigureIdentity, NDArray[np.intp], NDArray[np.float64]]]:
-    """Figures of engines, the places of their nights, and their values, from those above zero; a renamed one is one."""
-    columns, there = np.flatnonzero(table.among(nights)), table.where(nights, SHOWN)
-    rows = {identity: k for k, identity in enumerate(table.identities)}
-    starts = np.array([night.name for night in nights])
+def drawn(table: NumberTable, names: Mapping[FigureIdentity, EarlierNames]) -> Iterator[NumberSeries]:
+    """Figures of engines; one that goes on under another name is drawn with that one."""
     ended = {name: until for earlier in names.values() for name, until in earlier}
-    for k in np.flatnonzero(there.any(axis=1)).tolist():
-        identity = table.identities[k]
-        goes_on = identity in ended and not (there[k, columns] & (starts > ended[identity])).any()
-        if not identity.engine or goes_on:
-            continue
-        at, value, since = [], [], ""
-        for name, until in (*names.get(identity, ()), (identity, "~")):  # after all nights
-            if name in rows:
-                own = there[rows[name], columns] & (starts > since) & (starts <= until)
-                at.append(np.flatnonzero(own))
-                value.append(table.results["value"][table.cells[rows[name], columns[own]]])
-            since = until
-        nights_of, values = np.concatenate(at), np.concatenate(value)
-        if (above_zero := values > 0.0).any():
-            yield identity, nights_of[above_zero], values[above_zero]
+    for identity in table.identities:
+        one = table.series(identity, names.get(identity, ()))
+        goes_on = identity in ended and not any(night.name > ended[identity] for night in one.nights)
+        if identity.engine and not goes_on and (one.values > 0.0).any():
+            yield one
 
 
 def key_of(identity: FigureIdentity) -> Key:

@@ -20,7 +20,7 @@ from barchain.cli.nightly.options import history_option, opened
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from barchain.nightly.figures import Figure, FigureSeries, Night, NightSummary
+    from barchain.nightly.figures import Figure, FigureIdentity, Night, NightSummary
 
 MOST_NIGHTS = 1_000_000
 MOST_DAYS = 36_525.0
@@ -94,13 +94,13 @@ def show(night: str, url: str | None, as_json: bool) -> None:
 def series(figure: str, url: str | None, as_json: bool) -> None:
     """Show FIGURE over the nights: scene:engine:setting:quantity, in which * stands for any text."""
     with opened(url) as store:
-        found = store.table().named(figure)
+        found = store.series(figure)
     if as_json:
-        print_json([series_values(each) for each in found])
+        print_json([series_values(*each) for each in found.items()])
         return
-    for each in found:
-        say(each.identity.name)
-        rows = [(night.name, *figure_row(f)[2:]) for night, f in zip(each.nights, each.figures, strict=True)]
+    for identity, own in found.items():
+        say(identity.name)
+        rows = [(night.name, *figure_row(figure)[2:]) for night, figure in own]
         show_rows(("night", *FIGURE_HEADINGS[2:]), rows, right=("result",))
 
 
@@ -194,13 +194,15 @@ def night_values(night: Night | NightSummary) -> dict[str, Any]:
     return values | {"machine_class": night.environment.machine_class}
 
 
-def series_values(found: FigureSeries) -> dict[str, Any]:
+def series_values(identity: FigureIdentity, found: Sequence[tuple[NightSummary, Figure]]) -> dict[str, Any]:
     """Figure over the nights, as JSON holds it."""
-    figures = [dataclasses.asdict(figure) for figure in found.figures]
-    for figure, night in zip(figures, found.nights, strict=True):
+    figures = [
+        dataclasses.asdict(figure) | {"night": night.name, "started": night.started.isoformat()}
+        for night, figure in found
+    ]
+    for figure in figures:
         figure.pop("identity")
-        figure |= {"night": night.name, "started": night.started.isoformat()}
-    return dataclasses.asdict(found.identity) | {"name": found.identity.name, "figures": figures}
+    return dataclasses.asdict(identity) | {"name": identity.name, "figures": figures}
 
 
 def print_json(values: Sequence[Any] | dict[str, Any]) -> None:

@@ -166,7 +166,7 @@ def write_documents(
         against += f" (a night of another plan, {before.plan})" if before.plan != night.plan else ""
     facts = facts_of(store, judged, night, against)
     nights = [each for each in store.nights() if each.started <= summary.started]
-    charts = trend_charts(store.table(), nights, told_by(store), judged.earlier)
+    charts = trend_charts(store.numbers(), nights, told_by(store), judged.earlier)
     out.mkdir(parents=True, exist_ok=True)
     write_atomically(out / FILE, facts.model_dump_json(indent=1) + "\n")
     write_summary(out, facts)

@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from typing import TYPE_CHECKING, Any
 
 from barchain.nightly.advance import advance
-from barchain.nightly.figures import STEPPED, FigureSeries, NightSummary
+from barchain.nightly.figures import STEPPED
 from barchain.nightly.judged import JudgedNight
 from barchain.nightly.levels import FoldedNight, LevelTable
 from barchain.nightly.steps import time_changes
+from barchain.nightly.table import figures_content, read_numbers
 from tests.nightly.history.synthetic import ENVIRONMENT, PARTS, night
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from barchain.nightly.changes import Change
-    from barchain.nightly.figures import Environment, Figure, Night, NightPart
+    from barchain.nightly.figures import Environment, Figure, Night, NightPart, NightSummary
+    from barchain.nightly.table import NumberSeries
 
-FIGURES: dict[str, Sequence[Figure]] = {}
-"""Figures of the nights made here, by name"""
+MADE: dict[str, Night] = {}
+"""Nights made here, by name"""
 
 
 def history_of(
@@ -43,20 +44,15 @@ def history_of(
 
 
 def summaries(*nights: Night) -> list[NightSummary]:
-    """Nights without their figures, which :func:`as_series` finds again."""
-    FIGURES.update({each.name: each.figures for each in nights})
+    """Nights without their figures, which :func:`times_of` finds again."""
+    MADE.update({each.name: each for each in nights})
     return [each.summary() for each in nights]
 
 
-def as_series(nights: Sequence[NightSummary]) -> tuple[FigureSeries, ...]:
-    """All figures of nights of :func:`history_of`."""
-    found = defaultdict(list)
-    for each in nights:
-        for figure in FIGURES[each.name]:
-            found[figure.identity].append((each, figure))
-    return tuple(
-        FigureSeries(identity, tuple(n for n, _ in own), tuple(f for _, f in own)) for identity, own in found.items()
-    )
+def times_of(nights: Sequence[NightSummary]) -> list[NumberSeries]:
+    """Times and memory of nights of :func:`history_of`."""
+    table = read_numbers(nights, None, lambda some: [(each, figures_content(MADE[each.name])) for each in some])
+    return [table.series(identity) for identity in table.identities if identity.kind in STEPPED]
 
 
 def folded(nights: Sequence[NightSummary]) -> list[FoldedNight]:
@@ -64,7 +60,7 @@ def folded(nights: Sequence[NightSummary]) -> list[FoldedNight]:
     found, table = [], LevelTable()
     for each in nights:
         if each.void is None:
-            found.append(advance(table, each, FIGURES[each.name]))
+            found.append(advance(table, each, MADE[each.name].figures))
             table = found[-1].table
     return found
 
@@ -79,8 +75,7 @@ def judged_last(nights: Sequence[NightSummary]) -> JudgedNight:
     if nights[-1].void is not None:
         return JudgedNight(LevelTable(), night=nights[-1])
     last = folded(nights)[-1]
-    series = [one for one in as_series(nights) if one.identity.kind in STEPPED]
-    stepped, fresh = time_changes(series)
+    stepped, fresh = time_changes(times_of(nights))
     return JudgedNight(
         **vars(last), night=nights[-1], compared_with=tuple(nights[:-1]), stepped=stepped, fresh=fresh
     )  # fmt: skip

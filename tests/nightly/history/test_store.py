@@ -13,16 +13,16 @@ from hypothesis import HealthCheck, given, settings
 
 from barchain.nightly.attribute import Attribution, keep_attribution
 from barchain.nightly.faults import HistoryError
-from barchain.nightly.figures import FigureKind, Night
 from barchain.nightly.history import RECORD, NightStore, export_parquet, open_store
 from barchain.nightly.judging import judge
 from barchain.nightly.pruning import prune_runs
 from barchain.nightly.standing import every_change
-from barchain.nightly.table import CACHE, FIGURES
+from barchain.nightly.table import CACHE, CHARTED, FIGURES
 from barchain.nightly.told import attributed_words, keep_judgement
 from tests.nightly.history.synthetic import FIRST, bits, count, error, large_night, night, nights, ratio, verdict
 
 if TYPE_CHECKING:
+    from barchain.nightly.figures import Night
     from barchain.nightly.judged import JudgedNight
 
 
@@ -48,9 +48,10 @@ def test_every_night_comes_back_bit_for_bit(store: NightStore, made: Night) -> N
     found = store.night(made.name)
     assert found.figures == made.figures
     assert (found.name, found.parts, found.environment) == (made.name, made.parts, made.environment)
-    table = store.table()
-    there = table.where([one for one in table.nights if one.name == made.name])
-    assert {series.figures[0] for series in table.series_at(there)} == set(made.figures)
+    numbers = store.numbers().among([one for one in store.nights() if one.name == made.name])
+    found = {(identity, value) for identity in numbers.identities for value in numbers.series(identity).values.tolist()}
+    charted = [figure for figure in made.figures if figure.identity.kind in CHARTED]
+    assert found == {(figure.identity, figure.value) for figure in charted if not figure.missing}
 
 
 def test_adding_twice_changes_nothing(store: NightStore) -> None:
@@ -181,63 +182,60 @@ def test_a_night_is_found_by_the_beginning_of_its_name_and_an_unknown_one_gets_t
 def test_a_series_has_a_figure_of_each_night(store: NightStore) -> None:
     for k in range(5):
         store.add(night(error(1e-5 * (k + 1)), count(), number=k))
-    (found,) = store.table().named("paper/fig05:*:attitude.max")
-    assert [figure.value for figure in found.figures] == [1e-5 * (k + 1) for k in range(5)]
-    assert [one.started.day for one in found.nights] == [1, 2, 3, 4, 5]
-    table = store.table()
-    counts = table.series_at(table.where(store.nights(), [FigureKind.COUNT]))
-    assert [series.identity.kind for series in counts] == [FigureKind.COUNT]
+    ((_, found),) = store.series("paper/fig05:*:attitude.max").items()
+    assert [(night.started.day, figure.value) for night, figure in found] == [(k + 1, 1e-5 * (k + 1)) for k in range(5)]
     with pytest.raises(HistoryError, match="did you mean paper/fig05:mujoco:steps_per_orbit=1000:steps"):
-        table.named("paper/fig05:mujoco:steps_per_orbit=1000:step")
+        store.series("paper/fig05:mujoco:steps_per_orbit=1000:step")
 
 
-def every_figure(store: NightStore) -> list[tuple[str, str, str]]:
-    """All figures of a history that is opened anew."""
-    table = open_store(store.place.url).table()
+def every_number(store: NightStore) -> list[tuple[str, str, str]]:
+    """All numbers of a history that is opened anew."""
+    table = open_store(store.place.url).numbers()
     return sorted(
-        (series.identity.name, night.name, str(figure))
-        for series in table.series_at(table.where(table.nights))
-        for night, figure in zip(series.nights, series.figures, strict=True)
+        (identity.name, night.name, str(series.figure(k)))
+        for identity in table.identities
+        for series in [table.series(identity)]
+        for k, night in enumerate(series.nights)
     )
 
 
-def test_figures_are_the_same_with_and_without_the_cache(store: NightStore) -> None:
+def test_numbers_are_the_same_with_and_without_the_cache(store: NightStore) -> None:
     for k in range(20):
         store.add(night(error(1e-5 * (k // 3 + 1)), *([verdict()] if k % 2 else []), ratio(1.0 + 0.1 * k), number=k))
-    whole, cache = every_figure(store), folder(store, CACHE)
-    assert len(whole) == 50
+    whole, cache = every_number(store), folder(store, CACHE)
+    assert len(whole) == 40
     assert cache.is_file()
-    assert every_figure(store) == whole
+    assert every_number(store) == whole
     cache.unlink()
-    assert every_figure(store) == whole
+    assert every_number(store) == whole
 
 
 def test_a_cache_that_is_wrong_or_torn_is_made_again(store: NightStore) -> None:
     for k in range(20):
         store.add(night(error(1e-5 * (k + 1)), number=k))
-    whole, cache = every_figure(store), folder(store, CACHE)
+    whole, cache = every_number(store), folder(store, CACHE)
     content = cache.read_bytes()
     for torn in (b"", content[:-100], content[100:]):
         cache.write_bytes(torn)
-        assert every_figure(store) == whole
+        assert every_number(store) == whole
         assert cache.read_bytes() == content
     for k in range(4, len(content), len(content) // 40):
         cache.write_bytes(content[:k] + bytes([content[k] ^ 1]) + content[k + 1 :])
-        assert every_figure(store) == whole, f"byte {k} of {len(content)}"
+        assert every_number(store) == whole, f"byte {k} of {len(content)}"
 
 
 def test_a_cache_follows_nights_that_are_added_late_replaced_or_removed(store: NightStore, tmp_path: Path) -> None:
     for k in range(20):
         store.add(night(error(1e-5 * (k + 1)), number=2 * k, label="own", complete=k > 0))
-    every_figure(store)
+    every_number(store)
     store.add(night(error(2e-5), number=5))  # late
     store.add(night(error(9e-5), verdict(), number=0, label="own"))  # the whole night
     shutil.rmtree(folder(store, store.nights()[3].name))
-    now = every_figure(store)
+    now = every_number(store)
     other = shutil.copytree(folder(store), tmp_path / "other")
     (other / CACHE).unlink()
-    assert now == every_figure(open_store(str(other)))
-    assert len(now) == 21
+    assert now == every_number(open_store(str(other)))
+    assert len(now) == 20
 
 
 def test_a_history_that_can_not_be_written_is_read_without_a_cache(
@@ -250,7 +248,7 @@ def test_a_history_that_can_not_be_written_is_read_without_a_cache(
         raise OSError(30, "Read-only file system")
 
     monkeypatch.setattr("os.fsync", refused)
-    assert len(every_figure(store)) == 20
+    assert len(every_number(store)) == 20
     assert not folder(store, CACHE).exists()
 
 
@@ -274,7 +272,7 @@ def test_pruning_by_age_leaves_the_last_nights(store: NightStore) -> None:
     assert store.prune(keep=2) == ()
 
 
-def test_the_parquet_file_has_every_figure(store: NightStore, tmp_path: Path) -> None:
+def test_the_parquet_file_has_every_number(store: NightStore, tmp_path: Path) -> None:
     made = [night(error(), verdict(), ratio(2.0, low=1.5), number=k) for k in range(3)]
     for each in made:
         store.add(each)
