@@ -11,20 +11,18 @@ import fnmatch
 import json
 from collections.abc import Mapping  # noqa: TC003  # pydantic reads the annotations of an entry
 from dataclasses import dataclass, field
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from barchain.nightly.changes import results_words
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import MOST_TEXT, FigureError
 from barchain.nightly.steps import LEAST_EFFECT
+from reports.tables.reading import form_of
 from scenarios.nearest import nearest
 from scenarios.toml.reading import tables_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
-
-    from pydantic import TypeAdapter
 
     from barchain.nightly.changes import Change
     from barchain.nightly.history import NightStore
@@ -175,19 +173,11 @@ def entry_of(entry: dict[str, Any], file: str, number: int) -> Acceptance:
     from pydantic import ValidationError  # noqa: PLC0415
 
     try:
-        return acceptances().validate_python(entry)
+        return form_of(Acceptance).validate_python(entry)
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False, include_context=False)[0]
         said = ": ".join([*map(str, first["loc"]), first["msg"].removeprefix("Value error, ")])
         raise HistoryError(f"{file}: entry {number + 1}: {said}") from None
-
-
-@cache
-def acceptances() -> TypeAdapter[Acceptance]:
-    """Form of an entry."""
-    from pydantic import TypeAdapter  # noqa: PLC0415
-
-    return TypeAdapter(Acceptance)
 
 
 def write_accepted(store: NightStore, known: Iterable[Acceptance]) -> None:

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING
 from barchain.nightly.bisection import find_causes
 from barchain.nightly.cells import NO_SCENES, CellError, Cells, middle, shows, swaps_of
 from barchain.nightly.changes import Direction, result_words
-from barchain.nightly.facts import OWN, suspicion
+from barchain.nightly.facts import OWN
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import MOST_TEXT, FigureKind
 from barchain.nightly.history import now
+from barchain.nightly.suspects import suspects_of
 from barchain.nightly.told import ATTRIBUTED, AttributionVerdict
 from barchain.runs.environment import scratch_folder
 from barchain.studies.study import ignore
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from barchain.nightly.changes import Change
     from barchain.nightly.figures import Figure, NightSummary
     from barchain.nightly.history import NightStore
-    from barchain.nightly.judged import JudgedNight
+    from barchain.nightly.levels import JudgedNight
 
 
 ORDER = (FigureKind.ERROR, FigureKind.VERDICT, FigureKind.COUNT, FigureKind.VALUE, FigureKind.BITS, FigureKind.RATIO)
@@ -70,7 +71,7 @@ def reasons_against(judged: JudgedNight, scenes: OwnScenes = NO_SCENES) -> list[
     """Why the changes of a night can't be attributed: a line for each reason, without repetitions."""
     found: list[str] = []
     for change, _, reasons in looked_at(judged, scenes):
-        fixed = swaps_of(suspicion(change, judged.by_name).suspects, scenes)[1]
+        fixed = swaps_of(suspects_of(change, judged.by_name), scenes)[1]
         found += reasons or fixed or ["no part is known to differ"]
     return list(dict.fromkeys(found))
 
@@ -86,7 +87,7 @@ def looked_at(judged: JudgedNight, scenes: OwnScenes) -> Iterator[tuple[Change, 
     """Changes of a night with the exchanges of their suspects, and why real runs can tell nothing of a change."""
     nights = judged.by_name
     for change in judged.tonight:
-        swaps, _ = swaps_of(suspicion(change, nights).suspects, scenes)
+        swaps, _ = swaps_of(suspects_of(change, nights), scenes)
         reasons = ["a run is not reproducible: equal parts gave other bits"] if change.irreproducible else []
         try:
             Cells(change.was, change.now, nights[change.last], nights[change.since], swaps, scenes, Path())
@@ -150,7 +151,7 @@ def attribute_change(
 ) -> Attribution:
     """Attribute one change; `nights` holds its two nights by name."""
     name = change.identity.name
-    swaps, fixed = swaps_of(suspicion(change, nights).suspects, scenes)
+    swaps, fixed = swaps_of(suspects_of(change, nights), scenes)
     if not swaps:
         said = "; ".join(fixed) or "all parts that the figure depends on are the same"
         raise HistoryError(f"{name}: no suspect can be exchanged: {said}")

@@ -9,12 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 from adapters.registry import engines, find_engine
 from barchain.nightly.changes import OTHER_STUDIES, RULES, Direction, compared
-from barchain.nightly.environments import commit_tree, installed_tree, pinned_environment, replace_packages, run_in
+from barchain.nightly.environments import (
+    commit_tree,
+    installed_tree,
+    measured_figures,
+    pinned_environment,
+    replace_packages,
+)
 from barchain.nightly.faults import HistoryError, PinnedEnvironmentError
 from barchain.nightly.figures import STEPPED, Figure, FigureIdentity, FigureKind
 from barchain.nightly.origins import can_be_installed, requirement_of
 from barchain.nightly.parts import SOURCES, installed_parts
-from barchain.nightly.results import read_figures_of
 from barchain.studies.study import ignore
 from scenarios import load_scene, scene_names
 
@@ -179,12 +184,9 @@ class Cells:
             environment = pinned_environment(pins, also=also)
         except PinnedEnvironmentError as error:
             return str(error)
-        line = ("-m", "barchain", "-q", *command_of(self.identity, scene), "--out", str(folder / "out"))
-        done = run_in(environment, tree, line, limit_s=LIMIT_S, folder=folder)
-        try:
-            return {figure.identity: figure for figure in read_figures_of(folder / "out")}
-        except (HistoryError, FileNotFoundError, ValueError):
-            return done.reason or f"ended with exit code {done.code}"
+        line = command_of(self.identity, scene)
+        found = measured_figures(environment, tree, line, limit_s=LIMIT_S, out=folder / "out")
+        return found if isinstance(found, str) else {figure.identity: figure for figure in found}
 
     def pins(self, new: frozenset[str], walked: tuple[Swap, str] | None) -> list[str]:
         """Versions of a cell: old ones of suspects outside of it, new ones of all other distributions of the figure."""

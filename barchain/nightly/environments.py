@@ -22,9 +22,10 @@ from packaging.utils import canonicalize_name
 from platformdirs import user_cache_path
 
 from adapters.registry import PACKAGES
-from barchain.nightly.faults import PinnedEnvironmentError
+from barchain.nightly.faults import HistoryError, PinnedEnvironmentError
 from barchain.nightly.figures import content_digest
 from barchain.nightly.origins import AT, installed_state, requirement_of, wheel_folders
+from barchain.nightly.results import read_figures_of
 from barchain.record.sources import direct_url
 from barchain.runs.environment import OWN_PYTHON, marked, scratch_folder
 from barchain.runs.processes import GitError, git, run
@@ -32,6 +33,7 @@ from barchain.runs.processes import GitError, git, run
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
+    from barchain.nightly.figures import Figure
     from barchain.runs.processes import Finished
 
 
@@ -85,6 +87,21 @@ def run_in(
     with scratch_folder() as scratch:
         variables = {k: v for k, v in marked(scratch).items() if k not in REMOVED} | {"PYTHONPATH": str(tree)}
         return run([environment.python, "-P", *arguments], limit_s=limit_s, folder=folder, variables=variables)
+
+
+def measured_figures(
+    environment: PinnedEnvironment, tree: Path, line: Sequence[str], *, limit_s: float, out: Path
+) -> tuple[Figure, ...] | str:
+    """Figures of a command of barchain, whose results come into `out`, or why there are none.
+
+    Other parameters are those of :func:`run_in`.
+    """
+    arguments = ("-m", "barchain", "-q", *line, "--out", str(out))
+    done = run_in(environment, tree, arguments, limit_s=limit_s, folder=out.parent)
+    try:
+        return read_figures_of(out)
+    except (HistoryError, FileNotFoundError, ValueError):
+        return done.reason or f"ended with exit code {done.code}"
 
 
 def environments_folder() -> Path:

@@ -5,15 +5,17 @@ from __future__ import annotations
 import datetime
 import math
 from collections import Counter
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from barchain.nightly.acceptances import accepting
+from barchain.nightly.acceptances import accepted, accepting
 from barchain.nightly.changes import VERDICT, results_words
-from barchain.nightly.figures import STEPPED, FigureKind, NightPart
+from barchain.nightly.figures import STEPPED, FigureKind
 from barchain.nightly.sentence import opening
-from barchain.nightly.standing import standing
-from barchain.nightly.suspects import Suspect, differing
+from barchain.nightly.standing import every_change, standing
+from barchain.nightly.suspects import differing, suspects_of, unknown_parts
+from barchain.nightly.told import attributed_words
 from reports.tables.nights.facts import (
     AcceptanceEntry,
     AgainstEntry,
@@ -30,9 +32,9 @@ if TYPE_CHECKING:
 
     from barchain.nightly.acceptances import Acceptance
     from barchain.nightly.changes import Change
-    from barchain.nightly.figures import Figure, NightSummary
-    from barchain.nightly.judged import JudgedNight
-    from reports.tables.nights.facts import NightRun
+    from barchain.nightly.figures import Figure, Night, NightSummary
+    from barchain.nightly.history import NightStore
+    from barchain.nightly.levels import JudgedNight
 
 
 VERSIONED = ("engine:", "library:", "program:", "python")
@@ -43,37 +45,21 @@ OWN = STEPPED | {FigureKind.BITS}
 """Kinds whose changes are attributed by themselves"""
 
 
-def night_facts(
-    judged: JudgedNight,
-    accepted: Sequence[Acceptance],
-    figures: Iterable[Figure],
-    run: NightRun | None = None,
-    *,
-    baseline: str = "",
-    confirmed: Mapping[str, str] | None = None,
-    left_out: Mapping[str, str] | None = None,
-) -> NightlyFile:
-    """Facts of a judged night.
+def night_facts(store: NightStore, judged: JudgedNight, night: Night, baseline: str = "") -> NightlyFile:
+    """Facts of a judged night, with the acceptances and attributions of its history.
 
     Parameters
     ----------
+    store : NightStore
     judged : JudgedNight
-    accepted : sequence of Acceptance
-        All acceptances of the history.
-    figures : iterable of Figure
-        Of the night.
-    run : NightRun, optional
-        What it did of its plan.
+    night : Night
+        With its figures.
     baseline : str
         Name of the one night that it was judged against.
-    confirmed : mapping, optional
-        Results of attributions in words, by the id of the change.
-    left_out : mapping, optional
-        Nights that count as not there, each with the reason.
     """
-    every = list(figures)
-    cells = [f for f in every if f.identity.kind is FigureKind.VERDICT and f.identity.quantity == VERDICT]
-    new, earlier = change_entries(judged, accepted, confirmed)
+    confirmed = attributed_words(store, every_change(judged))
+    cells = [f for f in night.figures if f.identity.kind is FigureKind.VERDICT and f.identity.quantity == VERDICT]
+    new, earlier = change_entries(judged, accepted(store), confirmed)
     tonight, holding = tuple(events(list(standing_for(new)))), events(earlier)
     steps = {change.figure: change.factor for change in tonight if change.direction == "worse"}
     holding = [entry.model_copy(update={"fresh": steps.get(entry.figure)}) for entry in holding]
@@ -84,7 +70,7 @@ def night_facts(
             scene=cell.identity.scene, engine=cell.identity.engine, setting=cell.identity.setting,
             verdict=cell.word or MISSING, reason=cell.reason,
         )
-        for cell in (*cells, *without_verdict(every, cells))
+        for cell in (*cells, *without_verdict(night.figures, cells))
         if not cell.not_run and cell.word not in FINE
     )  # fmt: skip
     found = NightlyFile(
@@ -99,9 +85,9 @@ def night_facts(
         standing=worse,
         held=held,
         renamed=judged.renamed,
-        left_out=dict(left_out or {}),
+        left_out=store.left_out(),
         so_far=judged.so_far,
-        run=run,
+        run=judged.night.run,
     )  # fmt: skip
     return found.model_copy(update={"sentence": opening(judged, found)})
 
@@ -116,24 +102,24 @@ def without_verdict(figures: Sequence[Figure], verdicts: Sequence[Figure]) -> li
 
 
 def change_entries(
-    judged: JudgedNight, accepted: Sequence[Acceptance], confirmed: Mapping[str, str] | None = None
+    judged: JudgedNight, known: Sequence[Acceptance], confirmed: Mapping[str, str] = MappingProxyType({})
 ) -> tuple[list[ChangeEntry], list[ChangeEntry]]:
     """Entries of what a night tells first, and of what is worse since an earlier night; what needs a look comes first.
 
     What is worse tonight is accepted if the state that it leads to is; another change by an entry of its night.
     """
     now, nights = datetime.datetime.now(datetime.UTC), judged.by_name
-    states = standing(judged, accepted, now)
+    states = standing(judged, known, now)
     of_figure = {state.change.identity: state.acceptance for state in states}
     new = {change.id for change in judged.tonight}
     found: tuple[list[ChangeEntry], list[ChangeEntry]] = [], []
     for change in judged.tonight:
-        covering = accepting(change, accepted, now)
+        covering = accepting(change, known, now)
         if change.identity in of_figure and not change.is_step and not change.irreproducible:
             covering = of_figure[change.identity]
-        found[0].append(change_entry(change, nights, covering, (confirmed or {}).get(change.id, "")))
+        found[0].append(change_entry(change, nights, covering, confirmed.get(change.id, "")))
     for change, covering in ((state.change, state.acceptance) for state in states if state.change.id not in new):
-        found[1].append(change_entry(change, nights, covering, (confirmed or {}).get(change.id, "")))
+        found[1].append(change_entry(change, nights, covering, confirmed.get(change.id, "")))
     return sorted(found[0], key=weight), sorted(found[1], key=weight)
 
 
@@ -180,7 +166,7 @@ def change_entry(
     change: Change, nights: Mapping[str, NightSummary], covering: Acceptance | None, confirmed: str
 ) -> ChangeEntry:
     """Entry of a change."""
-    identity, found = change.identity, suspicion(change, nights)
+    identity = change.identity
     was, became = results_words(change)
     return ChangeEntry(
         id=change.id, figure=identity.name, scene=identity.scene, engine=identity.engine, setting=identity.setting,
@@ -188,40 +174,13 @@ def change_entry(
         was=was, became=became, factor=change.factor,
         factor_low=change.factor_low, factor_high=change.factor_high, direction=change.direction.value,
         last=change.last, since=change.since, reason=change.reason, irreproducible=change.irreproducible,
-        suspects=tuple(suspect.entry for suspect in found.suspects), unknown=found.unknown, confirmed=confirmed,
+        suspects=tuple(suspect.entry for suspect in suspects_of(change, nights)),
+        unknown=unknown_parts(change, nights), confirmed=confirmed,
         steps=change.steps,
         accepted=covering and AcceptanceEntry(
             who=covering.who, when=covering.date, reason=covering.reason, until=covering.until
         ),
     )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Suspicion:
-    """Suspects of a change, and the parts of which it is not known whether they differ."""
-
-    suspects: tuple[Suspect, ...]
-    unknown: tuple[str, ...] = ()
-
-
-def suspicion(change: Change, nights: Mapping[str, NightSummary]) -> Suspicion:
-    """Suspects of a change; `nights` holds its two nights by name.
-
-    It is known whether a part differs by its digests, or because its versions do. Another setting is a suspect too.
-    """
-    if change.last not in nights or change.since not in nights:
-        return Suspicion(())  # the night has been pruned
-    last, since = nights[change.last], nights[change.since]
-    depends, unknown = sorted({*change.was.depends, *change.now.depends}), []
-    for name in depends:
-        before, after = last.part_named.get(name), since.part_named.get(name)
-        if before and after and not (before.digest and after.digest) and before.version == after.version:
-            unknown.append(name)
-    found = differing(last, since, depends)
-    if change.settings:
-        name = f"setting:{change.identity.engine}"
-        found = (Suspect(name, *(NightPart(name, setting) for setting in change.settings)), *found)
-    return Suspicion(found, tuple(unknown))
 
 
 def night_entry(judged: JudgedNight) -> NightEntry:

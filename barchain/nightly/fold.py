@@ -1,26 +1,97 @@
-"""Fold of the nights of a history: which nights a night is judged from, and in which order.
+"""Fold of the nights of a history: which nights a night is judged from, and in which order; and the files of levels.
 
 A night is judged from the earlier ones of its machine class. The first of a class is judged from the nights of another
-class that were there before, so that a change that came with a new machine stands on its later nights.
+class that were there before, so that a change that came with a new machine stands on its later nights. The levels after
+a night are a file in its folder: a cache of the fold, which may be deleted.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+import contextlib
+import hashlib
+import zlib
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from barchain.nightly.advance import advance
-from barchain.nightly.figures import STEPPED
-from barchain.nightly.level_files import FILE, keep_levels, read_levels
-from barchain.nightly.levels import FoldedNight, LevelTable
+from barchain.nightly.faults import HistoryError
+from barchain.nightly.figures import STEPPED, Figure
+from barchain.nightly.levels import FoldedNight, LevelOf, LevelTable
 from barchain.nightly.table import read_figures
 from barchain.nightly.told import told_by
+from reports.tables.reading import form_of
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
 
     from barchain.nightly.figures import NightSummary
     from barchain.nightly.history import NightStore
+    from barchain.nightly.place import Place
+
+
+FILE = "levels.z"
+FORMAT = 3
+MOST_B = 256 * 2**20
+"""Largest content: 6600 figures take 6 MB"""
+QUICK = 1
+"""Level of compression: the best one takes three times as long, for a third of the size"""
+DIGEST_B = 64
+"""Bytes of the digest of all that follows it: compressed JSON"""
+
+
+@dataclass(frozen=True)
+class LevelFile:
+    """Content of the file."""
+
+    format: int
+    folded: FoldedNight
+    """Without its levels: their names are no keys of JSON"""
+    figures: tuple[Figure, ...]
+    rows: tuple[LevelOf[int], ...]
+    """With the places of their figures: level, told and last result of most rows are one figure"""
+
+
+def content_of(folded: FoldedNight) -> bytes:
+    """File of a folded night."""
+    bare = replace(folded, table=replace(folded.table, rows={}))
+    places: dict[int, int] = {}
+    figures: list[Figure] = []
+
+    def place_of(figure: Figure) -> int:
+        place = places.setdefault(id(figure), len(figures))
+        if place == len(figures):
+            figures.append(figure)
+        return place
+
+    rows = tuple(row.mapped(place_of) for row in folded.table.rows.values())
+    packed = zlib.compress(form_of(LevelFile).dump_json(LevelFile(FORMAT, bare, tuple(figures), rows)), QUICK)
+    return hashlib.sha256(packed).hexdigest().encode() + packed
+
+
+def folded_of(content: bytes) -> FoldedNight | None:
+    """Folded night of a file; None of a damaged one, or of another format."""
+    digest, packed = content[:DIGEST_B], content[DIGEST_B:]
+    if hashlib.sha256(packed).hexdigest().encode() != digest:
+        return None
+    try:
+        found = form_of(LevelFile).validate_json(zlib.decompressobj().decompress(packed, MOST_B))
+    except (ValueError, zlib.error):  # of another version, or larger than any night
+        return None
+    rows = {row.told.identity: row for row in (row.mapped(found.figures.__getitem__) for row in found.rows)}
+    return replace(found.folded, table=replace(found.folded.table, rows=rows)) if found.format == FORMAT else None
+
+
+def read_levels(place: Place, night: NightSummary) -> FoldedNight | None:
+    """Levels in a night's folder; None if there are none of its present figures."""
+    content = place.read(f"{night.name}/{FILE}")
+    found = folded_of(content) if content else None
+    return found if found and found.table.folded[-1][:2] == (night.name, night.digest) else None
+
+
+def keep_levels(place: Place, folded: FoldedNight) -> None:
+    """Keep the levels in the night's folder, if it can be written."""
+    with contextlib.suppress(HistoryError):  # without them it only takes longer
+        place.write(f"{folded.table.night}/{FILE}", content_of(folded))
 
 
 def folded_night(store: NightStore, chosen: NightSummary, every: Sequence[NightSummary]) -> FoldedNight:

@@ -23,21 +23,19 @@ import json
 import re
 from collections import defaultdict
 from fnmatch import fnmatchcase
-from functools import cache
 from typing import TYPE_CHECKING, Self
 
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import Night, NightSummary, content_digest
 from barchain.nightly.place import Place
 from barchain.nightly.table import COLUMNS, FIGURES, NUMBERS, figures_content, read_figures, read_numbers
+from reports.tables.reading import form_of
 from scenarios.nearest import nearest
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
     from pathlib import Path
     from types import TracebackType
-
-    from pydantic import TypeAdapter
 
     from barchain.nightly.figures import Figure, FigureIdentity
     from barchain.nightly.table import NumberTable
@@ -308,7 +306,7 @@ def digest_of(content: bytes) -> str:
 
 def record_of(summary: NightSummary) -> bytes:
     """Record of a night, as JSON, with the digest of all that it holds."""
-    content = records().dump_python(summary, mode="json")
+    content = form_of(NightSummary).dump_python(summary, mode="json")
     content |= {"format": FORMAT, "machine_class": summary.environment.machine_class}
     return json.dumps(
         {RECORD_DIGEST: digest_of_record(content)} | content, indent=1, ensure_ascii=False, allow_nan=False
@@ -337,20 +335,12 @@ def summary_of(name: str, content: bytes) -> NightSummary | None:
         signed = found.pop(RECORD_DIGEST, None)
         if signed is not None and signed != digest_of_record(found):
             return None
-        summary = records().validate_python(found | {"name": name})
+        summary = form_of(NightSummary).validate_python(found | {"name": name})
     except HistoryError:
         raise
     except (ValueError, TypeError, KeyError, RecursionError):
         return None
     return summary if summary.started.tzinfo else None
-
-
-@cache
-def records() -> TypeAdapter[NightSummary]:
-    """Form of records."""
-    from pydantic import TypeAdapter  # noqa: PLC0415
-
-    return TypeAdapter(NightSummary)
 
 
 def latest_first(nights: Collection[NightSummary]) -> list[NightSummary]:

@@ -11,8 +11,7 @@ from barchain.nightly.advance import SAMPLED, advance
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import STEPPED
 from barchain.nightly.fold import folded_night
-from barchain.nightly.judged import JudgedNight
-from barchain.nightly.levels import LevelTable
+from barchain.nightly.levels import JudgedNight, LevelTable
 from barchain.nightly.standing import every_change, standing
 from barchain.nightly.steps import FALSE_ALARMS, WINDOW, so_far, time_changes
 from barchain.nightly.told import steps_before, told_by

@@ -10,7 +10,6 @@ import time
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from barchain.nightly.alarm import alarm_test
 from barchain.nightly.budget import (
     ALARM,
     COST,
@@ -34,7 +33,7 @@ from barchain.nightly.jobs import NightJob, night_jobs, plan_engines
 from barchain.nightly.parts import code_of, installation_here
 from barchain.nightly.plan import LOGS
 from barchain.nightly.results import has_results
-from barchain.nightly.state import NightState, add, read_state, results_fault, unfinished, write_state
+from barchain.nightly.state import NightState, add, alarm_test, read_state, results_fault, unfinished, write_state
 from barchain.record.claim import FolderInUseError, locked
 from barchain.runs.processes import GRACE_S, run_barchain
 from barchain.studies.study import ignore

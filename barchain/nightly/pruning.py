@@ -10,9 +10,9 @@ import shutil
 from typing import TYPE_CHECKING
 
 from barchain.nightly.changes import Direction
+from barchain.nightly.fold import FILE
 from barchain.nightly.history import latest_first
 from barchain.nightly.judging import judge
-from barchain.nightly.level_files import FILE
 from barchain.nightly.rank_test import FEWEST_NEW, FEWEST_OLD
 from barchain.nightly.told import told_by
 

@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from packaging.version import Version
 
 from adapters.registry import engines, find_engine
-from barchain.nightly.environments import dependencies_at, installed_tree, pinned_environment, run_in
-from barchain.nightly.faults import HistoryError, PinnedEnvironmentError
+from barchain.nightly.environments import dependencies_at, installed_tree, measured_figures, pinned_environment, run_in
+from barchain.nightly.faults import PinnedEnvironmentError
 from barchain.nightly.figures import FigureKind
 from barchain.nightly.releases import Release, releases_of
-from barchain.nightly.results import read_figures_of
 from barchain.record.scene_description import scene_words
 from barchain.runs.asking import declarations_of
 from barchain.runs.call import Answer, Call
@@ -272,7 +271,7 @@ def compare(
 ) -> str:  # fmt: skip
     """Add errors and trajectories; returns why nothing ran, or an empty text."""
     line = ("compare", *study.scenes, "--engine", study.engine, "--workers", "1")
-    figures = measured_figures(line, environment, tree, scratch / "comparison")
+    figures = measured_figures(environment, tree, line, limit_s=LIMIT_S, out=scratch / "comparison")
     if isinstance(figures, str):
         return figures
     own = [figure for figure in figures if figure.identity.engine == study.engine]
@@ -286,18 +285,6 @@ def compare(
             tables["runs"].append(place | run)
     broken = [f for f in verdicts.values() if f.word in RUN_FAULTS]
     return broken[0].reason if broken and len(broken) == len(verdicts) else "" if verdicts else "no scene was judged"
-
-
-def measured_figures(
-    line: tuple[str, ...], environment: PinnedEnvironment, tree: Path, out: Path
-) -> tuple[Figure, ...] | str:
-    """Figures of a command of barchain with a release, or why there are none."""
-    arguments = ("-m", "barchain", "-q", *line, "--out", str(out))
-    done = run_in(environment, tree, arguments, limit_s=LIMIT_S, folder=out.parent)
-    try:
-        return read_figures_of(out)
-    except (HistoryError, FileNotFoundError, ValueError):
-        return done.reason or f"ended with exit code {done.code}"
 
 
 def error_rows(figures: Iterable[Figure], verdicts: dict[str, Figure]) -> Iterable[dict[str, Any]]:
@@ -326,7 +313,7 @@ def time(
         "cost", study.scenes[0], "--engine", study.engine, "--engine", ANCHOR, "--repeats", "5", "--minutes",
         f"{MINUTES_EACH:.3f}", "--time-limit", "1",
     )  # fmt: skip
-    figures = measured_figures(line, environment, tree, scratch / "cost")
+    figures = measured_figures(environment, tree, line, limit_s=LIMIT_S, out=scratch / "cost")
     if isinstance(figures, str):
         return figures
     ratios = [f for f in figures if f.identity.kind is FigureKind.RATIO and f.identity.engine == study.engine]

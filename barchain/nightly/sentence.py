@@ -13,7 +13,7 @@ from scenarios.plural import plural
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from barchain.nightly.judged import JudgedNight
+    from barchain.nightly.levels import JudgedNight
     from reports.tables.nights.facts import ChangeEntry, NightlyFile, NightRun, RejectedEntry
 
 

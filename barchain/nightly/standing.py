@@ -17,8 +17,7 @@ if TYPE_CHECKING:
 
     from barchain.nightly.acceptances import Acceptance
     from barchain.nightly.figures import Figure, FigureIdentity
-    from barchain.nightly.judged import JudgedNight
-    from barchain.nightly.levels import Level, Step
+    from barchain.nightly.levels import JudgedNight, Level, Step
 
 
 @dataclass(frozen=True)

@@ -4,24 +4,22 @@ from __future__ import annotations
 
 import datetime
 from dataclasses import dataclass, field, replace
-from functools import cache
 from typing import TYPE_CHECKING
 
-from barchain.nightly.alarm import alarm_test
+from barchain.faults.catalogue import CONTROLS
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.jobs import NightJob, beside
 from barchain.nightly.parts import Installation  # noqa: TC001  # pydantic reads the annotations of the state
 from barchain.nightly.results import night_here, read_figures_of
+from reports.tables.faults.selftest import FILES, FaultOutcome, read_selftest
 from reports.tables.nights.facts import INTERRUPTED, AlarmTest, NightRun, PartResult, PartState
-from reports.tables.reading import DamagedResultsError, formed
+from reports.tables.reading import DamagedResultsError, form_of, formed
 from reports.tables.schema import SchemaVersionError
 from reports.tables.writing import write_atomically
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
-
-    from pydantic import TypeAdapter
 
     from barchain.nightly.history import NightStore
 
@@ -30,6 +28,10 @@ FILE = "night.json"
 SET_ASIDE = "night.json.damaged"
 LONGEST_PAUSE = datetime.timedelta(hours=20)
 """An interrupted night goes on within this time; later a new one begins"""
+NOT_PLANTED = {str(FaultOutcome.NOTHING), str(FaultOutcome.INVISIBLE)}
+"""Outcomes of faults that change nothing"""
+REJECTED = {str(FaultOutcome.FALSE_ALARM), str(FaultOutcome.BROKEN)}
+"""Outcomes of an unmodified engine that must not be"""
 
 
 class DamagedStateError(ValueError):
@@ -72,17 +74,9 @@ class NightState:
         return self.plan == plan and self.code == code and abs(now - self.started) < LONGEST_PAUSE
 
 
-@cache
-def states() -> TypeAdapter[NightState]:
-    """Form of the file."""
-    from pydantic import TypeAdapter  # noqa: PLC0415
-
-    return TypeAdapter(NightState)
-
-
 def write_state(folder: Path, state: NightState) -> None:
     """Write the state whole."""
-    write_atomically(folder / FILE, states().dump_json(state, indent=1))
+    write_atomically(folder / FILE, form_of(NightState).dump_json(state, indent=1))
 
 
 def read_state(folder: Path) -> NightState | None:
@@ -94,7 +88,7 @@ def read_state(folder: Path) -> NightState | None:
         If it can't be read.
     """
     try:
-        return formed(states(), (folder / FILE).read_bytes())
+        return formed(NightState, (folder / FILE).read_bytes())
     except FileNotFoundError:
         return None
     except OSError as error:
@@ -173,6 +167,31 @@ def run_of(state: NightState, folder: Path) -> NightRun:
         tuple(scene for test in tests for scene in test.false_alarms),
     )  # fmt: skip
     return NightRun(state.plan, state.minutes, tuple(parts.values()), alarm if tests else None, state.turn)
+
+
+def alarm_test(folder: Path) -> AlarmTest | None:
+    """Result of the planted faults in a result folder; None if none was tried to its end.
+
+    A fault is missed if no check detects it in any scene in which it changes anything. So is a fault that does not
+    run as it should: nobody knows whether it would be detected. Of a self-test that was interrupted, those faults count
+    that have their result in all of their scenes.
+    """
+    if not FILES.has_record(folder):
+        return None
+    tables = read_selftest(folder)
+    unmodified = tables.fates["fault"].isin(list(CONTROLS))
+    faults, controls = tables.fates[~unmodified], tables.fates[unmodified]
+    if not tables.record.get("complete"):
+        scenes = set(tables.record.get("scenes") or ())
+        tried = {name for name, rows in faults.groupby("fault") if scenes and scenes <= set(rows["scene"])}
+        faults = faults[faults["fault"].isin(tried)]
+    planted = set(faults.loc[~faults["fate"].isin(NOT_PLANTED), "fault"])
+    broken = set(faults.loc[faults["fate"] == str(FaultOutcome.BROKEN), "fault"])
+    killed = set(faults.loc[faults["fate"] == str(FaultOutcome.KILLED), "fault"])
+    rejected = set(controls.loc[controls["fate"].isin(REJECTED), "scene"])
+    if not planted and not rejected:
+        return None
+    return AlarmTest(len(planted), tuple(sorted(planted - killed | broken)), false_alarms=tuple(sorted(rejected)))
 
 
 def joined(first: PartResult, second: PartResult) -> PartResult:

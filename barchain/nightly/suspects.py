@@ -5,14 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from barchain.nightly.figures import REQUIREMENTS
+from barchain.nightly.figures import REQUIREMENTS, NightPart
 from barchain.nightly.origins import state_words as shown
 from reports.tables.nights.facts import SuspectEntry
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
-    from barchain.nightly.figures import NightPart, NightSummary
+    from barchain.nightly.changes import Change
+    from barchain.nightly.figures import NightSummary
 
 SOLUTION = "solution:"
 
@@ -57,6 +58,29 @@ def differing(last: NightSummary, since: NightSummary, depends: Iterable[str]) -
             found.append(Suspect(name, before, after))
     engines = {rest(one.name) for one in found if one.name.startswith("engine:")}
     return tuple(one for one in found if not (one.name.startswith(REQUIREMENTS) and rest(one.name) in engines))
+
+
+def suspects_of(change: Change, nights: Mapping[str, NightSummary]) -> tuple[Suspect, ...]:
+    """Suspects of a change, another setting among them; `nights` holds its two nights by name."""
+    if change.last not in nights or change.since not in nights:
+        return ()  # the night has been pruned
+    found = differing(nights[change.last], nights[change.since], {*change.was.depends, *change.now.depends})
+    if not change.settings:
+        return found
+    name = f"setting:{change.identity.engine}"
+    return Suspect(name, *(NightPart(name, setting) for setting in change.settings)), *found
+
+
+def unknown_parts(change: Change, nights: Mapping[str, NightSummary]) -> tuple[str, ...]:
+    """Parts behind a change of which it is not known whether they differ: of equal versions, without a digest."""
+    if change.last not in nights or change.since not in nights:
+        return ()
+    last, since = nights[change.last].part_named, nights[change.since].part_named
+    both = [name for name in sorted({*change.was.depends, *change.now.depends}) if name in last and name in since]
+    return tuple(
+        name for name in both
+        if not (last[name].digest and since[name].digest) and last[name].version == since[name].version
+    )  # fmt: skip
 
 
 def is_renamed(part: NightPart, own: NightSummary, other: NightSummary) -> bool:

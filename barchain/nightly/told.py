@@ -6,7 +6,6 @@ import json
 from collections import defaultdict
 from dataclasses import asdict, dataclass
 from enum import StrEnum
-from functools import cache
 from typing import TYPE_CHECKING
 
 from barchain.nightly.acceptances import accepted, fits
@@ -21,12 +20,10 @@ if TYPE_CHECKING:
     import datetime
     from collections.abc import Iterable, Mapping
 
-    from pydantic import TypeAdapter
-
     from barchain.nightly.acceptances import Acceptance
     from barchain.nightly.changes import Change
     from barchain.nightly.history import NightStore
-    from barchain.nightly.judged import JudgedNight
+    from barchain.nightly.levels import JudgedNight
 
 
 FILE = "told.json"
@@ -130,14 +127,6 @@ def keep_judgement(store: NightStore, judged: JudgedNight) -> None:
     store.place.write(f"{night.name}/{FILE}", json.dumps(content, indent=1, ensure_ascii=False).encode())
 
 
-@cache
-def told_nights() -> TypeAdapter[ToldNight]:
-    """Form of the file."""
-    from pydantic import TypeAdapter  # noqa: PLC0415
-
-    return TypeAdapter(ToldNight)
-
-
 def told_by(store: NightStore) -> dict[str, ToldNight]:
     """What each night told, by the name of the night.
 
@@ -149,7 +138,7 @@ def told_by(store: NightStore) -> dict[str, ToldNight]:
     told = {}
     for name, content in sorted(store.place.read_all(list(store.place.sizes(f"*/{FILE}"))).items()):
         try:
-            told[name.removesuffix(f"/{FILE}")] = formed(told_nights(), content)
+            told[name.removesuffix(f"/{FILE}")] = formed(ToldNight, content)
         except ValueError as error:
             said = f"{store}/{name} is damaged ({error}); remove it, and the night is judged anew"
             raise HistoryError(said) from None
@@ -198,13 +187,11 @@ def attributed_words(store: NightStore, changes: Iterable[Change]) -> dict[str, 
     HistoryError
         If a file is damaged.
     """
-    from pydantic import TypeAdapter  # noqa: PLC0415
-
-    own, form = {name: change.id for change in changes for name in change.ids}, TypeAdapter(AttributedChange)
+    own = {name: change.id for change in changes for name in change.ids}
     words = {}
     for name, content in store.place.read_all([f"{ATTRIBUTED}/{name}.json" for name in own]).items():
         try:
-            words[own[name.partition("/")[2].removesuffix(".json")]] = formed(form, content).words
+            words[own[name.partition("/")[2].removesuffix(".json")]] = formed(AttributedChange, content).words
         except ValueError as error:
             raise HistoryError(
                 f"{store}/{name} is damaged ({error}); remove it, and attribute the change anew"

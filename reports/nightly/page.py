@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from reports.nightly.calendar import STATES, year_blocks
 from reports.nightly.charts import small_chart
-from reports.nightly.words import by_cause, seconds_words
+from reports.nightly.summary import by_cause, seconds_words
 from reports.page import templates
 from reports.plotting.palette import variables
 from reports.tables.nights.facts import NOT_TRIED

@@ -1,19 +1,21 @@
-"""Summary of a night as Markdown, e.g. for the step summary of a CI, and the message for a chat."""
+"""Summary of a night as Markdown, e.g. for the step summary of a CI; the message for a chat; changes by their cause."""
 
 from __future__ import annotations
 
 import textwrap
+from collections import Counter
+from dataclasses import dataclass
 from itertools import zip_longest
 from typing import TYPE_CHECKING
 
-from reports.nightly.words import by_cause, seconds_words
 from reports.page import templates
 from reports.tables.writing import write_atomically
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
     from pathlib import Path
 
-    from reports.tables.nights.facts import NightlyFile
+    from reports.tables.nights.facts import ChangeEntry, NightlyFile
 
 FILE = "summary.md"
 MOST_ROWS = 30
@@ -21,6 +23,7 @@ MOST_NAMED = 3
 """Figures of a message"""
 MOST_CHARACTERS = 200
 """Characters of a line of a message, other than the link"""
+NOT_REPRODUCIBLE = "not reproducible: the parts are the same, the bits are others"
 
 
 def write_summary(folder: Path, facts: NightlyFile) -> None:
@@ -55,3 +58,44 @@ def cut(line: str) -> str:
     if len(line) <= MOST_CHARACTERS:
         return line
     return f"{line[: MOST_CHARACTERS - 2].rpartition(' ')[0].rstrip(';,')} …"
+
+
+@dataclass(frozen=True)
+class CauseGroup:
+    """Changes of one cause."""
+
+    cause: str
+    """Suspects with what they were and are"""
+    confirmed: str
+    accepted: str
+    changes: tuple[ChangeEntry, ...]
+
+    @property
+    def amounts(self) -> str:
+        """``12 worse, 2 changed``."""
+        found = Counter(change.direction for change in self.changes)
+        return ", ".join(f"{count} {direction}" for direction, count in found.most_common())
+
+    @property
+    def where(self) -> str:
+        """Engines, and the number of scenes: ``mujoco in 3 scenes``."""
+        engines = sorted({change.engine for change in self.changes if change.engine})
+        scenes = len({change.scene for change in self.changes if change.scene})
+        place = f"{scenes} {'scene' if scenes == 1 else 'scenes'}" if scenes else ""
+        return " in ".join(part for part in (", ".join(engines), place) if part)
+
+
+def by_cause(changes: Iterable[ChangeEntry]) -> list[CauseGroup]:
+    """Changes by cause, in the order in which the causes come first."""
+    found: dict[tuple[str, str, str], list[ChangeEntry]] = {}
+    for change in changes:
+        cause = NOT_REPRODUCIBLE if change.irreproducible else change.suspect_words
+        accepted = change.accepted.sentence if change.accepted else ""
+        found.setdefault((cause, change.confirmed_words, accepted), []).append(change)
+    return [CauseGroup(*key, tuple(own)) for key, own in found.items()]
+
+
+def seconds_words(duration_s: float) -> str:
+    """``12 min 5 s``."""
+    minutes, seconds = divmod(round(duration_s), 60)
+    return f"{minutes} min {seconds} s" if minutes else f"{seconds} s"

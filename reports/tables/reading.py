@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from pydantic import TypeAdapter
 
 Form = TypeVar("Form")
+FORMS: dict[type, TypeAdapter[Any]] = {}
 
 REMEDY = "restore the file, or run again with --overwrite or into another folder"
 TABLES = "tables"
@@ -67,8 +68,17 @@ def read_json(path: Path) -> Any:
         raise damaged(path, f"is no JSON: {error}") from None
 
 
-def formed(form: TypeAdapter[Form], content: bytes) -> Form:
-    """Value of JSON that has a declared form.
+def form_of(kind: type[Form]) -> TypeAdapter[Form]:
+    """Form of a class as pydantic reads and writes it, made once."""
+    from pydantic import TypeAdapter
+
+    if kind not in FORMS:
+        FORMS[kind] = TypeAdapter(kind)
+    return FORMS[kind]
+
+
+def formed(kind: type[Form], content: bytes) -> Form:
+    """Value of JSON that has the form of a class.
 
     Raises
     ------
@@ -78,7 +88,7 @@ def formed(form: TypeAdapter[Form], content: bytes) -> Form:
     from pydantic import ValidationError
 
     try:
-        return form.validate_json(content)
+        return form_of(kind).validate_json(content)
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False, include_context=False)[0]
         raise ValueError(brief(f"{'.'.join(map(str, first['loc']))} {first['msg']}".strip())) from None

@@ -14,7 +14,7 @@ import click
 from barchain.cli.common.numbers import WORDS
 from barchain.cli.common.options import json_option
 from barchain.cli.common.terminal import say, show_rows
-from barchain.cli.nightly.documents import facts_of, show_some
+from barchain.cli.nightly.documents import show_some
 from barchain.cli.nightly.options import history_option, opened
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from barchain.nightly.changes import Change
     from barchain.nightly.history import NightStore
-    from barchain.nightly.judged import JudgedNight
+    from barchain.nightly.levels import JudgedNight
 
 HEADINGS = ("change", "figure", "was", "is", "direction", "since", "suspects", "accepted")
 UNKNOWN_USER = "unknown"
@@ -39,14 +39,14 @@ def changes(night: str, every: bool, url: str | None, as_json: bool) -> None:
 
     need_extra()
     from barchain.nightly.acceptances import accepted  # noqa: PLC0415
-    from barchain.nightly.facts import change_entries  # noqa: PLC0415
+    from barchain.nightly.facts import change_entries, night_facts  # noqa: PLC0415
     from barchain.nightly.judging import judge  # noqa: PLC0415
 
     with opened(url) as store:
         judged, known = judge(store, night), accepted(store)
         tonight, earlier = change_entries(judged, known)
         entries = [*tonight, *(earlier if every else ())]
-        facts = facts_of(store, judged, store.night(judged.night.name))
+        facts = night_facts(store, judged, store.night(judged.night.name))
     if as_json:
         say(json.dumps([entry.model_dump(mode="json") for entry in entries], indent=2))
         return
@@ -78,8 +78,8 @@ def accept_change(
     since which they are worse. Entries stand in the file accepted.toml of the history.
     """
     from barchain.nightly.acceptances import accept, acceptances_of, accepted, accepting  # noqa: PLC0415
-    from barchain.nightly.facts import suspicion  # noqa: PLC0415
     from barchain.nightly.judging import changes_named, irreproducible, judge  # noqa: PLC0415
+    from barchain.nightly.suspects import suspects_of  # noqa: PLC0415
     from barchain.nightly.told import keep_judgement  # noqa: PLC0415
     from scenarios.plural import plural  # noqa: PLC0415
 
@@ -92,7 +92,7 @@ def accept_change(
         chosen = [change for own in every.values() for change in own]
         acceptances_of(chosen, user(), now, reason, end)  # all, or none
         nights = judged.by_name
-        causes = {change.id: ", ".join(s.words for s in suspicion(change, nights).suspects) for change in chosen}
+        causes = {change.id: ", ".join(s.words for s in suspects_of(change, nights)) for change in chosen}
         made = [
             entry for name, own in every.items()
             for entry in accept(store, own, user(), reason, end, name if "*" in name else "", causes)

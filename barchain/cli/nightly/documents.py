@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
     from barchain.nightly.figures import Night
     from barchain.nightly.history import NightStore
-    from barchain.nightly.judged import JudgedNight
     from reports.tables.nights.facts import NightlyFile
 
 WORSE, CHANGED, NOT_PASS, NEVER = "worse", "changed", "not-pass", "never"
@@ -93,12 +92,13 @@ def report_night(
 @history_option
 def tell_night(night: str, link: str | None, url: str | None) -> None:
     """Print NIGHT in a few short lines for mail or a chat: the sentences, the worst figures with suspects, a link."""
+    from barchain.nightly.facts import night_facts  # noqa: PLC0415
     from barchain.nightly.judging import judge  # noqa: PLC0415
     from reports.nightly.summary import message  # noqa: PLC0415
 
     with opened(url) as store:
         judged = judge(store, night)
-        say(message(facts_of(store, judged, store.night(judged.night.name)), link or ""))
+        say(message(night_facts(store, judged, store.night(judged.night.name)), link or ""))
 
 
 def show_night(facts: NightlyFile, page: Path) -> None:
@@ -147,6 +147,7 @@ def write_documents(
     OSError
         If a file can't be written.
     """
+    from barchain.nightly.facts import night_facts  # noqa: PLC0415
     from barchain.nightly.judging import judge, judge_pair  # noqa: PLC0415
     from barchain.nightly.junit import write_junit  # noqa: PLC0415
     from barchain.nightly.told import keep_judgement, kept_judgements, told_by  # noqa: PLC0415
@@ -164,7 +165,7 @@ def write_documents(
     if before is not None:
         judged = judge_pair(before, night)
         against += f" (a night of another plan, {before.plan})" if before.plan != night.plan else ""
-    facts = facts_of(store, judged, night, against)
+    facts = night_facts(store, judged, night, against)
     nights = [each for each in store.nights() if each.started <= summary.started]
     charts = trend_charts(store.numbers(), nights, told_by(store), judged.earlier)
     out.mkdir(parents=True, exist_ok=True)
@@ -192,25 +193,6 @@ def part_pages(out: Path) -> dict[str, str]:
     names = {page for files in STUDIES for page in files.pages if page.endswith(".html")}
     found = sorted(page for name in names for page in out.glob(f"*/{name}"))
     return {page.parent.name: f"../{out.name}/{page.parent.name}/{page.name}" for page in found}
-
-
-def facts_of(store: NightStore, judged: JudgedNight, night: Night, baseline: str = "") -> NightlyFile:
-    """Facts of a judged night, with the acceptances and attributions of its history."""
-    from barchain.nightly.acceptances import accepted  # noqa: PLC0415
-    from barchain.nightly.facts import night_facts  # noqa: PLC0415
-    from barchain.nightly.standing import every_change  # noqa: PLC0415
-    from barchain.nightly.told import attributed_words  # noqa: PLC0415
-
-    confirmed = attributed_words(store, every_change(judged))
-    return night_facts(
-        judged,
-        accepted(store),
-        night.figures,
-        judged.night.run,
-        baseline=baseline,
-        confirmed=confirmed,
-        left_out=store.left_out(),
-    )
 
 
 def baseline_night(store: NightStore, given: str) -> Night:

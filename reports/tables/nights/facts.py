@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Literal
 
-from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, TypeAdapter
+from pydantic import AwareDatetime, BaseModel, ConfigDict, Field
 
 from reports.tables.reading import damaged, formed
 
@@ -417,6 +417,6 @@ def read_nightly(path: Path) -> NightlyFile:
         If the file is something else.
     """
     try:
-        return formed(TypeAdapter(NightlyFile), path.read_bytes())
+        return formed(NightlyFile, path.read_bytes())
     except ValueError as error:
         raise damaged(path, error) from None

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from barchain.nightly.figures import Figure
-    from barchain.nightly.judged import JudgedNight
+    from barchain.nightly.levels import JudgedNight
 
 NEWER = (NightPart("engine:mujoco", "4.0.0", "ee"), *PARTS[1:])
 SAME_VERSION = (dataclasses.replace(PARTS[0], digest="edited"), *PARTS[1:])

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from barchain.nightly.advance import advance
 from barchain.nightly.figures import STEPPED
-from barchain.nightly.judged import JudgedNight
-from barchain.nightly.levels import FoldedNight, LevelTable
+from barchain.nightly.levels import FoldedNight, JudgedNight, LevelTable
 from barchain.nightly.steps import time_changes
 from barchain.nightly.table import figures_content, read_numbers
 from tests.nightly.history.synthetic import ENVIRONMENT, PARTS, night

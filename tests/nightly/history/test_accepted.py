@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from barchain.nightly.acceptances import Acceptance
     from barchain.nightly.changes import Change
-    from barchain.nightly.judged import JudgedNight
+    from barchain.nightly.levels import JudgedNight
 
 AT = datetime.datetime(2026, 6, 1, tzinfo=datetime.UTC)
 

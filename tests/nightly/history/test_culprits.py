@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 from barchain.nightly.changes import Direction
-from barchain.nightly.facts import change_entries, suspicion
+from barchain.nightly.facts import change_entries
 from barchain.nightly.figures import Figure, FigureKind, NightPart
 from barchain.nightly.standing import every_change
+from barchain.nightly.suspects import suspects_of, unknown_parts
 from tests.nightly.history.histories import history_of, judged_last
 from tests.nightly.history.noise import noise
 from tests.nightly.history.synthetic import ENVIRONMENT, identity
@@ -22,7 +23,7 @@ from tests.support.slow import one_in
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from barchain.nightly.judged import JudgedNight
+    from barchain.nightly.levels import JudgedNight
 
 ENGINES = ("mujoco", "exudyn", "rebound")
 SCENES = ("paper/fig05", "paper/fig13")
@@ -117,7 +118,7 @@ def test_a_planted_change_is_told_the_same_night_with_its_culprit(name: str) -> 
     assert judged.tonight
     nights = {night.name: night for night in (*judged.compared_with, judged.night)}
     for told in judged.tonight:
-        assert [s.name for s in suspicion(told, nights).suspects] == [change.part]
+        assert [s.name for s in suspects_of(told, nights)] == [change.part]
         assert told.identity.engine in change.engines
         assert told.identity.scene in change.scenes
     worse = {c.identity.quantity for c in judged.tonight if c.direction is Direction.WORSE}
@@ -145,7 +146,7 @@ def test_two_parts_that_change_at_once_are_both_suspects() -> None:
     history = history_of(measured(None), measured(PLANTED["tolerance x 3 in mujoco"]), parts={0: PARTS, 1: new})
     judged = judged_last(history)
     nights = {night.name: night for night in history}
-    assert {s.name for s in suspicion(judged.tonight[0], nights).suspects} == changed
+    assert {s.name for s in suspects_of(judged.tonight[0], nights)} == changed
 
 
 def test_a_part_without_digest_is_named_as_unknown() -> None:
@@ -153,9 +154,9 @@ def test_a_part_without_digest_is_named_as_unknown() -> None:
     figures = (measured(None), measured(PLANTED["tolerance x 3 in mujoco"]))
     history = history_of(*figures, parts={0: unknown, 1: unknown})
     judged = judged_last(history)
-    found = suspicion(judged.tonight[-1], {night.name: night for night in history})
-    assert found.suspects == ()
-    assert "adapter:mujoco" in found.unknown
+    change, nights = judged.tonight[-1], {night.name: night for night in history}
+    assert suspects_of(change, nights) == ()
+    assert "adapter:mujoco" in unknown_parts(change, nights)
 
 
 def test_what_nothing_explains_says_so() -> None:
@@ -200,7 +201,7 @@ def test_slow_downs_and_memory_are_told_with_their_culprit_and_their_night(kind:
         assert change.factor == pytest.approx(1.2, rel=0.05)
         assert change.factor_low <= change.factor <= change.factor_high
         assert change.since == nights[before].name
-        assert [s.name for s in suspicion(change, {n.name: n for n in nights}).suspects] == ["engine:mujoco"]
+        assert [s.name for s in suspects_of(change, {n.name: n for n in nights})] == ["engine:mujoco"]
 
 
 def test_a_speed_up_is_better_and_told_once() -> None:
@@ -219,8 +220,6 @@ def test_culprits_of_steps_in_times_are_right_in_nineteen_of_twenty() -> None:
         for factor in (1.1, 1.2):
             judged, _ = timed(seed, 60, 10, FigureKind.RATIO, factor)
             nights = {n.name: n for n in (*judged.compared_with, judged.night)}
-            right += [
-                [s.name for s in suspicion(c, nights).suspects] == ["engine:mujoco"] for c in every_change(judged)
-            ]
+            right += [[s.name for s in suspects_of(c, nights)] == ["engine:mujoco"] for c in every_change(judged)]
     assert len(right) >= 70
     assert np.mean(right) >= 0.95

@@ -10,9 +10,9 @@ import pytest
 
 from barchain.cli.main import run
 from barchain.nightly.changes import PATIENCE, Direction
-from barchain.nightly.facts import suspicion
 from barchain.nightly.figures import Figure, FigureKind, NightPart
 from barchain.nightly.results import figures_of
+from barchain.nightly.suspects import suspects_of
 from reports.tables.cost import BUSY, FILES, FOLLOWED
 from reports.tables.reading import TABLES
 from reports.tables.rows import NOT_RUN, NotRun
@@ -52,7 +52,7 @@ def test_an_engine_that_was_exchanged_while_its_run_had_no_time_is_the_suspect(g
     judged = judged_last(nights)
     (change,) = judged.tonight
     assert change.last == nights[1].name
-    assert [s.words for s in suspicion(change, judged.by_name).suspects] == ["engine:mujoco 3.3.0 → 4.0.0"]
+    assert [s.words for s in suspects_of(change, judged.by_name)] == ["engine:mujoco 3.3.0 → 4.0.0"]
 
 
 def test_a_run_that_stays_without_time_is_told_once() -> None:

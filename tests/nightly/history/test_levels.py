@@ -10,9 +10,8 @@ import pytest
 
 from barchain.nightly.acceptances import accept, accepted
 from barchain.nightly.changes import ROUNDING_LEVEL, Direction
-from barchain.nightly.fold import folded_night
+from barchain.nightly.fold import FILE, content_of, folded_night, folded_of, read_levels
 from barchain.nightly.judging import changes_named, judge
-from barchain.nightly.level_files import FILE, content_of, folded_of, read_levels
 from barchain.nightly.pruning import needed_nights
 from barchain.nightly.standing import standing
 from barchain.nightly.told import keep_judgement
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from barchain.nightly.history import NightStore
-    from barchain.nightly.judged import JudgedNight
+    from barchain.nightly.levels import JudgedNight
 
 GOOD = 1e-5
 NAME = error().identity.name

@@ -10,7 +10,7 @@ import pytest
 
 from barchain.cli.common.exit_codes import ExitCode
 from barchain.cli.nightly.documents import exit_code
-from barchain.nightly.acceptances import accept, accepted
+from barchain.nightly.acceptances import accept
 from barchain.nightly.changes import Direction
 from barchain.nightly.facts import night_facts
 from barchain.nightly.faults import HistoryError
@@ -32,7 +32,7 @@ OTHER_CLASS = dataclasses.replace(ENVIRONMENT, cpu="Other CPU")
 
 
 def facts(store: NightStore) -> NightlyFile:
-    return night_facts(judge(store), accepted(store), store.night("latest").figures)
+    return night_facts(store, judge(store), store.night("latest"))
 
 
 def red(store: NightStore) -> bool:
@@ -141,18 +141,18 @@ def test_small_drifts_of_an_error_without_rounding_add_up(store: NightStore) -> 
     assert directions == [Direction.CHANGED, Direction.WORSE, Direction.CHANGED]
 
 
-def test_a_void_night_is_not_judged_against_a_baseline_either() -> None:
+def test_a_void_night_is_not_judged_against_a_baseline_either(store: NightStore) -> None:
     before, after = night(error(1e-9)), night(error(1e-5), number=1, void="a fault was missed")
     judged = judge_pair(before, after)
     assert judged.tonight == ()
-    told = night_facts(judged, (), after.figures, baseline="release")
+    told = night_facts(store, judged, after, "release")
     assert exit_code(told, "worse") is ExitCode.NOT_BELIEVED
     assert "void" in told.sentence
 
 
-def test_a_baseline_without_a_common_figure_is_no_agreement() -> None:
+def test_a_baseline_without_a_common_figure_is_no_agreement(store: NightStore) -> None:
     before, after = night(error(quantity="reaction.max"), plan="other"), night(error(), number=1)
-    told = night_facts(judge_pair(before, after), (), after.figures, baseline="release")
+    told = night_facts(store, judge_pair(before, after), after, "release")
     assert exit_code(told, "worse") is ExitCode.NOT_BELIEVED
     assert told.sentence.startswith("Nothing was compared")
 

@@ -10,18 +10,18 @@ import numpy as np
 import pytest
 
 from barchain.nightly.acceptances import accept, accepted, accepting
-from barchain.nightly.facts import suspicion
 from barchain.nightly.figures import Figure, NightPart
 from barchain.nightly.judging import changes_named, judge
 from barchain.nightly.pruning import needed_nights
 from barchain.nightly.standing import every_change, still_holding
+from barchain.nightly.suspects import suspects_of
 from barchain.nightly.told import keep_judgement
 from tests.nightly.history.noise import noise
 from tests.nightly.history.synthetic import PARTS, bits, error, night, ratio, verdict
 
 if TYPE_CHECKING:
     from barchain.nightly.history import NightStore
-    from barchain.nightly.judged import JudgedNight
+    from barchain.nightly.levels import JudgedNight
 
 RIGHT, WRONG = 1e-5, 1e-3
 LATER = datetime.datetime(2100, 1, 1, tzinfo=datetime.UTC)
@@ -118,11 +118,11 @@ def test_what_changes_with_another_setting_has_the_setting_as_a_suspect(store: N
         figure = named(error(RIGHT if setting.endswith("1000") else WRONG), "old", setting)
         judged = add(store, len(store.nights()), figure, old="x")
     (change,) = judged.tonight
-    (suspect,) = suspicion(change, judged.by_name).suspects
+    (suspect,) = suspects_of(change, judged.by_name)
     assert suspect.words == f"setting:{change.identity.engine} steps_per_orbit=1000 → steps_per_orbit=500"
     later = add(store, 2, named(error(WRONG), "old", "steps_per_orbit=250"), old="x")
     (change,) = still_holding(later)
-    assert suspicion(change, later.by_name).suspects == (suspect,)
+    assert suspects_of(change, later.by_name) == (suspect,)
 
 
 def test_the_bits_of_another_setting_are_no_change(store: NightStore) -> None:
@@ -144,7 +144,7 @@ def test_a_verdict_that_changes_with_the_setting_has_it_as_a_suspect(store: Nigh
         setting, word = ("steps_per_orbit=1000", "pass") if k < 3 else ("steps_per_orbit=10", "inconsistent")
         figures = named(error(RIGHT if k < 3 else WRONG), "s", setting), named(verdict(word), "s", "")
         judged = add(store, k, *figures, s="x")
-    found = [suspicion(change, judged.by_name).suspects[0].words for change in judged.tonight]
+    found = [suspects_of(change, judged.by_name)[0].words for change in judged.tonight]
     assert found == ["setting:mujoco steps_per_orbit=1000 → steps_per_orbit=10"] * 2
 
 

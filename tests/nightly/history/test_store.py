@@ -23,7 +23,7 @@ from tests.nightly.history.synthetic import FIRST, bits, count, error, large_nig
 
 if TYPE_CHECKING:
     from barchain.nightly.figures import Night
-    from barchain.nightly.judged import JudgedNight
+    from barchain.nightly.levels import JudgedNight
 
 
 def folder(store: NightStore, name: str = "") -> Path:

@@ -23,7 +23,7 @@ from tests.support.slow import exhaustive_but
 
 if TYPE_CHECKING:
     from barchain.nightly.history import NightStore
-    from barchain.nightly.judged import JudgedNight
+    from barchain.nightly.levels import JudgedNight
 
 QUANTITY = "time_ratio"
 LATER = datetime.datetime(2100, 1, 1, tzinfo=datetime.UTC)

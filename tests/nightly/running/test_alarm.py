@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import pytest
 
 from barchain.faults.catalogue import CONTROLS
-from barchain.nightly.alarm import alarm_test
 from barchain.nightly.jobs import NightJob
 from barchain.nightly.night import result_of
+from barchain.nightly.state import alarm_test
 from barchain.runs.processes import Finished
 from barchain.studies.selftest.matrix import selftest_study
 from barchain.studies.study import Reporter, run_study
