@@ -101,25 +101,25 @@ def main() -> None:
     asked = parser.parse_args()
     random = np.random.default_rng(0)
     real = open_store(str(asked.night.absolute().parent)).night(asked.night.name)
-    with open_store(str(asked.history), create=True) as store:
-        start = time.perf_counter()
-        for number in range(len(store.nights()), asked.nights):
-            store.add(synthetic(real, number, asked.nights, random))
-        each = (time.perf_counter() - start) / asked.nights
-        print(f"{asked.nights} nights of {len(real.figures)} figures, {each:.2f} s to add one")
-        print(f"size: {sum(file.stat().st_size for file in asked.history.rglob('*.*')) / 1e6:.0f} MB")
-        name = real.figures[0].identity.name
-        timed("numbers of all nights, without a cache", store.numbers)
-        store.loaded = None
-        timed("numbers of all nights, with the cache", store.numbers)
-        timed("list of nights", store.nights)
-        timed("one figure over all nights", lambda: store.series(name))
-        timed("one whole night", lambda: store.night("latest"))
-        timed("charted figures", lambda: trend_charts(store.numbers(), store.nights()))
-        timed("judgement of the last night", lambda: judge(store))
-        timed("judgement and all documents", lambda: write_documents(store, "latest", asked.out))
-        print(f"peak memory: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3:.0f} MB")
-        print(f"page: {(asked.out / 'nightly.html').stat().st_size / 1e6:.2f} MB")
+    store = open_store(str(asked.history), create=True)
+    start = time.perf_counter()
+    for number in range(len(store.nights()), asked.nights):
+        store.add(synthetic(real, number, asked.nights, random))
+    each = (time.perf_counter() - start) / asked.nights
+    print(f"{asked.nights} nights of {len(real.figures)} figures, {each:.2f} s to add one")
+    print(f"size: {sum(file.stat().st_size for file in asked.history.rglob('*.*')) / 1e6:.0f} MB")
+    name = real.figures[0].identity.name
+    timed("numbers of all nights, without a cache", store.numbers)
+    store.loaded = None
+    timed("numbers of all nights, with the cache", store.numbers)
+    timed("list of nights", store.nights)
+    timed("one figure over all nights", lambda: store.series(name))
+    timed("one whole night", lambda: store.night("latest"))
+    timed("charted figures", lambda: trend_charts(store.numbers(), store.nights()))
+    timed("judgement of the last night", lambda: judge(store))
+    timed("judgement and all documents", lambda: write_documents(store, "latest", asked.out))
+    print(f"peak memory: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3:.0f} MB")
+    print(f"page: {(asked.out / 'nightly.html').stat().st_size / 1e6:.2f} MB")
 
 
 if __name__ == "__main__":

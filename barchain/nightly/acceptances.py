@@ -64,6 +64,11 @@ class Acceptance:
             if not (text := getattr(self, name)).strip() or not text.isprintable():
                 raise FigureError(f"{name}: {text[:60]!r} given, allowed: a text of one line")
 
+    def reaches(self, latest: str, first: str, names: Iterable[str]) -> bool:
+        """Whether it accepts the step of a night, with all steps since another night, of a figure of some names."""
+        own = start(self.since) == start(latest) and start(self.first or self.since) <= start(first)
+        return own and any(fits(name, self.pattern) for name in names)
+
     @property
     def words(self) -> str:
         """Acceptance in one line."""
@@ -110,31 +115,37 @@ def acceptances_of(
     return made
 
 
+def holding(known: Iterable[Acceptance], at: datetime.datetime) -> list[Acceptance]:
+    """Acceptances that have not ended at an instant."""
+    return [one for one in known if one.until is None or at < one.until]
+
+
 def accepting(change: Change, known: Iterable[Acceptance], at: datetime.datetime) -> Acceptance | None:
-    """Latest acceptance that covers a change at an instant; None if there is none, or the run is not reproducible."""
+    """Latest acceptance that covers a change by itself at an instant; None without, and of what is not reproducible.
+
+    A change of another night is another change, though it may lead to the same value.
+    """
     if change.irreproducible:
         return None
-    covering = [a for a in known if any(fits(n, a.pattern) for n in change.names) and covers(a, change, at)]
-    return max(covering, key=lambda a: a.date, default=None)
+    covering = [
+        one for one in holding(known, at)
+        if one.reaches(change.since, change.since, change.names) and is_as_large(one, change)
+    ]  # fmt: skip
+    return max(covering, key=lambda one: one.date, default=None)
 
 
-def covers(acceptance: Acceptance, change: Change, at: datetime.datetime) -> bool:
-    """Whether an acceptance covers a change of a figure that fits it, by itself.
+def is_as_large(acceptance: Acceptance, change: Change) -> bool:
+    """Whether a step of times, or memory, is as large as it was accepted, within its interval and the least effect.
 
-    A change of another night is another change, though it may lead to the same value. A step of times, or memory, has
-    to be as large within its interval and the least effect, too: later steps beside it make it grow.
+    Later steps beside it make it grow. Other changes have no size of their own.
     """
-    if acceptance.until is not None and at >= acceptance.until:
+    if not change.is_step:
+        return True
+    accepted = next((acceptance.factors[name] for name in change.names if name in acceptance.factors), None)
+    if accepted is None or change.factor is None:
         return False
-    if start(change.since) != start(acceptance.since):
-        return False
-    if change.is_step:
-        accepted = next((acceptance.factors[name] for name in change.names if name in acceptance.factors), None)
-        if accepted is None or change.factor is None:
-            return False
-        low, high = change.factor_low or change.factor, change.factor_high or change.factor
-        return low / (1.0 + LEAST_EFFECT) <= accepted <= high * (1.0 + LEAST_EFFECT)
-    return True
+    low, high = change.factor_low or change.factor, change.factor_high or change.factor
+    return low / (1.0 + LEAST_EFFECT) <= accepted <= high * (1.0 + LEAST_EFFECT)
 
 
 def start(night: str) -> str:

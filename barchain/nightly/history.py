@@ -23,7 +23,7 @@ import json
 import re
 from collections import defaultdict
 from fnmatch import fnmatchcase
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING
 
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import Night, NightSummary, content_digest
@@ -35,7 +35,6 @@ from scenarios.nearest import nearest
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
     from pathlib import Path
-    from types import TracebackType
 
     from barchain.nightly.figures import Figure, FigureIdentity
     from barchain.nightly.table import NumberTable
@@ -65,13 +64,6 @@ class NightStore:
         self.broken: set[str] = set()
         """Names of nights whose figures were read and are damaged"""
         self.loaded: tuple[list[tuple[str, str]], NumberTable] | None = None
-
-    def __enter__(self) -> Self:
-        """Store as it is."""
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
-        """Nothing is left open."""
 
     def __str__(self) -> str:
         """Address without its password."""

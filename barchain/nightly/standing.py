@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from barchain.nightly.acceptances import accepting, fits, start
+from barchain.nightly.acceptances import accepting, holding
 from barchain.nightly.changes import Change, Direction, compared, is_above
 from barchain.nightly.figures import names_since
 from barchain.nightly.steps import LEAST_EFFECT
@@ -48,7 +48,8 @@ def standing(
         Instant of which the acceptances count; default: now.
     """
     instant, known = at or datetime.datetime.now(datetime.UTC), list(known)
-    found = [state_of(row, known, instant) for row in judged.above.values()]
+    own = holding(known, instant)
+    found = [state_of(row, own) for row in judged.above.values()]
     slower = [Standing(change, accepting(change, known, instant)) for change in slow_downs(judged.stepped)]
     return sorted([*found, *slower], key=lambda state: (state.change.since, state.change.identity))
 
@@ -65,13 +66,12 @@ def every_change(judged: JudgedNight) -> list[Change]:
     return sorted(found.values(), key=lambda change: (not change.irreproducible, change.since))
 
 
-def state_of(row: Level, known: Iterable[Acceptance], at: datetime.datetime) -> Standing:
-    """State of a figure above its level.
+def state_of(row: Level, known: Sequence[Acceptance]) -> Standing:
+    """State of a figure above its level; `known` are acceptances that have not ended.
 
     An acceptance of a step raises what the figure may be to the value of that step, if no earlier step is open; one
     that reaches back to the open step accepts both. A figure that becomes better afterwards may be no worse again.
     """
-    own = [a for a in known if a.until is None or at < a.until]
     allowed, result = row.level, row.level  # what the figure may be; the last of these that is no missing result
     opened: int | None = None
     covering = None
@@ -79,9 +79,10 @@ def state_of(row: Level, known: Iterable[Acceptance], at: datetime.datetime) -> 
         if allowed.missing and not step.now.missing:
             allowed = result
         since = step.night if opened is None else row.steps[opened].night
-        reaching = [a for a in own if reaches(a, row, step.night, since)]
+        names = [i.name for i in names_since(step.night, row.told.identity, row.earlier)]
+        reaching = [one for one in known if one.reaches(step.night, since, names)]
         if reaching:
-            allowed, opened, covering = step.now, None, max(reaching, key=lambda a: a.date)
+            allowed, opened, covering = step.now, None, max(reaching, key=lambda one: one.date)
         elif is_above(allowed, step.now):
             opened = k if opened is None else opened
         else:
@@ -92,15 +93,6 @@ def state_of(row: Level, known: Iterable[Acceptance], at: datetime.datetime) -> 
     if opened is not None or covering is None:
         return Standing(change_of(row, allowed, row.steps[opened or 0 :]))
     return Standing(change_of(row, row.level, row.steps), covering)
-
-
-def reaches(acceptance: Acceptance, row: Level, night: str, since: str) -> bool:
-    """Whether an acceptance is of a figure's step on a night, and of all steps since another night."""
-    if start(acceptance.since) != start(night) or start(acceptance.first or acceptance.since) > start(since):
-        return False
-    return any(
-        fits(identity.name, acceptance.pattern) for identity in names_since(night, row.told.identity, row.earlier)
-    )
 
 
 def change_of(row: Level, was: Figure, steps: Sequence[Step]) -> Change:

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
-from barchain.nightly.acceptances import accepted, fits
+from barchain.nightly.acceptances import accepted, holding
 from barchain.nightly.changes import Direction
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import STEPPED
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     import datetime
     from collections.abc import Iterable, Mapping
 
-    from barchain.nightly.acceptances import Acceptance
     from barchain.nightly.changes import Change
     from barchain.nightly.history import NightStore
     from barchain.nightly.levels import JudgedNight
@@ -163,20 +162,13 @@ def kept_judgements(store: NightStore, at: datetime.datetime) -> dict[str, tuple
 
     What somebody accepted is left out, unless the acceptance ended before `at`.
     """
-    known = [one for one in accepted(store) if one.until is None or one.until > at]
-    found = {}
+    known, found = holding(accepted(store), at), {}
     for name, facts in told_by(store).items():
         worse = (one for one in facts.tonight if one.direction == Direction.WORSE)
         states = (*facts.standing, *(ToldStanding(one.figure, one.since, one.since) for one in worse))
-        found[name] = sum(not is_covered(state, known) for state in states), len(facts.tonight)
+        opened = [one for one in states if not any(a.reaches(one.latest, one.since, (one.figure,)) for a in known)]
+        found[name] = len(opened), len(facts.tonight)
     return found
-
-
-def is_covered(state: ToldStanding, known: Iterable[Acceptance]) -> bool:
-    """Whether an acceptance covers what a night told of a figure that was worse since an earlier night."""
-    return any(
-        a.since == state.latest and (a.first or a.since) <= state.since and fits(state.figure, a.pattern) for a in known
-    )
 
 
 def attributed_words(store: NightStore, changes: Iterable[Change]) -> dict[str, str]:

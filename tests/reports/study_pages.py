@@ -64,10 +64,10 @@ def releases_page(folder: Path) -> Path:
 def nightly_page(folder: Path) -> Path:
     """Page of a night on which an error grew, after nights of which one was worse."""
     history = str(folder / "history")
-    with open_store(history, create=True) as store:
-        for k, factor in enumerate((1.0, 1.0, 1.0, 2.0, 3.0)):
-            digits = bits("00" if factor == 1.0 else "11")
-            store.add(night(error(1e-5 * factor), count(), verdict(), digits, ratio(factor), number=k))
+    store = open_store(history, create=True)
+    for k, factor in enumerate((1.0, 1.0, 1.0, 2.0, 3.0)):
+        digits = bits("00" if factor == 1.0 else "11")
+        store.add(night(error(1e-5 * factor), count(), verdict(), digits, ratio(factor), number=k))
     CliRunner().invoke(cli, ["history", "report", "--history", history, "--out", str(folder)])
     return folder / "nightly.html"
 

@@ -47,15 +47,15 @@ def attribute_night(night: str, names: tuple[str, ...], scenes: tuple[str, ...],
     from barchain.nightly.judging import change_named, judge  # noqa: PLC0415
 
     own = own_scenes(scenes)
-    with opened(url) as store:
-        judged = judge(store, night)
-        chosen = [change_named(judged, name) for name in names] or worth_attributing(judged, MOST_CHANGES, own)
-        if not chosen:
-            say(f"{judged.night.name}: no change with a suspect that can be exchanged")
-            for reason in reasons_against(judged, own):
-                say(f"  {reason}")
-            return
-        found = attribute(store, judged, chosen, note=lambda text: say(f"  {text}", err=True), told=show, scenes=own)
+    store = opened(url)
+    judged = judge(store, night)
+    chosen = [change_named(judged, name) for name in names] or worth_attributing(judged, MOST_CHANGES, own)
+    if not chosen:
+        say(f"{judged.night.name}: no change with a suspect that can be exchanged")
+        for reason in reasons_against(judged, own):
+            say(f"  {reason}")
+        return
+    found = attribute(store, judged, chosen, note=lambda text: say(f"  {text}", err=True), told=show, scenes=own)
     if any(one.verdict == "not reproduced" for one in found):
         raise findings()
 
@@ -88,5 +88,5 @@ def bisect_figure(figure: str, good: str, bad: str, part: str | None, scenes: tu
     from barchain.nightly.cells import own_scenes  # noqa: PLC0415
 
     own = own_scenes(scenes)
-    with opened(url) as store:
-        say(bisect_nights(store, figure, good, bad, part, lambda text: say(f"  {text}", err=True), own))
+    store = opened(url)
+    say(bisect_nights(store, figure, good, bad, part, lambda text: say(f"  {text}", err=True), own))

@@ -42,11 +42,11 @@ def changes(night: str, every: bool, url: str | None, as_json: bool) -> None:
     from barchain.nightly.facts import change_entries, night_facts  # noqa: PLC0415
     from barchain.nightly.judging import judge  # noqa: PLC0415
 
-    with opened(url) as store:
-        judged, known = judge(store, night), accepted(store)
-        tonight, earlier = change_entries(judged, known)
-        entries = [*tonight, *(earlier if every else ())]
-        facts = night_facts(store, judged, store.night(judged.night.name))
+    store = opened(url)
+    judged, known = judge(store, night), accepted(store)
+    tonight, earlier = change_entries(judged, known)
+    entries = [*tonight, *(earlier if every else ())]
+    facts = night_facts(store, judged, store.night(judged.night.name))
     if as_json:
         say(json.dumps([entry.model_dump(mode="json") for entry in entries], indent=2))
         return
@@ -84,29 +84,29 @@ def accept_change(
     from scenarios.plural import plural  # noqa: PLC0415
 
     end, now = None if until is None else until.replace(tzinfo=datetime.UTC), datetime.datetime.now(datetime.UTC)
-    with opened(url) as store:
-        judged = judge(store, night)
-        keep_judgement(store, judged)  # a step keeps the name under which it is accepted
-        known = accepted(store)
-        every = {name: changes_named(judged, name) for name in names}  # a wrong name accepts nothing
-        chosen = [change for own in every.values() for change in own]
-        acceptances_of(chosen, user(), now, reason, end)  # all, or none
-        nights = judged.by_name
-        causes = {change.id: ", ".join(s.words for s in suspects_of(change, nights)) for change in chosen}
-        made = [
-            entry for name, own in every.items()
-            for entry in accept(store, own, user(), reason, end, name if "*" in name else "", causes)
-        ]  # fmt: skip
-        say(f"{plural(len({change.identity for change in chosen}), 'figure')} accepted; {covered(chosen)}")
-        show_some([f"accepted: {entry.words}" for entry in made], "`barchain history accepted` lists them")
-        replaced = {(entry.pattern, entry.since) for entry in made}
-        earlier = {one.words: one for change in chosen if (one := accepting(change, known, now)) is not None}
-        lines = [
-            f"{'replaces' if (one.pattern, one.since) in replaced else 'stands beside'}: {words}"
-            for words, one in earlier.items()
-        ]
-        show_some(lines, "earlier acceptances of these figures", err=True)
-        left_open(store, judged, {change.identity.name for change in chosen})
+    store = opened(url)
+    judged = judge(store, night)
+    keep_judgement(store, judged)  # a step keeps the name under which it is accepted
+    known = accepted(store)
+    every = {name: changes_named(judged, name) for name in names}  # a wrong name accepts nothing
+    chosen = [change for own in every.values() for change in own]
+    acceptances_of(chosen, user(), now, reason, end)  # all, or none
+    nights = judged.by_name
+    causes = {change.id: ", ".join(s.words for s in suspects_of(change, nights)) for change in chosen}
+    made = [
+        entry for name, own in every.items()
+        for entry in accept(store, own, user(), reason, end, name if "*" in name else "", causes)
+    ]  # fmt: skip
+    say(f"{plural(len({change.identity for change in chosen}), 'figure')} accepted; {covered(chosen)}")
+    show_some([f"accepted: {entry.words}" for entry in made], "`barchain history accepted` lists them")
+    replaced = {(entry.pattern, entry.since) for entry in made}
+    earlier = {one.words: one for change in chosen if (one := accepting(change, known, now)) is not None}
+    lines = [
+        f"{'replaces' if (one.pattern, one.since) in replaced else 'stands beside'}: {words}"
+        for words, one in earlier.items()
+    ]
+    show_some(lines, "earlier acceptances of these figures", err=True)
+    left_open(store, judged, {change.identity.name for change in chosen})
     if left := irreproducible(judged, names):
         say(f"left out: {plural(left, 'run')} that {'is' if left == 1 else 'are'} not reproducible", err=True)
 
@@ -146,8 +146,8 @@ def accepted_changes(url: str | None, as_json: bool) -> None:
     """List what is accepted, as it stands in the file accepted.toml of the history."""
     from barchain.nightly.acceptances import accepted  # noqa: PLC0415
 
-    with opened(url) as store:
-        known = accepted(store)
+    store = opened(url)
+    known = accepted(store)
     if as_json:
         say(json.dumps([asdict(one) for one in known], indent=2, default=str))
         return
@@ -165,9 +165,9 @@ def withdraw_acceptance(pattern: str, since: str | None, url: str | None) -> Non
     """Take back the acceptances of PATTERN, as `barchain history accepted` shows it."""
     from barchain.nightly.acceptances import withdraw  # noqa: PLC0415
 
-    with opened(url) as store:
-        for gone in withdraw(store, pattern, since or ""):
-            say(f"withdrawn: {gone.words}")
+    store = opened(url)
+    for gone in withdraw(store, pattern, since or ""):
+        say(f"withdrawn: {gone.words}")
 
 
 def user() -> str:

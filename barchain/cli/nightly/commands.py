@@ -49,10 +49,10 @@ def add(folders: tuple[Path, ...], url: str | None) -> None:
     from barchain.nightly.results import read_night  # noqa: PLC0415
 
     nights = [read_night(folder) for folder in folders]  # all are read before one is added
-    with opened(url, create=True) as store:
-        for folder, night in zip(folders, nights, strict=True):
-            done = "added" if store.add(night) else "already there"
-            say(f"{folder}: {night.name}, {len(night.figures)} figures: {done}")
+    store = opened(url, create=True)
+    for folder, night in zip(folders, nights, strict=True):
+        done = "added" if store.add(night) else "already there"
+        say(f"{folder}: {night.name}, {len(night.figures)} figures: {done}")
 
 
 @history.command("list")
@@ -60,10 +60,10 @@ def add(folders: tuple[Path, ...], url: str | None) -> None:
 @json_option
 def list_nights(url: str | None, as_json: bool) -> None:
     """List all nights in the order of their starts."""
-    with opened(url) as store:
-        for folder, reason in store.check().items():
-            say(f"{folder}: left out: {reason}", err=True)
-        nights = store.nights()
+    store = opened(url)
+    for folder, reason in store.check().items():
+        say(f"{folder}: left out: {reason}", err=True)
+    nights = store.nights()
     if as_json:
         print_json([night_values(night) for night in nights])
         return
@@ -76,8 +76,8 @@ def list_nights(url: str | None, as_json: bool) -> None:
 @json_option
 def show(night: str, url: str | None, as_json: bool) -> None:
     """Show environment, parts and figures of NIGHT: a name, its beginning, or `latest`."""
-    with opened(url) as store:
-        found = store.night(night)
+    store = opened(url)
+    found = store.night(night)
     if as_json:
         print_json(night_values(found))
         return
@@ -93,8 +93,8 @@ def show(night: str, url: str | None, as_json: bool) -> None:
 @json_option
 def series(figure: str, url: str | None, as_json: bool) -> None:
     """Show FIGURE over the nights: scene:engine:setting:quantity, in which * stands for any text."""
-    with opened(url) as store:
-        found = store.series(figure)
+    store = opened(url)
+    found = store.series(figure)
     if as_json:
         print_json([series_values(*each) for each in found.items()])
         return
@@ -113,11 +113,11 @@ def export(path: Path, url: str | None) -> None:
     from barchain.cli.common.result_folder import need_writable  # noqa: PLC0415
     from barchain.nightly.history import export_parquet  # noqa: PLC0415
 
-    with opened(url) as store:
-        need_writable(path, "--parquet")
-        for folder, reason in store.check().items():
-            say(f"{folder}: left out: {reason}", err=True)
-        say(f"{path}: {export_parquet(store, path)} figures")
+    store = opened(url)
+    need_writable(path, "--parquet")
+    for folder, reason in store.check().items():
+        say(f"{folder}: left out: {reason}", err=True)
+    say(f"{path}: {export_parquet(store, path)} figures")
 
 
 @history.command("prune")
@@ -134,9 +134,9 @@ def prune(keep: int | None, days: float | None, url: str | None) -> None:
     if keep is None and days is None:
         raise click.UsageError("give --keep-nights N, --older-than DAYS, or both")
     before = None if days is None else datetime.datetime.now(datetime.UTC) - datetime.timedelta(days=days)
-    with opened(url) as store:
-        gone = store.prune(keep, before, needed_nights(store))
-        say(f"{store}: {len(gone)} nights removed{f', {gone[0]} to {gone[-1]}' if gone else ''}")
+    store = opened(url)
+    gone = store.prune(keep, before, needed_nights(store))
+    say(f"{store}: {len(gone)} nights removed{f', {gone[0]} to {gone[-1]}' if gone else ''}")
 
 
 history.add_command(changes)

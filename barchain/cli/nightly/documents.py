@@ -74,14 +74,14 @@ def report_night(
 
     if junit is not None:
         need_writable(junit, "--junit")
-    with opened(url) as store:
-        store.check()
-        name = store.summary(night).name
-        folder = out or (store.place.local or NIGHTS) / name
-        facts = write_documents(store, name, folder, junit, baseline, fail_on, need_history=need_history)
-        if out is None and name == store.summary("latest").name:
-            publish(folder, folder.parent)
-            folder = folder.parent
+    store = opened(url)
+    store.check()
+    name = store.summary(night).name
+    folder = out or (store.place.local or NIGHTS) / name
+    facts = write_documents(store, name, folder, junit, baseline, fail_on, need_history=need_history)
+    if out is None and name == store.summary("latest").name:
+        publish(folder, folder.parent)
+        folder = folder.parent
     show_night(facts, folder / PAGE)
     end_night(facts, fail_on, need_history=need_history)
 
@@ -96,9 +96,9 @@ def tell_night(night: str, link: str | None, url: str | None) -> None:
     from barchain.nightly.judging import judge  # noqa: PLC0415
     from reports.nightly.summary import message  # noqa: PLC0415
 
-    with opened(url) as store:
-        judged = judge(store, night)
-        say(message(night_facts(store, judged, store.night(judged.night.name)), link or ""))
+    store = opened(url)
+    judged = judge(store, night)
+    say(message(night_facts(store, judged, store.night(judged.night.name)), link or ""))
 
 
 def show_night(facts: NightlyFile, page: Path) -> None:

@@ -85,8 +85,8 @@ def planned(plan: NightPlan, url: str) -> tuple[NightJob, ...]:
     from barchain.nightly.history import last_run  # noqa: PLC0415
     from barchain.nightly.night import next_jobs  # noqa: PLC0415
 
-    with opened(url, create=True) as store:
-        return next_jobs(plan, last_run(store, plan.identity))
+    store = opened(url, create=True)
+    return next_jobs(plan, last_run(store, plan.identity))
 
 
 def run_and_tell(
@@ -104,26 +104,24 @@ def run_and_tell(
     if junit is not None:
         need_writable(junit, "--junit")
     planned(plan, url)  # a wrong name in the plan is told before a history begins
-    with opened(url, create=True) as store:
-        if baseline is not None:
-            baseline_night(store, baseline)  # a wrong name is told before anything runs
-        store.place.need_writable()
-        for folder, reason in store.check().items():
-            say(f"{folder}: left out: {reason}", err=True)
-        every = store.nights()
-        if not every:
-            say(f"history: begins in {store}", err=True)
-        believed = [night for night in every if night.void is None]
-        if believed:
-            folded_night(store, believed[-1], every)  # a long history without levels takes a while: before the runs
-        with shown_progress() as progress:
-            ended = run_night(plan, minutes, store, out, progress, time.monotonic() - begun)
-        with kept_without_documents(ended.name):
-            facts = write_documents(
-                store, ended.name, ended.folder, junit, baseline, fail_on, need_history=need_history
-            )
-            publish(ended.folder, out)
-        prune_runs(store, out)
+    store = opened(url, create=True)
+    if baseline is not None:
+        baseline_night(store, baseline)  # a wrong name is told before anything runs
+    store.place.need_writable()
+    for folder, reason in store.check().items():
+        say(f"{folder}: left out: {reason}", err=True)
+    every = store.nights()
+    if not every:
+        say(f"history: begins in {store}", err=True)
+    believed = [night for night in every if night.void is None]
+    if believed:
+        folded_night(store, believed[-1], every)  # a long history without levels takes a while: before the runs
+    with shown_progress() as progress:
+        ended = run_night(plan, minutes, store, out, progress, time.monotonic() - begun)
+    with kept_without_documents(ended.name):
+        facts = write_documents(store, ended.name, ended.folder, junit, baseline, fail_on, need_history=need_history)
+        publish(ended.folder, out)
+    prune_runs(store, out)
     show_night(facts, out / PAGE)
     end_night(facts, fail_on, need_history=need_history)
 

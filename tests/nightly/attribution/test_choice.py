@@ -27,11 +27,11 @@ def of_scene(figure: Figure, scene: str) -> Figure:
 
 def judged(folder: Path, parts: tuple[NightPart, ...], *scenes: str) -> JudgedNight:
     """Night on which the error doubled in some scenes, with other parts than on the two nights before."""
-    with open_store(str(folder / "history"), create=True) as store:
-        for number, factor in enumerate((1.0, 1.0, 2.0)):
-            figures = (of_scene(error(1e-5 * factor), scene) for scene in scenes)
-            store.add(night(*figures, number=number, parts=parts if factor > 1.0 else PARTS))
-        return judge(store, "latest")
+    store = open_store(str(folder / "history"), create=True)
+    for number, factor in enumerate((1.0, 1.0, 2.0)):
+        figures = (of_scene(error(1e-5 * factor), scene) for scene in scenes)
+        store.add(night(*figures, number=number, parts=parts if factor > 1.0 else PARTS))
+    return judge(store, "latest")
 
 
 def test_a_scene_of_a_file_is_left_out_and_costs_no_other_change(tmp_path: Path) -> None:

@@ -164,18 +164,18 @@ def test_a_commit_of_ones_own_engine_is_found_by_a_scene_of_ones_own(
     scenes = own_scenes([str(scene)])
     (digest,) = scenes
     engine, depends = "engine:mine-engine", ("engine:mine-engine", "scene:two_bars")
-    with open_store(str(tmp_path / "history"), create=True) as store:
-        names = []
-        for number, commit in enumerate((commits[0], commits[0], commits[-1])):
-            parts = NightPart(engine, f"0.1.0 @ git+{uri}@{commit}", commit), NightPart(depends[1], "", digest)
-            one = night(*figures(own, commit, scene, depends), number=number, parts=parts)
-            store.add(one)
-            names.append(one.name)
-        judged = judge(store, "latest")
-        assert worth_attributing(judged, 10) == []
-        assert any("--scene-file" in reason for reason in reasons_against(judged))
-        (change,) = worth_attributing(judged, 10, scenes)
-        (found,) = attribute(store, judged, [change], scenes=scenes)
-        step = bisect_nights(store, change.identity.name, names[1], names[2], scenes=scenes)
+    store = open_store(str(tmp_path / "history"), create=True)
+    names = []
+    for number, commit in enumerate((commits[0], commits[0], commits[-1])):
+        parts = NightPart(engine, f"0.1.0 @ git+{uri}@{commit}", commit), NightPart(depends[1], "", digest)
+        one = night(*figures(own, commit, scene, depends), number=number, parts=parts)
+        store.add(one)
+        names.append(one.name)
+    judged = judge(store, "latest")
+    assert worth_attributing(judged, 10) == []
+    assert any("--scene-file" in reason for reason in reasons_against(judged))
+    (change,) = worth_attributing(judged, 10, scenes)
+    (found,) = attribute(store, judged, [change], scenes=scenes)
+    step = bisect_nights(store, change.identity.name, names[1], names[2], scenes=scenes)
     assert (found.verdict, found.culprits) == ("confirmed", (engine,))
     assert f"new since {engine} {commits[2][:12]}; {commits[1][:12]} still has the old value" in step

@@ -101,9 +101,9 @@ def test_a_run_that_is_not_reproducible_can_not_be_accepted(store: NightStore) -
 @pytest.fixture
 def filled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     place = tmp_path / "history"
-    with open_store(str(place), create=True) as opened:
-        for k, value in enumerate((1e-5, 1e-5, 3e-5)):
-            opened.add(night(error(value), verdict(), number=k))
+    opened = open_store(str(place), create=True)
+    for k, value in enumerate((1e-5, 1e-5, 3e-5)):
+        opened.add(night(error(value), verdict(), number=k))
     monkeypatch.setenv(VARIABLE, str(place))
     return place
 

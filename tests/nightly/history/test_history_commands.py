@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 def filled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """History of three nights, which the environment variable names."""
     place = tmp_path / "history"
-    with open_store(str(place), create=True) as store:
-        for k in range(3):
-            store.add(night(error(1e-5 * (k + 1)), verdict(), ratio(2.0, low=1.9), number=k))
+    store = open_store(str(place), create=True)
+    for k in range(3):
+        store.add(night(error(1e-5 * (k + 1)), verdict(), ratio(2.0, low=1.9), number=k))
     monkeypatch.setenv(VARIABLE, str(place))
     return place
 
@@ -58,9 +58,9 @@ def test_nights_are_listed_shown_and_followed(filled: Path, capsys: pytest.Captu
 def test_export_and_prune_say_how_much(filled: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "all.parquet"
     assert printed(capsys, "export", "--parquet", str(path)) == f"{path}: 9 figures\n"
-    with open_store(str(filled)) as store:
-        for k in range(3, 6):
-            store.add(night(error(3e-5), verdict(), ratio(2.0, low=1.9), number=k))
+    store = open_store(str(filled))
+    for k in range(3, 6):
+        store.add(night(error(3e-5), verdict(), ratio(2.0, low=1.9), number=k))
     assert "0 nights removed" in printed(capsys, "prune", "--keep-nights", "6")
     assert "2 nights removed" in printed(capsys, "prune", "--keep-nights", "1")
 

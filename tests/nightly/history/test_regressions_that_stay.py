@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from barchain.nightly.acceptances import acceptances_of, covers
+from barchain.nightly.acceptances import acceptances_of, accepting
 from barchain.nightly.changes import results_words
 from barchain.nightly.judging import judge, judge_pair
 from barchain.nightly.standing import still_holding
@@ -72,11 +72,11 @@ def test_an_acceptance_ends_when_the_figure_moves_away(store: NightStore) -> Non
         store.add(night(verdict(word), number=k))
     (first,) = judge(store).tonight
     (kept,) = acceptances_of([first], "Ada", LATER, "known")
-    assert covers(kept, first, LATER)
+    assert accepting(first, [kept], LATER) is kept
     for k, word in enumerate(("pass", "inconsistent"), start=2):
         store.add(night(verdict(word), number=k))
     (again,) = judge(store).tonight
-    assert not covers(kept, again, LATER)
+    assert accepting(again, [kept], LATER) is None
 
 
 def test_a_figure_that_a_baseline_of_the_same_plan_has_may_not_be_gone() -> None:

@@ -77,8 +77,8 @@ def one_night(plan: NightPlan, folder: Path, notes: list[str] | None = None) -> 
     """A night that begins with a second of its own: nights of one second with the same content are one night."""
     time.sleep(1.0 - time.time() % 1.0)
     progress = running.NightProgress(note=([] if notes is None else notes).append)
-    with open_store(str(folder / "history"), create=True) as store:
-        return run_night(plan, 2.0, store, folder / "nights", progress)
+    store = open_store(str(folder / "history"), create=True)
+    return run_night(plan, 2.0, store, folder / "nights", progress)
 
 
 @pytest.fixture
@@ -121,8 +121,8 @@ def test_a_night_under_other_sources_or_libraries_does_not_go_on_and_keeps_the_d
     notes: list[str] = []
     second = one_night(plan, tmp_path, notes)
     assert second.folder != killed
-    with open_store(str(tmp_path / "history")) as store:
-        old, new = store.nights()
+    store = open_store(str(tmp_path / "history"))
+    old, new = store.nights()
     assert (old.complete, new.complete) == (False, True)
     assert old.part_named[name] == {part.name: part for part in started_with.parts}[name]
     assert new.part_named[name].digest == "other"
@@ -166,29 +166,29 @@ def test_a_damaged_state_is_told_once_and_the_results_beside_it_stay(
     one_night(plan, tmp_path, again)
     assert again == []
     assert run(["history", "add", str(killed / "core"), "--history", str(tmp_path / "history")]) == 0
-    with open_store(str(tmp_path / "history")) as store:
-        assert sorted(each.complete for each in store.nights()) == [True, True, True]
+    store = open_store(str(tmp_path / "history"))
+    assert sorted(each.complete for each in store.nights()) == [True, True, True]
 
 
 @pytest.mark.exhaustive
 def test_a_clock_that_was_in_the_future_once_stops_no_turns_and_is_told(plan: NightPlan, tmp_path: Path) -> None:
     ahead = datetime.datetime.now(datetime.UTC) + datetime.timedelta(days=5000)
-    with open_store(str(tmp_path / "history"), create=True) as store:
-        future = replace(night(error()), started=ahead, plan=plan.identity)
-        store.add(future, run=replace(one_night_run(plan), turn=7))
+    store = open_store(str(tmp_path / "history"), create=True)
+    future = replace(night(error()), started=ahead, plan=plan.identity)
+    store.add(future, run=replace(one_night_run(plan), turn=7))
     notes: list[str] = []
     turns = [one_night(plan, tmp_path, notes).run.turn for _ in range(2)]
     assert turns == [8, 9]
     said = f"history: a night starts later than now, e.g. {future.name}; a clock was or is wrong"
     assert notes == [said, said]
-    with open_store(str(tmp_path / "history")) as store:
-        found = last_run(store, plan.identity)
-        latest = store.nights()[1]
-        assert found is not None
-        assert found.turn == 9
-        assert store.summary("latest") == latest
-        assert len(store.prune(keep=1)) == 2
-        assert [kept.name for kept in store.nights()] == [latest.name]
+    store = open_store(str(tmp_path / "history"))
+    found = last_run(store, plan.identity)
+    latest = store.nights()[1]
+    assert found is not None
+    assert found.turn == 9
+    assert store.summary("latest") == latest
+    assert len(store.prune(keep=1)) == 2
+    assert [kept.name for kept in store.nights()] == [latest.name]
 
 
 def one_night_run(plan: NightPlan) -> running.NightRun:
@@ -212,8 +212,8 @@ def test_a_history_that_can_not_be_written_at_the_end_says_where_the_results_are
     assert said.endswith(f"nothing was changed; the night's results stay in {folder}, and the next call adds them")
     with_digest(monkeypatch, "library:scipy", "0.0.1")  # also if the night does not go on then, it is whole
     one_night(plan, tmp_path)
-    with open_store(str(tmp_path / "history")) as store:
-        assert [(each.complete, each.figures > 20) for each in store.nights()] == [(True, True)] * 2
+    store = open_store(str(tmp_path / "history"))
+    assert [(each.complete, each.figures > 20) for each in store.nights()] == [(True, True)] * 2
 
 
 @pytest.mark.slow

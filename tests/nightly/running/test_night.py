@@ -52,8 +52,8 @@ def plan(tmp_path: Path) -> NightPlan:
 
 
 def one_night(plan: NightPlan, folder: Path, url: str | None = None) -> NightEnd:
-    with open_store(url or str(folder / "history"), create=True) as store:
-        return run_night(plan, 2.0, store, folder / "nights")
+    store = open_store(url or str(folder / "history"), create=True)
+    return run_night(plan, 2.0, store, folder / "nights")
 
 
 def test_scenes_that_a_slow_night_before_left_no_room_for_are_tried_in_the_time_that_is_left(
@@ -80,9 +80,9 @@ def test_two_nights_of_the_same_code_agree_in_every_bit(plan: NightPlan, tmp_pat
     assert first.run.complete
     assert (first.run.turn, second.run.turn) == (0, 1)
     assert second.run.parts[0].done == 2
-    with open_store(str(tmp_path / "history")) as store:
-        judged = judge(store, second.name)
-        assert store.summary(first.name).run == first.run
+    store = open_store(str(tmp_path / "history"))
+    judged = judge(store, second.name)
+    assert store.summary(first.name).run == first.run
     assert judged.tonight == ()
     assert judged.judged > 20
 
@@ -101,8 +101,8 @@ def test_an_engine_that_is_not_installed_costs_its_own_figures_alone_and_the_nig
     assert "mujoco" in part.missing
     assert "not installed; try: pip install" in part.missing
     assert not ended.run.complete
-    with open_store(str(tmp_path / "history")) as store:
-        figures = store.night(ended.name).figures
+    store = open_store(str(tmp_path / "history"))
+    figures = store.night(ended.name).figures
     assert {figure.identity.engine for figure in figures} >= {"reference"}
 
 
@@ -126,8 +126,8 @@ files = ["hangs.py"]
     (tmp_path / "plan.toml").write_text(text, "utf-8")
     ended = one_night(load_plan(tmp_path / "plan.toml"), tmp_path)
     assert ended.run.complete
-    with open_store(str(tmp_path / "history")) as store:
-        figures = store.night(ended.name).figures
+    store = open_store(str(tmp_path / "history"))
+    figures = store.night(ended.name).figures
     verdicts = {(f.identity.engine, f.word) for f in figures if f.identity.quantity == "verdict"}
     assert verdicts == {("hangs", "timed_out"), ("reference", "pass")}
     assert run(["history", "tell", "--history", str(tmp_path / "history")]) == 0
@@ -155,8 +155,8 @@ def test_a_night_that_is_killed_goes_on_with_what_it_has(
     assert ended.folder == folder
     assert ended.run.complete
     assert read_record(folder / "core")["complete"]
-    with open_store(str(tmp_path / "history")) as store:
-        assert [night.complete for night in store.nights()] == [True]
+    store = open_store(str(tmp_path / "history"))
+    assert [night.complete for night in store.nights()] == [True]
 
 
 @pytest.mark.exhaustive
@@ -169,15 +169,15 @@ def test_an_interrupted_night_is_kept_as_incomplete_and_replaced_when_it_has_gon
     monkeypatch.setattr(running, "run_barchain", interrupted)
     with pytest.raises(KeyboardInterrupt):
         one_night(plan, tmp_path)
-    with open_store(str(tmp_path / "history")) as store:
-        assert [night.complete for night in store.nights()] == [False]
-        found = last_run(store, plan.identity)
-        assert found is not None
-        assert [(part.state, part.left) for part in found.parts] == [(PartState.LEFT, SCENES)]
+    store = open_store(str(tmp_path / "history"))
+    assert [night.complete for night in store.nights()] == [False]
+    found = last_run(store, plan.identity)
+    assert found is not None
+    assert [(part.state, part.left) for part in found.parts] == [(PartState.LEFT, SCENES)]
     monkeypatch.undo()
     one_night(plan, tmp_path)
-    with open_store(str(tmp_path / "history")) as store:
-        assert [night.complete for night in store.nights()] == [True]
+    store = open_store(str(tmp_path / "history"))
+    assert [night.complete for night in store.nights()] == [True]
 
 
 @pytest.mark.exhaustive
@@ -192,9 +192,9 @@ def test_a_night_that_was_interrupted_under_other_code_is_kept_and_a_new_one_beg
     write_state(first.folder, replace(state, finished=False, code="other", results={}))
     shutil.rmtree(tmp_path / "history" / first.name)  # it was killed before the history had it
     notes: list[str] = []
-    with open_store(str(tmp_path / "history")) as store:
-        second = run_night(plan, 2.0, store, tmp_path / "nights", running.NightProgress(note=notes.append))
-        assert sorted(night.complete for night in store.nights()) == [False, True]
+    store = open_store(str(tmp_path / "history"))
+    second = run_night(plan, 2.0, store, tmp_path / "nights", running.NightProgress(note=notes.append))
+    assert sorted(night.complete for night in store.nights()) == [False, True]
     assert second.folder != first.folder
     assert any("was interrupted" in note for note in notes)
 
@@ -209,8 +209,8 @@ def test_a_kill_after_a_night_is_in_the_history_does_not_double_it(plan: NightPl
     for changed in (replace(state, finished=False), replace(state, finished=False, code="other")):
         write_state(first.folder, changed)
         one_night(plan, tmp_path)
-    with open_store(str(tmp_path / "history")) as store:
-        nights = store.nights()
+    store = open_store(str(tmp_path / "history"))
+    nights = store.nights()
     assert [night.complete for night in nights] == [True, True]  # the same night, and the new one of other code
     assert nights[0].name == first.name
 
@@ -261,9 +261,9 @@ def test_a_job_without_time_is_left_and_named(plan: NightPlan, tmp_path: Path, m
     monkeypatch.setattr(running, "working_time_s", lambda _: 1.0)
     ended = one_night(plan, tmp_path)
     assert ended.run.parts[0].reason == "no time was left"
-    with open_store(str(tmp_path / "history")) as store:
-        (night,) = store.nights()
-        assert (night.complete, night.figures) == (False, 0)
+    store = open_store(str(tmp_path / "history"))
+    (night,) = store.nights()
+    assert (night.complete, night.figures) == (False, 0)
 
 
 @pytest.mark.exhaustive
@@ -274,8 +274,8 @@ def test_of_two_parts_with_one_scene_and_engine_the_graver_verdict_is_kept(tmp_p
     )
     (tmp_path / "plan.toml").write_text(text, "utf-8")
     ended = one_night(load_plan(tmp_path / "plan.toml"), tmp_path)
-    with open_store(str(tmp_path / "history")) as store:
-        figures = {figure.identity.quantity: figure for figure in store.night(ended.name).figures}
+    store = open_store(str(tmp_path / "history"))
+    figures = {figure.identity.quantity: figure for figure in store.night(ended.name).figures}
     assert figures["verdict"].word == "timed_out"
     assert figures["trajectory"].word
     assert figures["attitude.max"].value > 0.0
@@ -299,18 +299,18 @@ def test_nothing_is_lost_or_doubled_by_ten_kills_at_random_instants(plan: NightP
         os.kill(process.pid, signal.SIGKILL)
         process.communicate()
         if (tmp_path / "history").exists():
-            with open_store(url, create=True) as store:
-                names = [night.name for night in store.nights() if night.complete]
-                assert before <= set(names)
-                assert len({night.started for night in store.nights()}) == len(store.nights())
-                before = set(names)
+            store = open_store(url, create=True)
+            names = [night.name for night in store.nights() if night.complete]
+            assert before <= set(names)
+            assert len({night.started for night in store.nights()}) == len(store.nights())
+            before = set(names)
     process = started(tmp_path, url)
     told = process.communicate(timeout=120)[1].decode().splitlines()
     assert [line for line in told if not line.startswith("history: begins in ")] == []  # all kills may come before it
     assert process.returncode == 0
-    with open_store(url) as store:
-        assert store.nights()[-1].complete
-        assert judge(store).tonight == ()
+    store = open_store(url)
+    assert store.nights()[-1].complete
+    assert judge(store).tonight == ()
     assert plan.identity
 
 
@@ -319,10 +319,10 @@ def test_two_nights_at_once_are_two_nights(plan: NightPlan, tmp_path: Path, url:
     both = [started(tmp_path, url) for _ in range(2)]
     told = [line for process in both for line in process.communicate(timeout=200)[1].decode().splitlines()]
     assert [line for line in told if not line.startswith("history: begins in ")] == []
-    with open_store(url) as store:
-        nights = store.nights()
-        assert [night.complete for night in nights] == [True, True]
-        assert len({night.name for night in nights}) == 2
+    store = open_store(url)
+    nights = store.nights()
+    assert [night.complete for night in nights] == [True, True]
+    assert len({night.name for night in nights}) == 2
     assert plan.identity
 
 
@@ -341,6 +341,6 @@ def test_a_history_that_can_not_be_written_keeps_the_results_and_the_next_call_a
         one_night(plan, tmp_path)
     monkeypatch.undo()
     ended = one_night(plan, tmp_path)
-    with open_store(str(tmp_path / "history")) as store:
-        assert [(night.name, night.complete) for night in store.nights()] == [(ended.name, True)]
+    store = open_store(str(tmp_path / "history"))
+    assert [(night.name, night.complete) for night in store.nights()] == [(ended.name, True)]
     assert len([p for p in (tmp_path / "nights").iterdir() if p.is_dir()]) == 1

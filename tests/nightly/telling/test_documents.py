@@ -51,9 +51,9 @@ def history(tmp_path: Path) -> str:
 
 
 def add(url: str, *nights: Any, run: NightRun | None = None) -> None:
-    with open_store(url, create=True) as store:
-        for each in nights:
-            store.add(each, run=run)
+    store = open_store(url, create=True)
+    for each in nights:
+        store.add(each, run=run)
 
 
 def usual(factor: float = 1.0, **more: Any) -> Any:
@@ -159,17 +159,17 @@ def plan_errors(out: Path) -> int:
 
 def test_a_baseline_without_a_common_figure_ends_with_3_and_is_an_error(history: str, tmp_path: Path) -> None:
     add(history, night(error(quantity="place"), number=0, plan="other"), night(error(), number=1))
-    with open_store(history) as store:
-        first = store.nights()[0].name
+    store = open_store(history)
+    first = store.nights()[0].name
     assert report(history, tmp_path / "out", "--baseline", first)[0] == 3
     assert plan_errors(tmp_path / "out") == 1
 
 
 def test_an_accepted_change_is_shown_as_such_and_does_not_fail(history: str, tmp_path: Path) -> None:
     add(history, usual(number=0), usual(2.0, number=1, parts=NEWER))
-    with open_store(history) as store:
-        worse = change_named(judge(store), error().identity.name)
-        accept(store, [worse], "Ada", "fewer steps on purpose")
+    store = open_store(history)
+    worse = change_named(judge(store), error().identity.name)
+    accept(store, [worse], "Ada", "fewer steps on purpose")
     code, facts = report(history, tmp_path / "out")
     assert code == 0
     assert facts.counts.accepted == 1
@@ -181,10 +181,10 @@ def test_an_accepted_change_is_shown_as_such_and_does_not_fail(history: str, tmp
 def test_the_calendar_forgives_what_was_accepted_later(history: str, tmp_path: Path) -> None:
     add(history, usual(number=0), usual(2.0, number=1, parts=NEWER))
     report(history, tmp_path / "out")
-    with open_store(history) as store:
-        assert [worse for worse, _ in kept_judgements(store, NOW).values()] == [1]
-        accept(store, [change_named(judge(store), error().identity.name)], "Ada", "fewer steps on purpose")
-        assert [worse for worse, _ in kept_judgements(store, NOW).values()] == [0]
+    store = open_store(history)
+    assert [worse for worse, _ in kept_judgements(store, NOW).values()] == [1]
+    accept(store, [change_named(judge(store), error().identity.name)], "Ada", "fewer steps on purpose")
+    assert [worse for worse, _ in kept_judgements(store, NOW).values()] == [0]
 
 
 def test_an_earlier_change_for_the_worse_stands_until_it_is_mended(history: str, tmp_path: Path) -> None:
@@ -203,8 +203,8 @@ def test_an_earlier_change_for_the_worse_stands_until_it_is_mended(history: str,
 
 def test_an_earlier_change_for_the_worse_no_longer_fails_once_it_is_accepted(history: str, tmp_path: Path) -> None:
     add(history, usual(number=0), usual(2.0, number=1), usual(2.0, number=2))
-    with open_store(history) as store:
-        accept(store, [change_named(judge(store), error().identity.name)], "Ada", "fewer steps on purpose")
+    store = open_store(history)
+    accept(store, [change_named(judge(store), error().identity.name)], "Ada", "fewer steps on purpose")
     code, facts = report(history, tmp_path / "out")
     assert code == 0
     assert facts.standing == ()
@@ -312,8 +312,8 @@ def test_page_and_summary_group_the_changes_by_their_cause(history: str, tmp_pat
 
 def test_a_night_is_reported_in_its_folder_and_the_latest_one_beside_all(history: str, tmp_path: Path) -> None:
     add(history, usual(number=0), usual(2.0, number=1, parts=NEWER))
-    with open_store(history) as store:
-        first, last = (each.name for each in store.nights())
+    store = open_store(history)
+    first, last = (each.name for each in store.nights())
     for name in (first, last):
         CliRunner().invoke(cli, ["history", "report", name, "--history", history])
     assert read_nightly(Path(history) / first / "nightly.json").night.name == first
@@ -326,8 +326,8 @@ def test_a_night_is_reported_in_its_folder_and_the_latest_one_beside_all(history
 def test_an_accepted_change_is_told_apart_from_a_confirmed_one(history: str, tmp_path: Path) -> None:
     add(history, usual(number=0), usual(2.0, number=1, parts=NEWER))
     report(history, tmp_path / "before")
-    with open_store(history) as store:
-        accept(store, [change_named(judge(store), error().identity.name)], "Ada", "fewer steps on purpose")
+    store = open_store(history)
+    accept(store, [change_named(judge(store), error().identity.name)], "Ada", "fewer steps on purpose")
     report(history, tmp_path / "out")
     before, page = ((tmp_path / each / "nightly.html").read_text("utf-8") for each in ("before", "out"))
     assert "<br>accepted</td>" not in before
@@ -509,10 +509,10 @@ def test_a_fortnight_in_red_is_red_in_the_calendar_until_it_is_accepted(history:
     for number in range(15):
         add(history, night(error(2e-5 if number else 1e-5), number=number))
         report(history, tmp_path / "out")
-    with open_store(history) as store:
-        assert [worse for worse, _ in kept_judgements(store, NOW).values()] == [0, *[1] * 14]
-        accept(store, [change_named(judge(store), error().identity.name)], "Ada", "fewer steps on purpose")
-        assert [worse for worse, _ in kept_judgements(store, NOW).values()] == [0] * 15
+    store = open_store(history)
+    assert [worse for worse, _ in kept_judgements(store, NOW).values()] == [0, *[1] * 14]
+    accept(store, [change_named(judge(store), error().identity.name)], "Ada", "fewer steps on purpose")
+    assert [worse for worse, _ in kept_judgements(store, NOW).values()] == [0] * 15
 
 
 def test_the_console_dates_what_is_worse_and_says_how_much_more_there_is(history: str, tmp_path: Path) -> None:
@@ -553,8 +553,8 @@ def test_a_figure_that_is_worse_since_earlier_and_moves_tonight_is_one_line(hist
 def test_the_page_of_a_night_links_the_pages_of_its_parts_and_of_other_nights(history: str, tmp_path: Path) -> None:
     """Also where the history lies beside the folder of the results."""
     add(history, usual(number=0), usual(number=1), run=RUN)
-    with open_store(history) as store:
-        first, last = (each.name for each in store.nights())
+    store = open_store(history)
+    first, last = (each.name for each in store.nights())
     results = tmp_path / "nights" / last
     (results / "core").mkdir(parents=True)
     (results / "core" / "index.html").touch()
