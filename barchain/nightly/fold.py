@@ -88,12 +88,6 @@ def read_levels(place: Place, night: NightSummary) -> FoldedNight | None:
     return found if found and found.table.folded[-1][:2] == (night.name, night.digest) else None
 
 
-def keep_levels(place: Place, folded: FoldedNight) -> None:
-    """Keep the levels in the night's folder, if it can be written."""
-    with contextlib.suppress(HistoryError):  # without them it only takes longer
-        place.write(f"{folded.table.night}/{FILE}", content_of(folded))
-
-
 def folded_night(store: NightStore, chosen: NightSummary, every: Sequence[NightSummary]) -> FoldedNight:
     """Levels after a night, and what it tells: those that its folder keeps, else folded from the nights before.
 
@@ -117,61 +111,47 @@ def folded_of_nights(
 ) -> FoldedNight:
     """Levels after one of the nights that count; `wrong` names those that don't: what folds them is folded again."""
     place = {night.name: k for k, night in enumerate(nights)}
-    own = [night for night in nights[: place[chosen.name] + 1] if is_same_class(night, chosen)]
-    kept, base = kept_levels(store, own, {night.name: night.digest for night in nights}, wrong)
-    if kept is not None and base is not None and base.name == chosen.name:
-        return kept
+    machine = chosen.environment.machine_class
+    own = [night for night in nights[: place[chosen.name] + 1] if night.environment.machine_class == machine]
+    kept = kept_levels(store, own, {night.name: night.digest for night in nights}, wrong)
     others = [night for night in nights[: place[own[0].name]] if night.added <= own[0].added]
-    if kept is not None:
-        table = kept.table
-    elif others:
-        table = without_times(folded_of_nights(store, others[-1], nights, wrong).table)
-    else:
-        table = LevelTable()
+    if kept is not None and kept.table.night == chosen.name:
+        return kept
+    table = LevelTable() if kept is None else kept.table
+    if kept is None and others:
+        before = folded_of_nights(store, others[-1], nights, wrong).table
+        table = replace(before, rows={i: row for i, row in before.rows.items() if i.kind not in STEPPED})
     known = {name for name, _, _ in table.folded}
     missing = [night for night in own if night.name not in known]
-    late = late_nights(missing, own, told_at(store) if len(missing) > 1 else {})
-    late |= {night.name for night in missing if base is not None and night.started < base.started}
+    late = late_nights(store, missing, own) if len(missing) > 1 else set()
+    late |= {night.name for night in missing if kept is not None and place[night.name] < place[table.night]}
     found = FoldedNight(table)
     for night, content in store.contents(missing):
         is_late = night.name in late and night.name != chosen.name
         found = advance(found.table, night, read_figures(content), late=is_late)
     if found.table.night == chosen.name:  # else it is damaged
-        keep_levels(store.place, found)
+        with contextlib.suppress(HistoryError):  # without them it only takes longer
+            store.place.write(f"{chosen.name}/{FILE}", content_of(found))
     return found
-
-
-def is_same_class(night: NightSummary, other: NightSummary) -> bool:
-    """Whether two nights are of one machine class."""
-    return night.environment.machine_class == other.environment.machine_class
 
 
 def kept_levels(
     store: NightStore, own: Sequence[NightSummary], digests: Mapping[str, str], wrong: Collection[str]
-) -> tuple[FoldedNight, NightSummary] | tuple[None, None]:
-    """Levels of the latest night that keeps some that hold, and that night."""
+) -> FoldedNight | None:
+    """Levels of the latest night that keeps some that hold."""
     there = {name.partition("/")[0] for name in store.place.sizes(f"*/{FILE}")}
     for night in reversed(own):
         found = read_levels(store.place, night) if night.name in there else None
         if found is not None and not any(
             name in wrong or digests.get(name, digest) != digest for name, digest, _ in found.table.folded
         ):
-            return found, night
-    return None, None
+            return found
+    return None
 
 
-def without_times(table: LevelTable) -> LevelTable:
-    """Levels of one machine class from which the first night of another one is judged: it has other times."""
-    return replace(table, rows={i: row for i, row in table.rows.items() if i.kind not in STEPPED})
-
-
-def told_at(store: NightStore) -> dict[str, str]:
-    """Instants at which nights told their changes, by name."""
-    return {name: facts.told for name, facts in told_by(store).items() if facts.told}
-
-
-def late_nights(some: Sequence[NightSummary], own: Sequence[NightSummary], told: Mapping[str, str]) -> set[str]:
+def late_nights(store: NightStore, some: Sequence[NightSummary], own: Sequence[NightSummary]) -> set[str]:
     """Names of those nights that were added after a later night of their class had told its changes."""
+    told = {name: facts.told for name, facts in told_by(store).items() if facts.told}
     return {
         night.name
         for night in some

@@ -99,7 +99,8 @@ def find_steps(
     probability = found_between(x, held, threshold, correlation, likely)
     while True:
         steps = sized(x, {**dict.fromkeys(held, math.nan), **probability}, correlation)
-        weak = {step.place: size(step, held) for step in steps if size(step, held) < least_size(step, held)}
+        sizes = {step.place: size(step, held) for step in steps}
+        weak = {k: own for k, own in sizes.items() if own < math.log1p(LEAST_EFFECT) * (0.5 if k in held else 1.0)}
         if not weak:
             return tuple(replace(step, held=step.place in held) for step in steps)
         weakest = min(weak, key=lambda place: weak[place])
@@ -140,11 +141,6 @@ def size(step: Step, held: Mapping[int, ToldStep]) -> float:
     if known is not None:
         return log if known.slower else -log
     return -math.inf if any(alike(step, one) for one in held.values()) else abs(log)
-
-
-def least_size(step: Step, held: Collection[int]) -> float:
-    """Size below which a step is not told, or no longer held."""
-    return math.log1p(LEAST_EFFECT) * (0.5 if step.place in held else 1.0)
 
 
 def alike(step: Step | ToldStep, other: Step | ToldStep) -> bool:

@@ -67,7 +67,11 @@ def list_nights(url: str | None, as_json: bool) -> None:
     if as_json:
         print_json([night_values(night) for night in nights])
         return
-    show_rows(NIGHT_HEADINGS, map(night_row, nights), right=("figures", "duration"))
+    rows = [
+        (n.name, n.state, str(n.figures), f"{n.duration_s:.0f} s", n.plan, n.barchain, n.environment.machine_class)
+        for n in nights
+    ]
+    show_rows(NIGHT_HEADINGS, rows, right=("figures", "duration"))
 
 
 @history.command("show")
@@ -163,14 +167,6 @@ def heading(night: Night) -> list[tuple[str, str]]:
         ("BLAS", own.blas or "unknown"),
         ("Python", own.python),
     ]
-
-
-def night_row(night: NightSummary) -> tuple[str, ...]:
-    """Cells of a night."""
-    return (
-        night.name, night.state, str(night.figures), f"{night.duration_s:.0f} s", night.plan, night.barchain,
-        night.environment.machine_class,
-    )  # fmt: skip
 
 
 def figure_row(figure: Figure) -> tuple[str, ...]:
