@@ -35,23 +35,18 @@ UNKNOWN_USER = "unknown"
 @json_option
 def changes(night: str, every: bool, url: str | None, as_json: bool) -> None:
     """List what NIGHT changed, each with its suspects; default: the latest night."""
-    from barchain.nightly.faults import need_extra  # noqa: PLC0415
-
-    need_extra()
-    from barchain.nightly.acceptances import accepted  # noqa: PLC0415
-    from barchain.nightly.facts import change_entries, night_facts  # noqa: PLC0415
-    from barchain.nightly.judging import judge  # noqa: PLC0415
+    from barchain.nightly import acceptances, facts, judging  # noqa: PLC0415
 
     store = opened(url)
-    judged, known = judge(store, night), accepted(store)
-    tonight, earlier = change_entries(judged, known)
+    judged = judging.judge(store, night)
+    tonight, earlier = facts.change_entries(judged, acceptances.accepted(store))
     entries = [*tonight, *(earlier if every else ())]
-    facts = night_facts(store, judged, store.night(judged.night.name))
+    found = facts.night_facts(store, judged, store.night(judged.night.name))
     if as_json:
         say(json.dumps([entry.model_dump(mode="json") for entry in entries], indent=2))
         return
-    say(f"{judged.night.name}: {facts.sentence}")
-    if facts.standing and not every:
+    say(f"{judged.night.name}: {found.sentence}")
+    if found.standing and not every:
         say("--all lists what is worse since earlier nights, too")
     if entries:
         show_rows(HEADINGS, [
@@ -77,37 +72,34 @@ def accept_change(
     be. In a name * stands for any text: '*:exudyn:*' accepts all figures of an engine, with one entry for each night
     since which they are worse. Entries stand in the file accepted.toml of the history.
     """
-    from barchain.nightly.acceptances import accept, acceptances_of, accepted, accepting  # noqa: PLC0415
-    from barchain.nightly.judging import changes_named, irreproducible, judge  # noqa: PLC0415
-    from barchain.nightly.suspects import suspects_of  # noqa: PLC0415
-    from barchain.nightly.told import keep_judgement  # noqa: PLC0415
+    from barchain.nightly import acceptances, judging, suspects, told  # noqa: PLC0415
     from scenarios.plural import plural  # noqa: PLC0415
 
     end, now = None if until is None else until.replace(tzinfo=datetime.UTC), datetime.datetime.now(datetime.UTC)
     store = opened(url)
-    judged = judge(store, night)
-    keep_judgement(store, judged)  # a step keeps the name under which it is accepted
-    known = accepted(store)
-    every = {name: changes_named(judged, name) for name in names}  # a wrong name accepts nothing
+    judged = judging.judge(store, night)
+    told.keep_judgement(store, judged)  # a step keeps the name under which it is accepted
+    known = acceptances.accepted(store)
+    every = {name: judging.changes_named(judged, name) for name in names}  # a wrong name accepts nothing
     chosen = [change for own in every.values() for change in own]
-    acceptances_of(chosen, user(), now, reason, end)  # all, or none
+    acceptances.acceptances_of(chosen, user(), now, reason, end)  # all, or none
     nights = judged.by_name
-    causes = {change.id: ", ".join(s.words for s in suspects_of(change, nights)) for change in chosen}
+    causes = {change.id: ", ".join(s.words for s in suspects.suspects_of(change, nights)) for change in chosen}
     made = [
         entry for name, own in every.items()
-        for entry in accept(store, own, user(), reason, end, name if "*" in name else "", causes)
+        for entry in acceptances.accept(store, own, user(), reason, end, name if "*" in name else "", causes)
     ]  # fmt: skip
     say(f"{plural(len({change.identity for change in chosen}), 'figure')} accepted; {covered(chosen)}")
     show_some([f"accepted: {entry.words}" for entry in made], "`barchain history accepted` lists them")
     replaced = {(entry.pattern, entry.since) for entry in made}
-    earlier = {one.words: one for change in chosen if (one := accepting(change, known, now)) is not None}
+    earlier = {one.words: one for change in chosen if (one := acceptances.accepting(change, known, now)) is not None}
     lines = [
         f"{'replaces' if (one.pattern, one.since) in replaced else 'stands beside'}: {words}"
         for words, one in earlier.items()
     ]
     show_some(lines, "earlier acceptances of these figures", err=True)
     left_open(store, judged, {change.identity.name for change in chosen})
-    if left := irreproducible(judged, names):
+    if left := judging.irreproducible(judged, names):
         say(f"left out: {plural(left, 'run')} that {'is' if left == 1 else 'are'} not reproducible", err=True)
 
 
@@ -125,12 +117,11 @@ def covered(chosen: Sequence[Change]) -> str:
 
 def left_open(store: NightStore, judged: JudgedNight, names: Collection[str]) -> None:
     """Say which of the accepted figures are still worse than accepted, and how they are accepted whole."""
-    from barchain.nightly.acceptances import accepted  # noqa: PLC0415
-    from barchain.nightly.standing import standing  # noqa: PLC0415
+    from barchain.nightly import acceptances, standing  # noqa: PLC0415
     from reports.tables.nights.facts import ratio_words  # noqa: PLC0415
 
     lines = []
-    for state in standing(judged, accepted(store)):
+    for state in standing.standing(judged, acceptances.accepted(store)):
         change = state.change
         if state.acceptance is None and change.identity.name in names and not change.is_step:
             factor = f" {ratio_words(change.factor)}" if change.factor else ""
