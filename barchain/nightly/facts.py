@@ -137,21 +137,16 @@ def standing_for(changes: Iterable[ChangeEntry]) -> Iterator[ChangeEntry]:
 
 def events(changes: Sequence[ChangeEntry]) -> list[ChangeEntry]:
     """Changes; figures that are missing since one run are one of them: the run's verdict, or the first figure."""
-    found: dict[tuple[str, ...], list[ChangeEntry]] = {}
-    for change in changes:
-        gone = change.became == MISSING
-        place = (change.scene, change.engine, change.since, str(change.accepted)) if gone else (change.id,)
-        found.setdefault(place, []).append(change)
-    verdicts: dict[tuple[str, ...], str] = {
-        (c.scene, c.engine, c.since, str(c.accepted)): c.id
-        for c in changes
-        if c.quantity == VERDICT and c.direction == "worse" and c.became != MISSING
-    }
-    folded = {place: own for place, own in found.items() if len(place) > 1}
-    also = {verdicts.get(place, own[0].id): len(own) - (place not in verdicts) for place, own in folded.items()}
-    dropped = {c.id for place, own in folded.items() for c in own[0 if place in verdicts else 1 :]}
+
+    def run(change: ChangeEntry) -> tuple[str, ...]:
+        return change.scene, change.engine, change.since, str(change.accepted)
+
+    worse = [c for c in changes if c.quantity == VERDICT and c.direction == "worse" and c.became != MISSING]
+    heads = {run(c): c.id for c in (*reversed([c for c in changes if c.became == MISSING]), *worse)}
+    folded = [c for c in changes if c.became == MISSING and heads[run(c)] != c.id]
+    also, dropped = Counter(heads[run(c)] for c in folded), {c.id for c in folded}
     kept = [change for change in changes if change.id not in dropped]
-    return [c.model_copy(update={"also": also[c.id]}) if also.get(c.id) else c for c in kept]
+    return [c.model_copy(update={"also": also[c.id]}) if c.id in also else c for c in kept]
 
 
 def weight(change: ChangeEntry) -> tuple[bool, bool, int, bool, float]:

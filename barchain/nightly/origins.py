@@ -100,12 +100,16 @@ def states_between(before: str, after: str, scratch: Path) -> list[str] | None:
     return [f"{version}{AT}{first[1]}@{commit}{first[3] or ''}" for commit in found]
 
 
+def pip_setting(name: str) -> str:
+    """Setting of pip, as it is configured here; empty without."""
+    done = run([*OWN_PYTHON, "-m", "pip", "config", "get", f"global.{name}"], limit_s=CONFIG_S)
+    return "" if done.reason else done.output.strip()
+
+
 @cache
 def wheel_folders() -> tuple[Path, ...]:
     """Folders of wheels that pip is configured to look into, beside the index."""
     given = " ".join(os.environ.get(name, "") for name in ("PIP_FIND_LINKS", "UV_FIND_LINKS")).replace(",", " ")
-    if not given.strip():
-        done = run([*OWN_PYTHON, "-m", "pip", "config", "get", "global.find-links"], limit_s=CONFIG_S)
-        given = "" if done.reason else done.output
+    given = given.strip() or pip_setting("find-links")
     paths = (Path(url2pathname(urlsplit(w).path)) if w.startswith("file:") else Path(w) for w in given.split())
     return tuple(path.resolve() for path in paths if path.is_dir())

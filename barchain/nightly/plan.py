@@ -104,7 +104,7 @@ class PartTable(Table):
             raise ValueError(f"{name!r} given, which is the folder of the night's logs; allowed: another name")
         return name
 
-    def command(self, turn: int) -> tuple[tuple[str, ...], int]:
+    def command(self, turn: int, /) -> tuple[tuple[str, ...], int]:
         """Command and options of the part on a night, and the number of its items other than scenes: faults, seeds."""
         raise NotImplementedError
 
@@ -148,9 +148,8 @@ class ComparisonTable(ScenesTable):
 
     settings: Settings = Field({}, description="accuracy by engine, e.g. exudyn = { steps_per_orbit = 2000 }")
 
-    def command(self, turn: int) -> tuple[tuple[str, ...], int]:
+    def command(self, _turn: int, /) -> tuple[tuple[str, ...], int]:
         """`barchain compare` with the part's engines and settings."""
-        del turn
         chosen = each("--engine", checked_engines(self.engines or default_engines()))
         settings = []
         for engine, given in self.settings.items():
@@ -180,9 +179,8 @@ class CostTable(ScenesTable):
     orbits: Positive | None = Field(None, description="orbits of each scene; default: the command's own")
     repeats: int | None = Field(None, ge=1, le=1000, description="times that each point is measured")
 
-    def command(self, turn: int) -> tuple[tuple[str, ...], int]:
+    def command(self, _turn: int, /) -> tuple[tuple[str, ...], int]:
         """`barchain cost`, with the engine that times are relative to; its budget is added when the job begins."""
-        del turn
         names = tuple(dict.fromkeys((*(self.engines or default_engines()), BASELINE)))
         orbits = () if self.orbits is None else ("--orbits", repr(self.orbits))
         repeats = () if self.repeats is None else ("--repeats", str(self.repeats))
@@ -199,9 +197,8 @@ class ScalingTable(PartTable):
         (20,), strict=False, min_length=1, description="numbers of bars"
     )
 
-    def command(self, turn: int) -> tuple[tuple[str, ...], int]:
+    def command(self, _turn: int, /) -> tuple[tuple[str, ...], int]:
         """`barchain scaling`; its budget is added when the job begins."""
-        del turn
         names = checked_engines(self.engines or default_engines())
         return ("scaling", *each("--engine", names), *each("--bars", map(str, self.bars))), 0
 
@@ -212,9 +209,8 @@ class StabilityTable(ScenesTable):
     study = "stability"
     scenes_of_study = ("hard/*",)
 
-    def command(self, turn: int) -> tuple[tuple[str, ...], int]:
+    def command(self, _turn: int, /) -> tuple[tuple[str, ...], int]:
         """`barchain stability`."""
-        del turn
         return ("stability", *each("--engine", checked_engines(self.engines)), *self.limit), 0
 
 
@@ -228,9 +224,8 @@ class RoundoffTable(PartTable):
         (), strict=False, description="sizes of one evaluation: a bar's length over the Earth's radius, powers of ten"
     )
 
-    def command(self, turn: int) -> tuple[tuple[str, ...], int]:
+    def command(self, _turn: int, /) -> tuple[tuple[str, ...], int]:
         """`barchain roundoff` of some sizes."""
-        del turn
         from barchain.studies.roundoff.study import PARTS, check_sizes  # noqa: PLC0415
 
         for name in self.parts:
@@ -253,7 +248,7 @@ class CampaignTable(PartTable):
     engines: Names = Field((), description="engines that are judged; default: those of the command")
     hosts: Names = Field((NO_HOSTS,), description="engines that faults are inserted into, or none")
 
-    def command(self, turn: int) -> tuple[tuple[str, ...], int]:
+    def command(self, turn: int, /) -> tuple[tuple[str, ...], int]:
         """`barchain selftest --random`: each night's first random scene is the next one after those of the last."""
         hosts = self.hosts if self.hosts == (NO_HOSTS,) else checked_engines(self.hosts)
         seed = str(self.seed + turn * self.scenes)
@@ -272,7 +267,7 @@ class SelftestTable(PartTable):
     seed: int = Field(0, ge=0, le=2**62, description="of the order in which faults take their turns")
     scenes: Names = Field((), description="scenes that faults are inserted in; default: those of the command")
 
-    def command(self, turn: int) -> tuple[tuple[str, ...], int]:
+    def command(self, turn: int, /) -> tuple[tuple[str, ...], int]:
         """`barchain selftest` of this night's faults."""
         from barchain.faults.catalogue import FIXED_SCENES  # noqa: PLC0415
 

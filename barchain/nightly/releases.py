@@ -14,9 +14,7 @@ from packaging.version import InvalidVersion, Version
 from pypi_simple import DistributionPackage, Link, PyPISimple
 
 from barchain.nightly.faults import PinnedEnvironmentError
-from barchain.nightly.origins import wheel_folders
-from barchain.runs.environment import OWN_PYTHON
-from barchain.runs.processes import run
+from barchain.nightly.origins import pip_setting, wheel_folders
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -106,5 +104,4 @@ def packages(distribution: str, *, needed: bool = True) -> Iterable[Distribution
 @cache
 def configured_index() -> str:
     """Index that pip is configured to use; empty for the usual one."""
-    done = run([*OWN_PYTHON, "-m", "pip", "config", "get", "global.index-url"], limit_s=INDEX_S)
-    return "" if done.reason else done.output.strip()
+    return pip_setting("index-url")
