@@ -81,7 +81,7 @@ class Tonight:
     @cached_property
     def not_run(self) -> frozenset[tuple[str, ...]]:
         """Studies, scenes, engines and settings of runs that had no time."""
-        return frozenset(run_of(identity) for identity, figure in self.here.items() if figure.not_run)
+        return frozenset(run_key(identity) for identity, figure in self.here.items() if figure.not_run)
 
     def verdict_on(self, identity: FigureIdentity) -> str:
         """Verdict on the run of a comparison's error; empty for all other figures."""
@@ -116,7 +116,7 @@ def subject_of(identity: FigureIdentity) -> Subject:
     return study, identity.scene, identity.setting if study in {"selftest", "campaign"} else ""
 
 
-def run_of(identity: FigureIdentity) -> tuple[str, ...]:
+def run_key(identity: FigureIdentity) -> tuple[str, ...]:
     """Study, scene, engine and setting of a figure: a run that had no time lacks all of its figures."""
     return study_of(identity), identity.scene, identity.engine, identity.setting
 
@@ -315,7 +315,7 @@ def lost(rows: dict[FigureIdentity, Level], tonight: Tonight, occasions: int) ->
     night, found = tonight.night, []
     for identity in [identity for identity in rows if identity not in tonight.here]:
         row = rows[identity]
-        if row.told.missing or row.plan != night.plan or run_of(identity) in tonight.not_run:
+        if row.told.missing or row.plan != night.plan or run_key(identity) in tonight.not_run:
             continue
         whole = subject_of(identity) in tonight.done
         if not whole and (not night.complete or identity.quantity.startswith(SAMPLED)):

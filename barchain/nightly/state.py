@@ -18,7 +18,7 @@ from reports.tables.schema import SchemaVersionError
 from reports.tables.writing import write_atomically
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
     from pathlib import Path
 
     from barchain.nightly.history import NightStore
@@ -133,10 +133,11 @@ def add(store: NightStore, folder: Path, state: NightState) -> tuple[str, NightR
     HistoryError
         If the history can't be written; the message names the folder that keeps the results.
     """
-    run = run_of(state, folder)
     order = sorted(state.jobs, key=lambda job: (state.parts.index(job.part), job.name))
+    readable = [folder / job.name for job in order if not results_fault(folder / job.name)]
+    run = run_of(state, [path for path in readable if path.name in state.results])
     night = night_here(
-        [folder / job.name for job in order if not results_fault(folder / job.name)],
+        readable,
         state.installation,
         started=state.started,
         duration_s=sum(result.duration_s for result in state.results.values()),
@@ -152,16 +153,15 @@ def add(store: NightStore, folder: Path, state: NightState) -> tuple[str, NightR
     return night.name, run
 
 
-def run_of(state: NightState, folder: Path) -> NightRun:
-    """Run of a night: its parts, each with all of its jobs, and the tests of the alarm as one."""
+def run_of(state: NightState, ended: Iterable[Path]) -> NightRun:
+    """Run of a night: its parts, each with all of its jobs, and all tests of the alarm in results of jobs as one."""
     parts: dict[str, PartResult] = {}
     for job in state.jobs:
         not_begun = PartResult(job.part, PartState.LEFT, 0.0, 0.0, job.scenes or (job.part,), INTERRUPTED)
         result = state.results.get(job.name, not_begun)
         result = replace(result, left=tuple(map(beside, result.left)))
         parts[result.name] = joined(parts[result.name], result) if result.name in parts else result
-    readable = [folder / name for name in state.results if not results_fault(folder / name)]
-    tests = [test for test in (alarm_test(each) for each in readable) if test]
+    tests = [test for test in map(alarm_test, ended) if test]
     alarm = AlarmTest(
         sum(test.planted for test in tests), tuple(fault for test in tests for fault in test.missed), state.turn,
         tuple(scene for test in tests for scene in test.false_alarms),

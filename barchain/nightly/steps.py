@@ -275,7 +275,7 @@ def all_steps(
     ]
     threshold = common_threshold([part for part, _ in between], [r for _, r in between], false_alarms)
     return [
-        find_steps(x, threshold, correlation, part_changes(one), own)
+        find_steps(x, threshold, correlation, part_changes(one) if threshold else (), own)
         for x, correlation, one, own in zip(values, correlations, series, held, strict=True)
     ]
 
