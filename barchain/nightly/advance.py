@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from barchain.nightly.changes import (
     NOT_REPRODUCIBLE,
@@ -196,30 +196,25 @@ def follow(row: Level, now: Figure, tonight: Tonight) -> tuple[Level, Change | N
     if now.not_run and (row.left_out + 1 < PATIENCE or now.identity.kind not in RULES):
         return row._replace(left_out=row.left_out + 1, present=tonight.night.name), None
     if now.identity.kind is FigureKind.BITS:
-        moved, change = follow_bits(row, now, tonight)
-    elif now.identity.kind in STEPPED:
-        moved, change = measured(row, now) if not now.missing else row, None
-    elif now == row.told and now == row.last and not row.better and row.right:
-        moved, change = row, None  # most figures
-    else:
-        moved, change = follow_result(row, now, tonight)
-    return counted(moved, now, tonight), change
+        return follow_bits(row, now, tonight)
+    if now.identity.kind in STEPPED:
+        moved = {} if now.missing else {"told": now, "last": now, "steps": ()}
+        return counted(row, now, tonight, **moved), None
+    if now == row.told and now == row.last and not row.better and row.right:
+        return counted(row, now, tonight), None  # most figures
+    row, change = follow_result(row, now, tonight)
+    return counted(row, now, tonight), change
 
 
-def measured(row: Level, now: Figure) -> Level:
-    """State of a figure with a result that is no news."""
-    return row._replace(told=now, last=now, steps=())
-
-
-def counted(row: Level, now: Figure, tonight: Tonight) -> Level:
-    """State with the occasions that had the figure."""
+def counted(row: Level, now: Figure, tonight: Tonight, **moved: Any) -> Level:
+    """State with the occasions that had the figure, and perhaps with other changes."""
     night = tonight.night
     occasions, complete = (row.occasions, row.complete) if row.plan == night.plan else (0, 0)
     whole = subject_of(now.identity) in tonight.done
     return row._replace(
         last_night=row.last_night if now.missing else night.name, present=night.name, plan=night.plan,
         left_out=row.left_out + 1 if now.not_run else 0, content=tonight.contents.get(now.identity.scene, row.content),
-        occasions=min(occasions + whole, OCCASIONS), complete=min(complete + night.complete, OCCASIONS),
+        occasions=min(occasions + whole, OCCASIONS), complete=min(complete + night.complete, OCCASIONS), **moved,
     )  # fmt: skip
 
 
@@ -230,7 +225,7 @@ def follow_bits(row: Level, now: Figure, tonight: Tonight) -> tuple[Level, Chang
     parts may give other bits.
     """
     if now.missing:
-        return row, None
+        return counted(row, now, tonight), None
     state = state_of(tonight.night, now)
     known = next(((word, night) for own, word, night in row.seen if own == state), None) if state else None
     change = None
@@ -238,7 +233,8 @@ def follow_bits(row: Level, now: Figure, tonight: Tonight) -> tuple[Level, Chang
         change = tonight.change(row, replace(now, word=known[0]), now, NOT_REPRODUCIBLE, known[1])
     elif not row.last.missing and row.last.word != now.word:
         change = tonight.change(row, row.last, now, OTHER_PARTS if state else UNKNOWN_PARTS)
-    return measured(row, now)._replace(seen=seen_with(row, state, now.word, tonight.night.name)), change
+    seen = seen_with(row, state, now.word, tonight.night.name)
+    return counted(row, now, tonight, told=now, last=now, steps=(), seen=seen), change
 
 
 def seen_with(row: Level, state: str, word: str, night: str) -> tuple[tuple[str, str, str], ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from dataclasses import dataclass
 from enum import StrEnum
@@ -135,10 +136,10 @@ UNKNOWN_PARTS = Judgement(
 def state_of(night: NightSummary, figure: Figure) -> str:
     """Digest of the parts that a figure depends on; empty if that of one is unknown."""
     named = night.part_named
-    known = {name: named[name].digest for name in figure.depends if name in named}
-    if len(known) < len(figure.depends) or not known or not all(known.values()):
+    known = [named[name].digest for name in figure.depends if name in named]
+    if len(known) < len(figure.depends) or not known or not all(known):
         return ""
-    return content_digest(known)[:STATE_DIGITS]
+    return hashlib.sha256("\n".join((*figure.depends, *known)).encode()).hexdigest()[:STATE_DIGITS]
 
 
 LEAST_UNKNOWN = 0.01
