@@ -10,6 +10,7 @@ from barchain.cli.common.exit_codes import findings
 from barchain.cli.common.numbers import WORDS
 from barchain.cli.common.terminal import say
 from barchain.cli.nightly.options import history_option, opened
+from barchain.nightly.faults import need_extra
 
 if TYPE_CHECKING:
     from barchain.nightly.attribute import Attribution
@@ -35,8 +36,6 @@ def attribute_night(night: str, names: tuple[str, ...], scenes: tuple[str, ...],
     which they were installed; barchain's own sources come from its repository. The results are kept in the history.
     Exits with 1 if a change is not reproduced.
     """
-    from barchain.nightly.faults import need_extra  # noqa: PLC0415
-
     need_extra("packaging", "pypi_simple", "uv")
     from barchain.nightly.attribute import (  # noqa: PLC0415
         attribute,
@@ -81,8 +80,6 @@ def bisect_figure(figure: str, good: str, bad: str, part: str | None, scenes: tu
 
     Both ends are confirmed first; releases and commits that do not run are skipped and named.
     """
-    from barchain.nightly.faults import need_extra  # noqa: PLC0415
-
     need_extra("packaging", "pypi_simple", "uv")
     from barchain.nightly.bisection import bisect_nights  # noqa: PLC0415
     from barchain.nightly.cells import own_scenes  # noqa: PLC0415

@@ -12,6 +12,7 @@ import click
 
 from barchain.cli.common.numbers import WORDS, NamedPath, RealNumber
 from barchain.cli.common.options import json_option
+from barchain.cli.common.result_folder import need_writable
 from barchain.cli.common.terminal import say, show_rows
 from barchain.cli.nightly.changes import accept_change, accepted_changes, changes, withdraw_acceptance
 from barchain.cli.nightly.documents import report_night, tell_night
@@ -114,7 +115,6 @@ def series(figure: str, url: str | None, as_json: bool) -> None:
 @history_option
 def export(path: Path, url: str | None) -> None:
     """Export all figures of all nights as one table; a baseline to be kept is a copy of a night's folder."""
-    from barchain.cli.common.result_folder import need_writable  # noqa: PLC0415
     from barchain.nightly.history import export_parquet  # noqa: PLC0415
 
     store = opened(url)

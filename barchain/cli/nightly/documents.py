@@ -11,8 +11,10 @@ import click
 
 from barchain.cli.common.exit_codes import ExitCode
 from barchain.cli.common.numbers import WORDS, NamedPath
+from barchain.cli.common.result_folder import need_writable
 from barchain.cli.common.terminal import say
 from barchain.cli.nightly.options import history_option, opened
+from barchain.nightly.faults import need_extra
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -67,11 +69,7 @@ def report_night(
 
     The exit code is that of `barchain nightly`.
     """
-    from barchain.nightly.faults import need_extra  # noqa: PLC0415
-
     need_extra("junitparser")
-    from barchain.cli.common.result_folder import need_writable  # noqa: PLC0415
-
     if junit is not None:
         need_writable(junit, "--junit")
     store = opened(url)

@@ -12,6 +12,7 @@ import click
 
 from barchain.cli.common.numbers import NamedPath, RealNumber
 from barchain.cli.common.options import programs_option
+from barchain.cli.common.result_folder import need_writable
 from barchain.cli.common.terminal import say
 from barchain.cli.nightly.documents import (
     PAGE,
@@ -26,6 +27,8 @@ from barchain.cli.nightly.documents import (
     write_documents,
 )
 from barchain.cli.nightly.options import history_option, opened
+from barchain.nightly.faults import HistoryError, need_extra
+from barchain.nightly.place import VARIABLE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -62,10 +65,7 @@ def nightly(
     Exits with 0 if nothing is worse, with 1 if something is, with 2 for bad input, and with 3 if the night is void (a
     planted fault was missed) or incomplete. An interrupted night goes on with the next call.
     """
-    from barchain.nightly.faults import need_extra  # noqa: PLC0415
-
     need_extra("junitparser")
-    from barchain.nightly.place import VARIABLE  # noqa: PLC0415
     from barchain.nightly.plan import SHIPPED, load_plan  # noqa: PLC0415
 
     plan = load_plan(path)
@@ -94,7 +94,6 @@ def run_and_tell(
     *, need_history: bool = False,
 ) -> None:  # fmt: skip
     """Run the night, write its documents, and end with the exit code of what it found."""
-    from barchain.cli.common.result_folder import need_writable  # noqa: PLC0415
     from barchain.nightly.budget import process_age_s  # noqa: PLC0415
     from barchain.nightly.fold import folded_night  # noqa: PLC0415
     from barchain.nightly.night import run_night  # noqa: PLC0415
@@ -129,8 +128,6 @@ def run_and_tell(
 @contextlib.contextmanager
 def kept_without_documents(name: str) -> Iterator[None]:
     """Tell that a night is in the history where its documents can't be written."""
-    from barchain.nightly.faults import HistoryError  # noqa: PLC0415
-
     try:
         yield
     except OSError as error:

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import click
 
 from barchain.cli.common.numbers import WORDS
+from barchain.nightly.faults import need_extra
+from barchain.nightly.place import default_url
 
 if TYPE_CHECKING:
     from barchain.nightly.history import NightStore
@@ -29,9 +31,6 @@ def opened(url: str | None, *, create: bool = False) -> NightStore:
     HistoryError
         If it can't be opened, or a package is missing.
     """
-    from barchain.nightly.faults import need_extra  # noqa: PLC0415
-    from barchain.nightly.place import default_url  # noqa: PLC0415
-
     need_extra()
     from barchain.nightly.history import open_store  # noqa: PLC0415
 

@@ -9,6 +9,7 @@ import click
 from barchain.cli.common.numbers import WORDS
 from barchain.cli.common.options import OWN_PAGE, out_option, overwrite_option, resume_option
 from barchain.cli.common.result_folder import end_study, run_shown
+from barchain.nightly.faults import need_extra
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -28,8 +29,6 @@ def releases(engine: str, scenes: tuple[str, ...], since: str | None, out: Path,
     the engine supports. Today's barchain runs each release: errors, trajectories, times at equal error, size, import
     time. Exits with 1 if no release runs.
     """
-    from barchain.nightly.faults import need_extra  # noqa: PLC0415
-
     need_extra("packaging", "pypi_simple", "uv")
     from barchain.nightly.release_runs import releases_study  # noqa: PLC0415
 
