@@ -21,7 +21,7 @@ from barchain.nightly.changes import (
     compared,
     is_above,
     is_better,
-    state_of,
+    parts_digest,
     worst,
 )
 from barchain.nightly.figures import STEPPED, Figure, FigureKind, names_since
@@ -187,7 +187,7 @@ def begin(now: Figure, tonight: Tonight) -> Level:
         content=tonight.contents.get(now.identity.scene, ""),
     )  # fmt: skip
     if now.identity.kind is FigureKind.BITS and not now.missing:
-        row = row._replace(seen=seen_with(row, state_of(tonight.night, now), now.word, name))
+        row = row._replace(seen=seen_with(row, parts_digest(tonight.night, now), now.word, name))
     return counted(row, now, tonight)
 
 
@@ -226,7 +226,7 @@ def follow_bits(row: Level, now: Figure, tonight: Tonight) -> tuple[Level, Chang
     """
     if now.missing:
         return counted(row, now, tonight), None
-    state = state_of(tonight.night, now)
+    state = parts_digest(tonight.night, now)
     known = next(((word, night) for own, word, night in row.seen if own == state), None) if state else None
     change = None
     if known is not None and known[0] != now.word:

@@ -133,7 +133,7 @@ UNKNOWN_PARTS = Judgement(
 )
 
 
-def state_of(night: NightSummary, figure: Figure) -> str:
+def parts_digest(night: NightSummary, figure: Figure) -> str:
     """Digest of the parts that a figure depends on; empty if that of one is unknown."""
     named = night.part_named
     known = [named[name].digest for name in figure.depends if name in named]

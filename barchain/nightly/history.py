@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import Night, NightSummary, content_digest
 from barchain.nightly.place import Place
-from barchain.nightly.table import COLUMNS, FIGURES, NUMBERS, figures_content, read_figures, read_numbers
+from barchain.nightly.table import COLUMNS, FIGURES, NUMBERS, figures_content, identity_of, read_figures, read_numbers
 from reports.tables.reading import form_of
 from scenarios.nearest import nearest
 
@@ -211,19 +211,20 @@ class NightStore:
         HistoryError
             If no figure fits; the message gives the nearest name.
         """
-        fitting: dict[FigureIdentity, bool] = {}
+        fitting: dict[tuple[str, ...], bool] = {}
         found: dict[FigureIdentity, list[tuple[NightSummary, Figure]]] = defaultdict(list)
 
-        def fits(identity: FigureIdentity) -> bool:
-            if identity not in fitting:
-                fitting[identity] = identity.name == pattern or fnmatchcase(identity.name, pattern)
-            return fitting[identity]
+        def fits(key: tuple[str, ...]) -> bool:
+            if key not in fitting:
+                name = identity_of(*key).name
+                fitting[key] = name == pattern or fnmatchcase(name, pattern)
+            return fitting[key]
 
         for night, content in self.contents(self.nights()):
             for figure in read_figures(content, fits):
                 found[figure.identity].append((night, figure))
         if not found:
-            names = [identity.name for identity in fitting]
+            names = [identity_of(*key).name for key in fitting]
             there = f"{nearest(pattern, names)}; {len(names)} figures are there" if names else "; there are none"
             raise HistoryError(f"{pattern[:80]}: no such figure{there}")
         return found

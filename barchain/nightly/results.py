@@ -80,7 +80,7 @@ def figures_of(rows: pd.DataFrame, followed: Mapping[str, Followed]) -> tuple[Fi
         figure = word(identity, row, depends[parts]) if worded else number(identity, row, rule, every, depends[parts])
         there = found.setdefault(identity, figure)
         if there is not figure and identity.kind is FigureKind.VERDICT:
-            found[identity] = standing(there, figure)
+            found[identity] = preferred(there, figure)
     return tuple(found.values())
 
 
@@ -181,11 +181,11 @@ def merged(figures: Iterable[Figure]) -> tuple[Figure, ...]:
     found: dict[FigureIdentity, Figure] = {}
     for figure in figures:
         there = found.get(figure.identity)
-        found[figure.identity] = figure if there is None else standing(there, figure)
+        found[figure.identity] = figure if there is None else preferred(there, figure)
     return tuple(found.values())
 
 
-def standing(first: Figure, second: Figure) -> Figure:
+def preferred(first: Figure, second: Figure) -> Figure:
     """Figure that stands for two of one name.
 
     One with a result stands for one without. Of two verdicts the graver one stands, of two errors, counts, ratios or

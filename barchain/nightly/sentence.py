@@ -51,7 +51,7 @@ def opening(judged: JudgedNight, facts: NightlyFile) -> str:
     wild = sum(change.irreproducible for change in told)
     news = joined(
         counted(wild, "run", NOT_REPRODUCIBLE),
-        plain([change for change in told if not change.irreproducible], since, judged.judged),
+        changes_words([change for change in told if not change.irreproducible], since, judged.judged),
         accepted_words(figures(changes) - figures(told), since, judged.judged, alone=not told),
     )
     quiet = "Nothing is new tonight." if facts.standing else f"Nothing changed{since} among {judged.judged} figures."
@@ -174,7 +174,7 @@ def renamed_words(renamed: Sequence[str]) -> str:
     return f"{said[0].upper()}{said[1:]}{more}: figures are compared by their role."
 
 
-def plain(changes: Sequence[ChangeEntry], since: str, judged: int) -> str:
+def changes_words(changes: Sequence[ChangeEntry], since: str, judged: int) -> str:
     """Sentence on changes: how many, for the worse or not, and whose they are; empty without changes."""
     if not changes:
         return ""

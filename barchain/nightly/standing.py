@@ -49,7 +49,7 @@ def standing(
     """
     instant, known = at or datetime.datetime.now(datetime.UTC), list(known)
     own = holding(known, instant)
-    found = [state_of(row, own) for row in judged.above.values()]
+    found = [standing_of(row, own) for row in judged.above.values()]
     slower = [Standing(change, accepting(change, known, instant)) for change in slow_downs(judged.stepped)]
     return sorted([*found, *slower], key=lambda state: (state.change.since, state.change.identity))
 
@@ -66,7 +66,7 @@ def every_change(judged: JudgedNight) -> list[Change]:
     return sorted(found.values(), key=lambda change: (not change.irreproducible, change.since))
 
 
-def state_of(row: Level, known: Sequence[Acceptance]) -> Standing:
+def standing_of(row: Level, known: Sequence[Acceptance]) -> Standing:
     """State of a figure above its level; `known` are acceptances that have not ended.
 
     An acceptance of a step raises what the figure may be to the value of that step, if no earlier step is open; one
@@ -91,11 +91,11 @@ def state_of(row: Level, known: Sequence[Acceptance]) -> Standing:
     if opened is None and is_above(allowed, row.told):
         opened = len(row.steps) - 1
     if opened is not None or covering is None:
-        return Standing(change_of(row, allowed, row.steps[opened or 0 :]))
-    return Standing(change_of(row, row.level, row.steps), covering)
+        return Standing(change_since(row, allowed, row.steps[opened or 0 :]))
+    return Standing(change_since(row, row.level, row.steps), covering)
 
 
-def change_of(row: Level, was: Figure, steps: Sequence[Step]) -> Change:
+def change_since(row: Level, was: Figure, steps: Sequence[Step]) -> Change:
     """Change of some steps, as far as it holds."""
     first, identity, judged = steps[0], row.told.identity, compared(was, row.told)
     reason = judged.reason if judged is not None else "as it was accepted"

@@ -85,12 +85,12 @@ def columns_of(content: bytes, names: Sequence[str]) -> list[list[Any]]:
     return [found[name] if name in texts else found[name].to_pylist() for name in names]
 
 
-def read_figures(content: bytes, fits: Callable[[FigureIdentity], bool] | None = None) -> list[Figure]:
-    """Figures of a night's file; those alone whose identity fits, if that is asked."""
+def read_figures(content: bytes, fits: Callable[[tuple[str, ...]], bool] | None = None) -> list[Figure]:
+    """Figures of a night's file; those alone whose columns :data:`IDENTITY` fit, if that is asked."""
     columns = columns_of(content, COLUMNS[:-1])
     keys, results = zip(*columns[: len(IDENTITY)], strict=True), zip(*columns[len(IDENTITY) :], strict=True)
-    pairs = ((identity_of(*key), result) for key, result in zip(keys, results, strict=True))
-    return [figure_of(identity, *result) for identity, result in pairs if fits is None or fits(identity)]
+    pairs = zip(keys, results, strict=True)
+    return [figure_of(identity_of(*key), *result) for key, result in pairs if fits is None or fits(key)]
 
 
 @lru_cache(FIGURES_KEPT)

@@ -49,13 +49,13 @@ def trend_charts(
     for one in drawn(table.among(nights), names):
         identity, above_zero = one.identity, one.values > 0.0
         at, value = one.at[above_zero], one.values[above_zero]
-        curves[key_of(identity)] += []
+        curves[chart_of(identity)] += []
         if (value == value[0]).all():
-            still[key_of(identity)] += 1
+            still[chart_of(identity)] += 1
         else:
             quantity = f"{identity.quantity}{f' ({identity.setting})' if identity.setting else ''}"
             points = thinned(at.astype(float), value / np.median(value))
-            curves[key_of(identity)].append(TrendCurve(quantity, str(identity.kind), *map(tuple, points)))
+            curves[chart_of(identity)].append(TrendCurve(quantity, str(identity.kind), *map(tuple, points)))
     marked = marked_nights(nights, told)
     return tuple(
         TrendChart(*key, tuple(own), still[key], tuple(sorted(marked[key]))) for key, own in sorted(curves.items())
@@ -84,7 +84,7 @@ def drawn(table: NumberTable, names: Mapping[FigureIdentity, EarlierNames]) -> I
             yield one
 
 
-def key_of(identity: FigureIdentity) -> Key:
+def chart_of(identity: FigureIdentity) -> Key:
     """Scene, engine and kind of a figure: those of one chart."""
     return identity.scene, identity.engine, str(identity.kind)
 

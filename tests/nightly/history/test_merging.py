@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from barchain.nightly.changes import SCALES
 from barchain.nightly.figures import Figure, FigureKind
-from barchain.nightly.results import figures_of, merged, standing
+from barchain.nightly.results import figures_of, merged, preferred
 from reports.tables.crossval import FOLLOWED
 from reports.tables.rows import Rows
 from tests.nightly.history.synthetic import bits, count, error, identity, ratio, verdict
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 @given(st.sampled_from(SCALES).flatmap(lambda scale: st.tuples(st.just(scale), *2 * [st.sampled_from(scale)])))
 def test_of_two_verdicts_of_one_name_the_graver_one_stands(drawn: tuple[tuple[str, ...], str, str]) -> None:
     scale, first, second = drawn
-    both = {standing(verdict(a), verdict(b)).word for a, b in ((first, second), (second, first))}
+    both = {preferred(verdict(a), verdict(b)).word for a, b in ((first, second), (second, first))}
     assert both == {max(first, second, key=scale.index)}
 
 
