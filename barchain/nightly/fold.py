@@ -129,9 +129,10 @@ def folded_of_nights(
     for night, content in store.contents(missing):
         is_late = night.name in late and night.name != chosen.name
         found = advance(found.table, night, read_figures(content), late=is_late)
-    if found.table.night == chosen.name:  # else it is damaged
-        with contextlib.suppress(HistoryError):  # without them it only takes longer
-            store.place.write(f"{chosen.name}/{FILE}", content_of(found))
+    if found.table.night != chosen.name:
+        return FoldedNight(found.table)  # the night is damaged, and tells nothing
+    with contextlib.suppress(HistoryError):  # without them it only takes longer
+        store.place.write(f"{chosen.name}/{FILE}", content_of(found))
     return found
 
 

@@ -61,7 +61,7 @@ def opening(judged: JudgedNight, facts: NightlyFile) -> str:
     held = figures(facts.held)
     return joined(
         standing_words(facts.standing, night.started), news, unmeasured, broken, "" if news else quiet,
-        f"{amount(held, 'figure').capitalize()} {is_or_are(held)} worse than before, and accepted." if held else "",
+        counted(held, "figure", "worse than before, and accepted"),
         renamed_words(judged.renamed), plan_words(judged, baseline),
     )  # fmt: skip
 
@@ -80,7 +80,7 @@ def standing_words(standing: Sequence[ChangeEntry], tonight: datetime.datetime) 
         names = ", ".join(suspect.short for suspect in change.suspects[:MOST_SUSPECTS])
         groups[change.since[:10], names] += 1 + change.also
     count = figures(standing)
-    what = f"{amount(count, 'figure').capitalize()} {is_or_are(count)} worse than accepted{by_words(standing)}"
+    what = f"{are(count, 'figure')} worse than accepted{by_words(standing)}"
     if len(groups) == 1:
         return f"{what} {group_words(*next(iter(groups)), tonight)}."
     shown = groups.most_common(MOST_CAUSES)
@@ -121,18 +121,13 @@ def no_pass(rejected: Sequence[RejectedEntry]) -> str:
     first = shortened(rejected[0].words, MOST_REASON)
     count = len(rejected)
     eg = "" if count == 1 else "the first "
-    return f"{amount(count, 'verdict').capitalize()} {is_or_are(count)} no pass: {eg}{first}."
+    return f"{are(count, 'verdict')} no pass: {eg}{first}."
 
 
 def shortened(text: str, most: int) -> str:
     """Text of at most so many characters, without its full stop."""
     text = text.rstrip(". ").replace(". ", "; ")  # a full stop ends the headline
     return text if len(text) <= most else f"{text[: most - 1].rstrip()}…"
-
-
-def is_or_are(count: int) -> str:
-    """Verb of some things."""
-    return "is" if count == 1 else "are"
 
 
 def accepted_words(count: int, since: str, judged: int, *, alone: bool) -> str:
@@ -162,7 +157,7 @@ def figures(changes: Sequence[ChangeEntry]) -> int:
 
 def counted(count: int, noun: str, state: str) -> str:
     """``Three figures are new.``; empty without any."""
-    return f"{amount(count, noun).capitalize()} {is_or_are(count)} {state}." if count else ""
+    return f"{are(count, noun)} {state}." if count else ""
 
 
 def renamed_words(renamed: Sequence[str]) -> str:
@@ -236,6 +231,11 @@ def amount(count: int, noun: str = "") -> str:
     """``three figures``: numbers up to twelve in words."""
     number = SMALL[count] if count < len(SMALL) else f"{count}"
     return plural(count, noun, number) if noun else number
+
+
+def are(count: int, noun: str) -> str:
+    """``Three figures are``, at the beginning of a sentence."""
+    return f"{amount(count, noun).capitalize()} {'is' if count == 1 else 'are'}"
 
 
 def listed(words: Sequence[str]) -> str:

@@ -214,6 +214,17 @@ def test_levels_come_back_from_their_file_as_they_were(store: NightStore) -> Non
     assert folded_of(content_of(kept)) == kept == folded_night(store, latest, store.nights())
 
 
+def test_a_night_whose_damage_was_not_seen_tells_nothing_and_costs_itself_alone(store: NightStore) -> None:
+    before = add(store, 1, 1, 5)
+    last = night(error(5 * GOOD), number=3)
+    store.add(last)
+    path = f"{last.name}/figures.parquet"
+    store.place.write(path, b"x" * len(store.place.read(path) or b""))
+    assert judge(store, last.name).tonight == ()
+    assert judge(store).night == before.night
+    assert judge(store).tonight == before.tonight != ()
+
+
 def test_what_is_worse_stays_so_when_nights_are_pruned(store: NightStore) -> None:
     add(store, 1, 1, 1, 5, 5, 6, *[6] * 10)
     before = red(store)
