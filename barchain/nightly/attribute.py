@@ -89,10 +89,13 @@ def looked_at(judged: JudgedNight, scenes: OwnScenes) -> Iterator[tuple[Change, 
     for change in judged.tonight:
         swaps, _ = swaps_of(suspects_of(change, nights), scenes)
         reasons = ["a run is not reproducible: equal parts gave other bits"] if change.irreproducible else []
-        try:
-            Cells(change.was, change.now, nights[change.last], nights[change.since], swaps, scenes, Path())
-        except CellError as error:
-            reasons = [str(error).partition(": ")[2]]
+        if change.last not in nights:
+            reasons = [f"{change.last}: the night with the earlier value has been removed"]
+        else:
+            try:
+                Cells(change.was, change.now, nights[change.last], nights[change.since], swaps, scenes, Path())
+            except CellError as error:
+                reasons = [str(error).partition(": ")[2]]
         yield change, swaps, reasons
 
 

@@ -46,3 +46,10 @@ def test_other_files_of_one_version_are_the_reason_against_a_change(tmp_path: Pa
     assert reasons_against(found) == [
         "engine:mujoco: has the same version on both nights; other files of one version can't be installed again"
     ]
+
+
+def test_a_change_whose_earlier_night_has_been_removed_says_so(tmp_path: Path) -> None:
+    found = dataclasses.replace(judged(tmp_path, NEWER, "paper/fig05"), compared_with=())
+    assert worth_attributing(found, 10) == []
+    (reason,) = reasons_against(found)
+    assert reason.endswith("the night with the earlier value has been removed")
