@@ -14,7 +14,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtr
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -137,7 +137,7 @@ def two_sided(excess: Array, old: Array, new: Array) -> Array:
         Sizes of the groups.
     """
     far = np.maximum(excess, old * new - excess)
-    found = norm.sf((far - 0.5 - old * new / 2.0) / np.sqrt(old * new * (old + new + 1.0) / 12.0))
+    found = ndtr((0.5 + old * new / 2.0 - far) / np.sqrt(old * new * (old + new + 1.0) / 12.0))
     small, large = np.minimum(old, new), np.maximum(old, new)
     for k in np.flatnonzero(small <= MOST_EXACT):
         found[k] = upper_tail(int(small[k]), int(large[k]))[round(far[k])]

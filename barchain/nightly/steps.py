@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -54,9 +54,12 @@ class Step:
     """Ends of the factor's 95 % interval"""
     high: float
     probability: float
-    """That equal levels give so clear a step anywhere in the series"""
-    held: bool = False
-    """Whether an earlier night told the step; its probability is not computed again then"""
+    """That equal levels give so clear a step anywhere in the series; NaN of a held one"""
+
+    @property
+    def held(self) -> bool:
+        """Whether an earlier night told the step; its probability is not computed again then."""
+        return math.isnan(self.probability)
 
     @property
     def slower(self) -> bool:
@@ -102,7 +105,7 @@ def find_steps(
         sizes = {step.place: size(step, held) for step in steps}
         weak = {k: own for k, own in sizes.items() if own < math.log1p(LEAST_EFFECT) * (0.5 if k in held else 1.0)}
         if not weak:
-            return tuple(replace(step, held=step.place in held) for step in steps)
+            return tuple(steps)
         weakest = min(weak, key=lambda place: weak[place])
         if weakest in held:  # what lies around it is searched again without it
             del held[weakest]
