@@ -8,7 +8,6 @@ from dataclasses import asdict, dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
-from barchain.nightly.acceptances import accepted, holding
 from barchain.nightly.changes import Direction
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import STEPPED
@@ -17,9 +16,9 @@ from barchain.nightly.standing import standing
 from reports.tables.reading import formed
 
 if TYPE_CHECKING:
-    import datetime
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Mapping, Sequence
 
+    from barchain.nightly.acceptances import Acceptance
     from barchain.nightly.changes import Change
     from barchain.nightly.history import NightStore
     from barchain.nightly.levels import JudgedNight
@@ -70,6 +69,12 @@ class ToldNight:
     def tonight(self) -> tuple[ToldChange, ...]:
         """Changes that the night told first."""
         return tuple(change for change in self.changes if change.tonight)
+
+    def worse(self, known: Sequence[Acceptance]) -> int:
+        """Number of figures that were worse than accepted, by acceptances that have not ended."""
+        new = (ToldStanding(c.figure, c.since, c.since) for c in self.tonight if c.direction == Direction.WORSE)
+        states = (*self.standing, *new)
+        return sum(not any(one.reaches(s.latest, s.since, (s.figure,)) for one in known) for s in states)
 
 
 @dataclass(frozen=True)
@@ -154,20 +159,6 @@ def steps_before(told: Mapping[str, ToldNight], before: str) -> dict[str, list[t
         for one in facts.changes if name < before else ():
             if one.kind in STEPPED:
                 found[one.figure].append((one.since, one.direction == Direction.WORSE))
-    return found
-
-
-def kept_judgements(store: NightStore, at: datetime.datetime) -> dict[str, tuple[int, int]]:
-    """Numbers of figures that were worse than accepted and of all changes, by the name of the night that told them.
-
-    What somebody accepted is left out, unless the acceptance ended before `at`.
-    """
-    known, found = holding(accepted(store), at), {}
-    for name, facts in told_by(store).items():
-        worse = (one for one in facts.tonight if one.direction == Direction.WORSE)
-        states = (*facts.standing, *(ToldStanding(one.figure, one.since, one.since) for one in worse))
-        opened = [one for one in states if not any(a.reaches(one.latest, one.since, (one.figure,)) for a in known)]
-        found[name] = len(opened), len(facts.tonight)
     return found
 
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from barchain.nightly.acceptances import Acceptance
     from barchain.nightly.figures import EarlierNames, FigureIdentity, NightSummary
     from barchain.nightly.table import NumberSeries, NumberTable
     from barchain.nightly.told import ToldNight
@@ -100,20 +101,23 @@ def thinned(night: NDArray[np.float64], factor: NDArray[np.float64]) -> tuple[ND
     return np.append(early_night, night[-kept:]), np.append(early_factor, factor[-kept:])
 
 
-def calendar(nights: Sequence[NightSummary], told: Mapping[str, tuple[int, int]]) -> tuple[CalendarNight, ...]:
+def calendar(nights: Sequence[NightSummary], told: Told, known: Sequence[Acceptance]) -> tuple[CalendarNight, ...]:
     """Calendar of all nights.
 
     Parameters
     ----------
     nights : sequence of NightSummary
     told : mapping
-        Numbers of changes for the worse and of all changes that a night told, by its name.
+        What each night told, by its name.
+    known : sequence of Acceptance
+        Those that have not ended: what they cover is not worse.
     """
     found = []
     for night in nights:
-        worse, changes = told.get(night.name, (0, 0))
+        facts = told.get(night.name)
+        changes = len(facts.tonight) if facts else 0
         state = (
-            "void" if night.void else "worse" if worse else "incomplete" if not night.complete
+            "void" if night.void else "worse" if facts and facts.worse(known) else "incomplete" if not night.complete
             else "changed" if changes else "quiet"
         )  # fmt: skip
         found.append(CalendarNight(night.name, night.started.isoformat(), state, changes))

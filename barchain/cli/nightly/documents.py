@@ -145,10 +145,11 @@ def write_documents(
     OSError
         If a file can't be written.
     """
+    from barchain.nightly.acceptances import accepted, holding  # noqa: PLC0415
     from barchain.nightly.facts import night_facts  # noqa: PLC0415
     from barchain.nightly.judging import judge, judge_pair  # noqa: PLC0415
     from barchain.nightly.junit import write_junit  # noqa: PLC0415
-    from barchain.nightly.told import keep_judgement, kept_judgements, told_by  # noqa: PLC0415
+    from barchain.nightly.told import keep_judgement, told_by  # noqa: PLC0415
     from barchain.nightly.trends import calendar, trend_charts  # noqa: PLC0415
     from reports.nightly.page import write_page  # noqa: PLC0415
     from reports.nightly.summary import write_summary  # noqa: PLC0415
@@ -165,14 +166,15 @@ def write_documents(
         against += f" (a night of another plan, {before.plan})" if before.plan != night.plan else ""
     facts = night_facts(store, judged, night, against)
     nights = [each for each in store.nights() if each.started <= summary.started]
-    charts = trend_charts(store.numbers(), nights, told_by(store), judged.earlier)
+    told = told_by(store)
+    charts = trend_charts(store.numbers(), nights, told, judged.earlier)
     out.mkdir(parents=True, exist_ok=True)
     write_atomically(out / FILE, facts.model_dump_json(indent=1) + "\n")
     write_summary(out, facts)
-    told = calendar(nights, kept_judgements(store, datetime.datetime.now(datetime.UTC)))
+    days = calendar(nights, told, holding(accepted(store), datetime.datetime.now(datetime.UTC)))
     folders = [out.absolute().parent, *([store.place.local] if store.place.local else [])]
     pages = night_pages(out.absolute(), folders, [each.name for each in nights])
-    write_page(out, facts, charts, told, pages, part_pages(out.absolute()))
+    write_page(out, facts, charts, days, pages, part_pages(out.absolute()))
     write_junit(junit or out / JUNIT, facts, night.figures, fail_on, need_history=need_history)
     return facts
 

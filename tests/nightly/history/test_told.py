@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from barchain.nightly.acceptances import accept, accepted, accepting
+from barchain.nightly.acceptances import accept, accepted, accepting, holding
 from barchain.nightly.changes import Direction
 from barchain.nightly.faults import HistoryError
 from barchain.nightly.figures import FigureKind, FigureUnit
@@ -16,7 +16,7 @@ from barchain.nightly.judging import change_named, changes_named, judge
 from barchain.nightly.pruning import needed_nights
 from barchain.nightly.standing import every_change, still_holding
 from barchain.nightly.steps import LEAST_EFFECT, WINDOW, ToldStep, find_steps
-from barchain.nightly.told import keep_judgement, kept_judgements, steps_before, told_by
+from barchain.nightly.told import keep_judgement, steps_before, told_by
 from tests.nightly.history.noise import Array, noise, told
 from tests.nightly.history.synthetic import Figure, bits, error, identity, night, ratio
 from tests.support.slow import exhaustive_but
@@ -150,8 +150,9 @@ def test_the_calendar_forgives_until_an_acceptance_ends(store: NightStore) -> No
     keep_judgement(store, judged)
     end = datetime.datetime(2999, 1, 1, tzinfo=datetime.UTC)
     accept(store, judged.tonight, "Ada", "known", end)
-    at = (end - datetime.timedelta(days=1), end)
-    assert [kept_judgements(store, when)[judged.night.name] for when in at] == [(0, 1), (1, 1)]
+    told, at = told_by(store)[judged.night.name], (end - datetime.timedelta(days=1), end)
+    assert [told.worse(holding(accepted(store), when)) for when in at] == [0, 1]
+    assert len(told.tonight) == 1
 
 
 @pytest.mark.slow

@@ -17,11 +17,11 @@ from click.testing import CliRunner
 from junitparser import JUnitXml
 
 from barchain.cli.main import cli
-from barchain.nightly.acceptances import accept
+from barchain.nightly.acceptances import accept, accepted, holding
 from barchain.nightly.figures import Figure, NightPart
-from barchain.nightly.history import open_store
+from barchain.nightly.history import NightStore, open_store
 from barchain.nightly.judging import change_named, judge
-from barchain.nightly.told import kept_judgements
+from barchain.nightly.told import told_by
 from reports.tables.nights.facts import AlarmTest, NightlyFile, NightRun, PartResult, PartState, read_nightly
 from tests.nightly.history.synthetic import PARTS, bits, count, error, night, ratio, verdict
 
@@ -178,13 +178,18 @@ def test_an_accepted_change_is_shown_as_such_and_does_not_fail(history: str, tmp
     assert failures == 0
 
 
+def worse_on_each_night(store: NightStore) -> list[int]:
+    """Numbers of figures that were worse than what is accepted now."""
+    return [facts.worse(holding(accepted(store), NOW)) for facts in told_by(store).values()]
+
+
 def test_the_calendar_forgives_what_was_accepted_later(history: str, tmp_path: Path) -> None:
     add(history, usual(number=0), usual(2.0, number=1, parts=NEWER))
     report(history, tmp_path / "out")
     store = open_store(history)
-    assert [worse for worse, _ in kept_judgements(store, NOW).values()] == [1]
+    assert worse_on_each_night(store) == [1]
     accept(store, [change_named(judge(store), error().identity.name)], "Ada", "fewer steps on purpose")
-    assert [worse for worse, _ in kept_judgements(store, NOW).values()] == [0]
+    assert worse_on_each_night(store) == [0]
 
 
 def test_an_earlier_change_for_the_worse_stands_until_it_is_mended(history: str, tmp_path: Path) -> None:
@@ -510,9 +515,9 @@ def test_a_fortnight_in_red_is_red_in_the_calendar_until_it_is_accepted(history:
         add(history, night(error(2e-5 if number else 1e-5), number=number))
         report(history, tmp_path / "out")
     store = open_store(history)
-    assert [worse for worse, _ in kept_judgements(store, NOW).values()] == [0, *[1] * 14]
+    assert worse_on_each_night(store) == [0, *[1] * 14]
     accept(store, [change_named(judge(store), error().identity.name)], "Ada", "fewer steps on purpose")
-    assert [worse for worse, _ in kept_judgements(store, NOW).values()] == [0] * 15
+    assert worse_on_each_night(store) == [0] * 15
 
 
 def test_the_console_dates_what_is_worse_and_says_how_much_more_there_is(history: str, tmp_path: Path) -> None:
