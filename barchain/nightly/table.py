@@ -208,8 +208,7 @@ def read_numbers(
     """
     keys: dict[tuple[str, ...], int] = {}
     parts: dict[str, int] = {}
-    columns: dict[str, tuple[Any, Any, Any]] = {}
-    """Rows, values and places of the parts, by the name of the night"""
+    columns: dict[str, tuple[Any, Any, Any]] = {}  # rows, values and places of the parts, by the name of the night
     with contextlib.suppress(Exception):  # a cache that is not there, damaged, or of another format is made again
         keys, parts, columns = cached_numbers(place.read(CACHE) or b"" if place else b"", nights)
     lacking = [night for night in nights if night.name not in columns]
