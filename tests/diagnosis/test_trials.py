@@ -12,7 +12,7 @@ from adapters.common.initial_state import initial_state
 from barchain.judge.diagnosis.chance import foretells, independent_digits
 from barchain.judge.diagnosis.diagnose import diagnose
 from barchain.judge.diagnosis.mean_elements import by_mean_elements
-from barchain.judge.diagnosis.trials import motion_from
+from barchain.judge.diagnosis.trials import further_trials, motion_from
 from scenarios import load_scene
 from tests.support.slow import one_in
 from tests.support.solutions import solution_of
@@ -168,3 +168,11 @@ def test_a_few_rows_of_few_digits_hold_too_little_for_an_explanation() -> None:
     rows = 1e3 * np.random.default_rng(1).standard_normal((17, 1))
     assert foretells(independent_digits(rows), fitted=1, tried=200)
     assert not foretells(independent_digits(np.full((17, 1), 1e3)), fitted=1, tried=1)
+
+
+def test_no_trial_turns_a_bar_a_hundred_times_as_fast_as_the_scene() -> None:
+    """Newtons as kilonewtons: at that rate the bars' faces turn millions of times, and the run would not end."""
+    scene = load_scene("conform/together_10")
+    trials = {trial.name: trial for trial in further_trials(scene)}
+    assert trials["thrusts-in-kilonewtons"].run(np.zeros(0), scene.times_s) is None
+    assert trials["thrusts-clockwise"].run(np.zeros(0), scene.times_s) is not None
