@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from abc import abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, final
@@ -31,6 +32,9 @@ SciPy's defaults are 1e-3 and 1e-6, and that ratio suits the smallest of these, 
 class SolverRun:
     """One simulation by a library's solver, on compiled rates and in their order of components."""
 
+    most_events: float = math.inf
+    """State events after which the run gives up"""
+
     jacobians = 0
 
     def __init__(self, simulation: Simulation, solver: Solver) -> None:
@@ -47,7 +51,12 @@ class SolverRun:
         """Integrate over the samples, `t_s` (n,)."""
         own = self.simulation
         if own.model.effects or own.model.impulses:
-            own.events = DiscreteModes(own.coordinates, float(t_s[-1]), detects_events=self.solver.locates_events)
+            own.events = DiscreteModes(
+                own.coordinates,
+                float(t_s[-1]),
+                detects_events=self.solver.locates_events,
+                most_events=self.most_events,
+            )
         try:
             return self.driven(t_s)
         finally:

@@ -42,6 +42,9 @@ FEW_STEPS = 10.0  # largest component over the norm of step control, and interpo
 class SimulationRun(Protocol):
     """One simulation, in NumPy or compiled."""
 
+    most_events: float
+    """State events after which the run gives up"""
+
     def integrate(self, t_s: Array) -> Integration:
         """Integrate over the samples."""
 

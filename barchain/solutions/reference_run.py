@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, cast
 
 from adapters.common.initial_state import chain_model, initial_state
@@ -31,6 +32,7 @@ def reference_run(
     t_s: Array | None = None,
     start: InitialState | None = None,
     model: ChainModel | None = None,
+    most_events: float = math.inf,
 ) -> Trajectory:
     """Run of the engine of reference solutions.
 
@@ -44,14 +46,17 @@ def reference_run(
         The scene's by default.
     model : ChainModel, optional
         The scene's by default.
+    most_events : float
+        Faces that turn and edges of the shadow after which the run gives up.
 
     Raises
     ------
     EngineError
-        If the reference fails.
+        If the reference fails, or meets more events.
     """
     engine = cast("ReferenceEngine", ENGINES[solution_engine()].engine())
     engine.times_s = scene.times_s if t_s is None else t_s
     engine.prepared = engine.prepare(model or chain_model(scene), start or initial_state(scene), setting.value)
+    engine.prepared.most_events = most_events
     engine.simulate()
     return engine.read()

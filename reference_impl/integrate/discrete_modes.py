@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,7 +29,14 @@ SAME_INSTANT = 1e-12  # of the run: an impulse nearer than this to an event occu
 class DiscreteModes:
     """Modes of a model's effects along one run, in one set of coordinates."""
 
-    def __init__(self, coordinates: StateCoordinates, end_s: float, *, detects_events: bool = True) -> None:
+    def __init__(
+        self,
+        coordinates: StateCoordinates,
+        end_s: float,
+        *,
+        detects_events: bool = True,
+        most_events: float = math.inf,
+    ) -> None:
         """Prepare a run.
 
         Parameters
@@ -39,8 +47,11 @@ class DiscreteModes:
         detects_events : bool
             Whether the stepper locates state events; otherwise modes with such events follow from the state at all
             times.
+        most_events : float
+            Number of state events after which a run gives up.
         """
         self.coordinates, self.model = coordinates, coordinates.model
+        self.events, self.most_events = 0, most_events
         self.detects_events = detects_events and any(effect.has_state_events for effect in self.model.effects)
         self.slack_s = SAME_INSTANT * end_s
         self.pending = sorted(self.model.impulses, key=lambda impulse: impulse.at_s)
@@ -168,7 +179,15 @@ class DiscreteModes:
             Event time by the step's interpolant.
         step : tuple of float
             Start and end of the step.
+
+        Raises
+        ------
+        ArithmeticError
+            If the run has met more events than it may.
         """
+        self.events += 1
+        if self.events > self.most_events:
+            raise ArithmeticError(f"more than {self.most_events:g} events at t = {t_s:.6g} s")
         t_s, y = self.refine_event(state_at, t_s, step)
         self.change_modes(t_s, y)
         return t_s, y

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, TypeVar
@@ -92,6 +93,9 @@ def largest_pull_m_s2(model: ChainModel, contact_free_radius_m: float) -> float:
 class Simulation:
     """One run: set-up, integration, observables."""
 
+    most_events: float = math.inf
+    """State events after which the run gives up"""
+
     def __init__(
         self,
         model: ChainModel,
@@ -138,7 +142,7 @@ class Simulation:
             As :func:`reference_impl.integrate.stepper.integrate`.
         """
         if self.model.effects or self.model.impulses:
-            self.events = DiscreteModes(self.coordinates, float(t_s[-1]))
+            self.events = DiscreteModes(self.coordinates, float(t_s[-1]), most_events=self.most_events)
         try:
             self.method = stiffness.choose_method(self.coordinates, self.y0, t_s, self.atol)
             return integrate(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -43,6 +44,9 @@ def has_wide_type() -> bool:
 
 class KernelSimulation:
     """One run: set-up, integration, observables; arguments and meaning as in :class:`Simulation`."""
+
+    most_events: float = math.inf
+    """State events after which the run gives up"""
 
     def __init__(
         self,
@@ -123,7 +127,8 @@ class KernelSimulation:
             return self.integrate_implicitly(t_s)
         self.reset(t_s)
         if self.model.effects or self.model.impulses:
-            self.events = DiscreteModes(self.reference.coordinates, float(t_s[-1]))
+            end_s = float(t_s[-1])
+            self.events = DiscreteModes(self.reference.coordinates, end_s, most_events=self.most_events)
         stopped_s = None
         for start, end in smooth_segments(t_s, self.model.breaks_s):
             stopped_s = self.integrate_segment(start, end)

@@ -44,8 +44,12 @@ TELLING = 10.0
 """Differences over their tolerances from which on samples tell whether a trial comes nearer"""
 MOST_STEPS = 20_000
 """Steps of all runs together, after which nothing more is fitted: half a minute where faces turn"""
+LOST_STEPS = 500
+"""Steps in the time of a run that ends without a motion: one that meets too many events"""
 IMPLICIT = 10.0
 """Steps of the compiled reference in the time of one of SciPy's implicit method, which stiff springs need"""
+WHOLE = 3.0
+"""Steps of all runs, over the most for fits, after which no trial is run over the whole time any more"""
 REFINED = 8
 """Trials of a kind that are fitted to the end, the best of all by their linear effects"""
 LONGER = (1.0, 1e3, 1e6)
@@ -100,7 +104,9 @@ class TrialSearch:
         """A trial with its fit at the samples of which it says something; None where these are few."""
         key = (trial.name, amounts.tobytes())
         if key not in self.motions:
-            self.motions[key] = trial.run(amounts, result.right.t_s)
+            within = self.steps <= WHOLE * MOST_STEPS
+            self.motions[key] = trial.run(amounts, result.right.t_s) if within else None
+            self.count(self.motions[key])
         seen = self.motions[key]
         if seen is None:
             return None
@@ -201,7 +207,9 @@ class TrialSearch:
 
     def count(self, seen: Trajectory | None) -> None:
         """Add the steps of a run, those of an implicit method by the explicit ones that take as long."""
-        if seen is not None:
+        if seen is None:
+            self.steps += LOST_STEPS
+        else:
             as_many = 1.0 if seen.info.get("method") == METHOD_NAMES[DOP853] else IMPLICIT
             self.steps += as_many * float(seen.info.get("steps", 0.0))
 
