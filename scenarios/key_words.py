@@ -14,6 +14,7 @@ UNITS = {
     "_m_s": "m/s",
     "_Pa": "Pa",
     "_N_s": "N s",
+    "_N_m": "N m",
     "_deg": "degrees",
     "_rad": "rad",
     "_N": "N",

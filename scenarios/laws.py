@@ -70,7 +70,7 @@ LAWS: dict[str, str] = {
         "bar j by the opposite."
     ),
     "joint_torque": (
-        "A motor in joint `joint` (from 1) turns the bar behind it by a torque and the bar before it by the opposite. "
+        "A motor in joint j = `joint` (from 1) turns bar j+1 by a torque and bar j by the opposite. "
         "The torque is linear between the points (times_s, torque_N_m), jumps where two instants are equal, and is "
         "zero outside."
     ),

@@ -170,6 +170,13 @@ class Entry(BaseModel):
             raise ValueError(f"{self.parameter}: allowed: values from coarse to fine, none twice")
         return self
 
+    @model_validator(mode="after")
+    def default_is_a_setting(self) -> Entry:
+        """Check that the default is one of the settings."""
+        if self.default is not None and self.default not in self.values:
+            raise ValueError(f"default = {self.default:g} given, allowed: {', '.join(f'{v:g}' for v in self.values)}")
+        return self
+
     @property
     def parameter(self) -> AccuracyParameter:
         """The number that sets the accuracy."""

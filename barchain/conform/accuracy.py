@@ -92,6 +92,8 @@ def falling_check(found: list[ErrorAtSetting], order: float | None, name: str) -
         return Check(FALL, WARNING, f"{said}: {shown}", scene=name)
     stay = [p for p in pairs if p.tells and not p.falls(order) and not third_setting_falls(found, p, order)]
     wrong = next((pair for pair in stay if not pair.noisy or pair.apart < COMMON_SHARE * pair.fine), None)
+    if wrong is not None and all(pair.apart == 0.0 for pair in pairs):
+        return Check(FALL, FAILED, f"all settings give the same result: is the setting read? {shown}", scene=name)
     if wrong is not None:
         return Check(FALL, FAILED, f"{stays(wrong)}: {shown}{single_hint(wrong)}", scene=name)
     if stay:

@@ -297,7 +297,8 @@ def diagnosed(engine: Examined, name: str, found: Diagnosis, common: str = "") -
     page = found.explanations[0].mistakes[0].anchor if found.explanations else PAGE
     loaded = judged_declarations(engine)
     where = f"{left_out(loaded, name)}{at_setting(loaded, setting_of(loaded, engine.scene(name)))}"
-    said = f"{found}{hint}{common} Off: {sizes}{where}"
+    off = "" if found.of_one_sample and not found.explanations else f" Off: {sizes}"  # the diagnosis has told them
+    said = f"{found}{hint}{common}{off}{where}"
     return Check(short(name), FAILED, said, page, bool(found.explanations), name)
 
 

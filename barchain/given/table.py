@@ -242,7 +242,7 @@ def hint(separator: str | None, line: str, *, more: bool) -> str:
         return "if it has decimal commas, write numbers with a decimal point, or semicolons between the cells"
     if separator is None:
         return "where columns touch, or hold blanks, write commas between the cells"
-    return "allowed: as many as in the other rows"
+    return "allowed: as many as in the other rows; a line that begins with # is left out"
 
 
 def header_of(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +20,10 @@ if TYPE_CHECKING:
     from barchain.judge.diagnosis.own_motion import OwnMotion
     from scenarios import Scene
 
+OF_ONE_LOAD = re.compile(r"(impulse|thrust|joint[-_]torque|third[-_]body)-\d+(?:-|$)")
+"""Names of candidates of one of several loads"""
+OF_ONE_BAR = re.compile(r"(.*?-(?:bar-)?)(\d+)((?:-.*)?)$")
+"""Names of candidates of one bar or joint: before, the number, and after"""
 VISIBLE = 100.0
 """Ratio of an effect to the noise, root mean square, from which on a scene shows whether it is there"""
 PRESENT = 0.2
@@ -88,10 +93,19 @@ def lacks(own: OwnMotion, fit: Fitted, scene: Scene) -> bool:
     if residual is None or not residual.known.any():
         return False
     search = own.search or MotionSearch(residual)
+    if any(of_one_of_several(scene, c.name) for c in fit.candidates):
+        return False  # another scene's load of that number is another one
+    from_start = [name_in(own.given_scene, scene, c.name) for c in fit.candidates]
+    from_end = [counted_from_end(own.given_scene, scene, name) for name in from_start]
+    return all(misses(search, fit, names) for names in {tuple(from_start), tuple(from_end)})
+
+
+def misses(search: MotionSearch, fit: Fitted, names: Sequence[str]) -> bool:
+    """Whether a motion shows that some candidate of a fit, under its name here, is not there."""
+    residual = search.residual
     here = {c.name: c for c in search.candidates}
     columns = residual.balance.of_blocks(name for name in fit.blocks if name in residual.balance.columns)
     noise = residual.noise[residual.known][:, columns]
-    names = [name_in(own.given_scene, scene, c.name) for c in fit.candidates]
     fitted = zip(names, fit.candidates, fit.amounts, strict=True)
     pairs = [(here[name], c, a) for name, c, a in fitted if name in here]
     effects = [one.effect_as_of(there, a)[residual.known][:, columns] / noise for one, there, a in pairs]
@@ -100,6 +114,21 @@ def lacks(own: OwnMotion, fit: Fitted, scene: Scene) -> bool:
         return False
     shares = least_squares(np.stack(seen, axis=1), (residual.value[residual.known][:, columns] / noise).ravel())
     return bool(np.any(np.abs(shares - 1.0) > PRESENT))
+
+
+def of_one_of_several(scene: Scene, name: str) -> bool:
+    """Whether a candidate is about one of several loads of a kind."""
+    found = OF_ONE_LOAD.match(name)
+    return found is not None and len(getattr(scene.effects, found[1].replace("-", "_"))) > 1
+
+
+def counted_from_end(here: Scene, there: Scene, name: str) -> str:
+    """Name of a candidate of another scene's bar or joint, that of the same place from the end of the chain here."""
+    found = OF_ONE_BAR.match(name)
+    if found is None or int(found[2]) > there.bars:
+        return name
+    number = here.bars - there.bars + int(found[2])
+    return f"{found[1]}{number}{found[3]}" if number > 0 else name
 
 
 def name_in(here: Scene, there: Scene, name: str) -> str:

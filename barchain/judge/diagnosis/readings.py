@@ -222,6 +222,18 @@ def as_text(values: Array) -> Array:
     return values[:, sorted(range(values.shape[1]), key=lambda k: str(k + 1))]
 
 
+def exchanged(first: int) -> Callable[[Array], Array]:
+    """Values (n, k, ...) with a bar and the next one, from 0, in each other's place; as they are without these."""
+
+    def order(values: Array) -> Array:
+        places = np.arange(values.shape[1])
+        if first + 1 < len(places):
+            places[[first, first + 1]] = first + 1, first
+        return values[:, places]
+
+    return order
+
+
 def ordered(order: Callable[[Array], Array]) -> Change:
     """Values in another order of bars or joints."""
     return lambda v, _: order(v)
@@ -398,6 +410,15 @@ ORDERS: tuple[tuple[str, str, Callable[[Array], Array], tuple[str, ...], str], .
     ("bars-and-joints-in-reversed-order", "bars and the joints are in reversed order", backwards,
      (ANGLE, RATE, *FORCES), "angles"),
     ("torques-in-reversed-order", "torques are in reversed order", backwards, (TORQUE,), "torques"),
+    *(
+        (f"{name}-{k}-and-{k + 1}-exchanged", f"{who} of bars {k} and {k + 1} are exchanged", exchanged(k - 1), fields, at)
+        for name, who, fields, at in (
+            ("angles", "angles", (ANGLE,), "angles"),
+            ("rates", "rates", (RATE,), "rates"),
+            ("bars", "angles and rates", (ANGLE, RATE), "angles"),
+        )
+        for k in (1, 2, 3)
+    ),
     ("bars-sorted-as-text", "bars are sorted as text, bar 10 before bar 2", as_text, (ANGLE, RATE), "angles"),
     ("bars-and-joints-sorted-as-text", "bars and the joints are sorted as text, 10 before 2", as_text,
      (ANGLE, RATE, *FORCES), "angles"),

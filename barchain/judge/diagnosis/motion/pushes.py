@@ -26,6 +26,11 @@ def of_pushes(scene: Scene) -> Made:
     angle = initial_state(scene).angle_rad
     yield from of_one_instant(scene, "thrust", lambda p: p.times_s[0])
     yield from of_one_instant(scene, "impulse", lambda p: p.at_s)
+    together = [p for p in scene.effects.impulse if sum(q.at_s == p.at_s for q in scene.effects.impulse) > 1]
+    for which, place in (("first", 0), ("last", -1)) if together else ():
+        at_once = {p.at_s: [q for q in scene.effects.impulse if q.at_s == p.at_s][place] for p in scene.effects.impulse}
+        words = f"of several impulses at one instant the {which} alone acts"
+        yield f"impulses-{which}-at-once", words, with_effects(scene, impulse=tuple(at_once.values()))
     loaded = ("thrust", "impulse", "prescribed_rotation")
     by_digit = {kind: tuple(dataclasses.replace(p, bar=int(str(p.bar)[0])) for p in getattr(scene.effects, kind))
                 for kind in loaded}  # fmt: skip
