@@ -176,3 +176,12 @@ def test_a_trial_that_spins_a_bar_up_ends() -> None:
     trials = {trial.name: trial for trial in further_trials(scene)}
     assert trials["thrusts-in-kilonewtons"].run(np.zeros(0), scene.times_s) is None
     assert trials["thrusts-clockwise"].run(np.zeros(0), scene.times_s) is not None
+
+
+def test_late_impulses_of_several_instants_are_told_by_the_time() -> None:
+    scene = load_scene("conform/impulse_alone")
+    late = dataclasses.replace(scene, effects=scene.effects.at_instants(lambda t: t + 2.0))
+    seen = motion_from(late, initial_state(scene), scene.times_s)
+    assert seen is not None
+    found = diagnosis_of(scene, seen)
+    assert "instant of all impulses is 2 s too late" in str(found)

@@ -44,6 +44,8 @@ TELLING = 10.0
 """Differences over their tolerances from which on samples tell whether a trial comes nearer"""
 MOST_STEPS = 20_000
 """Steps of all runs together, after which nothing more is fitted: half a minute where faces turn"""
+SMOOTH = 0.1
+"""Steps beside faces that turn in the time of a compiled step without faces"""
 LOST_STEPS = 500
 """Steps in the time of a run that ends without a motion: one that meets too many events"""
 IMPLICIT = 10.0
@@ -73,8 +75,19 @@ class TrialSearch:
         self.weights = result.weights
         self.rows: NDArray[np.intp] = np.flatnonzero(np.any([w > 0.0 for w in self.weights.values()], axis=0))
         self.steps = 0.0
-        """Steps of all runs so far"""
+        """Steps so far of all runs by which amounts are fitted, and trials are chosen"""
+        self.whole_steps = 0.0
+        """Steps so far of all runs over the whole time"""
         self.motions: dict[tuple[str, bytes], Trajectory | None] = {}
+
+    def steps_of(self, seen: Trajectory | None) -> float:
+        """Steps of a run, by those beside faces that turn, which take as long."""
+        if seen is None:
+            return LOST_STEPS
+        effects = self.result.scene.effects
+        smooth = 1.0 if effects.drag or effects.solar_pressure else SMOOTH
+        as_many = smooth if seen.info.get("method") == METHOD_NAMES[DOP853] else IMPLICIT
+        return as_many * float(seen.info.get("steps", 0.0))
 
     def explaining(self, result: GivenResult) -> list[Explanation]:
         """Explanations of the result under its present tolerances, by the fewest fitted numbers, best first."""
@@ -104,9 +117,9 @@ class TrialSearch:
         """A trial with its fit at the samples of which it says something; None where these are few."""
         key = (trial.name, amounts.tobytes())
         if key not in self.motions:
-            within = self.steps <= WHOLE * MOST_STEPS
+            within = self.whole_steps <= WHOLE * MOST_STEPS
             self.motions[key] = trial.run(amounts, result.right.t_s) if within else None
-            self.count(self.motions[key])
+            self.whole_steps += self.steps_of(self.motions[key])
         seen = self.motions[key]
         if seen is None:
             return None
@@ -143,14 +156,19 @@ class TrialSearch:
         return [*((t, a) for t, a in fixed if self.comes_nearer(t, a)), *fitted]
 
     def comes_nearer(self, trial: Trial, amounts: Array) -> bool:
-        """Whether a motion leaves less than the right one: the first samples that tell decide, to save long runs."""
+        """Whether a motion leaves less than the right one, and is right where that is: the first samples decide.
+
+        They save long runs.
+        """
         for share in STAGES[:-1]:
             rows = self.stage_rows(share, len(amounts))
-            right = self.right_off(rows)
-            if np.abs(right).max(initial=0.0) < TELLING:
-                continue
             here = self.off(trial, amounts, rows)
-            return here is not None and self.left(here, rows) <= MOST_LEFT
+            if here is None:
+                return False
+            if np.abs(self.right_off(rows)).max(initial=0.0) >= TELLING:
+                return self.left(here, rows) <= MOST_LEFT
+            if np.abs(here).max(initial=0.0) >= TELLING:
+                return False
         return True
 
     def right_off(self, rows: NDArray[np.intp]) -> Array:
@@ -169,7 +187,7 @@ class TrialSearch:
         end_s, t_s = float(self.result.scene.run.duration_s), right.t_s[rows]
         grid = np.linspace(0.0, t_s[-1] + end_s, GRID)
         seen = right_motion(self.result.scene, grid, ROUGH)
-        self.count(seen)
+        self.steps += self.steps_of(seen)
         if seen is None:
             return 0.0
         late_s = np.append(0.0, np.concatenate([grid - t_s[0], -grid[grid < t_s[-1]]]))
@@ -202,16 +220,8 @@ class TrialSearch:
         if self.steps > MOST_STEPS:
             return None
         seen = trial.run(amounts, self.result.right.t_s[rows])
-        self.count(seen)
+        self.steps += self.steps_of(seen)
         return None if seen is None else self.result.apart(seen, rows, self.weights).ravel()
-
-    def count(self, seen: Trajectory | None) -> None:
-        """Add the steps of a run, those of an implicit method by the explicit ones that take as long."""
-        if seen is None:
-            self.steps += LOST_STEPS
-        else:
-            as_many = 1.0 if seen.info.get("method") == METHOD_NAMES[DOP853] else IMPLICIT
-            self.steps += as_many * float(seen.info.get("steps", 0.0))
 
     def slopes(self, trial: Trial, amounts: Array, here: Array, rows: NDArray[np.intp]) -> Array | None:
         """Change of the weighted differences by each amount, (k, m); None where there is no motion, or no change."""
