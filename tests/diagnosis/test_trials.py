@@ -183,5 +183,5 @@ def test_late_impulses_of_several_instants_are_told_by_the_time() -> None:
     late = dataclasses.replace(scene, effects=scene.effects.at_instants(lambda t: t + 2.0))
     seen = motion_from(late, initial_state(scene), scene.times_s)
     assert seen is not None
-    found = diagnosis_of(scene, seen)
+    found = named(scene, seen)
     assert "instant of all impulses is 2 s too late" in str(found)
