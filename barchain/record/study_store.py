@@ -125,8 +125,9 @@ class StudyStore:
     def write_rows(self, *, complete: bool = False) -> None:
         """Write the rows of all tables so far, and of the summary; `complete` if they are those of all results."""
         ordered = {name: self.tables[name] for name in self.files.tables if name in self.tables}
-        found = [self.files.to_rows(ordered, self.record | {"complete": complete}), self.summary.frame()]
-        self.write_file(self.files.rows_name, parquet(Rows.checked(pd.concat(found, ignore_index=True))))
+        found = self.files.to_rows(ordered, self.record | {"complete": complete})
+        found.found += self.summary.found
+        self.write_file(self.files.rows_name, parquet(found.frame()))
 
     def write_series(self, name: str, frame: pd.DataFrame) -> None:
         """Write a table over time as a Parquet file, and the record."""

@@ -106,7 +106,7 @@ def release_charts(tables: StudyTables) -> list[Panel]:
         charts.append(release_chart(tables, f"Largest error: {quantity}", unit, by(own, "scene"), "value"))
     charts += [
         release_chart(tables, "Time at equal error, relative to the anchor", "anchor's time = 1",
-                      by(tables.times, "target"), "ratio"),
+                      by(tables.times, "setting"), "ratio"),
         release_chart(tables, "Size of the wheel", "bytes", [("", tables.releases)], "wheel_B"),
         release_chart(tables, "Time of the first import in a process", "s", [("", tables.releases)], "import_s"),
     ]  # fmt: skip

@@ -20,7 +20,7 @@ import numpy as np
 from reports.tables.files import StudyFiles
 from reports.tables.rows import COUNT, NOT_COMPARED, NOT_RUN, RUNS_FOLLOWED, Followed, Rows, known, records, was_run
 from reports.tables.schema import StudyRecord
-from reports.tables.table import Number, Table
+from reports.tables.table import Table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -49,73 +49,54 @@ TABLES = {
     "points": Table(
         RUN,
         "outcome",
-        {"outcome": "outcome", "reason": "reason", "text": "under_floor"},
-        numbers={
-            "attitude_error_rad": Number("attitude", "error", "rad"),
-            "attitude_floor_rad": Number("attitude", "floor", "rad"),
-            "reaction_error_N": Number("reaction", "error", "N"),
-            "reaction_floor_N": Number("reaction", "floor", "N"),
-            "reaction_relative": Number("reaction", "relative_error"),
-            "reaction_floor_relative": Number("reaction", "relative_floor"),
-            "com_error_m": Number("com", "error", "m"),
-            "com_floor_m": Number("com", "floor", "m"),
-            "gap_m": Number("gap", "max", "m"),
-            "energy_error": Number("energy", "error"),
-            "step_s": Number("step", "mean", "s"),
-            "seconds": Number("simulate", "seconds", "s", "seconds_low", "seconds_high"),
-            "build_s": Number("build", "seconds", "s"),
-            "compile_s": Number("compile", "seconds", "s"),
-            "read_s": Number("read", "seconds", "s"),
-            "turns": Number("simulate", "turns"),
-            "evaluations": Number("evaluations", COUNT),
-            "steps": Number("steps", COUNT),
-            "value": Number("", "setting_value"),
+        {
+            "outcome": ".outcome", "reason": ".reason", "under_floor": ".text",
+            "attitude_error_rad": "error:attitude rad", "attitude_floor_rad": "floor:attitude rad",
+            "reaction_error_N": "error:reaction N", "reaction_floor_N": "floor:reaction N",
+            "reaction_relative": "relative_error:reaction", "reaction_floor_relative": "relative_floor:reaction",
+            "com_error_m": "error:com m", "com_floor_m": "floor:com m",
+            "gap_m": "max:gap m", "energy_error": "error:energy", "step_s": "mean:step s",
+            "seconds": "seconds:simulate s", "seconds_low": "seconds:simulate.low", "seconds_high": "seconds:simulate.high",
+            "build_s": "seconds:build s", "compile_s": "seconds:compile s", "read_s": "seconds:read s",
+            "turns": "turns:simulate", "evaluations": "count:evaluations", "steps": "count:steps",
+            "value": "setting_value", "parameter": "parameter.text", "on_front": "on_front",
         },
-        words=("parameter",),
         flags=("on_front",),
     ),
     "orders": Table(
         ("scene", "engine", "quantity", "against"),
         "order",
-        {"value": "order", "low": "order_low", "high": "order_high", "outcome": "outcome", "reason": "reason"},
-        numbers={
-            "theory": Number("", "theory"),
-            "points": Number("", "points"),
-            "error_from": Number("", "error_from"),
-            "error_to": Number("", "error_to"),
-            "least_error": Number("", "least_error"),
+        {
+            "order": ".value", "order_low": ".low", "order_high": ".high", "outcome": ".outcome", "reason": ".reason",
+            **{name: f"order.{name}" for name in ("theory", "points", "error_from", "error_to", "least_error")},
         },
-        prefix="order.",
     ),
     "reach": Table(
         ("scene", "engine", "quantity", "measure", "target"),
         "cost_to_reach",
-        {"value": "cost", "low": "cost_low", "high": "cost_high", "outcome": "status", "reason": "reason"},
-        numbers={
-            "over_fastest": Number("", "over_fastest", "1", "over_fastest_low", "over_fastest_high", "fastest"),
-            "over_baseline": Number("", "over_baseline", "1", "over_baseline_low", "over_baseline_high"),
+        {
+            "cost": ".value", "cost_low": ".low", "cost_high": ".high", "status": ".outcome", "reason": ".reason",
+            "over_fastest": "reach.over_fastest", "over_fastest_low": "reach.over_fastest.low",
+            "over_fastest_high": "reach.over_fastest.high", "fastest": "reach.over_fastest.text",
+            "over_baseline": "reach.over_baseline", "over_baseline_low": "reach.over_baseline.low",
+            "over_baseline_high": "reach.over_baseline.high", "reached_by": "reach.reached_by.text",
         },
-        words=("reached_by",),
         sizes=("target",),
-        prefix="reach.",
     ),
     "price": Table(
         ("scene", "engine", "quantity", "measure"),
         "price_of_a_digit",
-        {"value": "factor", "low": "factor_low", "high": "factor_high"},
-        prefix="price.",
+        {"factor": ".value", "factor_low": ".low", "factor_high": ".high"},
     ),
     "loads": Table(
         RUN,
         "loads_timed",
-        numbers={
-            "share": Number("loads", "share", "1", "share_low", "share_high"),
-            "seconds": Number("loads", "seconds", "s"),
-            "seconds_twice": Number("loads", "seconds_twice", "s"),
+        {
+            "share": "loads.share:loads", "share_low": "loads.share:loads.low", "share_high": "loads.share:loads.high",
+            "seconds": "loads.seconds:loads s", "seconds_twice": "loads.seconds_twice:loads s",
         },
-        prefix="loads.",
     ),
-}
+}  # fmt: skip
 FOLLOWED = {
     COUNT: RUNS_FOLLOWED[COUNT],
     "outcome": Followed("verdict"),

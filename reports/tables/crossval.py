@@ -85,9 +85,10 @@ def verdicts(tables: Frames, record: Mapping[str, Any]) -> Rows:
 
 METRICS = Table(
     ("scene", "engine", "setting", "quantity", "metric"),
-    said={
-        "value": "value", "unit": "unit", "limit": "tolerance", "outcome": "outcome", "reason": "reason",
-        "until_s": "limit_s",
+    "",
+    {
+        "value": ".value", "unit": ".unit", "tolerance": ".limit", "outcome": ".outcome", "reason": ".reason",
+        "limit_s": ".until_s",
     },
     only=frozenset(QUANTITY_UNITS),
 )  # fmt: skip

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from reports.tables.files import StudyFiles
 from reports.tables.rows import COUNT, Followed
 from reports.tables.schema import StudyRecord
-from reports.tables.table import Number, Table
+from reports.tables.table import Table
 from scenarios.channels import CHANNELS
 
 if TYPE_CHECKING:
@@ -41,24 +41,21 @@ class EffectKind(StrEnum):
 TABLE = Table(
     ("effect", "engine"),
     "relevance",
-    {"outcome": "said", "reason": "reason", "text": "title"},
-    numbers={
-        **{f"{name}_{when}": Number(name, when) for when in ("start", "largest") for name in SIZES},
-        **{c.column_of(): Number(c.name, "change", c.unit) for c in CHANGED},
-        **{c.column_of("noise"): Number(c.name, "noise", c.unit) for c in CHANGED},
-        **{r: Number("", r, "1", f"{r}_low", f"{r}_high", relative_to=WITHOUT) for r in RATIOS},
-        "seconds": Number("simulate", "seconds", "s"),
-        "evaluation_s": Number("evaluation", "seconds", "s"),
-        "evaluations": Number("evaluations", COUNT),
-        "evaluations_ratio": Number("", "evaluations_ratio"),
-        "rounds": Number("simulate", "rounds"),
-        "compared_s": Number("", "compared", "s"),
-        "width_least_m": Number("", "width_least", "m"),
-        "width_largest_m": Number("", "width_largest", "m"),
+    {
+        "said": ".outcome", "reason": ".reason", "title": ".text",
+        **{f"{name}_{when}": f"{when}:{name}" for when in ("start", "largest") for name in SIZES},
+        **{c.column_of(): f"change:{c.name} {c.unit}" for c in CHANGED},
+        **{c.column_of("noise"): f"noise:{c.name} {c.unit}" for c in CHANGED},
+        "time_ratio": "time_ratio/without", "time_ratio_low": "time_ratio.low", "time_ratio_high": "time_ratio.high",
+        "evaluation_ratio": "evaluation_ratio/without", "evaluation_ratio_low": "evaluation_ratio.low",
+        "evaluation_ratio_high": "evaluation_ratio.high",
+        "seconds": "seconds:simulate s", "evaluation_s": "seconds:evaluation s", "evaluations": "count:evaluations",
+        "evaluations_ratio": "evaluations_ratio", "rounds": "rounds:simulate", "compared_s": "compared s",
+        "width_least_m": "width_least m", "width_largest_m": "width_largest m",
+        "kind": "kind.text", "caveat": "caveat.text", "ended": "ended.text", "on": "on",
     },
-    words=("kind", "caveat", "ended"),
     flags=("on",),
-)
+)  # fmt: skip
 FOLLOWED = {
     "relevance": Followed("verdict", setting="{effect}"),
     "change": Followed("value", "{metric}.{quantity}", setting="{effect}", within="noise"),

@@ -113,19 +113,13 @@ class StudyFiles:
         """Whether there is a record, damaged or not."""
         return os.path.lexists(self.record_path(out))
 
-    def to_rows(self, tables: Frames, record: Mapping[str, Any]) -> pd.DataFrame:
-        """Rows of some tables, and those that follow from them.
-
-        Raises
-        ------
-        RowError
-            If two rows have one identity.
-        """
-        import pandas as pd
-
-        derived, place = self.derived(tables, record), self.place(record)
-        found = [self.tables[name].to_rows(self.study, table, place) for name, table in tables.items()]
-        return Rows.checked(pd.concat([*found, derived.frame()], ignore_index=True))
+    def to_rows(self, tables: Frames, record: Mapping[str, Any]) -> Rows:
+        """Rows of some tables, and those that follow from them."""
+        derived, found, place = self.derived(tables, record), Rows(self.study), self.place(record)
+        for name, table in tables.items():
+            self.tables[name].add_rows(found, table, place)
+        found.found += derived.found
+        return found
 
     def rows(self, out: Path, record: Mapping[str, Any] | None = None) -> pd.DataFrame:
         """Rows in the result folder `out`, in the columns of :mod:`reports.tables.rows`.

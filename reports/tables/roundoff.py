@@ -29,7 +29,7 @@ from typing import TYPE_CHECKING, Any
 from reports.tables.files import StudyFiles
 from reports.tables.rows import Followed, Rows
 from reports.tables.schema import StudyRecord
-from reports.tables.table import Number, Table
+from reports.tables.table import Table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -41,29 +41,18 @@ SIZES = ("bars", "ratio", "steps_per_orbit", "rtol", "orbits", "sector_deg")
 """Columns of numbers among those that tell rows apart"""
 
 
-def errors(name: str, index: tuple[str, ...], *numbers: str, flags: tuple[str, ...] = (), **said: str) -> Table:
-    """Table of errors as quantiles, with further columns of numbers."""
-    return Table(
-        index,
-        f"{name}.median",
-        {"value": "median", "low": "q05", "high": "q95"} | said,
-        numbers={column: Number("", column) for column in ("largest", "members", *numbers)},
-        flags=flags,
-        sizes=SIZES,
-        prefix=f"{name}.",
-    )
+def errors(name: str, index: tuple[str, ...], *numbers: str, flags: tuple[str, ...] = (), **further: str) -> Table:
+    """Table of errors as quantiles, with further columns of numbers and flags, and others with their cells."""
+    quantiles = {"median": ".value", "q05": ".low", "q95": ".high"}
+    cells = {column: f"{name}.{column}" for column in ("largest", "members", *numbers, *flags)}
+    return Table(index, f"{name}.median", quantiles | further | cells, flags, SIZES)
 
 
 def fits(name: str, index: tuple[str, ...], *numbers: str) -> Table:
     """Table of power laws, with further columns of numbers."""
-    return Table(
-        index,
-        f"{name}.exponent",
-        {"value": "exponent", "low": "low", "high": "high", "reason": "remark"},
-        numbers={column: Number("", column) for column in ("expected", "points", "first", "last", *numbers)},
-        sizes=SIZES,
-        prefix=f"{name}.",
-    )
+    exponent = {"exponent": ".value", "low": ".low", "high": ".high", "remark": ".reason"}
+    cells = {column: f"{name}.{column}" for column in ("expected", "points", "first", "last", *numbers)}
+    return Table(index, f"{name}.exponent", exponent | cells, (), SIZES)
 
 
 EVALUATION = ("state", "bars", "formulation", "arithmetic", "source", "yardstick")
@@ -81,20 +70,17 @@ TABLES = {
     "growth_laws": fits("growth_laws", RUN),
     "engines": errors(
         "engines", ("engine", "frame", "ratio", "quantity", *STEPS), flags=("known",),
-        outcome="outcome", reason="reason",
+        outcome=".outcome", reason=".reason",
     ),
     "engine_laws": fits("engine_laws", ("engine", "frame", "ratio", "quantity", "against")),
     "times": Table(
         ("code", "arithmetic", "bars"),
         "time_ratio",
-        {"value": "ratio", "low": "low", "high": "high"},
-        numbers={
-            "relative_s": Number("evaluation", "relative_seconds", "s"),
-            "absolute_s": Number("evaluation", "absolute_seconds", "s"),
-            "turns": Number("evaluation", "turns"),
+        {
+            "ratio": "/absolute", "low": ".low", "high": ".high", "relative_s": "relative_seconds:evaluation s",
+            "absolute_s": "absolute_seconds:evaluation s", "turns": "turns:evaluation",
         },
         sizes=SIZES,
-        relative_to="absolute",
     ),
 }  # fmt: skip
 PARTS = {

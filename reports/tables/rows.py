@@ -145,11 +145,7 @@ class Rows:
         """
         import pandas as pd  # noqa: PLC0415
 
-        return self.checked(typed(pd.DataFrame(self.found, columns=list(COLUMNS))))
-
-    @staticmethod
-    def checked(frame: pd.DataFrame) -> pd.DataFrame:
-        """Rows as they are, no two of which have one identity; else a RowError that names the first."""
+        frame = typed(pd.DataFrame(self.found, columns=list(COLUMNS)))
         twice = frame[frame.duplicated(list(IDENTITY))]
         if len(twice):
             raise RowError(f"two rows have one identity: {', '.join(map(str, twice[list(IDENTITY)].iloc[0]))}")

@@ -13,7 +13,7 @@ from reports.tables.effects import scene_of
 from reports.tables.files import StudyFiles
 from reports.tables.rows import COUNT, NOT_COMPARED, Followed, Rows, known, records
 from reports.tables.schema import StudyRecord
-from reports.tables.table import Number, Table
+from reports.tables.table import Table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -24,20 +24,16 @@ if TYPE_CHECKING:
 POINTS = Table(
     ("engine", "bars"),
     "outcome",
-    {"outcome": "outcome", "reason": "reason", "text": "per"},
-    numbers={
-        "evaluation_s": Number("evaluation", "seconds", "s", "evaluation_low", "evaluation_high"),
-        "orbit_s": Number("orbit", "seconds", "s", "orbit_low", "orbit_high"),
-        "share": Number("orbit", "share"),
-        "simulate_s": Number("simulate", "seconds", "s"),
-        "turns": Number("evaluation", "turns"),
-        "evaluations": Number("evaluations", COUNT),
-        "steps": Number("steps", COUNT),
-        "build_s": Number("build", "seconds", "s"),
-        "memory_B": Number("", "memory", "B"),
+    {
+        "outcome": ".outcome", "reason": ".reason", "per": ".text",
+        "evaluation_s": "seconds:evaluation s", "evaluation_low": "seconds:evaluation.low",
+        "evaluation_high": "seconds:evaluation.high",
+        "orbit_s": "seconds:orbit s", "orbit_low": "seconds:orbit.low", "orbit_high": "seconds:orbit.high",
+        "share": "share:orbit", "simulate_s": "seconds:simulate s", "turns": "turns:evaluation",
+        "evaluations": "count:evaluations", "steps": "count:steps", "build_s": "seconds:build s", "memory_B": "memory B",
     },
     sizes=("bars",),
-)
+)  # fmt: skip
 FITTED = ("points", "bars_from", "bars_to")
 """Metrics of the range of an exponent"""
 FOLLOWED = {

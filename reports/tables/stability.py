@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 from reports.tables.files import StudyFiles
 from reports.tables.rows import COUNT, RUNS_FOLLOWED, Followed, Rows, add_runs
 from reports.tables.schema import RunsRecord
-from reports.tables.table import Number, Table
+from reports.tables.table import Table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -63,53 +63,47 @@ TABLES = {
     "outcomes": Table(
         ("scene", "engine"),
         "class",
-        {"outcome": "stability", "reason": "reason", "text": "expected"},
-        numbers={  # ``at_end (t/T)^exponent`` is the law of a drift
-            "exponent": Number("", "drift_exponent", "1", "low", "high", "quantity"),
-            "at_end": Number("", "drift_at_end"),
+        {
+            "stability": ".outcome", "reason": ".reason", "expected": ".text",
+            # ``at_end (t/T)^exponent`` is the law of a drift
+            "exponent": "drift_exponent", "low": "drift_exponent.low", "high": "drift_exponent.high",
+            "quantity": "drift_exponent.text", "at_end": "drift_at_end",
+            "change": "change.text",  # from the recorded class; empty without a record, and without a change
+            "slow": "slow",  # whether the outcome depends on the machine's speed
         },
-        words=("change",),  # from the recorded class; empty without a record, and without a change
-        flags=("slow",),  # whether the outcome depends on the machine's speed
+        flags=("slow",),
     ),
     "evidence": Table(
         ("scene", "engine", "level", "setting"),
         "run",
-        {"outcome": "run", "reason": "reason"},
-        numbers={
+        {
+            "run": ".outcome", "reason": ".reason",
             # largest difference from the reference solution up to its predictability limit
-            "attitude_rad": Number("attitude", "max", "rad"),
-            "normalised_error": Number("", "normalised_error", text="normalised_error_of"),
-            "bound_ratio": Number("", "bound_ratio", text="bound_of"),
-            "limit_s": Number("", "predictability_limit", "s"),
-            "gap_m": Number("gap", "drift", "m"),
-            "energy": Number("energy", "drift"),
-            "angular_momentum": Number("angular_momentum", "drift"),
-            "energy_exponent": Number("energy", "exponent"),
-            # largest kinetic energy about the centre of mass, relative to its upper bound
-            "kinetic_ratio": Number("kinetic_energy", "bound_ratio"),
-            # growth of a departure relative to the error amplification of the scene
-            "growth_excess": Number("growth", "excess"),
-            "steps": Number("steps", COUNT),
-            "mean_step_s": Number("step", "mean", "s"),
-            "simulate_s": Number("simulate", "seconds", "s"),
+            "attitude_rad": "max:attitude rad",
+            "normalised_error": "normalised_error", "normalised_error_of": "normalised_error.text",
+            "bound_ratio": "bound_ratio", "bound_of": "bound_ratio.text",
+            "limit_s": "predictability_limit s",
+            "gap_m": "drift:gap m", "energy": "drift:energy", "angular_momentum": "drift:angular_momentum",
+            "energy_exponent": "exponent:energy",
+            "kinetic_ratio": "bound_ratio:kinetic_energy",  # about the centre of mass, relative to its upper bound
+            "growth_excess": "excess:growth",  # of a departure relative to the error amplification of the scene
+            "steps": "count:steps", "mean_step_s": "mean:step s", "simulate_s": "seconds:simulate s",
         },
     ),
     "laws": Table(
         ("scene", "engine", "level", "setting", "quantity"),
         "law_exponent",
-        {"value": "exponent", "low": "low", "high": "high"},
-        numbers={"at_end": Number("", "law_at_end")},
+        {"exponent": ".value", "low": ".low", "high": ".high", "at_end": "law_at_end"},
     ),
     "plain": Table(
         ("scene", "engine"),
         "plain_run",
-        {"outcome": "run", "reason": "reason"},
-        numbers={
-            "attitude_rad": Number("attitude", "plain_max", "rad", text="judged"),
-            "seconds": Number("simulate", "plain_seconds", "s"),
+        {
+            "run": ".outcome", "reason": ".reason", "attitude_rad": "plain_max:attitude rad",
+            "judged": "plain_max:attitude.text", "seconds": "plain_seconds:simulate s",
         },
     ),
-}
+}  # fmt: skip
 SERIES = ("scene", "engine", "level", "quantity", "t_s", "value")
 FOLLOWED = RUNS_FOLLOWED | {
     "class": Followed("verdict"),

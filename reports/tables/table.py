@@ -1,76 +1,84 @@
-"""Tables of a study as rows of the one relation, and back: each says once which of its columns is which row."""
+"""Tables of a study as rows of the one relation, and back: each column says once which cell of which row it is."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from reports.tables.rows import COLUMNS, NUMBERS, RELATIVE_TO, tag_text, typed
+from reports.tables.rows import COLUMNS, IDENTITY, NUMBERS, RELATIVE_TO, records
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     import pandas as pd
 
-PLACES = ("scene", "engine", "setting", "quantity", "metric")
-"""Columns of the relation that a column of a table of the same name is; any other one is a tag"""
+    from reports.tables.rows import Rows
+
+CELLS = set(COLUMNS) - set(IDENTITY)
 
 
-class Number(NamedTuple):
-    """A number that a table has in a column: the row in which it is kept."""
+class TableRow(NamedTuple):
+    """Row of the relation in which a row of a table has some of its columns."""
 
-    quantity: str
-    """Empty: the quantity of the table's row"""
-    metric: str
-    unit: str = "1"
-    low: str = ""
-    """Columns of its interval"""
-    high: str = ""
-    text: str = ""
-    """Column of the row's text"""
-    relative_to: str = ""
-    """What a ratio is relative to"""
+    own: dict[str, str]
+    """What it has of its own: metric, quantity, and what a ratio is relative to"""
+    unit: str
+    columns: dict[str, str]
+    """Columns of the table by the relation's"""
 
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """A table of a study: each of its rows is a row that has `metric`, and one more for each number, word and flag."""
+    """A table of a study: each of its rows is a row with `metric`, and further ones of the same identity."""
 
     index: tuple[str, ...]
-    """Columns that tell the rows of the table apart"""
-    metric: str = ""
+    """Columns that tell the rows of the table apart, kept under the same names"""
+    metric: str
     """Empty where ``metric`` is one of them"""
-    said: Mapping[str, str] = field(default_factory=dict)
-    """Columns of the relation in the row of `metric` (value, low, outcome, reason …), and those of the table there"""
-    unit: str = "1"
-    numbers: Mapping[str, Number] = field(default_factory=dict)
-    words: tuple[str, ...] = ()
-    """Further columns of text"""
+    cells: Mapping[str, str] = field(default_factory=dict)
+    """Further columns, each with its cell, ``metric:quantity/relative_to.column unit``.
+
+    Without a metric it is in the row of `metric`; without a quantity the row has that of the table's; without a column
+    it is the value, without a unit in 1. A row without its value, or else without its text, is left out.
+    """
     flags: tuple[str, ...] = ()
-    """Columns of True and False"""
+    """Columns of `cells` that are True or False"""
     sizes: tuple[str, ...] = ()
     """Columns of `index` that are numbers"""
     only: frozenset[str] = frozenset()
     """Quantities of the table's rows, where others have the same metrics"""
-    named: Mapping[str, str] = field(default_factory=dict)
-    """Columns of `index` that are kept under another name"""
-    prefix: str = ""
-    """Begin of the metrics of its numbers, words and flags, where other tables have the same"""
-    relative_to: str = ""
-    """What the value of `metric` is relative to"""
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """All columns, each once: those that tell rows apart, then those of `metric`, numbers, words and flags."""
-        numbers = (c for name, of in self.numbers.items() for c in (name, of.low, of.high, of.text) if c)
-        return tuple(dict.fromkeys((*self.index, *self.said.values(), *numbers, *self.words, *self.flags)))
+        """All columns."""
+        return (*self.index, *self.cells)
 
-    @property
-    def texts(self) -> frozenset[str]:
-        """Columns of text: an empty cell is an empty string."""
-        index = {name for name in self.index if name not in self.sizes}
-        said = {column for of, column in self.said.items() if of not in NUMBERS}
-        return frozenset(index | said | {of.text for of in self.numbers.values() if of.text} | set(self.words))
+    @cached_property
+    def rows(self) -> list[TableRow]:
+        """Rows that a row of the table is, first that of `metric`."""
+        found = {"": TableRow({"metric": self.metric} if self.metric else {}, "1", {})}
+        for name, text in self.cells.items():
+            place, _, unit = text.partition(" ")
+            row, _, column = place.rpartition(".")
+            row, column = (row, column) if column in CELLS else (place, "value")  # metrics have points in their names
+            where, _, relative_to = row.partition("/")
+            metric, _, quantity = where.partition(":")
+            own = {"metric": metric, "quantity": quantity, RELATIVE_TO: relative_to}
+            same = found.setdefault(where, TableRow({}, "1", {}))
+            same.own.update({key: value for key, value in own.items() if value})
+            same.columns[column] = name
+            found[where] = same._replace(unit=unit or same.unit)
+        return list(found.values())
+
+    @cached_property
+    def types(self) -> dict[str, type]:
+        """Type of each column: str, where an empty cell is an empty text, float or bool."""
+        found: dict[str, type] = {name: float if name in self.sizes else str for name in self.index}
+        for row in self.rows:
+            found |= {name: float if column in NUMBERS else str for column, name in row.columns.items()}
+        return found | dict.fromkeys(self.flags, bool)
 
     def framed(self, rows: Iterable[Mapping[str, object]] | pd.DataFrame) -> pd.DataFrame:
         """Rows as a table with all columns in their order and with their types; further columns are left out."""
@@ -79,56 +87,23 @@ class Table:
         given = rows if isinstance(rows, pd.DataFrame) else pd.DataFrame(list(rows))
         found = given.reindex(columns=list(self.columns))
         for name in self.columns:
-            if name in self.texts:
-                found[name] = found[name].astype(object).where(found[name].notna(), "").astype(str)
-            elif name in self.flags:
+            if self.types[name] is bool:
                 found[name] = [value in (True, "True") for value in found[name]]
-            else:
+            elif self.types[name] is float:
                 found[name] = found[name].astype(float)
+            else:
+                found[name] = texts(found[name])
         return found.reset_index(drop=True)
 
-    def to_rows(self, study: str, table: pd.DataFrame, place: Mapping[str, str]) -> pd.DataFrame:
-        """Rows of a table of :meth:`framed`, all of one row of it together.
-
-        Parameters
-        ----------
-        study : str
-        table : DataFrame
-        place : mapping
-            Scene, engine or setting of all its rows.
-        """
-        import pandas as pd  # noqa: PLC0415
-
-        empty = {name: "" for name in COLUMNS if name not in NUMBERS} | dict.fromkeys(NUMBERS, float("nan"))
-        base = pd.DataFrame(empty | {"study": study} | dict(place), index=table.index)
-        names = {name: self.named.get(name, name) for name in self.index}
-        for name in (name for name, kept in names.items() if kept in PLACES):
-            base[names[name]] = table[name]
-        tags = [name for name, kept in names.items() if kept not in PLACES]
-        pairs: list[dict[str, Any]] = [
-            {str(k): v for k, v in each.items()} for each in table[tags].rename(columns=names).to_dict("records")
-        ]
-        base["tags"] = [tag_text(each) for each in pairs]
-        main = base.assign(**{of: table[column] for of, column in self.said.items()})
-        if self.metric:
-            main["metric"] = self.metric
-        if self.relative_to:
-            main["tags"] = [tag_text(each | {RELATIVE_TO: self.relative_to}) for each in pairs]
-        if "value" in self.said and "unit" not in self.said:
-            main["unit"] = [self.unit if known else "" for known in main["value"].notna()]
-        found = [main]
-        for of, columns in self.kept():
-            own = base.assign(metric=self.prefix + of.metric, **{kept: table[name] for name, kept in columns.items()})
-            if of.quantity:
-                own["quantity"] = of.quantity
-            if of.relative_to:
-                own["tags"] = [tag_text(each | {RELATIVE_TO: of.relative_to}) for each in pairs]
-            if "value" in columns.values():
-                own = own.assign(unit=of.unit, value=own["value"].astype(float))[own["value"].notna()]
-            else:
-                own = own[own["text"] != ""]
-            found.append(own)
-        return typed(pd.concat(found).sort_index(kind="stable"))
+    def add_rows(self, found: Rows, table: pd.DataFrame, place: Mapping[str, Any]) -> None:
+        """Add the rows of a table of :meth:`framed`; `place` has the scene, engine or setting of all of them."""
+        for line in records(table):
+            where = {**place, **{name: line[name] for name in self.index}}
+            for row in self.rows:
+                cells = {column: line[name] for column, name in row.columns.items()}
+                there = not math.isnan(cells.get("value", math.nan))
+                if row is self.rows[0] or there or ("value" not in cells and cells["text"]):
+                    found.add(**where | row.own | {"unit": row.unit if there else ""} | cells)
 
     def from_rows(self, rows: pd.DataFrame) -> pd.DataFrame:
         """Table of which some rows of a study are, as :meth:`framed` gave it.
@@ -138,30 +113,22 @@ class Table:
         rows : DataFrame
             Rows with a column for each tag (:func:`reports.tables.rows.spread`).
         """
-        names = [self.named.get(name, name) for name in self.index]
-        rows = rows.reindex(columns=list(dict.fromkeys((*rows.columns, *names))))
-        for name, kept in zip(self.index, names, strict=True):
-            if name not in self.sizes:
-                rows[kept] = rows[kept].astype(object).where(rows[kept].notna(), "").astype(str)
+        rows = rows.reindex(columns=list(dict.fromkeys((*rows.columns, *self.index))))
+        rows = rows.assign(**{name: texts(rows[name]) for name in self.index if name not in self.sizes})
         if self.only:
             rows = rows[rows["quantity"].isin(self.only)]
+        keys = {name: f"key {name}" for name in (*self.index, "quantity")}  # no column's name
         main = rows[rows["metric"] == self.metric] if self.metric else rows
-        keys = {name: f"key {name}" for name in dict.fromkeys((*names, "quantity"))}  # no column's name
-        found = main[list(keys)].rename(columns=keys).assign(**{column: main[of] for of, column in self.said.items()})
-        for of, columns in self.kept():
-            own = rows[rows["metric"] == self.prefix + of.metric]
-            same = [name for name in keys if not (of.quantity and name == "quantity")]
-            if of.quantity:
-                own = own[own["quantity"] == of.quantity]
-            own = own[[*same, *columns.values()]].set_axis([*(keys[name] for name in same), *columns], axis=1)
-            found = found.merge(own, "left", [keys[name] for name in same])
-        found = found.assign(**{name: found[keys[kept]] for name, kept in zip(self.index, names, strict=True)})
-        return self.framed(found)
+        found = main[[*keys]].rename(columns=keys).assign(**{n: main[of] for of, n in self.rows[0].columns.items()})
+        for row in self.rows[1:]:
+            own, same = rows[rows["metric"] == row.own["metric"]], keys
+            if "quantity" in row.own:
+                own, same = own[own["quantity"] == row.own["quantity"]], {name: keys[name] for name in self.index}
+            own = own[[*same, *row.columns]].set_axis([*same.values(), *row.columns.values()], axis=1)
+            found = found.merge(own, "left", [*same.values()])
+        return self.framed(found.assign(**{name: found[keys[name]] for name in self.index}))
 
-    def kept(self) -> Iterable[tuple[Number, dict[str, str]]]:
-        """Row of each number, word and flag, and the table's columns there with those of the relation."""
-        for name, of in self.numbers.items():
-            columns = {name: "value", of.low: "low", of.high: "high", of.text: "text"}
-            yield of, {column: kept for column, kept in columns.items() if column}
-        yield from ((Number("", name), {name: "text"}) for name in self.words)
-        yield from ((Number("", name), {name: "value"}) for name in self.flags)
+
+def texts(column: pd.Series) -> pd.Series:
+    """Column whose cells are texts, empty where there is none."""
+    return column.astype(object).where(column.notna(), "").astype(str)

@@ -80,23 +80,22 @@ def drawn(table: Table, rng: np.random.Generator) -> pd.DataFrame:
     """Rows of a table with any content that it may have."""
 
     def column(name: str) -> Sequence[object]:
-        if name in table.flags:
-            return (True, False)
         if name == "outcome":
             return tuple(map(str, Outcome))
         if name == "quantity" and table.only:
             return sorted(table.only)
-        if name in table.texts:
+        if table.types[name] is str:
             return NAMES if name in table.index else WORDS
-        return CELLS
+        return CELLS if table.types[name] is float else (True, False)
 
     choices = {name: column(name) for name in table.columns}
     found = {name: [given[k] for k in rng.integers(len(given), size=MOST_ROWS)] for name, given in choices.items()}
     frame = table.framed(pd.DataFrame(found)).drop_duplicates(list(table.index), ignore_index=True)
-    for name, of in table.numbers.items():  # interval and text belong to a number
-        unknown = frame[name].isna()
-        frame.loc[unknown, [c for c in (of.low, of.high) if c]] = math.nan
-        frame.loc[unknown, [c for c in (of.text,) if c]] = ""
+    for row in table.rows[1:]:  # interval and text belong to a number
+        number = row.columns.get("value")
+        for name in row.columns.values() if number else ():
+            if name != number:
+                frame.loc[frame[number].isna(), name] = "" if table.types[name] is str else math.nan
     return frame
 
 
@@ -110,7 +109,7 @@ def test_all_tables_of_a_study_are_read_from_its_rows_as_they_were(study: StudyF
     for there in (list(study.tables), *([name] for name in study.tables)):
         tables = {name: drawn(study.tables[name], rng) for name in there}
         assert all(len(table) > 5 for table in tables.values())
-        rows = spread(study.to_rows(tables, RECORD))
+        rows = spread(study.to_rows(tables, RECORD).frame())
         for name, table in study.tables.items():
             expected = tables[name] if name in there else table.framed(())
             pd.testing.assert_frame_equal(table.from_rows(rows), expected, check_exact=True, obj=name)
@@ -118,7 +117,7 @@ def test_all_tables_of_a_study_are_read_from_its_rows_as_they_were(study: StudyF
 
 @pytest.mark.parametrize("study", STUDIES, ids=lambda study: study.study)
 def test_tables_without_rows_are_read_without_rows(study: StudyFiles) -> None:
-    rows = spread(study.to_rows({name: table.framed(()) for name, table in study.tables.items()}, RECORD))
+    rows = spread(study.to_rows({name: table.framed(()) for name, table in study.tables.items()}, RECORD).frame())
     assert not any(len(table.from_rows(rows)) for table in study.tables.values())
 
 
@@ -127,7 +126,7 @@ def test_an_interrupted_cost_study_has_no_orders() -> None:
     table = cost.TABLES["orders"].framed([order | {"order": 4.0, "order_low": 3.9, "order_high": 4.1, "points": 6}])
 
     def rows(complete: bool) -> pd.DataFrame:
-        found = cost.FILES.to_rows({"orders": table}, {"complete": complete})
+        found = cost.FILES.to_rows({"orders": table}, {"complete": complete}).frame()
         return found[found["metric"] == "order"][["value", "low", "high", "outcome", "reason"]]
 
     assert rows(True).to_numpy().tolist() == [[4.0, 3.9, 4.1, "", ""]]
@@ -154,6 +153,6 @@ def test_noise_in_times_does_not_change_whether_an_error_is_reached() -> None:
     verdicts = []
     for status in ("reached", "at most", "not reached"):
         reach = cost.TABLES["reach"].framed([named | {"status": status}])
-        rows = cost.FILES.to_rows({"reach": reach}, {"complete": True})
+        rows = cost.FILES.to_rows({"reach": reach}, {"complete": True}).frame()
         verdicts.append(rows[rows["metric"] == "reach"]["outcome"].item())
     assert verdicts == ["reached", "reached", "not reached"]

@@ -88,7 +88,7 @@ def write_results(
     frames = {name: files.tables[name].framed(found) for name, found in tables.items()}
     path = rows_file(folder, files.study)
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(parquet(files.to_rows(frames, whole)))
+    path.write_bytes(parquet(files.to_rows(frames, whole).frame()))
     for name, frame in (series or {}).items():
         place = folder / files.series_name(name)
         place.parent.mkdir(parents=True, exist_ok=True)

@@ -18,7 +18,7 @@ import numpy as np
 from reports.tables.files import StudyFiles
 from reports.tables.rows import Followed, Rows
 from reports.tables.schema import StudyRecord
-from reports.tables.table import Number, Table
+from reports.tables.table import Table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -64,23 +64,26 @@ FAULT_CLASSES = (
 """Classes of faulty engines"""
 
 
-RATE = {"value": "rate", "low": "low", "high": "high", "reason": "why"}
-COUNTS = {"n": Number("", "tried"), "count": Number("", "counted")}
+RATE = {"rate": ".value", "low": ".low", "high": ".high", "why": ".reason"}
 TABLES = {
     "campaign": Table(
         ("scene", "engine", "fault"),  # no fault: the unmodified engine
         "class",
-        {"outcome": "class", "reason": "reason", "text": "quantity"},
-        numbers={
-            "size": Number("", "size"),  # largest change of the quantity over its scale
-            "detection_limit": Number("", "detection_limit"),  # by the unmodified engine's verdict
-            "own_limit": Number("", "own_limit"),  # by the faulty engine's
-            "seconds": Number("trial", "seconds", "s"),
+        {
+            "class": ".outcome",
+            "reason": ".reason",
+            "quantity": ".text",
+            "size": "size",  # largest change of the quantity over its scale
+            "detection_limit": "detection_limit",  # by the unmodified engine's verdict
+            "own_limit": "own_limit",  # by the faulty engine's
+            "seconds": "seconds:trial s",
+            "outcome": "outcome.text",
         },
-        words=("outcome",),
     ),
-    "rates": Table(("what",), "rate", RATE, numbers=COUNTS),  # what: a class of cells
-    "rates_of_parts": Table(("what", "by", "name"), "rate_of_part", RATE, numbers=COUNTS, prefix="part."),
+    "rates": Table(("what",), "rate", RATE | {"n": "tried", "count": "counted"}),  # what: a class of cells
+    "rates_of_parts": Table(
+        ("what", "by", "name"), "rate_of_part", RATE | {"n": "part.tried", "count": "part.counted"}
+    ),
 }
 FOLLOWED = {
     "class": Followed("verdict", setting="{fault}"),

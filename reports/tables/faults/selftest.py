@@ -54,11 +54,11 @@ ADVICE = {
 
 
 TABLES = {
-    "fates": Table(("fault", "scene"), "fate", {"outcome": "fate", "reason": "why"}),
+    "fates": Table(("fault", "scene"), "fate", {"fate": ".outcome", "why": ".reason"}),
     "readings": Table(
         ("fault", "scene", "quantity", "check"),
         "ratio",
-        {"value": "ratio", "outcome": "killed", "reason": "reason"},
+        {"ratio": ".value", "killed": ".outcome", "reason": ".reason"},
     ),
 }
 KILLED = "killed"

@@ -17,7 +17,7 @@ from enum import StrEnum
 from reports.tables.files import StudyFiles
 from reports.tables.rows import BITS, COUNT, RELATIVE_TO
 from reports.tables.schema import StudyRecord
-from reports.tables.table import Number, Table
+from reports.tables.table import Table
 
 
 class ReleaseState(StrEnum):
@@ -33,30 +33,25 @@ TABLES = {
     "releases": Table(
         RELEASE,
         "state",
-        {"outcome": "state", "reason": "reason", "text": "released"},
-        numbers={
-            "wheel_B": Number("wheel", "size", "B"),
-            "installed_B": Number("installation", "size", "B"),
-            "import_s": Number("import", "seconds", "s", "import_low", "import_high"),
+        {
+            "state": ".outcome", "reason": ".reason", "released": ".text",
+            "wheel_B": "size:wheel B", "installed_B": "size:installation B",
+            "import_s": "seconds:import s", "import_low": "seconds:import.low", "import_high": "seconds:import.high",
+            "moved": "moved.text",
         },
-        words=("moved",),
     ),
     "errors": Table(
         (*RELEASE, "scene", "quantity"),
         "error",
-        {"value": "value", "unit": "unit", "outcome": "verdict", "reason": "reason"},
-        numbers={"rounding": Number("", "rounding")},
+        {"value": ".value", "unit": ".unit", "verdict": ".outcome", "reason": ".reason", "rounding": "rounding"},
     ),
-    "runs": Table(
-        (*RELEASE, "scene", "setting"), BITS, {"text": "trajectory"}, numbers={"steps": Number("steps", COUNT)}
-    ),
+    "runs": Table((*RELEASE, "scene", "setting"), BITS, {"trajectory": ".text", "steps": "count:steps"}),
     "times": Table(
-        (*RELEASE, "scene", "target", "anchor"),
+        (*RELEASE, "scene", "setting", RELATIVE_TO),
         "time_ratio",
-        {"value": "ratio", "low": "low", "high": "high"},
-        named={"target": "setting", "anchor": RELATIVE_TO},
+        {"ratio": ".value", "low": ".low", "high": ".high"},
     ),
-}
+}  # fmt: skip
 
 
 FILES = StudyFiles("releases", TABLES, model=StudyRecord, title="Releases of an engine", view="releases:view_releases")

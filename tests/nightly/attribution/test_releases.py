@@ -102,7 +102,7 @@ def measured(plan: Any, release: Release, *_: Any) -> dict[str, list[dict[str, A
         bits = "bb" if version == "1.2" and scene == plan.scenes[0] else "aa"
         found["runs"].append(place | {"scene": scene, "setting": "", "trajectory": bits, "steps": 100})
     found["times"].append(place | {
-        "scene": plan.scenes[0], "target": "attitude<=1e-06", "anchor": "reference-fast", "ratio": 3.0, "low": 2.5,
+        "scene": plan.scenes[0], "setting": "attitude<=1e-06", "relative_to": "reference-fast", "ratio": 3.0, "low": 2.5,
         "high": 3.5,
     })  # fmt: skip
     return found
