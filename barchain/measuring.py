@@ -25,7 +25,6 @@ from barchain.arguments import (
 from barchain.studies.defaults import COST, EFFECTS, MATTERS, RTOL
 from barchain.studies.study import Reporter, ignore, run_study
 from reports.tables.cost import read_cost
-from reports.tables.effects import read_effects
 from scenarios import Scene, load_scene
 
 if TYPE_CHECKING:
@@ -173,7 +172,7 @@ def effects(
     )
     with kept_in(out, resume=resume, overwrite=overwrite, progress=progress) as folder:
         run_study(study, folder, resume=resume, overwrite=overwrite, reporter=Reporter(progress or ignore))
-        return read_effects(folder)
+        return study.files.contents(folder)
 
 
 @contextlib.contextmanager

@@ -319,8 +319,8 @@ def time(
     ratios = [f for f in figures if f.identity.kind is FigureKind.RATIO and f.identity.engine == study.engine]
     tables["times"] += [
         place | {
-            "scene": f.identity.scene, "setting": f.identity.setting, "relative_to": f.identity.anchor, "ratio": f.value,
-            "low": f.low, "high": f.high,
+            "scene": f.identity.scene, "setting": f.identity.setting, "relative_to": f.identity.anchor,
+            "ratio": f.value, "low": f.low, "high": f.high,
         }
         for f in ratios if f.identity.quantity.endswith(RATIO) and f.value
     ]  # fmt: skip

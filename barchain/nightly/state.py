@@ -11,7 +11,7 @@ from barchain.nightly.faults import HistoryError
 from barchain.nightly.jobs import NightJob, beside
 from barchain.nightly.parts import Installation  # noqa: TC001  # pydantic reads the annotations of the state
 from barchain.nightly.results import night_here, read_figures_of
-from reports.tables.faults.selftest import FILES, FaultOutcome, read_selftest
+from reports.tables.faults.selftest import FILES, FaultOutcome
 from reports.tables.nights.facts import INTERRUPTED, AlarmTest, NightRun, PartResult, PartState
 from reports.tables.reading import DamagedResultsError, form_of, formed
 from reports.tables.schema import SchemaVersionError
@@ -178,7 +178,7 @@ def alarm_test(folder: Path) -> AlarmTest | None:
     """
     if not FILES.has_record(folder):
         return None
-    tables = read_selftest(folder)
+    tables = FILES.contents(folder)
     unmodified = tables.fates["fault"].isin(list(CONTROLS))
     faults, controls = tables.fates[~unmodified], tables.fates[unmodified]
     if not tables.record.get("complete"):

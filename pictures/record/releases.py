@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from reports.chapters.releases import release_rows
-from reports.tables.nights.releases import read_releases
+from reports.tables.nights.releases import FILES
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -22,7 +22,7 @@ B_MB = 1e6
 
 def releases_rows(folder: Path) -> tuple[list[dict[str, Any]], dict[str, Any]]:
     """Rows of the table ``releases``, and the study's record."""
-    tables = read_releases(folder)
+    tables = FILES.contents(folder)
     found = []
     for row, shown in zip(tables.releases.to_dict("records"), release_rows(tables), strict=True):
         version = shown["version"]

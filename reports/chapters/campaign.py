@@ -9,7 +9,7 @@ from itertools import pairwise
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
-from reports.tables.faults.campaign import ENGINE_CLASSES, FAULT_CLASSES, CellClass, read_campaign
+from reports.tables.faults.campaign import ENGINE_CLASSES, FAULT_CLASSES, FILES, CellClass
 from reports.tables.rows import records
 from reports.text.numerals import as_given
 
@@ -33,7 +33,7 @@ FINDINGS = (CellClass.FALSE_ALARM, CellClass.MISSED)
 
 def view_campaign(folder: Path) -> SimpleNamespace:
     """Contents of the page, from the campaign in a result folder."""
-    tables = read_campaign(folder)
+    tables = FILES.contents(folder)
     cells, parts = tables.campaign, tables.rates_of_parts
     unmodified, faulty = cells[cells["fault"] == ""], cells[cells["fault"] != ""]
     return SimpleNamespace(

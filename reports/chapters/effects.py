@@ -20,7 +20,7 @@ from reports.plotting.palette import COLOURS, engine_pen
 from reports.plotting.panels import Legend, Panel
 from reports.plotting.series import decade_range
 from reports.plotting.svg import FINE, TOP, Chart, Scale, across, decade_ticks, upwards
-from reports.tables.effects import CHANGED, SIZES, EffectKind, read_effects
+from reports.tables.effects import CHANGED, FILES, SIZES, EffectKind
 from reports.tables.rows import plain
 from reports.text.numerals import prefixed, short, significant
 from reports.text.record import is_complete
@@ -87,7 +87,7 @@ class BudgetTable(NamedTuple):
 
 def view_effects(folder: Path) -> SimpleNamespace:
     """Contents of the chapter, from the budget in a result folder."""
-    tables = read_effects(folder)
+    tables = FILES.contents(folder)
     record, scene = tables.record, tables.record.get("scene") or {}
     gravity, matters = str(scene.get("gravity") or ""), record.get("matters") or 0.0
     effects = [effect(row, matters, scene) for row in plain(tables.effects.replace([np.inf, -np.inf], np.nan))]

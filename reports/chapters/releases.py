@@ -11,7 +11,7 @@ from reports.plotting.palette import COLOURS, engine_pen
 from reports.plotting.panels import Legend, Panel
 from reports.plotting.series import decade_range
 from reports.plotting.svg import Chart, across, upwards
-from reports.tables.nights.releases import ReleaseState, read_releases
+from reports.tables.nights.releases import FILES, ReleaseState
 from reports.tables.rows import known
 from reports.text.numerals import significant
 from reports.text.record import is_complete
@@ -34,7 +34,7 @@ SAME = "the same digits"
 
 def view_releases(folder: Path) -> SimpleNamespace:
     """Contents of the chapter, from the study in a result folder."""
-    tables = read_releases(folder)
+    tables = FILES.contents(folder)
     rows = release_rows(tables)
     return SimpleNamespace(
         record=tables.record,

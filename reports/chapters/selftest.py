@@ -7,7 +7,7 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from reports.page import paragraphs
-from reports.tables.faults.selftest import CAUGHT, FILES, KILLED, MISSED, FaultOutcome, read_selftest
+from reports.tables.faults.selftest import CAUGHT, FILES, KILLED, MISSED, FaultOutcome
 from reports.tables.outcome import Outcome
 from reports.tables.rows import records, spread
 from reports.text.numerals import significant
@@ -55,7 +55,7 @@ UNDETECTED = (FaultOutcome.SURVIVES, FaultOutcome.INVISIBLE)
 
 def view_selftest(folder: Path) -> SimpleNamespace:
     """Contents of the page and of the terminal, from the study in a result folder."""
-    tables = read_selftest(folder)
+    tables = FILES.contents(folder)
     about, scenes = tables.record.get("faults") or {}, list(tables.record.get("scenes") or {})
     cells = cells_of(tables.fates, tables.readings)
     rows = []

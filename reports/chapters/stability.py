@@ -13,7 +13,7 @@ from reports.plotting.panels import ChartFrame, Legend, Line, Panel, draw, guide
 from reports.plotting.series import Array, decade_range, numbered, thin
 from reports.plotting.svg import Chart, across, upwards
 from reports.tables.rows import NOT_RUN, plain
-from reports.tables.stability import Stability, read_stability
+from reports.tables.stability import FILES, Stability
 from reports.text.numerals import SUPERSCRIPTS
 from reports.text.record import is_complete
 from scenarios.channels import CHANNELS
@@ -39,7 +39,7 @@ SIGNS = {
 LATE = ("◷", "timed out", "gone")
 CHANGES = {"better": "↑ better", "worse": "↓ worse"}
 LARGE_ERROR_RAD = 0.01  # of the attitude: a larger error counts as wrong
-FILES = {"coarse": "{}.coarse", "default": "{}", "finer": "{}.finer"}
+NAMES = {"coarse": "{}.coarse", "default": "{}", "finer": "{}.finer"}
 
 GUIDES = {0.5: "√t", 1.0: "t", 2.0: "t²"}
 LEVEL_DASHES = {"coarse": (2.0, 1.6), "default": (), "finer": (6.0, 2.0)}
@@ -60,7 +60,7 @@ LONG = {
 
 def view_stability(folder: Path) -> SimpleNamespace:
     """Contents of the page, from the study in a result folder."""
-    tables = read_stability(folder)
+    tables = FILES.contents(folder)
     record = tables.record
     engines, references = list(record.get("engines") or {}), list(record.get("references") or ())
     scenes = scenes_of(tables, engines)
@@ -166,7 +166,7 @@ def worst(tables: StudyTables, outcomes: dict[tuple[str, str], dict[str, Any]]) 
 
 def worst_charts(tables: StudyTables, scene: str, engine: str, about: dict[str, Any]) -> list[Panel]:
     """Charts of the bar with the largest error beside the reference solution, and of the error at each setting."""
-    frames = {k: tables.trajectory(scene, name.format(engine)) for k, name in FILES.items()}
+    frames = {k: tables.trajectory(scene, name.format(engine)) for k, name in NAMES.items()}
     solution = tables.trajectory(scene, "solution")
     right = None if solution is None else numbered(solution, *CHANNELS["attitude"].columns)
     runs = {k: (f["t_s"].to_numpy(float), a) for k, f in frames.items()

@@ -15,8 +15,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from reports.tables.files import StudyFiles
 from reports.tables.rows import COUNT, NOT_COMPARED, NOT_RUN, RUNS_FOLLOWED, Followed, Rows, known, records, was_run
 from reports.tables.schema import StudyRecord
@@ -56,10 +54,10 @@ TABLES = {
             "reaction_relative": "relative_error:reaction", "reaction_floor_relative": "relative_floor:reaction",
             "com_error_m": "error:com m", "com_floor_m": "floor:com m",
             "gap_m": "max:gap m", "energy_error": "error:energy", "step_s": "mean:step s",
-            "seconds": "seconds:simulate s", "seconds_low": "seconds:simulate.low", "seconds_high": "seconds:simulate.high",
-            "build_s": "seconds:build s", "compile_s": "seconds:compile s", "read_s": "seconds:read s",
-            "turns": "turns:simulate", "evaluations": "count:evaluations", "steps": "count:steps",
-            "value": "setting_value", "parameter": "parameter.text", "on_front": "on_front",
+            "seconds": "seconds:simulate s", "seconds_low": "seconds:simulate.low",
+            "seconds_high": "seconds:simulate.high", "build_s": "seconds:build s", "compile_s": "seconds:compile s",
+            "read_s": "seconds:read s", "turns": "turns:simulate", "evaluations": "count:evaluations",
+            "steps": "count:steps", "value": "setting_value", "parameter": "parameter.text", "on_front": "on_front",
         },
         flags=("on_front",),
     ),
@@ -106,17 +104,9 @@ FOLLOWED = {
 }
 
 
-def derived(tables: Frames, record: Mapping[str, Any]) -> Rows:
-    """Verdicts on what an engine reaches, and times relative to the baseline's; of an interrupted study no orders."""
-    found, interrupted = Rows(FILES.study), "" if record.get("complete") else INTERRUPTED
-    if "orders" in tables:
-        orders = tables["orders"]
-        if interrupted:
-            unknown = dict.fromkeys(("order", "order_low", "order_high"), float("nan"))
-            orders = orders.assign(**unknown, outcome=NOT_RUN, reason=INTERRUPTED)
-        else:
-            orders["reason"] = np.where(orders["order"].notna(), "", "too few points")
-        tables["orders"] = orders
+def add_verdicts(found: Rows, tables: Frames, record: Mapping[str, Any]) -> None:
+    """Add verdicts on what an engine reaches, and times relative to the baseline's."""
+    interrupted = "" if record.get("complete") else INTERRUPTED
     cut = {
         (row["scene"], row["engine"]): row["reason"]
         for row in reversed(list(records(tables["points"]) if "points" in tables else ()))
@@ -125,7 +115,6 @@ def derived(tables: Frames, record: Mapping[str, Any]) -> Rows:
     for row in records(tables["reach"]) if "reach" in tables else ():
         if row["measure"] == "seconds":
             add_reach(found, row, cut.get((row["scene"], row["engine"]), interrupted), busy_machine(record))
-    return found
 
 
 def add_reach(found: Rows, row: Mapping[str, Any], not_run: str, busy: str) -> None:
@@ -157,7 +146,7 @@ FILES = StudyFiles(
     TABLES,
     {"times": TIMES},
     followed=FOLLOWED,
-    derived=derived,
+    add_derived=add_verdicts,
     model=StudyRecord,
     title="Cost of accuracy",
     view="cost:view_cost",

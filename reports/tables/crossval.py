@@ -22,7 +22,7 @@ import numpy as np
 from reports.tables.files import StudyFiles
 from reports.tables.outcome import Outcome, gravest
 from reports.tables.reading import brief, damaged
-from reports.tables.rows import RUNS_FOLLOWED, Followed, Rows, add_runs, records
+from reports.tables.rows import RUNS_FOLLOWED, Followed, add_runs, records
 from reports.tables.schema import RunsRecord
 from reports.tables.table import Table
 from scenarios.channels import UNITS
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from reports.tables.files import Frames, StudyTables
+    from reports.tables.rows import Rows
 
 QUANTITY_UNITS = UNITS | {"run": ""}
 """Units of all that has rows; ``run`` is the run as a whole"""
@@ -65,9 +66,8 @@ FOLLOWED = RUNS_FOLLOWED | {
 """Metrics that nights follow; a verdict is followed at any setting"""
 
 
-def verdicts(tables: Frames, record: Mapping[str, Any]) -> Rows:
-    """A verdict for each engine in a scene, its predictability limit, and its runs."""
-    found = Rows(FILES.study)
+def add_verdicts(found: Rows, tables: Frames, record: Mapping[str, Any]) -> None:
+    """Add a verdict for each engine in a scene, its predictability limit, and its runs."""
     pairs: dict[tuple[str, str, str], list[dict[str, Any]]] = {}
     for row in records(tables["metrics"]) if "metrics" in tables else ():
         pairs.setdefault((row["scene"], row["engine"], row["setting"]), []).append(row)
@@ -79,8 +79,7 @@ def verdicts(tables: Frames, record: Mapping[str, Any]) -> Rows:
             limits = [row["limit_s"] for row in rows if row["metric"] == "max" and row["quantity"] == "attitude"]
             if limits:
                 found.add("predictability_limit", limits[0], "s", scene=scene, engine=engine, setting=setting)
-    add_runs(found, record)
-    return found
+    add_runs(found, tables, record)
 
 
 METRICS = Table(
@@ -98,7 +97,7 @@ FILES = StudyFiles(
     COMPARISON,
     {"metrics": METRICS},
     followed=FOLLOWED,
-    derived=verdicts,
+    add_derived=add_verdicts,
     model=RunsRecord,
     report=("index.html", "summary.md"),
 )

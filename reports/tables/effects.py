@@ -9,7 +9,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
-from reports.tables.rows import COUNT, Followed
+from reports.tables.rows import Followed
 from reports.tables.schema import StudyRecord
 from reports.tables.table import Table
 from scenarios.channels import CHANNELS
@@ -79,4 +79,3 @@ FILES = StudyFiles(
     view="effects:view_effects",
     in_report=True,
 )
-read_effects = FILES.contents

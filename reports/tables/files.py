@@ -73,8 +73,8 @@ class StudyFiles:
     """Entries of the record with their types"""
     followed: Mapping[str, Followed] = field(default_factory=dict)
     """Metrics that nights follow; none of a study that is no part of a night"""
-    derived: Callable[[Frames, Mapping[str, Any]], Rows] = lambda tables, record: Rows("")  # noqa: ARG005
-    """Further rows, that follow from the tables and the record; it may complete the tables"""
+    add_derived: Callable[[Rows, Frames, Mapping[str, Any]], None] = lambda found, tables, record: None  # noqa: ARG005
+    """Adds further rows, that follow from the tables and the record"""
     place: Callable[[Mapping[str, Any]], dict[str, str]] = lambda record: {}  # noqa: ARG005
     """Scene, engine and setting of all rows of the tables, by the record"""
     parts: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
@@ -115,10 +115,10 @@ class StudyFiles:
 
     def to_rows(self, tables: Frames, record: Mapping[str, Any]) -> Rows:
         """Rows of some tables, and those that follow from them."""
-        derived, found, place = self.derived(tables, record), Rows(self.study), self.place(record)
+        found, place = Rows(self.study), self.place(record)
         for name, table in tables.items():
             self.tables[name].add_rows(found, table, place)
-        found.found += derived.found
+        self.add_derived(found, tables, record)
         return found
 
     def rows(self, out: Path, record: Mapping[str, Any] | None = None) -> pd.DataFrame:

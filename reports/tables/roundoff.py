@@ -27,14 +27,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
-from reports.tables.rows import Followed, Rows
+from reports.tables.rows import Followed
 from reports.tables.schema import StudyRecord
 from reports.tables.table import Table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-
-    from reports.tables.files import Frames
 
 RUN = ("ratio", "quantity", "coordinates", "arithmetic", "method")
 SIZES = ("bars", "ratio", "steps_per_orbit", "rtol", "orbits", "sector_deg")
@@ -110,21 +108,10 @@ def place_of(record: Mapping[str, Any]) -> dict[str, str]:
     return {"scene": str(record.get("scene") or ""), "quantity": "reaction"}
 
 
-def truncation_named(tables: Frames, record: Mapping[str, Any]) -> Rows:
-    """No further rows; of the laws in the number of steps that of truncation is named beside that of round-off."""
-    del record
-    if "engine_laws" in tables:
-        laws = tables["engine_laws"]
-        truncation = (laws["against"] == "steps") & ~(laws["expected"] >= 0.0)
-        tables["engine_laws"] = laws.assign(against=laws["against"].mask(truncation, "steps, truncation"))
-    return Rows(FILES.study)
-
-
 FILES = StudyFiles(
     "roundoff",
     TABLES,
     followed=FOLLOWED,
-    derived=truncation_named,
     place=place_of,
     parts=PARTS,
     model=StudyRecord,
@@ -132,4 +119,3 @@ FILES = StudyFiles(
     view="roundoff.view:view_roundoff",
     in_report=True,
 )
-read_roundoff = FILES.contents

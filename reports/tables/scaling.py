@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from reports.tables.cost import BASELINE, busy_machine
 from reports.tables.effects import scene_of
 from reports.tables.files import StudyFiles
-from reports.tables.rows import COUNT, NOT_COMPARED, Followed, Rows, known, records
+from reports.tables.rows import NOT_COMPARED, Followed, known, records
 from reports.tables.schema import StudyRecord
 from reports.tables.table import Table
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from reports.tables.files import Frames
+    from reports.tables.rows import Rows
 
 
 POINTS = Table(
@@ -29,8 +30,8 @@ POINTS = Table(
         "evaluation_s": "seconds:evaluation s", "evaluation_low": "seconds:evaluation.low",
         "evaluation_high": "seconds:evaluation.high",
         "orbit_s": "seconds:orbit s", "orbit_low": "seconds:orbit.low", "orbit_high": "seconds:orbit.high",
-        "share": "share:orbit", "simulate_s": "seconds:simulate s", "turns": "turns:evaluation",
-        "evaluations": "count:evaluations", "steps": "count:steps", "build_s": "seconds:build s", "memory_B": "memory B",
+        "share": "share:orbit", "simulate_s": "seconds:simulate s", "build_s": "seconds:build s",
+        "turns": "turns:evaluation", "evaluations": "count:evaluations", "steps": "count:steps", "memory_B": "memory B",
     },
     sizes=("bars",),
 )  # fmt: skip
@@ -43,9 +44,8 @@ FOLLOWED = {
 }
 
 
-def ratios(tables: Frames, record: Mapping[str, Any]) -> Rows:
-    """Times relative to the baseline's with as many bars; their intervals span both."""
-    found = Rows(FILES.study, scene_of(record)["scene"])
+def add_ratios(found: Rows, tables: Frames, record: Mapping[str, Any]) -> None:
+    """Add times relative to the baseline's with as many bars; their intervals span both."""
     rows, busy = list(records(tables["points"])) if "points" in tables else [], busy_machine(record)
     said: dict[str, Any] = {"outcome": NOT_COMPARED, "reason": busy} if busy else {}
     anchors = {row["bars"]: row for row in rows if row["engine"] == BASELINE}
@@ -58,8 +58,8 @@ def ratios(tables: Frames, record: Mapping[str, Any]) -> Rows:
                 "high": over(row["evaluation_high"], anchor["evaluation_low"]),
             }
             where: dict[str, Any] = {"engine": row["engine"], "bars": row["bars"], "relative_to": BASELINE}
+            where |= scene_of(record)
             found.add("evaluation_ratio", mine / base, **ends, **said, **where)
-    return found
 
 
 def over(a: float, b: float) -> float | None:
@@ -71,7 +71,7 @@ FILES = StudyFiles(
     "scaling",
     {"points": POINTS},
     followed=FOLLOWED,
-    derived=ratios,
+    add_derived=add_ratios,
     place=scene_of,
     model=StudyRecord,
     title="Cost against the number of bars",

@@ -16,17 +16,11 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
-from reports.tables.rows import COUNT, RUNS_FOLLOWED, Followed, Rows, add_runs
+from reports.tables.rows import RUNS_FOLLOWED, Followed, add_runs
 from reports.tables.schema import RunsRecord
 from reports.tables.table import Table
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from reports.tables.files import Frames
 
 
 class Stability(StrEnum):
@@ -111,22 +105,13 @@ FOLLOWED = RUNS_FOLLOWED | {
 }
 
 
-def runs_of(tables: Frames, record: Mapping[str, Any]) -> Rows:
-    """Rows of all runs."""
-    del tables
-    found = Rows(FILES.study)
-    add_runs(found, record)
-    return found
-
-
 FILES = StudyFiles(
     "stability",
     TABLES,
     {"long": SERIES},
     followed=FOLLOWED,
-    derived=runs_of,
+    add_derived=add_runs,
     model=RunsRecord,
     title="Numerical stability on hard scenes",
     view="stability:view_stability",
 )
-read_stability = FILES.contents

@@ -11,7 +11,7 @@ from reports.chapters.roundoff.study import Roundoff, length, spelled
 from reports.chapters.roundoff.view import law, view_roundoff
 from reports.plotting.errors import name_box, staggered
 from reports.render import render, render_study
-from reports.tables.roundoff import TABLES, read_roundoff
+from reports.tables.roundoff import FILES, TABLES
 from tests.reports.roundoff_tables import (
     EARTH_M,
     LAWS,
@@ -26,7 +26,7 @@ from tests.support.slow import one_in, slow_but
 
 
 def study(folder, rows=None, **more):
-    return Roundoff(read_roundoff(write(folder, rows, **more)))
+    return Roundoff(FILES.contents(write(folder, rows, **more)))
 
 
 def shown(folder, rows=None, **more):

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from barchain.studies.cost.findings import unknown_orders
 from reports.tables import cost, ensemble
 from reports.tables.measured import STUDIES
 from reports.tables.outcome import Outcome
@@ -125,12 +126,13 @@ def test_an_interrupted_cost_study_has_no_orders() -> None:
     order = {"scene": "s", "engine": "e", "quantity": "attitude", "against": "steps"}
     table = cost.TABLES["orders"].framed([order | {"order": 4.0, "order_low": 3.9, "order_high": 4.1, "points": 6}])
 
-    def rows(complete: bool) -> pd.DataFrame:
-        found = cost.FILES.to_rows({"orders": table}, {"complete": complete}).frame()
+    def rows(orders: pd.DataFrame) -> pd.DataFrame:
+        found = cost.FILES.to_rows({"orders": orders}, {"complete": True}).frame()
         return found[found["metric"] == "order"][["value", "low", "high", "outcome", "reason"]]
 
-    assert rows(True).to_numpy().tolist() == [[4.0, 3.9, 4.1, "", ""]]
-    assert rows(False).fillna(0.0).to_numpy().tolist() == [[0.0, 0.0, 0.0, NOT_RUN, cost.INTERRUPTED]]
+    assert rows(table).to_numpy().tolist() == [[4.0, 3.9, 4.1, "", ""]]
+    unknown = rows(unknown_orders(table)).fillna(0.0)
+    assert unknown.to_numpy().tolist() == [[0.0, 0.0, 0.0, NOT_RUN, cost.INTERRUPTED]]
 
 
 def test_rows_of_an_ensemble_have_the_last_instant_alone_with_counts_and_times() -> None:

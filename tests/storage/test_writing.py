@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
-SQUARES = Table(("number",), "square", {"value": "square"}, sizes=("number",))
+SQUARES = Table(("number",), "square", {"square": ".value"}, sizes=("number",))
 FILES = StudyFiles("squares", {"squares": SQUARES})
 HOLDER = "import sys, time; from pathlib import Path; from barchain.record.claim import locked\n\
 with locked(Path(sys.argv[1])): print('held', flush=True); time.sleep(60)"

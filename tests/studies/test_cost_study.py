@@ -25,7 +25,7 @@ from barchain.studies.timing.statistics import fit_order
 from reports.render import render_study
 from reports.tables.cost import FILES, TABLES, read_cost
 from reports.tables.outcome import Outcome
-from reports.tables.rows import NotRun
+from reports.tables.rows import NOT_RUN, NotRun
 from scenarios import load_scene
 from tests.support.certified_stand_in import certified_stand_in
 from tests.support.results import read_table
@@ -224,6 +224,7 @@ def test_a_study_that_was_cut_off_measures_only_what_is_missing(tmp_path, engine
     cut_off(study, tmp_path, after=2)
     assert not read_cost(tmp_path).record["finished"]
     assert "cut off" in render_study("cost", tmp_path)[0].read_text()
+    assert set(read_cost(tmp_path).orders.outcome) == {NOT_RUN}
     kept = read_cost(tmp_path).points.set_index("setting")
     assert len(kept) == 2
     made.clear()
@@ -232,6 +233,7 @@ def test_a_study_that_was_cut_off_measures_only_what_is_missing(tmp_path, engine
     assert first == ["rtol=1e-08"]
     assert len(made) == 1 + 3 * study.repeats
     assert noted == [f"kept 2 of {2 + len(made)} runs"]
+    assert set(read_cost(tmp_path).orders.outcome) == {""}
     points = read_cost(tmp_path).points.set_index("setting")
     assert (points.outcome == "pass").all()
     columns = ["attitude_error_rad", "evaluations", "build_s"]

@@ -40,7 +40,7 @@ from barchain.studies.effects.timing import (
     timed_span_s,
 )
 from barchain.studies.study import Reporter, run_study
-from reports.tables.effects import TABLE, EffectKind, read_effects
+from reports.tables.effects import FILES, TABLE, EffectKind
 from scenarios import Gravity, Scene, load_scene
 from tests.support import solutions
 from tests.support.scene_lists import TAME
@@ -415,7 +415,7 @@ def budget(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Any]]:
 
 @pytest.mark.slow
 def test_every_effect_has_a_row_with_all_that_was_asked_for(budget: Any) -> None:
-    tables = read_effects(budget[0])
+    tables = FILES.contents(budget[0])
     assert list(tables.effects.columns) == list(TABLE.columns)
     rows = tables.effects.set_index("effect")
     assert list(rows.index) == [s.effect for s in switches(load_scene(DRAG))]
@@ -445,17 +445,17 @@ def test_a_budget_that_goes_on_makes_nothing_that_is_there(budget: Any, monkeypa
     def made(*_: object) -> None:
         raise AssertionError("a run or a time is made again")
 
-    before = read_effects(budget[0]).effects
+    before = FILES.contents(budget[0]).effects
     monkeypatch.setattr(Slot, "run", made)
     run_study(small(), budget[0], resume=True)
-    pd.testing.assert_frame_equal(read_effects(budget[0]).effects, before)
+    pd.testing.assert_frame_equal(FILES.contents(budget[0]).effects, before)
 
 
 @pytest.mark.slow
 def test_j2_moves_the_centre_of_mass_as_its_closed_form_says(budget: Any) -> None:
     """To first order 3/4 J2 (R/r)² g t² at first, less what the orbit's own turning makes of it: (n t)²/4 at most."""
     scene = brief(load_scene(DRAG))
-    rows = read_effects(budget[0]).effects.set_index("effect")
+    rows = FILES.contents(budget[0]).effects.set_index("effect")
     t, r = scene.run.duration_s, scene.radius0_m
     g = scene.central_body.mu_m3_s2 / r**2
     fall = 0.75 * 1.08262668e-3 * (scene.central_body.radius_m / r) ** 2 * g * t * t

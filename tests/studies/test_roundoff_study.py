@@ -21,7 +21,7 @@ from barchain.studies.roundoff.trajectories import (
     solution_of,
 )
 from barchain.studies.study import Reporter, run_study
-from reports.tables.roundoff import TABLES, read_roundoff
+from reports.tables.roundoff import FILES, TABLES
 from scenarios import load_scene
 from tests.support.results import read_record
 
@@ -230,7 +230,7 @@ def test_a_study_writes_its_tables_and_a_task_that_fails_costs_its_own_rows(tmp_
     told = []
     reporter = Reporter(lambda *a: told.append(a))
     run_study(small(), tmp_path, command="barchain roundoff", reporter=reporter)
-    tables = read_roundoff(tmp_path)
+    tables = FILES.contents(tmp_path)
     assert len(told) == 4
     assert sorted({outcome for *_, outcome in told}) == ["failed", "pass"]
     assert len(tables.evaluation) == 3 * 2 * 3 * 2
@@ -250,7 +250,7 @@ def test_an_interrupted_study_keeps_what_it_has(tmp_path):
         run_study(small(), tmp_path, reporter=Reporter(interrupt))
     record = read_record(tmp_path, "roundoff")
     assert not record["finished"]
-    assert len(read_roundoff(tmp_path).evaluation) > 0
+    assert len(FILES.contents(tmp_path).evaluation) > 0
 
 
 @pytest.mark.exhaustive

@@ -38,7 +38,7 @@ from reference_impl.model import relative
 from reports.chapters.selftest import CHECKS as SIGNS
 from reports.chapters.selftest import view_selftest
 from reports.render import render_study
-from reports.tables.faults.selftest import CAUGHT, FILES, KILLED, TABLES, FaultOutcome, read_selftest
+from reports.tables.faults.selftest import CAUGHT, FILES, KILLED, TABLES, FaultOutcome
 from reports.tables.outcome import Outcome
 from reports.tables.rows import spread
 from scenarios import load_scene
@@ -304,7 +304,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.slow
 def test_the_command_writes_its_tables(folder: Path) -> None:
-    tables = read_selftest(folder)
+    tables = FILES.contents(folder)
     for name, table in TABLES.items():
         assert list(tables.tables[name].columns) == list(table.columns)
     assert tables.record["finished"]

@@ -33,7 +33,7 @@ from barchain.studies.study import run_study
 from reports.chapters.stability import view_stability
 from reports.render import render_study
 from reports.tables.outcome import Outcome
-from reports.tables.stability import TABLES, Stability, read_stability
+from reports.tables.stability import FILES, TABLES, Stability
 from scenarios import load_scene
 from tests.support import faulty_engines
 from tests.support.page_policy import check_policy
@@ -166,7 +166,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.slow
 def test_ours_are_stable_in_short_hard_scenes(folder: Path) -> None:
-    tables = read_stability(folder)
+    tables = FILES.contents(folder)
     assert list(tables.outcomes.columns) == list(TABLES["outcomes"].columns)
     assert list(tables.evidence.columns) == list(TABLES["evidence"].columns)
     own = tables.outcomes[tables.outcomes.engine.isin(list(ours()))]
@@ -177,7 +177,7 @@ def test_ours_are_stable_in_short_hard_scenes(folder: Path) -> None:
 
 @pytest.mark.slow
 def test_scipy_at_its_defaults_reports_success_and_is_told_on(folder: Path) -> None:
-    plain = read_stability(folder).plain.set_index("scene")
+    plain = FILES.contents(folder).plain.set_index("scene")
     assert set(plain.run) == {"pass"}
     assert plain.attitude_rad["hard/slews_overlapping"] > 1e-4  # it asks for 1e-3 a step
     assert view_stability(folder).wrong["succeeded"] == 2
@@ -203,11 +203,11 @@ def test_a_study_goes_on_from_what_an_earlier_one_left(folder: Path, monkeypatch
     def nothing(_: LocalSession, key: object, call: Call) -> None:
         raise AssertionError(f"{call.given[0]} is run again ({key})")
 
-    before = read_stability(folder).outcomes
+    before = FILES.contents(folder).outcomes
     monkeypatch.setattr(LocalSession, "start", nothing)
     named = [word for name in (*ours(), "scipy-dop853") for word in ("--engine", name)]
     assert command(["stability", *before.scene.unique(), *named, "--out", str(folder), "--resume"]) == 0
-    assert read_stability(folder).outcomes.equals(before)
+    assert FILES.contents(folder).outcomes.equals(before)
 
 
 def test_forms_of_the_reference_get_ten_times_as_long_as_other_engines(

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 FILES = StudyFiles(
     "squares",
-    {"squares": Table(("number",), "square", {"value": "square", "text": "word"}, sizes=("number",))},
+    {"squares": Table(("number",), "square", {"square": ".value", "word": ".text"}, sizes=("number",))},
 )
 
 

@@ -6,7 +6,6 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 
 from adapters.engine import AccuracyParameter
 from barchain.runs.asking import declarations_of
@@ -26,12 +25,14 @@ from barchain.studies.timing.statistics import (
     parts,
     price_of_a_digit,
 )
-from reports.tables.cost import BASELINE
+from reports.tables.cost import BASELINE, INTERRUPTED, TABLES
 from reports.tables.outcome import Outcome
-from reports.tables.rows import NotRun
+from reports.tables.rows import NOT_RUN, NotRun
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+    import pandas as pd
 
     from adapters.registry import Registration
     from adapters.trajectory import Array
@@ -43,17 +44,6 @@ QUANTITIES = {
     "com": ("com_error_m", "com_floor_m"),
 }
 MEASURES = ("seconds", "evaluations")
-ORDER_COLUMNS = (
-    "scene", "engine", "quantity", "against", "order", "order_low", "order_high", "theory", "points",
-    "error_from", "error_to", "least_error",
-)  # fmt: skip
-REACH_COLUMNS = (
-    "scene", "quantity", "measure", "target", "engine", "status", "reason", "reached_by",
-    "cost", "cost_low", "cost_high",
-    "over_fastest", "over_fastest_low", "over_fastest_high",
-    "over_baseline", "over_baseline_low", "over_baseline_high", "fastest",
-)  # fmt: skip
-PRICE_COLUMNS = ("scene", "engine", "quantity", "measure", "factor", "factor_low", "factor_high")
 
 
 def judged(rows: pd.DataFrame, quantity: str) -> pd.DataFrame:
@@ -78,9 +68,9 @@ def order_row(rows: pd.DataFrame, quantity: str, theory: float | None) -> dict[s
 
 
 def fit_columns(fit: OrderFit | None) -> dict[str, Any]:
-    """Columns of a fitted order; none of them without one."""
+    """Columns of a fitted order, or why there is none."""
     if fit is None:
-        return {}
+        return {"reason": "too few points"}
     ends = {"points": fit.points, "error_from": fit.error_range[0], "error_to": fit.error_range[1]}
     return fit.order.columns("order") | ends
 
@@ -101,7 +91,13 @@ def orders_table(
         shown = [q for q, (error, _) in QUANTITIES.items() if error in own and own[error].notna().any()]
         wanted = shown if shown == ["com"] else [q for q in shown if q != "com"]
         rows += [order_row(own, quantity, theory) for quantity in wanted]
-    return pd.DataFrame(rows + extra, columns=list(ORDER_COLUMNS))
+    return TABLES["orders"].framed(rows + extra)
+
+
+def unknown_orders(orders: pd.DataFrame) -> pd.DataFrame:
+    """Orders of an interrupted study: finer settings may be missing."""
+    unknown = dict.fromkeys(("order", "order_low", "order_high"), math.nan)
+    return orders.assign(**unknown, outcome=NOT_RUN, reason=INTERRUPTED)
 
 
 def reach_table(points: pd.DataFrame, times: Mapping[tuple[str, str, str], Array]) -> pd.DataFrame:
@@ -113,7 +109,7 @@ def reach_table(points: pd.DataFrame, times: Mapping[tuple[str, str, str], Array
         for measure in MEASURES
         for row in reach_rows(points, scene, quantity, measure, times)
     ]
-    return pd.DataFrame(rows, columns=list(REACH_COLUMNS))
+    return TABLES["reach"].framed(rows)
 
 
 def price_table(points: pd.DataFrame) -> pd.DataFrame:
@@ -125,7 +121,7 @@ def price_table(points: pd.DataFrame) -> pd.DataFrame:
                 price = price_of_a_digit(curve.error, curve.cost) or Interval(math.nan)
                 named = {"scene": scene, "engine": engine, "quantity": "attitude", "measure": measure}
                 rows.append(named | price.columns("factor"))
-    return pd.DataFrame(rows, columns=list(PRICE_COLUMNS))
+    return TABLES["price"].framed(rows)
 
 
 def front_of(points: pd.DataFrame) -> Array:

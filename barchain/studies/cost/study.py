@@ -25,7 +25,14 @@ from barchain.runs.estimate import need_runnable
 from barchain.runs.executors import ONE_BY_ONE
 from barchain.runs.left_out import failures, said
 from barchain.studies.cost.errors import ORDER, errors_at_equal_steps, errors_of, under_floor
-from barchain.studies.cost.findings import equal_steps_row, front_of, orders_table, price_table, reach_table
+from barchain.studies.cost.findings import (
+    equal_steps_row,
+    front_of,
+    orders_table,
+    price_table,
+    reach_table,
+    unknown_orders,
+)
 from barchain.studies.cost.plan import (
     REPEATED_LOAD,
     SHORTENED,
@@ -112,13 +119,14 @@ class CostStudy:
 
     def run(self, store: StudyStore, reporter: Reporter) -> StudyEnd:
         """Measure every point, round after round; an interrupted run leaves the points measured so far."""
-        run, load = CostRun(self, store, reporter), OtherLoad()
+        run, load, complete = CostRun(self, store, reporter), OtherLoad(), False
         try:
             for _ in run_cases([(self.files.study, run.scenes())], self.executor):
                 pass
+            complete = True
         finally:
             store.record["other_processors"] = load.processors()
-            run.write_tables()
+            run.write_tables(complete=complete)
         left_out, ran = store.record["left_out"], {engine for _, engine, _ in run.rows}
         idle = {out["engine"]: out["reason"] for out in left_out if out["engine"] not in ran}
         ends = (*run.rows.values(), *left_out)
@@ -285,8 +293,8 @@ class CostRun:
         points["on_front"] = front_of(points)
         return points
 
-    def write_tables(self) -> None:
-        """Write all tables as they stand."""
+    def write_tables(self, *, complete: bool) -> None:
+        """Write all tables as they stand; of an interrupted study no order is known."""
         points = self.points()
         times = {name: np.array(self.times.get(name, [])) for name in self.rows}
         self.store.write("points", points)
@@ -295,7 +303,8 @@ class CostRun:
             for (scene, engine, setting), own in times.items()
             for turn, seconds in enumerate(own)
         ))  # fmt: skip
-        self.store.write("orders", orders_table(points, self.study.engines, self.equal_steps))
+        orders = orders_table(points, self.study.engines, self.equal_steps)
+        self.store.write("orders", orders if complete else unknown_orders(orders))
         self.store.write("reach", reach_table(points, times))
         self.store.write("price", price_table(points))
         self.store.write("loads", self.loads)

@@ -169,7 +169,7 @@ def growth_law(key: dict[str, Any], own: pd.DataFrame) -> dict[str, Any]:
 
 
 ATTITUDE = "attitude"
-STEPS, TOLERANCE, RATIO = "steps", "rtol", "ratio"
+STEPS, STEPS_TRUNCATION, TOLERANCE, RATIO = "steps", "steps, truncation", "rtol", "ratio"
 ROUND_OFF, TRUNCATION = "round-off", "truncation"
 ORDERS = {"exudyn": 2.0, "exudyn-index3": 2.0, "pymunk": 2.0, "mujoco": 4.0}
 REACTIONS = {"exudyn": 0.0, "exudyn-index3": 2.0, "pymunk": 2.0}
@@ -237,7 +237,7 @@ def truncation_law(key: Key, own: pd.DataFrame) -> dict[str, Any]:
     steps, error = curve(own, "steps_per_orbit")
     chosen = straight_run(np.log(steps), np.log(error), STRAIGHT, lambda slope: slope <= -LEAST_SLOPE)
     expected = -ORDERS.get(key["engine"], math.nan)
-    fit = key | line(steps[chosen], error[chosen]) | {"against": STEPS, "expected": expected}
+    fit = key | line(steps[chosen], error[chosen]) | {"against": STEPS_TRUNCATION, "expected": expected}
     return fit | {"remark": engine_remark(fit, TRUNCATION, "")}
 
 

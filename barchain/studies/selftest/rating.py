@@ -312,7 +312,7 @@ def rate(kind: CellClass, by: str, name: str, among: list[CampaignCell], count: 
     """
     n, counted = len(among), sum(c.kind is kind for c in among) if count is None else count
     low, high = binomtest(counted, n).proportion_ci(CONFIDENCE, method="wilson") if n else (0.0, 1.0)
-    said = {"what": str(kind), "by": by, "name": name, "n": n, "count": counted}
+    said = {"what": str(kind), "by": by, "name": name, "n": n, "count": counted, "why": "" if n else "none tried"}
     return said | {"rate": counted / n if n else math.nan, "low": float(low), "high": float(high)}
 
 

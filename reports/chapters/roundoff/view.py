@@ -16,7 +16,7 @@ from reports.chapters.roundoff.charts import (
 )
 from reports.chapters.roundoff.study import METHODS, QUANTITIES, USUAL, Roundoff, rows_of, spelled
 from reports.plotting.errors import LOST
-from reports.tables.roundoff import EVALUATION, read_roundoff
+from reports.tables.roundoff import EVALUATION, FILES
 from reports.tables.rows import plain
 from reports.text.numerals import as_given, span_text
 from reports.text.record import is_complete
@@ -53,7 +53,7 @@ BEYOND = "†"  # after a size that lies beyond the measured ones
 
 def view_roundoff(folder: Path) -> SimpleNamespace:
     """Contents of the chapter, from the study in a result folder."""
-    study = Roundoff(read_roundoff(folder))
+    study = Roundoff(FILES.contents(folder))
     tables, record = study.tables, study.tables.record
     every = [(name, [study.digits(ratio, **key) for key in DIGIT_COLUMNS.values()]) for name, ratio in study.named]
     measured = [k for k in range(len(DIGIT_COLUMNS)) if any(cells[k] for _, cells in every)]

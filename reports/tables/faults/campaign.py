@@ -11,19 +11,11 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from reports.tables.files import StudyFiles
-from reports.tables.rows import Followed, Rows
+from reports.tables.rows import Followed
 from reports.tables.schema import StudyRecord
 from reports.tables.table import Table
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from reports.tables.files import Frames
 
 SCENES = "scenes"
 ALL = "all"
@@ -91,22 +83,12 @@ FOLLOWED = {
 }
 
 
-def none_tried(tables: Frames, record: Mapping[str, Any]) -> Rows:
-    """No further rows; a rate of nothing says so."""
-    del record
-    for rates in (tables[name] for name in ("rates", "rates_of_parts") if name in tables):
-        rates["why"] = np.where(rates["rate"].notna(), "", "none tried")
-    return Rows(FILES.study)
-
-
 FILES = StudyFiles(
     "campaign",
     TABLES,
     followed=FOLLOWED,
-    derived=none_tried,
     model=StudyRecord,
     title="Random campaign",
     view="campaign:view_campaign",
     command="selftest --random N",
 )
-read_campaign = FILES.contents

@@ -80,4 +80,3 @@ FILES = StudyFiles(
     title="Detection of inserted faults",
     view="selftest:view_selftest",
 )
-read_selftest = FILES.contents

@@ -15,7 +15,7 @@ from __future__ import annotations
 from enum import StrEnum
 
 from reports.tables.files import StudyFiles
-from reports.tables.rows import BITS, COUNT, RELATIVE_TO
+from reports.tables.rows import BITS, RELATIVE_TO
 from reports.tables.schema import StudyRecord
 from reports.tables.table import Table
 
@@ -55,4 +55,3 @@ TABLES = {
 
 
 FILES = StudyFiles("releases", TABLES, model=StudyRecord, title="Releases of an engine", view="releases:view_releases")
-read_releases = FILES.contents

@@ -16,7 +16,7 @@ from barchain.nightly.release_runs import engine_and_distribution, releases_stud
 from barchain.nightly.releases import Release, releases_of
 from barchain.studies.study import run_study
 from reports.render import render_study
-from reports.tables.nights.releases import read_releases
+from reports.tables.nights.releases import FILES
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -102,8 +102,8 @@ def measured(plan: Any, release: Release, *_: Any) -> dict[str, list[dict[str, A
         bits = "bb" if version == "1.2" and scene == plan.scenes[0] else "aa"
         found["runs"].append(place | {"scene": scene, "setting": "", "trajectory": bits, "steps": 100})
     found["times"].append(place | {
-        "scene": plan.scenes[0], "setting": "attitude<=1e-06", "relative_to": "reference-fast", "ratio": 3.0, "low": 2.5,
-        "high": 3.5,
+        "scene": plan.scenes[0], "setting": "attitude<=1e-06", "relative_to": "reference-fast", "ratio": 3.0,
+        "low": 2.5, "high": 3.5,
     })  # fmt: skip
     return found
 
@@ -127,7 +127,7 @@ def test_the_study_tells_which_releases_run_and_where_digits_change_and_goes_on_
     result = run_study(own, tmp_path, resume=True)
     assert asked == ["1.0", "1.1", "1.2", "1.2", "1.3"]
     assert result.passed
-    assert list(read_releases(tmp_path).releases["version"].astype(str)) == ["1.0", "1.1", "1.2", "1.3"]
+    assert list(FILES.contents(tmp_path).releases["version"].astype(str)) == ["1.0", "1.1", "1.2", "1.3"]
     rendered = render_study("releases", tmp_path)
     page = rendered.page.read_text("utf-8")
     assert "3 of 4 releases of pymunk run with this barchain; digits change with 1.2, 1.3." in page
@@ -140,7 +140,7 @@ def test_two_real_releases_of_pymunk_agree_in_every_digit(tmp_path: Path, monkey
     monkeypatch.setenv("BARCHAIN_ENVIRONMENTS", str(tmp_path / "environments"))
     own = releases_study("pymunk", ("basics/two_bars_free",), "7.3")
     run_study(own, tmp_path / "out")
-    tables = read_releases(tmp_path / "out")
+    tables = FILES.contents(tmp_path / "out")
     assert set(tables.releases["state"]) == {"runs"}
     assert len(tables.runs) >= 2
     assert tables.runs["trajectory"].nunique() == 1

@@ -14,7 +14,7 @@ from barchain.nightly.state import alarm_test
 from barchain.runs.processes import Finished
 from barchain.studies.selftest.matrix import selftest_study
 from barchain.studies.study import Reporter, run_study
-from reports.tables.faults.selftest import FILES, read_selftest
+from reports.tables.faults.selftest import FILES
 from reports.tables.nights.facts import AlarmTest, PartState
 from tests.nightly.history.synthetic import night
 from tests.support.here import HERE
@@ -90,5 +90,5 @@ def test_an_interrupted_self_test_keeps_the_cells_that_it_has(tmp_path: Path) ->
     study = selftest_study(["basics/two_bars_free"], ["sign-reaction"], executor=HERE)
     with pytest.raises(KeyboardInterrupt):
         run_study(study, tmp_path, reporter=Reporter(counted=counted))
-    (kept,) = read_selftest(tmp_path).fates["fault"]
+    (kept,) = FILES.contents(tmp_path).fates["fault"]
     assert kept in CONTROLS  # the first that ended: unmodified engines are tried before any fault
