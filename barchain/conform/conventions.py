@@ -155,7 +155,7 @@ def page_of(run: RunResult) -> str:
     """Page on the reason why a first run gave no result."""
     if run.outcome is Outcome.TIMED_OUT:
         return TIME_LIMITS
-    return f"{PAGE}#{'declarations' if 'does not declare' in run.reason else 'samples'}"
+    return f"{PAGE}#{'declarations' if run.outcome is Outcome.MALFORMED else 'samples'}"
 
 
 def start_checks(engine: Examined, name: str, run: Trajectory) -> Iterator[Check]:

@@ -149,7 +149,7 @@ class Comparison(ComparisonPlan):
             reporter.note(f"{reason}; NumPy serves")
         suite = Suite(self, store, reporter)
         verdicts = suite.run()
-        return ComparisonResult(suite.metrics(), {pair: v.outcome for pair, v in verdicts.items()})
+        return ComparisonResult(suite.store.read("metrics"), {pair: v.outcome for pair, v in verdicts.items()})
 
 
 def run_comparison(

@@ -46,7 +46,7 @@ from barchain.solutions.judging import (
 from barchain.solutions.reference import ReferenceSolution, SolutionSource, closely_sampled
 from barchain.solutions.shipped import shipped_solution
 from barchain.studies.verdict_tasks import verdict_task
-from reports.tables.crossval import ALL_SCENES, JUDGING_SOLUTION, METRIC_COLUMNS
+from reports.tables.crossval import ALL_SCENES, JUDGING_SOLUTION
 from reports.tables.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -281,12 +281,12 @@ class Suite:
         self.store.write("metrics", self.metrics())
         self.report(scene, engine, verdict.outcome)
 
-    def metrics(self) -> pd.DataFrame:
+    def metrics(self) -> list[dict[str, Any]]:
         """All rows so far, in the order of the scenes and engines; those of all scenes come last."""
         names = (JUDGING_SOLUTION, *self.comparison.engines, ANY_INDEPENDENT)
         order = [(scene, engine) for scene in self.progress for engine in names]
         pairs = [*(pair for pair in order if pair in self.rows), *(pair for pair in self.rows if pair not in order)]
-        return pd.DataFrame([row for pair in pairs for row in self.rows[pair]], columns=list(METRIC_COLUMNS))
+        return [row for pair in pairs for row in self.rows[pair]]
 
     def settle_required(self) -> None:
         """Settle pairs, scenes and engines that lack a required verdict."""

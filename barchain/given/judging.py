@@ -195,4 +195,4 @@ class FileComparison(Comparison):
                 job = Job(scene, self.name, Registration("file"), found.setting, role)
                 keep_run(store, job, RunResult(Outcome.PASS, trajectory=run))
         suite.settle(scene.name, self.name, found.verdict)
-        return ComparisonResult(suite.metrics(), {(scene.name, self.name): found.verdict.outcome})
+        return ComparisonResult(suite.store.read("metrics"), {(scene.name, self.name): found.verdict.outcome})

@@ -69,8 +69,8 @@ class StudyStore:
         self.record["study"] = files.study
         self.own = tuple(self.record.get(PARTS, ()))
         self.summary = Rows(files.study)
-        self.tables: dict[str, pd.DataFrame] = {}
-        """Tables so far, as their rows are written"""
+        self.tables: dict[str, pd.DataFrame | list[Mapping[str, Any]]] = {}
+        """Tables so far, or their rows"""
         self.next_write = 0.0
         self.earlier: dict[str, Any] = {}
         if (resume or files.parts) and files.has_record(out):
@@ -100,19 +100,20 @@ class StudyStore:
 
     def read(self, table: str) -> pd.DataFrame:
         """Table so far."""
-        return self.tables.get(table, self.frame(table, ()))
+        return self.frame(table, self.tables.get(table, ()))
 
-    def frame(self, table: str, rows: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
+    def frame(self, table: str, rows: pd.DataFrame | Iterable[Mapping[str, Any]]) -> pd.DataFrame:
         """Rows as a table with the declared columns in their order."""
         return self.files.tables[table].framed(rows)
 
     def write(self, table: str, content: pd.DataFrame | Iterable[Mapping[str, Any]]) -> None:
         """Replace a table, and write all rows, if that was not done just now."""
-        frame = content if isinstance(content, pd.DataFrame) else pd.DataFrame(list(content))
+        found = content if isinstance(content, pd.DataFrame) else list(content)
         if table in self.files.series:
+            frame = pd.DataFrame(found)
             self.write_series(table, frame.reindex(columns=list(self.files.series[table] or frame.columns)))
             return
-        self.tables[table] = self.files.tables[table].framed(frame)
+        self.tables[table] = found
         if time.monotonic() >= self.next_write:
             start = time.monotonic()
             self.write_rows()
@@ -124,7 +125,7 @@ class StudyStore:
 
     def write_rows(self, *, complete: bool = False) -> None:
         """Write the rows of all tables so far, and of the summary; `complete` if they are those of all results."""
-        ordered = {name: self.tables[name] for name in self.files.tables if name in self.tables}
+        ordered = {name: self.read(name) for name in self.files.tables if name in self.tables}
         found = self.files.to_rows(ordered, self.record | {"complete": complete})
         found.found += self.summary.found
         self.write_file(self.files.rows_name, parquet(found.frame()))
