@@ -12,8 +12,8 @@ from reports.plotting.families import EngineChart, EngineCurve, by_family, overv
 from reports.plotting.panels import guide
 from reports.plotting.series import decade_range
 from reports.tables.outcome import Outcome
-from reports.tables.rows import plain, spread
-from reports.tables.scaling import FILES, FITTED, POINTS
+from reports.tables.rows import plain
+from reports.tables.scaling import FILES
 from reports.text.numerals import power_of_ten, significant
 
 if TYPE_CHECKING:
@@ -33,9 +33,8 @@ TICKS = [(10.0**k, str(10**k) if k < 3 else power_of_ten(k)) for k in range(6)]
 
 def view_scaling(folder: Path) -> SimpleNamespace:
     """Contents of the chapter, from the study in a result folder."""
-    record = FILES.sound_record(folder)
-    found = spread(FILES.rows(folder, record))
-    points = POINTS.from_rows(found)
+    tables = FILES.contents(folder)
+    record, points = tables.record, tables.points
     charts = charts_of(points)
     shown = plain(points)
     bars = sorted({int(row["bars"]) for row in shown if row["orbit_s"] is not None})
@@ -53,7 +52,7 @@ def view_scaling(folder: Path) -> SimpleNamespace:
         scene=record.get("scene") or {},
         overviews=[p for chart in charts if (p := overview(chart))],
         families=[p for chart in charts for p in by_family(chart, f"{chart.title}: ")],
-        exponents=exponents(found),
+        exponents=exponents(tables.exponents),
         bars=bars,
         orbits=orbits,
         stops=list(stops.values()),
@@ -104,11 +103,9 @@ def draw_guides(chart: Chart, powers: dict[int, str]) -> None:
 
 def exponents(found: pd.DataFrame) -> dict[str, list[dict[str, Any] | None]]:
     """Fitted exponents of each engine that has any, with the range of N."""
-    ends = found[found.metric.isin(FITTED)].set_index(["engine", "quantity", "metric"])["value"]
     fits: dict[str, dict[str, dict[str, Any]]] = {}
-    for row in plain(found[found.metric == "exponent"]):
-        place = row["engine"], row["quantity"]
-        fits.setdefault(row["engine"], {})[row["quantity"]] = row | {name: ends[*place, name] for name in FITTED}
+    for row in plain(found):
+        fits.setdefault(row["engine"], {})[row["quantity"]] = row
     return {engine: [own.get(q) for q in QUANTITIES] for engine, own in fits.items()}
 
 

@@ -1,7 +1,10 @@
-"""Rows of a scaling study, as the table that its chapter is rendered from: a row for each engine and number of bars.
+"""Rows of a scaling study, as the tables that its chapter is rendered from.
 
-Times in s, memory in bytes, counts and times of an orbit scaled up from the part that was run; a cell is empty without
-a measurement.
+``points``
+    a row for each engine and number of bars: times in s, memory in bytes, counts and times of an orbit scaled up from
+    the part that was run; a cell is empty without a measurement;
+``exponents``
+    exponents of each cost in the number of bars, with the range of bars that they are fitted to.
 """
 
 from __future__ import annotations
@@ -35,8 +38,14 @@ POINTS = Table(
     },
     sizes=("bars",),
 )  # fmt: skip
-FITTED = ("points", "bars_from", "bars_to")
-"""Metrics of the range of an exponent"""
+EXPONENTS = Table(
+    ("engine", "quantity"),
+    "exponent",
+    {
+        "exponent": ".value", "low": ".low", "high": ".high", "per": ".text",
+        "points": "points", "bars_from": "bars_from", "bars_to": "bars_to",
+    },
+)  # fmt: skip
 FOLLOWED = {
     "outcome": Followed("verdict", setting="bars={bars:g}"),
     "memory": Followed("memory", setting="bars={bars:g}"),
@@ -69,7 +78,7 @@ def over(a: float, b: float) -> float | None:
 
 FILES = StudyFiles(
     "scaling",
-    {"points": POINTS},
+    {"points": POINTS, "exponents": EXPONENTS},
     followed=FOLLOWED,
     add_derived=add_ratios,
     place=scene_of,

@@ -8,7 +8,7 @@ import pandas as pd
 
 from barchain.record.study_store import StudyStore
 from barchain.studies.defaults import BARS, FAST
-from barchain.studies.scaling.study import add_fits, fits_table, targets
+from barchain.studies.scaling.study import fits_table, targets
 from reports.tables.rows import NOT_RUN
 from reports.tables.scaling import FILES, POINTS
 from reports.tables.schema import KEY, SCHEMA_VERSION
@@ -58,6 +58,6 @@ def write(folder: Path, *, finished: bool = True) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     store = StudyStore(FILES, folder, record)
     store.write("points", points)
-    add_fits(store.summary, fits, SCENE)
+    store.write("exponents", fits)
     store.end(12.0, complete=finished)
     return folder

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-import pandas as pd
 
 from adapters.registry import engines
 from adapters.trajectory import Observable
@@ -35,11 +34,13 @@ from barchain.studies.timing.evaluation import DIRECT, divided
 from barchain.studies.timing.statistics import FEWEST, Interval, slope
 from reports.tables.outcome import Outcome
 from reports.tables.rows import NOT_RUN
-from reports.tables.scaling import FILES, FITTED
+from reports.tables.scaling import EXPONENTS, FILES
 from scenarios import load_scene
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
+
+    import pandas as pd
 
     from adapters.registry import Registration
     from adapters.trajectory import Array
@@ -49,7 +50,6 @@ if TYPE_CHECKING:
     from barchain.studies.scaling.point import Row
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
-    from reports.tables.rows import Rows
     from scenarios import Scene
 
 WARM_BARS = 3  # not a number that is measured: an adapter may keep what it compiled for one
@@ -116,7 +116,7 @@ class ScalingStudy:
             points = run.points()
             fits = fits_table(points)
             store.record["targets"] = targets(points, fits)
-            add_fits(store.summary, fits, self.scene.name)
+            store.write("exponents", fits)
             store.write("points", points)
         out = (str(Outcome.MISSING), str(Outcome.UNSUPPORTED))
         ran = {row["engine"] for row in run.rows if row["outcome"] not in out}
@@ -252,7 +252,6 @@ FEW_EXPONENT, MOST_GROWTH = 2.0, 3.0  # beyond which growth is not believed, of 
 LEAST_BARS = 20  # fewer have more of a call's own price in them than of the bars'
 FAST_BARS = (100, 100_000)  # where the compiled reference's evaluation is fitted
 LEAST_MEMORY_B = 2.0**20  # what allocators keep in store hides less
-FIT_COLUMNS = ("engine", "quantity", "per", "exponent", "low", "high", *FITTED)
 QUANTITIES = {
     "evaluation": "evaluation_s",
     "orbit": "orbit_s",
@@ -309,24 +308,15 @@ def fit_row(rows: pd.DataFrame, quantity: str) -> dict[str, Any] | None:
     if found is None:
         return None
     per = rows.per[used].iloc[-1] if quantity == "evaluation" else ""
-    ends = bars[used].min(), bars[used].max()
-    row = (engine, quantity, per, found.value, found.low, found.high, int(used.sum()), *ends)
-    return dict(zip(FIT_COLUMNS, row, strict=True))
+    ends = {"points": used.sum(), "bars_from": bars[used].min(), "bars_to": bars[used].max()}
+    value = {"exponent": found.value, "low": found.low, "high": found.high}
+    return {"engine": engine, "quantity": quantity, "per": per} | value | ends
 
 
 def fits_table(points: pd.DataFrame) -> pd.DataFrame:
     """All exponents."""
     found = [fit_row(own, q) for _, own in points.groupby("engine", sort=False) for q in QUANTITIES]
-    return pd.DataFrame([r for r in found if r], columns=list(FIT_COLUMNS))
-
-
-def add_fits(summary: Rows, fits: pd.DataFrame, scene: str) -> None:
-    """Add the rows of all exponents, each with its range."""
-    for fit in fits.to_dict("records"):
-        where = {"scene": scene, "engine": fit["engine"], "quantity": fit["quantity"]}
-        summary.add("exponent", fit["exponent"], low=fit["low"], high=fit["high"], text=fit["per"], **where)
-        for name in FITTED:
-            summary.add(name, fit[name], **where)
+    return EXPONENTS.framed(r for r in found if r)
 
 
 def targets(points: pd.DataFrame, fits: pd.DataFrame) -> list[dict[str, Any]]:
