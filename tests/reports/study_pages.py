@@ -52,7 +52,9 @@ def releases_page(folder: Path) -> Path:
         ],
         "errors": [named | {"quantity": "attitude", "unit": "rad", "value": 1e-6, "verdict": "pass"}],
         "runs": [named | {"trajectory": "aa", "steps": 100}],
-        "times": [named | {"target": "attitude<=1e-06", "anchor": "other", "ratio": 3.0, "low": 2.5, "high": 3.5}],
+        "times": [
+            named | {"setting": "attitude<=1e-06", "relative_to": "other", "ratio": 3.0, "low": 2.5, "high": 3.5}
+        ],
     }
     record: dict[str, Any] = {"engine": "box", "distribution": "box", "scenes": {"s": {}}, "anchor": "other"}
     record |= {"created": "2026-03-05T10:20:30+00:00", "versions": ["1.0", "1.1"]}
