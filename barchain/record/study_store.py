@@ -16,12 +16,12 @@ import pandas as pd
 
 from reports.tables.files import ANSWERS, RECORDS, SERIES
 from reports.tables.reading import TABLES, file_digest
-from reports.tables.rows import FOLDER, Rows
+from reports.tables.rows import FOLDER, Rows, records
 from reports.tables.schema import KEY, SCHEMA_VERSION
 from reports.tables.writing import make_folder, named, parquet, replaced, sweep, write_atomically
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterable, Iterator
     from pathlib import Path
 
     from reports.tables.files import StudyFiles
@@ -69,8 +69,8 @@ class StudyStore:
         self.record["study"] = files.study
         self.own = tuple(self.record.get(PARTS, ()))
         self.summary = Rows(files.study)
-        self.tables: dict[str, pd.DataFrame | list[Mapping[str, Any]]] = {}
-        """Tables so far, or their rows"""
+        self.tables: dict[str, list[Row]] = {}
+        """Rows of each table so far"""
         self.next_write = 0.0
         self.earlier: dict[str, Any] = {}
         if (resume or files.parts) and files.has_record(out):
@@ -96,37 +96,36 @@ class StudyStore:
         self.record[PARTS] = others | self.record[PARTS]
         names = [table for part in others for table in self.files.parts.get(part, ())]
         if names:
-            self.tables = dict(self.files.contents(self.out, *names).tables)
+            tables = self.files.contents(self.out, *names).tables
+            self.tables = {name: records(table) for name, table in tables.items()}
 
     def read(self, table: str) -> pd.DataFrame:
         """Table so far."""
         return self.frame(table, self.tables.get(table, ()))
 
-    def frame(self, table: str, rows: pd.DataFrame | Iterable[Mapping[str, Any]]) -> pd.DataFrame:
+    def frame(self, table: str, rows: Iterable[Row]) -> pd.DataFrame:
         """Rows as a table with the declared columns in their order."""
         return self.files.tables[table].framed(rows)
 
-    def write(self, table: str, content: pd.DataFrame | Iterable[Mapping[str, Any]]) -> None:
+    def write(self, table: str, content: pd.DataFrame | Iterable[Row]) -> None:
         """Replace a table, and write all rows, if that was not done just now."""
-        found = content if isinstance(content, pd.DataFrame) else list(content)
         if table in self.files.series:
-            frame = pd.DataFrame(found)
+            frame = content if isinstance(content, pd.DataFrame) else pd.DataFrame(list(content))
             self.write_series(table, frame.reindex(columns=list(self.files.series[table] or frame.columns)))
             return
-        self.tables[table] = found
+        self.tables[table] = records(content)
         if time.monotonic() >= self.next_write:
             start = time.monotonic()
             self.write_rows()
             self.next_write = time.monotonic() + REST * (time.monotonic() - start)
 
-    def append(self, table: str, rows: Iterable[Mapping[str, Any]]) -> None:
+    def append(self, table: str, rows: Iterable[Row]) -> None:
         """Add rows to a table."""
-        self.write(table, pd.concat([self.read(table), self.frame(table, rows)], ignore_index=True))
+        self.write(table, [*self.tables.get(table, ()), *rows])
 
     def write_rows(self, *, complete: bool = False) -> None:
         """Write the rows of all tables so far, and of the summary; `complete` if they are those of all results."""
-        ordered = {name: self.read(name) for name in self.files.tables if name in self.tables}
-        found = self.files.to_rows(ordered, self.record | {"complete": complete})
+        found = self.files.to_rows(self.tables, self.record | {"complete": complete})
         found.found += self.summary.found
         self.write_file(self.files.rows_name, parquet(found.frame()))
 

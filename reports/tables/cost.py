@@ -16,7 +16,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.files import StudyFiles
-from reports.tables.rows import COUNT, NOT_COMPARED, NOT_RUN, RUNS_FOLLOWED, Followed, Rows, known, records, was_run
+from reports.tables.rows import COUNT, NOT_COMPARED, NOT_RUN, RUNS_FOLLOWED, Followed, Rows, known, was_run
 from reports.tables.schema import StudyRecord
 from reports.tables.table import Table
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from reports.tables.files import Frames, StudyTables
+    from reports.tables.files import Lines, StudyTables
 
 BASELINE = "reference-fast"  # times are also given relative to this engine's
 INDEPENDENT, OWN_EQUATIONS = "independent physics", "barchain's equations"
@@ -104,15 +104,15 @@ FOLLOWED = {
 }
 
 
-def add_verdicts(found: Rows, tables: Frames, record: Mapping[str, Any]) -> None:
+def add_verdicts(found: Rows, tables: Lines, record: Mapping[str, Any]) -> None:
     """Add verdicts on what an engine reaches, and times relative to the baseline's."""
     interrupted = "" if record.get("complete") else INTERRUPTED
     cut = {
         (row["scene"], row["engine"]): row["reason"]
-        for row in reversed(list(records(tables["points"]) if "points" in tables else ()))
+        for row in reversed(tables.get("points", []))
         if not was_run(row["outcome"])
     }
-    for row in records(tables["reach"]) if "reach" in tables else ():
+    for row in tables.get("reach", []):
         if row["measure"] == "seconds":
             add_reach(found, row, cut.get((row["scene"], row["engine"]), interrupted), busy_machine(record))
 

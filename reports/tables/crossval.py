@@ -22,7 +22,7 @@ import numpy as np
 from reports.tables.files import StudyFiles
 from reports.tables.outcome import Outcome, gravest
 from reports.tables.reading import brief, damaged
-from reports.tables.rows import RUNS_FOLLOWED, Followed, add_runs, records
+from reports.tables.rows import RUNS_FOLLOWED, Followed, add_runs
 from reports.tables.schema import RunsRecord
 from reports.tables.table import Table
 from scenarios.channels import UNITS
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from reports.tables.files import Frames, StudyTables
+    from reports.tables.files import Lines, StudyTables
     from reports.tables.rows import Rows
 
 QUANTITY_UNITS = UNITS | {"run": ""}
@@ -66,10 +66,10 @@ FOLLOWED = RUNS_FOLLOWED | {
 """Metrics that nights follow; a verdict is followed at any setting"""
 
 
-def add_verdicts(found: Rows, tables: Frames, record: Mapping[str, Any]) -> None:
+def add_verdicts(found: Rows, tables: Lines, record: Mapping[str, Any]) -> None:
     """Add a verdict for each engine in a scene, its predictability limit, and its runs."""
     pairs: dict[tuple[str, str, str], list[dict[str, Any]]] = {}
-    for row in records(tables["metrics"]) if "metrics" in tables else ():
+    for row in tables.get("metrics", ()):
         pairs.setdefault((row["scene"], row["engine"], row["setting"]), []).append(row)
     for (scene, engine, setting), rows in pairs.items():
         if is_engine(engine) and scene != ALL_SCENES:

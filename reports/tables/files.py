@@ -21,17 +21,18 @@ from reports.tables.rows import COLUMNS, FOLDER, Rows, spread, typed
 from reports.tables.schema import Record, read_record
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
     from pathlib import Path
 
     import pandas as pd
 
-    from reports.tables.rows import Followed
+    from reports.tables.rows import Followed, Row
     from reports.tables.table import Table
 
 RECORDS, SERIES, ANSWERS = "record", "series", "answers"
 """Folders beside that of the rows"""
-Frames = dict[str, "pd.DataFrame"]
+Lines = dict[str, list["Row"]]
+"""Rows of tables, by the tables' names"""
 
 
 class StudyTables:
@@ -73,7 +74,7 @@ class StudyFiles:
     """Entries of the record with their types"""
     followed: Mapping[str, Followed] = field(default_factory=dict)
     """Metrics that nights follow; none of a study that is no part of a night"""
-    add_derived: Callable[[Rows, Frames, Mapping[str, Any]], None] = lambda found, tables, record: None  # noqa: ARG005
+    add_derived: Callable[[Rows, Lines, Mapping[str, Any]], None] = lambda found, tables, record: None  # noqa: ARG005
     """Adds further rows, that follow from the tables and the record"""
     place: Callable[[Mapping[str, Any]], dict[str, str]] = lambda record: {}  # noqa: ARG005
     """Scene, engine and setting of all rows of the tables, by the record"""
@@ -113,12 +114,13 @@ class StudyFiles:
         """Whether there is a record, damaged or not."""
         return os.path.lexists(self.record_path(out))
 
-    def to_rows(self, tables: Frames, record: Mapping[str, Any]) -> Rows:
+    def to_rows(self, tables: Mapping[str, Iterable[Row] | pd.DataFrame], record: Mapping[str, Any]) -> Rows:
         """Rows of some tables, and those that follow from them."""
         found, place = Rows(self.study), self.place(record)
-        for name, table in tables.items():
-            self.tables[name].add_rows(found, table, place)
-        self.add_derived(found, tables, record)
+        lines = {name: table.lines(tables[name]) for name, table in self.tables.items() if name in tables}
+        for name, own in lines.items():
+            self.tables[name].add_rows(found, own, place)
+        self.add_derived(found, lines, record)
         return found
 
     def rows(self, out: Path, record: Mapping[str, Any] | None = None) -> pd.DataFrame:

@@ -243,9 +243,13 @@ def spread(frame: pd.DataFrame) -> pd.DataFrame:
     return found
 
 
-def records(frame: pd.DataFrame) -> Iterable[Row]:
-    """Rows of a table as plain Python values."""
-    return [{str(name): value for name, value in row.items()} for row in frame.to_dict("records")]
+def records(rows: pd.DataFrame | Iterable[Row]) -> list[Row]:
+    """Rows of a table as plain Python values; rows that are such already, as they are."""
+    import pandas as pd  # noqa: PLC0415
+
+    if not isinstance(rows, pd.DataFrame):
+        return list(rows)
+    return [{str(name): value for name, value in row.items()} for row in rows.to_dict("records")]
 
 
 def plain(frame: pd.DataFrame) -> list[Row]:

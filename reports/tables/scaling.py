@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING, Any
 from reports.tables.cost import BASELINE, busy_machine
 from reports.tables.effects import scene_of
 from reports.tables.files import StudyFiles
-from reports.tables.rows import NOT_COMPARED, Followed, known, records
+from reports.tables.rows import NOT_COMPARED, Followed, known
 from reports.tables.schema import StudyRecord
 from reports.tables.table import Table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from reports.tables.files import Frames
+    from reports.tables.files import Lines
     from reports.tables.rows import Rows
 
 
@@ -53,9 +53,9 @@ FOLLOWED = {
 }
 
 
-def add_ratios(found: Rows, tables: Frames, record: Mapping[str, Any]) -> None:
+def add_ratios(found: Rows, tables: Lines, record: Mapping[str, Any]) -> None:
     """Add times relative to the baseline's with as many bars; their intervals span both."""
-    rows, busy = list(records(tables["points"])) if "points" in tables else [], busy_machine(record)
+    rows, busy = tables.get("points", []), busy_machine(record)
     said: dict[str, Any] = {"outcome": NOT_COMPARED, "reason": busy} if busy else {}
     anchors = {row["bars"]: row for row in rows if row["engine"] == BASELINE}
     for row in (row for row in rows if row["engine"] != BASELINE and row["bars"] in anchors):

@@ -7,16 +7,22 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from reports.tables.rows import COLUMNS, IDENTITY, NUMBERS, RELATIVE_TO, records
+from reports.tables.rows import COLUMNS, IDENTITY, NUMBERS, RELATIVE_TO, number, records
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
     import pandas as pd
 
-    from reports.tables.rows import Rows
+    from reports.tables.rows import Row, Rows
 
 CELLS = set(COLUMNS) - set(IDENTITY)
+TYPED: dict[type, Callable[[Any], Any]] = {
+    str: lambda value: "" if value is None or (isinstance(value, float) and math.isnan(value)) else str(value),
+    float: number,
+    bool: lambda value: value in (True, "True"),
+}
+"""Value of a cell of each type; an empty cell is an empty text, NaN or False"""
 
 
 class TableRow(NamedTuple):
@@ -80,24 +86,19 @@ class Table:
             found |= {name: float if column in NUMBERS else str for column, name in row.columns.items()}
         return found | dict.fromkeys(self.flags, bool)
 
-    def framed(self, rows: Iterable[Mapping[str, object]] | pd.DataFrame) -> pd.DataFrame:
-        """Rows as a table with all columns in their order and with their types; further columns are left out."""
+    def lines(self, rows: Iterable[Row] | pd.DataFrame) -> list[Row]:
+        """Rows of the table with all its columns, each of its type; further columns are left out."""
+        return [{name: TYPED[kind](row.get(name)) for name, kind in self.types.items()} for row in records(rows)]
+
+    def framed(self, rows: Iterable[Row] | pd.DataFrame) -> pd.DataFrame:
+        """Rows of the table as :meth:`lines`, with its columns in their order."""
         import pandas as pd  # noqa: PLC0415
 
-        given = rows if isinstance(rows, pd.DataFrame) else pd.DataFrame(list(rows))
-        found = given.reindex(columns=list(self.columns))
-        for name in self.columns:
-            if self.types[name] is bool:
-                found[name] = [value in (True, "True") for value in found[name]]
-            elif self.types[name] is float:
-                found[name] = found[name].astype(float)
-            else:
-                found[name] = texts(found[name])
-        return found.reset_index(drop=True)
+        return pd.DataFrame(self.lines(rows), columns=list(self.columns)).astype(self.types)
 
-    def add_rows(self, found: Rows, table: pd.DataFrame, place: Mapping[str, Any]) -> None:
-        """Add the rows of a table of :meth:`framed`; `place` has the scene, engine or setting of all of them."""
-        for line in records(table):
+    def add_rows(self, found: Rows, lines: Iterable[Row], place: Row) -> None:
+        """Add the rows of :meth:`lines`; `place` has the scene, engine or setting of all of them."""
+        for line in lines:
             where = {**place, **{name: line[name] for name in self.index}}
             for row in self.rows:
                 cells = {column: line[name] for column, name in row.columns.items()}
@@ -114,7 +115,6 @@ class Table:
             Rows with a column for each tag (:func:`reports.tables.rows.spread`).
         """
         rows = rows.reindex(columns=list(dict.fromkeys((*rows.columns, *self.index))))
-        rows = rows.assign(**{name: texts(rows[name]) for name in self.index if name not in self.sizes})
         if self.only:
             rows = rows[rows["quantity"].isin(self.only)]
         keys = {name: f"key {name}" for name in (*self.index, "quantity")}  # no column's name
@@ -127,8 +127,3 @@ class Table:
             own = own[[*same, *row.columns]].set_axis([*same.values(), *row.columns.values()], axis=1)
             found = found.merge(own, "left", [*same.values()])
         return self.framed(found.assign(**{name: found[keys[name]] for name in self.index}))
-
-
-def texts(column: pd.Series) -> pd.Series:
-    """Column whose cells are texts, empty where there is none."""
-    return column.astype(object).where(column.notna(), "").astype(str)
