@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from reports.tables.reading import check_recorded, damaged, read_parquet, recorded
-from reports.tables.rows import COLUMNS, FOLDER, Rows, spread, typed
+from reports.tables.rows import COLUMNS, FOLDER, Rows, records, typed
 from reports.tables.schema import Record, read_record
 
 if TYPE_CHECKING:
@@ -148,7 +148,7 @@ class StudyFiles:
 
         record = self.sound_record(out)
         wanted = tables or (*self.tables, *self.series)
-        rows = spread(self.rows(out, record))
+        rows = records(self.rows(out, record))
         found = {name: self.tables[name].from_rows(rows) for name in wanted if name in self.tables}
         for name in (name for name in wanted if name in self.series):
             file, needed = self.series_name(name), self.series[name]

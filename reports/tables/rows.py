@@ -249,7 +249,8 @@ def records(rows: pd.DataFrame | Iterable[Row]) -> list[Row]:
 
     if not isinstance(rows, pd.DataFrame):
         return list(rows)
-    return [{str(name): value for name, value in row.items()} for row in rows.to_dict("records")]
+    names = list(map(str, rows.columns))
+    return [dict(zip(names, values, strict=True)) for values in rows.itertuples(index=False, name=None)]
 
 
 def plain(frame: pd.DataFrame) -> list[Row]:

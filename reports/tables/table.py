@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from reports.tables.rows import COLUMNS, IDENTITY, NUMBERS, RELATIVE_TO, number, records
+from reports.tables.rows import COLUMNS, IDENTITY, NUMBERS, RELATIVE_TO, number, parsed_tags, records, tag_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -106,24 +106,23 @@ class Table:
                 if row is self.rows[0] or there or ("value" not in cells and cells["text"]):
                     found.add(**where | row.own | {"unit": row.unit if there else ""} | cells)
 
-    def from_rows(self, rows: pd.DataFrame) -> pd.DataFrame:
-        """Table of which some rows of a study are, as :meth:`framed` gave it.
-
-        Parameters
-        ----------
-        rows : DataFrame
-            Rows with a column for each tag (:func:`reports.tables.rows.spread`).
-        """
-        rows = rows.reindex(columns=list(dict.fromkeys((*rows.columns, *self.index))))
-        if self.only:
-            rows = rows[rows["quantity"].isin(self.only)]
-        keys = {name: f"key {name}" for name in (*self.index, "quantity")}  # no column's name
-        main = rows[rows["metric"] == self.metric] if self.metric else rows
-        found = main[[*keys]].rename(columns=keys).assign(**{n: main[of] for of, n in self.rows[0].columns.items()})
-        for row in self.rows[1:]:
-            own, same = rows[rows["metric"] == row.own["metric"]], keys
-            if "quantity" in row.own:
-                own, same = own[own["quantity"] == row.own["quantity"]], {name: keys[name] for name in self.index}
-            own = own[[*same, *row.columns]].set_axis([*same.values(), *row.columns.values()], axis=1)
-            found = found.merge(own, "left", [*same.values()])
-        return self.framed(found.assign(**{name: found[keys[name]] for name in self.index}))
+    def from_rows(self, rows: Iterable[Row]) -> pd.DataFrame:
+        """Table of which some rows of a study are, as :meth:`framed` gave it."""
+        found: dict[tuple[Any, str, str], Row] = {}
+        metrics = {row.own.get("metric", "") for row in self.rows}
+        for row in (row for row in rows if row["metric"] in metrics or not self.metric):
+            tags = row["tags"]
+            if RELATIVE_TO in tags and RELATIVE_TO not in self.index:
+                tags = tag_text({name: tag for name, tag in parsed_tags(tags).items() if name != RELATIVE_TO})
+            place = row["scene"], row["engine"], row["setting"], tags
+            found[place, row["metric"], row["quantity"]] = row
+        lines = []
+        for (place, metric, quantity), main in found.items():
+            if metric == (self.metric or metric) and (quantity in self.only or not self.only):
+                here = main | parsed_tags(main["tags"])
+                line = {name: here.get(name) for name in self.index}
+                for own, _, columns in self.rows:
+                    cells = found.get((place, own.get("metric", metric), own.get("quantity", quantity)), {})
+                    line |= {name: cells.get(column) for column, name in columns.items()}
+                lines.append(line)
+        return self.framed(lines)

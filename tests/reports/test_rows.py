@@ -15,7 +15,7 @@ from barchain.studies.cost.findings import unknown_orders
 from reports.tables import cost, ensemble
 from reports.tables.measured import STUDIES
 from reports.tables.outcome import Outcome
-from reports.tables.rows import NOT_RUN, RowError, Rows, parsed_tags, spread, tag_text
+from reports.tables.rows import NOT_RUN, RowError, Rows, parsed_tags, records, spread, tag_text
 from tests.support.slow import one_in
 
 if TYPE_CHECKING:
@@ -110,7 +110,7 @@ def test_all_tables_of_a_study_are_read_from_its_rows_as_they_were(study: StudyF
     for there in (list(study.tables), *([name] for name in study.tables)):
         tables = {name: drawn(study.tables[name], rng) for name in there}
         assert all(len(table) > 5 for table in tables.values())
-        rows = spread(study.to_rows(tables, RECORD).frame())
+        rows = records(study.to_rows(tables, RECORD).frame())
         for name, table in study.tables.items():
             expected = tables[name] if name in there else table.framed(())
             pd.testing.assert_frame_equal(table.from_rows(rows), expected, check_exact=True, obj=name)
@@ -118,7 +118,7 @@ def test_all_tables_of_a_study_are_read_from_its_rows_as_they_were(study: StudyF
 
 @pytest.mark.parametrize("study", STUDIES, ids=lambda study: study.study)
 def test_tables_without_rows_are_read_without_rows(study: StudyFiles) -> None:
-    rows = spread(study.to_rows({name: table.framed(()) for name, table in study.tables.items()}, RECORD).frame())
+    rows = study.to_rows(dict.fromkeys(study.tables, ()), RECORD).found
     assert not any(len(table.from_rows(rows)) for table in study.tables.values())
 
 
