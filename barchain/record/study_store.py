@@ -101,11 +101,7 @@ class StudyStore:
 
     def read(self, table: str) -> pd.DataFrame:
         """Table so far."""
-        return self.frame(table, self.tables.get(table, ()))
-
-    def frame(self, table: str, rows: Iterable[Row]) -> pd.DataFrame:
-        """Rows as a table with the declared columns in their order."""
-        return self.files.tables[table].framed(rows)
+        return self.files.tables[table].framed(self.tables.get(table, ()))
 
     def write(self, table: str, content: pd.DataFrame | Iterable[Row]) -> None:
         """Replace a table, and write all rows, if that was not done just now."""

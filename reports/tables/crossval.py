@@ -79,7 +79,7 @@ def add_verdicts(found: Rows, tables: Lines, record: Mapping[str, Any]) -> None:
             limits = [row["limit_s"] for row in rows if row["metric"] == "max" and row["quantity"] == "attitude"]
             if limits:
                 found.add("predictability_limit", limits[0], "s", scene=scene, engine=engine, setting=setting)
-    add_runs(found, tables, record)
+    add_runs(found, record)
 
 
 METRICS = Table(

@@ -260,7 +260,7 @@ def plain(frame: pd.DataFrame) -> list[Row]:
     ]
 
 
-def add_runs(found: Rows, tables: object, record: Mapping[str, Any]) -> None:  # noqa: ARG001  # as others
+def add_runs(found: Rows, record: Mapping[str, Any]) -> None:
     """Add the rows of all runs in a record: seconds of each phase, digests of bits, and what the engine tells."""
     named = {tuple(run[k] for k in ("scene", "engine", "setting", "role")): run for run in record.get("runs") or ()}
     for (scene, engine, setting, role), run in named.items():

@@ -110,7 +110,7 @@ FILES = StudyFiles(
     TABLES,
     {"long": SERIES},
     followed=FOLLOWED,
-    add_derived=add_runs,
+    add_derived=lambda found, _, record: add_runs(found, record),
     model=RunsRecord,
     title="Numerical stability on hard scenes",
     view="stability:view_stability",

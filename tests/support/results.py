@@ -85,10 +85,9 @@ def write_results(
     The study is complete unless the record says that it is not finished.
     """
     whole = {"complete": record.get("finished", True)} | dict(record)
-    frames = {name: files.tables[name].framed(found) for name, found in tables.items()}
     path = rows_file(folder, files.study)
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(parquet(files.to_rows(frames, whole).frame()))
+    path.write_bytes(parquet(files.to_rows(tables, whole).frame()))
     for name, frame in (series or {}).items():
         place = folder / files.series_name(name)
         place.parent.mkdir(parents=True, exist_ok=True)

@@ -48,7 +48,7 @@ from barchain.studies.defaults import COST
 from barchain.studies.study import StudyEnd
 from barchain.studies.timing.bench import LONG_S, OtherLoad, TimingBench
 from barchain.studies.timing.statistics import interval, median_time
-from reports.tables.cost import FILES
+from reports.tables.cost import FILES, TABLES
 from reports.tables.outcome import Outcome
 from reports.tables.rows import NotRun
 from scenarios import Scene, load_scene, scene_names
@@ -288,7 +288,7 @@ class CostRun:
         """All points so far, in the order in which they were run, with medians and intervals of their times."""
         for name, found in self.times.items():
             self.rows[name] |= median_time(np.array(found)).columns("seconds") | {"turns": len(found)}
-        points = self.store.frame("points", self.rows.values())
+        points = TABLES["points"].framed(self.rows.values())
         points["kind"] = points.engine.map({name: kind_of(r) for name, r in self.study.engines.items()})
         points["on_front"] = front_of(points)
         return points

@@ -32,7 +32,7 @@ from barchain.studies.roundoff.trajectories import (
 from barchain.studies.study import StudyEnd
 from reference_impl.precision.arithmetic import ARITHMETICS, EXACT_DIGITS, long_doubles
 from reports.tables.outcome import Outcome
-from reports.tables.roundoff import FILES
+from reports.tables.roundoff import FILES, TABLES
 from scenarios import load_scene
 
 if TYPE_CHECKING:
@@ -148,7 +148,7 @@ class RoundoffStudy:
 
         def table(name: str) -> pd.DataFrame:
             """Rows so far in the order of the tasks, whenever they came."""
-            return store.frame(name, [row for _, own in sorted(rows[name].items()) for row in own])
+            return TABLES[name].framed(row for _, own in sorted(rows[name].items()) for row in own)
 
         try:
             for tasks, place in ((self.tasks, self.executor), (self.timed, self.executor.one_by_one())):

@@ -34,7 +34,7 @@ from barchain.studies.timing.evaluation import DIRECT, divided
 from barchain.studies.timing.statistics import FEWEST, Interval, slope
 from reports.tables.outcome import Outcome
 from reports.tables.rows import NOT_RUN
-from reports.tables.scaling import EXPONENTS, FILES
+from reports.tables.scaling import EXPONENTS, FILES, POINTS
 from scenarios import load_scene
 
 if TYPE_CHECKING:
@@ -172,7 +172,7 @@ class ScalingRun:
     def points(self) -> pd.DataFrame:
         """All points so far, engine by engine as they first came."""
         order = list(dict.fromkeys(row["engine"] for row in self.rows))
-        return self.store.frame("points", sorted(self.rows, key=lambda row: order.index(row["engine"])))
+        return POINTS.framed(sorted(self.rows, key=lambda row: order.index(row["engine"])))
 
     def next_bars(self, engine: str) -> int:
         """Bars of an engine's next point; 0 if there is none."""
