@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from reports.tables.files import StudyFiles
+    from reports.tables.rows import Row
     from reports.tables.writing import DigestedFile
 
-Row = dict[str, Any]
 PARTS = "parts"
 OF_A_PART = ("barchain", "command", "created", "environment", "packages", "seconds", "complete", "failed", "full")
 """Entries of a record that each part has of its own"""

@@ -39,8 +39,8 @@ if TYPE_CHECKING:
     from barchain.record.study_store import StudyStore
     from barchain.runs.cases import Case, Task
     from barchain.runs.executors import Executor
+    from reports.tables.rows import Row
 
-Row = dict[str, Any]
 NAME = r"[a-z][a-z0-9_]{0,39}"
 
 

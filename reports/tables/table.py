@@ -46,8 +46,9 @@ class Table:
     cells: Mapping[str, str] = field(default_factory=dict)
     """Further columns, each with its cell, ``metric:quantity/relative_to.column unit``.
 
-    Without a metric it is in the row of `metric`; without a quantity the row has that of the table's; without a column
-    it is the value, without a unit in 1. A row without its value, or else without its text, is left out.
+    ``error:attitude rad`` is the value of the row with this metric and quantity, ``seconds:build.low`` the lower end of
+    another value, ``.reason`` in the row of `metric` itself. Without a quantity the row has that of the table's row;
+    without a unit a number has the unit 1. A further row without its value, or else without its text, is left out.
     """
     flags: tuple[str, ...] = ()
     """Columns of `cells` that are True or False"""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from adapters.engine import AccuracySweep, Setting
     from adapters.registry import Registration
+    from reports.tables.rows import Row
     from scenarios import Scene
 
 SAMPLES = 21  # few, so that no engine is timed at interpolating samples; certified solutions have these instants
@@ -32,7 +33,6 @@ REPEATED_LOAD = "repeated_load"
 the additional time is that of the loads once more"""
 LONGEST_LOADED_S = 0.1  # of a run whose loads are timed: the finest setting below, where fixed costs are least
 
-Row = dict[str, Any]
 PointName = tuple[str, str, str]
 """Scene, engine and setting"""
 

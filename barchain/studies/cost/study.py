@@ -66,9 +66,10 @@ if TYPE_CHECKING:
     from barchain.runs.executors import Executor
     from barchain.runs.job import Job, RunResult
     from barchain.studies.cost.errors import BoundedSolution
-    from barchain.studies.cost.plan import PointName, Row
+    from barchain.studies.cost.plan import PointName
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
+    from reports.tables.rows import Row
 
 DEFAULT_SCENES = "paper/"
 FEWEST_TURNS = 3  # even after the budget: a median with its range, which nights need

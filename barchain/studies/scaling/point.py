@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -27,12 +27,11 @@ if TYPE_CHECKING:
     from barchain.runs.call import Answer
     from barchain.runs.cases import Case
     from barchain.studies.timing.bench import TimingBench
+    from reports.tables.rows import Row
 
 BUILDS = 3.0  # a model may take this many times as long to build, or compile, as to run
 LONG_TURNS = 3  # of runs over LONG_S, the first one counted
 COUNTERS = ("evaluations", "steps")
-
-Row = dict[str, Any]
 
 
 @dataclass(frozen=True)

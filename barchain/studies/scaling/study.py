@@ -47,9 +47,9 @@ if TYPE_CHECKING:
     from barchain.record.study_store import StudyStore
     from barchain.runs.cases import Case
     from barchain.runs.executors import Executor
-    from barchain.studies.scaling.point import Row
     from barchain.studies.study import Reporter
     from reports.tables.files import StudyFiles
+    from reports.tables.rows import Row
     from scenarios import Scene
 
 WARM_BARS = 3  # not a number that is measured: an adapter may keep what it compiled for one
