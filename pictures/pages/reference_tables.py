@@ -33,7 +33,7 @@ def result_tables() -> str:
     parts = []
     for files in sorted(STUDIES, key=lambda f: f.study):
         rows = [
-            (name, of.metric or "metric", words(of.index), words(c for c in of.columns if c not in of.index))
+            (name, of.metric or "metric", words(of.index), ", ".join(f"`{k}` = `{v}`" for k, v in of.cells.items()))
             for name, of in files.tables.items()
         ]
         rows += [(files.series_name(name), "a series", "", words(columns)) for name, columns in files.series.items()]
