@@ -117,7 +117,8 @@ class StudyFiles:
     def to_rows(self, tables: Mapping[str, Iterable[Row] | pd.DataFrame], record: Mapping[str, Any]) -> Rows:
         """Rows of some tables, and those that follow from them."""
         found, place = Rows(self.study), self.place(record)
-        lines = {name: table.lines(tables[name]) for name, table in self.tables.items() if name in tables}
+        order = sorted(tables, key=[*self.tables].index)
+        lines = {name: self.tables[name].lines(tables[name]) for name in order}
         for name, own in lines.items():
             self.tables[name].add_rows(found, own, place)
         self.add_derived(found, lines, record)

@@ -146,3 +146,8 @@ def test_a_study_that_goes_on_leaves_no_rows_of_the_earlier_one(tmp_path: Path) 
     assert again.read("squares").empty
     assert not rows_file(tmp_path, "squares").exists()
     assert AnswerStore(again.answers).find(call) == Answer(b"an answer")
+
+
+def test_a_table_that_the_study_does_not_declare_is_rejected(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="'cubes' is not in list"):
+        StudyStore(FILES, tmp_path, record()).write("cubes", squares([1]))
