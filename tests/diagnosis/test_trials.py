@@ -183,5 +183,7 @@ def test_late_impulses_of_several_instants_are_told_by_the_time() -> None:
     late = dataclasses.replace(scene, effects=scene.effects.at_instants(lambda t: t + 2.0))
     seen = motion_from(late, initial_state(scene), scene.times_s)
     assert seen is not None
-    found = named(scene, seen)
+    size = {"com": scene.radius0_m, "com_velocity": scene.speed0_m_s, "attitude": 1.0, "rate": scene.fastest_rate_rad_s}
+    tolerance = {q: np.full(len(seen.t_s), 1e-9 * s) for q, s in size.items()}
+    found = diagnose(scene, seen, solution_of(scene), tolerance)
     assert "instant of all impulses is 2 s too late" in str(found)

@@ -222,13 +222,13 @@ def as_text(values: Array) -> Array:
     return values[:, sorted(range(values.shape[1]), key=lambda k: str(k + 1))]
 
 
-def exchanged(first: int) -> Callable[[Array], Array]:
-    """Values (n, k, ...) with a bar and the next one, from 0, in each other's place; as they are without these."""
+def exchanged(bar: int) -> Callable[[Array], Array]:
+    """Values (n, k, ...) with a bar, from 1, and the next one in each other's place; as they are without these."""
 
     def order(values: Array) -> Array:
         places = np.arange(values.shape[1])
-        if first + 1 < len(places):
-            places[[first, first + 1]] = first + 1, first
+        if bar < len(places):
+            places[[bar - 1, bar]] = bar, bar - 1
         return values[:, places]
 
     return order
@@ -411,7 +411,7 @@ ORDERS: tuple[tuple[str, str, Callable[[Array], Array], tuple[str, ...], str], .
      (ANGLE, RATE, *FORCES), "angles"),
     ("torques-in-reversed-order", "torques are in reversed order", backwards, (TORQUE,), "torques"),
     *(
-        (f"{name}-{k}-and-{k + 1}-exchanged", f"{who} of bars {k} and {k + 1} are exchanged", exchanged(k - 1), fields, at)
+        (f"{name}-{k}-and-{k + 1}-exchanged", f"{who} of bars {k} and {k + 1} are exchanged", exchanged(k), fields, at)
         for name, who, fields, at in (
             ("angles", "angles", (ANGLE,), "angles"),
             ("rates", "rates", (RATE,), "rates"),
