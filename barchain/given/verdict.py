@@ -308,6 +308,8 @@ def less_accurate(finer: Mapping[float, Verdict], reached: float) -> str:
     if not outside:
         return ""
     last = outside[max(outside)]
+    if not {row["quantity"] for v in finer.values() for row in v.rows if row["metric"] == "max"} - last:
+        return ""  # there are no others
     best = min(rtol for rtol, names in outside.items() if names <= last)
     if best * FAR_APART > reached:
         return ""
