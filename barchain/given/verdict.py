@@ -132,7 +132,8 @@ def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declar
         advice.append(rounded)
     if found.outcome is Outcome.PASS and (short := falls_short(main, finer, declared, found)):
         found = with_outcome(found, main, setting, Outcome.TOO_COARSE, short, name)
-    start = other_start(main) if found.outcome is not Outcome.PASS and not (mistakes and mistakes.explanations) else ""
+    explained_so = main.other_chain or main.other_time or (mistakes and mistakes.explanations)
+    start = "" if found.outcome is Outcome.PASS or explained_so else other_start(main)
     advice += [start] if start and not any(start in said for said in advice) else []
     if found.outcome is Outcome.PASS and declared.rtol is not None:
         notes += reached(name, main, declared, found)

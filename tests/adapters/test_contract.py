@@ -23,6 +23,7 @@ SAMPLES = 9
 BY_STEPS = ("exudyn", "exudyn-index3", "exudyn-absolute", "exudyn-absolute-index3", "pymunk", "pymunk-absolute")
 COARSE = {
     ("exudyn-absolute-index3", "effects/slews"): 1000,
+    ("exudyn-absolute-index3", "effects/joint_motors"): 4000,
     **{(engine, "effects/free_flyer"): 40000 if "pymunk" in engine else 20000 for engine in BY_STEPS},
 }
 HERE = {name: registration for name, registration in ENGINES.items() if registration.missing is None}

@@ -80,7 +80,7 @@ def test_single_precision_inside_an_array_of_double_precision_is_told() -> None:
 @pytest.mark.slow
 def test_an_error_that_does_not_follow_the_setting_is_a_finding_by_itself() -> None:
     found = failed(examined("IgnoresSetting", "accuracy"))
-    assert "does not follow the setting" in found["errors fall with the setting"]
+    assert "all settings give the same result" in found["errors fall with the setting"]
     assert "times the bound at rtol=1e-" in found["errors inside the bound"]
 
 
