@@ -103,7 +103,7 @@ def cut_short(scene: Scene, trajectory: Trajectory) -> Fault | None:
     return (
         Outcome.INCOMPLETE,
         f"returned {len(trajectory.t_s)} of {scene.run.samples} samples, up to t = {last:.6g} of "
-        f"{scene.run.duration_s:.6g} s, and gave no reason",
+        f"{scene.run.duration_s:.6g} s, and gave no reason: a chain at the surface gives `ended`, a program `ended_s`",
     )
 
 
