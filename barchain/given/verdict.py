@@ -123,8 +123,9 @@ def judge_file(name: str, main: Samples, finer: Samples | None, declared: Declar
         mistakes = diagnosis(found, main)
         mistakes = None if mistakes.inside_tolerances else mistakes
         if mistakes is not None and not mistakes.explanations:
-            said = rounded or undeclared_noise(found, own) or promised_too_much(name, main, finer, declared)
-            shown = mistakes if mistakes.of_one_sample else None
+            noise = rounded or undeclared_noise(found, own)
+            said = noise or promised_too_much(name, main, finer, declared)
+            shown = mistakes if mistakes.of_one_sample and not noise else None
             mistakes, advice = (shown, [said]) if said else (mistakes, advice)
     if mistakes is not None:
         found = explained(found, mistakes)
