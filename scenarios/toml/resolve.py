@@ -190,14 +190,14 @@ def rate_factors(rates_rad_s: tuple[float, ...], orbital_rad_s: float) -> tuple[
 def resolve_effects(table: EffectsTable, body: CentralBody, radius0_m: float, bars: int, times_s: Array) -> Effects:
     """Effects on a chain of some bars that starts `radius0_m` from the centre and is sampled at `times_s`, (n,)."""
     oblate, springs = table.oblateness, table.joint_spring_damper
-    turned: dict[int, list[PrescribedRotation]] = {}
+    laws: dict[int, list[PrescribedRotation]] = {}
     bodies, impulses = [], []
     run_s = float(times_s[-1])
     for i, law in enumerate(table.prescribed_rotation):
         with located(f"effects.prescribed_rotation[{i}]"):
             start_s, duration_s = turn_on_samples(law.start_s, law.duration_s, times_s)
         one = converted(PrescribedRotation, law, start_s=start_s, duration_s=duration_s, further=())
-        turned.setdefault(law.bar, []).append(one)
+        laws.setdefault(law.bar, []).append(one)
     for i, third in enumerate(table.third_body):
         with located(f"effects.third_body[{i}].distance_m"):
             bodies.append(resolve_third_body(third, body, radius0_m))
@@ -211,7 +211,7 @@ def resolve_effects(table: EffectsTable, body: CentralBody, radius0_m: float, ba
         impulses.append(converted(Impulse, impulse, at_s=at_s))
     return Effects(
         gravity=Gravity(table.gravity),
-        prescribed_rotation=tuple(map(one_law, turned.values())),
+        prescribed_rotation=tuple(map(one_law, laws.values())),
         oblateness=None if oblate is None else Oblateness(oblate.j2, oblate.radius_m or body.radius_m),
         third_body=tuple(bodies),
         drag=None if table.drag is None else converted(Drag, table.drag, bars),
